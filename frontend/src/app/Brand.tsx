@@ -1,7 +1,7 @@
-/** The product's name is the same in every language. */
+/** The product's name, which is the same in every language. */
 const BRAND = { latin: "Kata", kanji: "肩型" };
 
-/** The product name in Latin letters and kanji. */
+/** Shows the product's name in Latin letters and kanji. */
 export function Brand() {
   return (
     <>

@@ -25,7 +25,7 @@ const BELL_PX = 44;
 export function Shell() {
   useSavedRecords();
   useRefetchAfterOutage();
-  // The route of the page on screen. The address already names the next page while that page loads.
+  // The route of the shown page. While the next page loads, the address already names the next page.
   const page = useRouterState({ select: (state) => state.matches.at(-1)?.routeId });
   return (
     // The station page shows a stop in place of its panels.

@@ -25,7 +25,7 @@ const activity = new ActivityTracker();
 client.use(authMiddleware(authStore, activity));
 router.subscribe("onBeforeNavigate", activity.open);
 startSessionGuard(authStore, activity, queries, store, switchLanguage);
-// Mantine's dialogs add a style element that stops the page behind them from scrolling. It needs the CSP
+// Mantine's dialogs add a style element that stops the page behind them from scrolling. The element needs the CSP
 // nonce.
 setNonce(nonce);
 startPaperScheme();

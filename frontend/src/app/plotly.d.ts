@@ -1,6 +1,6 @@
 declare module "plotly.js-cartesian-dist-min" {
   interface PlotElement {
-    /** What the figure shows now, with the changes of the user. */
+    /** The layout that the figure shows now, including the user's changes. */
     layout: Record<string, unknown>;
     on(name: "plotly_relayout", listener: (change: Record<string, unknown>) => void): void;
     removeAllListeners(name: "plotly_relayout"): void;

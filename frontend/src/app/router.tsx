@@ -21,14 +21,14 @@ import { InlineSlot } from "../ui/InlineSlot";
 import { PageLink } from "../ui/links";
 import { Shell } from "./Shell";
 
-// The first bundle holds only the state bar and the sign-in pages. Every page loads on demand.
+// The first bundle contains only the state bar and the sign-in pages. Every page loads on demand.
 const rootRoute = createRootRoute({
   component: GatedShell,
   notFoundComponent: NotFound,
   errorComponent: PageError,
 });
 
-/** The patient and the recording of the station's page, as the address holds them. */
+/** Return the patient and the recording that the address of the station's page contains. */
 const readStation = (search: Record<string, unknown>): { patient?: string; recording?: string } => ({
   ...(typeof search.patient === "string" && { patient: search.patient }),
   ...(typeof search.recording === "string" && { recording: search.recording }),
@@ -42,7 +42,7 @@ const homeRoute = createRoute({
     ...(search.whose === "mine" && { whose: "mine" }),
     ...readStation(search),
   }),
-  // The station's page was here before. Its old addresses lead to it.
+  // The station's page had this address before, so old addresses are redirected.
   beforeLoad: ({ search: { patient, recording } }) => {
     if (patient || recording)
       throw redirect({
@@ -56,8 +56,8 @@ const stationRoute = createRoute({
   getParentRoute: () => rootRoute,
   path: "/station",
   component: lazyRouteComponent(() => import("../features/station/StationPage"), "StationPage"),
-  // Starts these imports while the service is still asked who is signed in. The components that use them
-  // report a failed import.
+  // Start these imports while the service is being asked who is signed in. The components that use them report a
+  // failed import.
   loader: () =>
     void Promise.allSettled([
       import("../features/station/lazyStationPanels"),
@@ -214,7 +214,7 @@ const backupsRoute = createRoute({
   component: lazyRouteComponent(() => import("../features/administration/BackupsPage"), "BackupsPage"),
 });
 
-// The components and their rules, for those who change the page.
+// The components and their rules, for developers of the page.
 const designRoute = createRoute({
   getParentRoute: () => rootRoute,
   path: "/design",
@@ -253,7 +253,7 @@ export const router = createRouter({
     ]),
   ]),
   defaultNotFoundComponent: NotFound,
-  // Loads a page as soon as its link is hovered or touched.
+  // Load a page as soon as its link is hovered or touched.
   defaultPreload: "intent",
 });
 

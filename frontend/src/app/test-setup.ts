@@ -3,7 +3,7 @@ import { afterAll, beforeEach, vi } from "vitest";
 import { authStore } from "../features/auth/authState";
 import { ME } from "../features/auth/examples";
 
-// Browser functions that Mantine calls and jsdom lacks.
+// Define browser functions that Mantine calls and jsdom lacks.
 Object.defineProperty(window, "matchMedia", {
   configurable: true,
   value: (query: string) => ({
@@ -26,7 +26,7 @@ Object.defineProperty(document, "fonts", { value: new EventTarget(), configurabl
 // Every test starts with a signed-in administrator.
 beforeEach(() => authStore.signedIn(ME));
 
-// Most files share an environment, so each file leaves it as it found it.
+// Most test files share an environment, so each file must leave it unchanged.
 afterAll(() => {
   cleanup();
   vi.useRealTimers();

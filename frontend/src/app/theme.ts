@@ -1,7 +1,7 @@
 import { type CSSVariablesResolver, createTheme, localStorageColorSchemeManager } from "@mantine/core";
 import { t } from "../lib/i18n";
 
-// Red, yellow and cyan are alarm colours (IEC 60601-1-8). Besides alarms, only Stop uses one.
+// Red, yellow and cyan are alarm colours (IEC 60601-1-8). Apart from alarms, only Stop uses one.
 export const theme = createTheme({
   primaryColor: "indigo",
   primaryShade: 8,
@@ -9,7 +9,7 @@ export const theme = createTheme({
     "system-ui, 'Segoe UI', Roboto, 'Noto Sans', 'Hiragino Sans', 'Yu Gothic UI', 'Noto Sans JP', 'Noto Sans CJK JP', sans-serif",
   defaultRadius: "md",
   components: {
-    // Dialogs open below the header, so Stop stays reachable. A press outside a dialog does not close it.
+    // Dialogs open below the header, so that Stop stays reachable. Pressing outside a dialog does not close it.
     Modal: {
       defaultProps: {
         yOffset: 140,
@@ -22,9 +22,10 @@ export const theme = createTheme({
     Button: { defaultProps: { size: "md" } },
     TextInput: { defaultProps: { size: "md" } },
     Select: { defaultProps: { size: "md" } },
-    // A closed list is unmounted. A mounted one is laid out and positioned again at each change of the page.
+    // A closed list is unmounted, because a mounted one would be laid out and positioned again at each change of
+    // the page.
     Combobox: { defaultProps: { keepMounted: false } },
-    // Mantine names this button in English only.
+    // Mantine has only an English name for this button.
     PasswordInput: {
       defaultProps: { visibilityToggleButtonProps: { "aria-label": t("common:fields.showPassword") } },
     },
@@ -84,8 +85,8 @@ export const variables: CSSVariablesResolver = (mantineTheme) => ({
 });
 
 /**
- * Trace colours: distinguishable with colour blindness, and none is an alarm colour. The service's figures
- * use the light ones.
+ * Colours of traces. They can be distinguished with colour blindness, and none is an alarm colour. The
+ * service's figures use the light ones.
  */
 export const TRACES = {
   light: { setpoint: "#1f3a93", measured: "#e07b00" },

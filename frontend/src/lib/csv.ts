@@ -1,6 +1,6 @@
 import type { Schemas } from "./api/client";
 
-/** Return one cell. A text that a spreadsheet would run as a formula gets an apostrophe. */
+/** Return one cell. An apostrophe is put before a text that a spreadsheet would run as a formula. */
 function cell(value: string | number | null): string {
   if (value === null) return "";
   const text = typeof value === "number" ? String(value) : value.replace(/^[=+\-@\t\r]/, "'$&");
@@ -13,7 +13,7 @@ export function toCsv(table: Schemas["ProgressTable"]): string {
   return `\ufeff${lines.map((line) => line.map(cell).join(",")).join("\r\n")}\r\n`;
 }
 
-/** Let the browser save a text as a file. */
+/** Make the browser save a text as a file. */
 export function saveFile(name: string, text: string, type = "text/csv"): void {
   const address = URL.createObjectURL(new Blob([text], { type }));
   const link = document.createElement("a");

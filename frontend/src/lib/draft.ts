@@ -9,8 +9,9 @@ export function forgetDrafts(form = ""): void {
 }
 
 /**
- * A field's state that survives unmounting: the lock screen, a closed dialog or another page. `key` names the
- * form, the record and its version, so input based on an old version is not applied to a newer one.
+ * Return a field's state that is kept when the field is unmounted, for example by the lock screen, a closed
+ * dialog or another page. `key` names the form, the record and its version, so that input based on an old
+ * version is not applied to a newer one.
  */
 export function useDraft<Value>(
   key: string,

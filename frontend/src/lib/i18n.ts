@@ -1,15 +1,15 @@
 import i18next from "i18next";
 import { LANGUAGE } from "./language";
 
-// Modules use texts while they load, so they wait for the catalogue here. A catalogue must not import a module of the page:
-// the import would wait for itself.
+// Modules use texts while they load, so they wait here for the catalogue. A catalogue must not import a module of
+// the page, because the import would wait for itself.
 const catalogue = LANGUAGE === "ja" ? await import("../locales/ja") : await import("../locales/en");
 
 await i18next.init({
   lng: LANGUAGE,
   fallbackLng: false,
   resources: { [LANGUAGE]: catalogue.default },
-  // React escapes every text.
+  // React already escapes every text.
   interpolation: { escapeValue: false },
 });
 

@@ -3,7 +3,7 @@ import { afterEach, beforeEach, expect, test, vi } from "vitest";
 const setBrowserLanguage = (browser: string) =>
   Object.defineProperty(navigator, "language", { value: browser, configurable: true });
 
-// Another import may have loaded the module already.
+// Another import may already have loaded the module.
 beforeEach(() => vi.resetModules());
 afterEach(() => {
   Reflect.deleteProperty(navigator, "language");

@@ -1,6 +1,7 @@
 /**
- * The page's language: the signed-in user's choice, else the language last used in this browser, else the browser's own.
- * A change reloads the page, so that every text, date and figure is in one language. Import this module before any other.
+ * The page's language: the signed-in user's choice, else the language last used in this browser, else the
+ * browser's own language. A change reloads the page, so that every text, date and figure is in one language.
+ * Import this module before any other.
  */
 export type Language = "en" | "ja";
 
@@ -9,8 +10,8 @@ export const LANGUAGES: Record<Language, string> = { en: "English", ja: "日本�
 
 const STORAGE_KEY = "kata.language";
 
-// Without a language (LANG=C), Chromium reports "en-US@posix", which Intl refuses. A library that passes it on while loading
-// would leave the page empty.
+// Without a language (LANG=C), Chromium reports "en-US@posix", which Intl refuses. A library that passes it to Intl
+// while loading would leave the page empty.
 try {
   Intl.getCanonicalLocales(navigator.language);
 } catch {
@@ -36,14 +37,14 @@ function initialLanguage(): Language {
 
 export const LANGUAGE: Language = initialLanguage();
 
-/** The locale of dates and numbers: the browser's region if its language is the page's. */
+/** The locale of dates and numbers: that of the browser if its language is the page's, else the page's language. */
 export const LOCALE = navigator.language.startsWith(LANGUAGE) ? navigator.language : LANGUAGE;
 
 document.documentElement.lang = LANGUAGE;
 
 /**
- * Store the language and reload the page if it differs. Do nothing if storage is unavailable: the page would reload
- * again and again.
+ * Store the language and reload the page if it differs. Do nothing if storage is unavailable, because the page
+ * would then reload endlessly.
  */
 export function switchLanguage(language: string): void {
   if (!isLanguage(language) || language === LANGUAGE) return;

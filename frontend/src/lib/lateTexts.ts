@@ -3,8 +3,8 @@ import "./i18n";
 import { LANGUAGE, type Language } from "./language";
 
 /**
- * Load the texts of a namespace that the first page does without, in the page's language. Each module that uses such texts waits
- * for them.
+ * Load the texts of a namespace that the first page does not need, in the page's language. Each module that
+ * uses such texts waits for them.
  */
 export async function addTexts(
   namespace: string,

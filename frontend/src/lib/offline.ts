@@ -3,7 +3,7 @@ import { useEffect, useRef } from "react";
 import { api, ProblemError, type ReadyPatient } from "./api/client";
 import { useLive } from "./live/hooks";
 
-/** Poll interval without the database, when no message reports a saved run. */
+/** Poll interval without the database. Then no message reports that a run was saved. */
 export const POLL_OFFLINE_MS = 2000;
 
 /** True if the live state reports that the database is unavailable. */
@@ -13,7 +13,7 @@ export const useDatabaseUnavailable = (): boolean => Boolean(useLive("database")
 export const isDatabaseUnavailable = (error: unknown): boolean =>
   error instanceof ProblemError && error.code === "database_away";
 
-/** Without the database: the patients whose sessions this station can start or continue. */
+/** Query the patients whose sessions this station can start or continue without the database. */
 export function useReadyPatients() {
   const unavailable = useDatabaseUnavailable();
   return useQuery({

@@ -3,11 +3,11 @@ import { api, type Session } from "./api/client";
 import { POLL_OFFLINE_MS, useDatabaseUnavailable, withOfflineCopy } from "./offline";
 import { usePagedQuery } from "./usePagedQuery";
 
-/** All recordings of a patient, archived ones included. */
+/** Query all recordings of a patient, including archived ones. */
 export function useRecordings(patientId: string | null) {
   return useQuery({
     queryKey: ["recordings", patientId],
-    // Offline, the session's programme names what may be played.
+    // Without the database, the session's programme says which recordings may be played.
     queryFn: () =>
       withOfflineCopy(
         patientId ?? "",
@@ -18,23 +18,23 @@ export function useRecordings(patientId: string | null) {
   });
 }
 
-/** All episodes of care of a patient, closed ones included. */
+/** Query all episodes of care of a patient, including closed ones. */
 export function useEpisodes(patientId: string) {
   return useQuery({ queryKey: ["episodes", patientId], queryFn: () => api.episodes(patientId) });
 }
 
-/** The assessments of an episode, newest first, withdrawn ones included; each page has the baseline. */
+/** Query the assessments of an episode, newest first, including withdrawn ones. Each page contains the baseline. */
 export function useAssessments(episodeId: string) {
   return usePagedQuery(["assessments", episodeId], (after) => api.assessments(episodeId, after));
 }
 
-/** The highest resistance level allowed in an episode, or null if none is set. */
+/** Return the highest resistance level allowed in an episode, or null without a limit. */
 export function useMaxLoadLevel(patientId: string, episodeId: string | null): number | null {
   const episodes = useEpisodes(patientId);
   return episodes.data?.items.find((episode) => episode.id === episodeId)?.max_load_level ?? null;
 }
 
-/** The patient's newest session, or a selection of it; null without a session. */
+/** Query the patient's newest session, or a selection of it; null without a session. */
 export function useNewestSession<Selected = Session | null>(
   patientId: string | null,
   select?: (newest: Session | null) => Selected,

@@ -13,16 +13,16 @@ type Catalogue = Readonly<Record<ServerCode, string>>;
 let catalogue: Partial<Catalogue> = {};
 
 /**
- * Fetch the translations of the service's messages, before the page is drawn. Without them the page shows the service's
- * own English.
+ * Fetch the translations of the service's messages before the page is drawn. Without them the page shows the
+ * service's own English texts.
  */
 export async function loadServerTexts(): Promise<void> {
   if (LANGUAGE === "en") return;
   try {
-    // A missing translation does not compile.
+    // If a translation is missing, this does not compile.
     catalogue = (await import("../locales/ja/server.json")).default satisfies Catalogue;
   } catch {
-    // A newer page has replaced the file on the server.
+    // A newer page has replaced this file on the server.
   }
 }
 
@@ -60,7 +60,7 @@ function replaceAt(content: object, pointer: string, key: Key) {
   if (typeof container?.[name] === "string") container[name] = translateServerText(container[name], key);
 }
 
-/** Format a parameter by its type, see `backend/kata/messages.py`. */
+/** Format a parameter by its type; see `backend/kata/messages.py`. */
 function formatParameter(value: unknown, type: string): string {
   if (type === "text") return nested(value as Nested);
   if (type === "sentence") return translateServerText((value as Nested).text, value as Nested);
@@ -72,5 +72,5 @@ function formatParameter(value: unknown, type: string): string {
   return String(value);
 }
 
-/** A nested text loses its full stop. */
+/** Return a nested text without its full stop. */
 const nested = (text: Nested) => translateServerText(text.text, text).replace(/[.。]$/, "");

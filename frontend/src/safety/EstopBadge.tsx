@@ -21,8 +21,8 @@ const STATES = {
 type EstopState = keyof typeof STATES;
 
 /**
- * Return the badge's state: "missing" if the apparatus gets no signal from the switch, "unknown" if the page
- * gets no data.
+ * Return the badge's state: "missing" if the apparatus gets no signal from the switch, and "unknown" if the
+ * page gets no data.
  */
 export function estopState(alive: boolean, estop: Live["estop"] | null): EstopState {
   if (!alive || estop === null) return "unknown";

@@ -13,11 +13,11 @@ import { StopButton } from "./StopButton";
 
 const HEADER_PX = 124;
 
-/** The header of every signed-in page and of the lock screen: apparatus state, alarms and Stop. */
+/** The header of every signed-in page and of the lock screen, with apparatus state, alarms and Stop. */
 export function StateBar(props: { children: ReactNode; top?: ReactNode; stopBanner?: boolean }) {
   const { children, top, stopBanner = true } = props;
   return (
-    // Above dialogs: nothing may cover Stop.
+    // The header is above dialogs, because nothing may cover Stop.
     <AppShell header={{ height: HEADER_PX }} padding={0} zIndex={400}>
       <AppShell.Header>
         <Group h="100%" px="md" justify="space-between" wrap="nowrap" gap="md">
@@ -73,7 +73,7 @@ function ConnectionBadge() {
   const received = useHeardAt() !== null;
   const starting = useLive("device") === "starting";
   const station = useStation();
-  // Before the first message a missing connection is no alarm.
+  // Before the first message, a missing connection is not an alarm.
   const noConnection = received ? t("common:shell.lost") : t("common:shell.connecting");
   const connectedText = starting
     ? t("common:shell.starting")
@@ -91,7 +91,7 @@ function ConnectionBadge() {
   );
 }
 
-/** The age of the shown state. Not announced to screen readers, because it changes twice per second. */
+/** Shows the age of the state. Screen readers do not announce it, because it changes twice per second. */
 function StateAge() {
   const age = useAge();
   if (age === null) return null;

@@ -83,7 +83,8 @@ describe("a stop", () => {
     expect(text).not.toContain("has been stopped");
     expect(text).toContain("It is not known whether the motors hold the arm");
     expect(text).toContain("Support the arm");
-    // The causes may be old: they are grey. The instruction is as readable as ever: `.stale` has too little contrast for words.
+    // The causes may be old, so they are grey. The instruction must stay readable; `.stale` has too little contrast
+    // for words.
     const greyed = (words: RegExp) => screen.getByText(words).closest("li")?.style.color ?? "";
     expect(greyed(/met resistance/)).toContain("dimmed");
     expect(greyed(/Grey values are old/)).toBe("");

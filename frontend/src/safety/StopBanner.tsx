@@ -13,8 +13,8 @@ import { useHold } from "./useHold";
 
 /**
  * A latched stop with its causes, next steps and the acknowledgement. Every page shows it as a banner; the
- * station page shows it as `fullPage`, in place of its panels. Without a live connection its causes are greyed, the
- * instruction to support the arm stays readable, and nothing is more reassuring than before.
+ * station page shows it as `fullPage`, in place of its panels. Without a live connection the causes are greyed,
+ * the instruction to support the arm stays readable, and nothing looks safer than with a connection.
  */
 export function StopBanner({ fullPage = false }: { fullPage?: boolean }) {
   const alive = useAlive();
@@ -64,7 +64,7 @@ function StopTitle({ fullPage, held }: { fullPage: boolean; held: boolean }) {
   );
 }
 
-/** The button for the next reset step: release the torque of an arm found held, then acknowledge. */
+/** The button for the next step of the reset: if an arm is held, first release the torque, then acknowledge. */
 function Reset({ fullPage, held }: { fullPage: boolean; held: boolean }) {
   const release = useRefusal("release_torque");
   const refusal = useRefusal("acknowledge");
@@ -96,7 +96,7 @@ function Reset({ fullPage, held }: { fullPage: boolean; held: boolean }) {
 
 type ResetProps = {
   fullPage: boolean;
-  /** The action releases an arm, so it needs a one-second hold. */
+  /** True if the action releases an arm, so that the user must hold the button for one second. */
   held: boolean;
   send: (seen: Schemas["SeenState"]) => Promise<unknown>;
   refusal: Schemas["RefusalLive"] | null;

@@ -15,13 +15,16 @@ type StopProgress =
 
 type KnownState = Pick<Live, "mode"> & { refusals?: Live["refusals"] };
 
-/** True if Esc triggers Stop: while something moves or a technician commissions the station, or while the state is unknown. */
+/**
+ * Return true if Esc triggers Stop: while something moves, while a technician commissions the station, or while
+ * the state is unknown.
+ */
 export function escapeStops(connected: boolean, live: KnownState | null): boolean {
   const commissioned = live?.refusals?.teach?.code === "commissioning_runs";
   return !connected || live === null || isMoving(live.mode) || commissioned;
 }
 
-/** Send Stop over the live connection, or by a separate request if it is not answered there. */
+/** Send Stop over the live connection. If it is not answered there, send it by a separate request. */
 async function requestStop(): Promise<void> {
   const answer = await store.stop();
   if (answer === null) return await api.stop();
@@ -31,7 +34,10 @@ async function requestStop(): Promise<void> {
   }
 }
 
-/** The Stop button of every page: one press, no dialog. It shows whether the device confirmed. */
+/**
+ * The Stop button of every page. It needs one press and no dialog. It shows whether the device has confirmed
+ * the Stop.
+ */
 export function StopButton() {
   const [progress, setProgress] = useState<StopProgress | null>(null);
   const button = useRef<HTMLButtonElement>(null);
@@ -58,7 +64,7 @@ export function StopButton() {
       event.stopPropagation();
       void stop();
     };
-    // In the capture phase, before a dialog or an input handles the key.
+    // Handled in the capture phase, before a dialog or an input handles the key.
     window.addEventListener("keydown", onKey, { capture: true });
     return () => window.removeEventListener("keydown", onKey, { capture: true });
   }, [stop]);

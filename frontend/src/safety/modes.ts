@@ -1,7 +1,7 @@
 import type { Live } from "../lib/api/client";
 import { t } from "../lib/i18n";
 
-/** Describe the apparatus state in the therapist's words. */
+/** Return the apparatus state in the therapist's words. */
 export function describeMode(live: Pick<Live, "mode" | "stop" | "run">): string {
   if (live.mode === "stopped" && live.stop?.arm_held) return t("common:modes.holding");
   if (live.mode === "playing" && live.run?.reversing) return t("common:modes.reversing");
@@ -10,5 +10,5 @@ export function describeMode(live: Pick<Live, "mode" | "stop" | "run">): string 
 
 const MOVING: Live["mode"][] = ["approaching", "playing", "paused", "returning"];
 
-/** True if the motors move or hold an arm. */
+/** Return true if the motors move or hold an arm. */
 export const isMoving = (mode: Live["mode"]): boolean => MOVING.includes(mode);

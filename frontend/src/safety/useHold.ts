@@ -3,14 +3,14 @@ import { type KeyboardEvent, type MouseEvent, type PointerEvent, useEffect, useR
 export const HOLD_MS = 1000;
 const SECOND_PRESS_MS = 5000;
 
-/** Whether the button is held, or waits for a second press. */
+/** Says whether the button is held, or waits for a second press. */
 export type Holding = "no" | "held" | "again";
 
 const isActivationKey = ({ key }: KeyboardEvent) => key === "Enter" || key === " ";
 
 /**
- * Detect a deliberate hold: a pointer or an activation key stays down for one second. An earlier release has
- * no effect. Voice and switch control cannot hold, so there a second press confirms. Spread the handlers on a
+ * Detect a deliberate hold: a pointer or an activation key stays down for one second. An earlier release has no
+ * effect. Voice and switch control cannot hold, so with them a second press confirms. Spread the handlers on a
  * button.
  */
 export function useHold(enabled: boolean, onHeld: () => void) {
@@ -29,10 +29,10 @@ export function useHold(enabled: boolean, onHeld: () => void) {
       setNext("no");
       onHeld();
     };
-    // After a hang the page handles a waiting release before this second timer.
+    // If the page hung, it handles a waiting release before this second timer.
     setNext("held", HOLD_MS, () => setNext("held", 0, confirm));
   };
-  // A command that becomes impossible during the hold is not sent.
+  // If the command becomes impossible during the hold, it is not sent.
   useEffect(() => {
     if (!enabled) {
       clearTimeout(timer.current);
@@ -68,7 +68,7 @@ export function useHold(enabled: boolean, onHeld: () => void) {
         setNext("again", SECOND_PRESS_MS, () => setHolding("no"));
       }
     },
-    // A long touch would open a menu.
+    // Prevented, because a long touch would open a menu.
     onContextMenu: (event: MouseEvent) => event.preventDefault(),
   };
   return { holding, handlers };

@@ -8,7 +8,7 @@ import { type Column, type Sorting, shownTable, sortedRows, turned } from "./tab
 import classes from "./ui.module.css";
 
 interface DataTableProps<Row> {
-  /** Name of the file, and of the stored choice of columns. */
+  /** Name of the file and of the stored choice of columns. */
   name: string;
   label: string;
   columns: Column<Row>[];
@@ -19,7 +19,7 @@ interface DataTableProps<Row> {
   isDimmed?: (row: Row) => boolean;
 }
 
-/** A table whose columns can be sorted and chosen, with totals, and with what it shows as CSV. */
+/** A table whose columns can be sorted and chosen. It has totals, and the shown rows can be saved as CSV. */
 export function DataTable<Row>(props: DataTableProps<Row>) {
   const { name, label, columns, rowKey, more = false, isDimmed } = props;
   const [sorting, setSorting] = useState<Sorting>(null);
@@ -73,7 +73,10 @@ export function DataTable<Row>(props: DataTableProps<Row>) {
   );
 }
 
-/** The head of a column. A press sorts by it: upwards, downwards, and then as the service sent the rows. */
+/**
+ * The head of a column. Pressing it sorts in ascending order, then in descending order, and then in the order
+ * of the service.
+ */
 function Head<Row>(props: { column: Column<Row>; sorting: Sorting; onSort: () => void }) {
   const { column, sorting } = props;
   const direction = sorting?.key === column.key ? sorting.direction : null;
@@ -88,7 +91,7 @@ function Head<Row>(props: { column: Column<Row>; sorting: Sorting; onSort: () =>
   );
 }
 
-/** Sums of the columns that have one, over the rows shown. */
+/** Shows the sums over the shown rows, for the columns that have a sum. */
 function Totals<Row>({ columns, rows }: { columns: Column<Row>[]; rows: Row[] }) {
   if (rows.length < 2 || !columns.some(({ total }) => total)) return null;
   const cell = (column: Column<Row>, place: number): ReactNode => {
@@ -108,7 +111,7 @@ function Totals<Row>({ columns, rows }: { columns: Column<Row>[]; rows: Row[] })
   );
 }
 
-/** Which columns are shown; the browser remembers it. */
+/** Lets the user choose the shown columns. The browser stores the choice. */
 function ColumnChoice<Row>(props: {
   columns: Column<Row>[];
   hidden: string[];

@@ -22,7 +22,7 @@ export function EditableNote(props: {
   });
   const changed = draft !== null && draft !== props.value;
   const edit = (text: string) => {
-    // A newer note may arrive during editing. It must not count as read.
+    // A newer note may arrive during editing. The user has not seen it, so its version is not used.
     if (draft === null) setSeenVersion(props.version ?? null);
     setDraft(text);
   };

@@ -4,7 +4,7 @@ import { formatDeg } from "../lib/format";
 import { t } from "../lib/i18n";
 import { translateServerText } from "../lib/serverText";
 
-/** How near a motion comes to the edge of the reachable set, and where. */
+/** Shows how near a motion comes to the edge of the reachable set, and where. */
 export function Margin({ margin }: { margin: Schemas["ReachMargin"] }) {
   const beyond = margin.margin_deg < 0;
   return (

@@ -6,12 +6,12 @@ import classes from "./ui.module.css";
 
 interface KeyFigure {
   label: string;
-  /** Undefined while it loads. */
+  /** Undefined while the value loads. */
   value: string | undefined;
-  /** Unit or scale of the value; it follows the value in every language. */
+  /** Unit or scale of the value. In every language it follows the value. */
   unit?: string;
   note?: ReactNode;
-  /** It calls for attention. */
+  /** True if the figure needs attention. */
   calls?: boolean;
   failed?: boolean;
 }
@@ -25,7 +25,7 @@ export function Metric({ testid, ...figure }: KeyFigure & { testid?: string }) {
   );
 }
 
-/** A key figure that links to what is behind it. It keeps its size while it loads. */
+/** A key figure that links to the page behind it. It keeps its size while it loads. */
 export const MetricLink = createLink(
   forwardRef<HTMLAnchorElement, KeyFigure & ComponentPropsWithoutRef<"a">>(
     ({ label, value, unit, note, calls, failed, ...link }, ref) => (

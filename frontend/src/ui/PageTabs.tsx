@@ -2,7 +2,7 @@ import { Tabs } from "@mantine/core";
 import type { ReactNode } from "react";
 import classes from "./ui.module.css";
 
-/** The tabs of a page. Only the open one is mounted. The address should hold `value`. */
+/** The tabs of a page. Only the open tab is mounted. The address should contain `value`. */
 export function PageTabs<Name extends string>(props: {
   label: string;
   value: Name;

@@ -7,7 +7,7 @@ import { translatePlaced } from "../lib/serverText";
 import { keepZoom, recolour, toPaper } from "./plotColours";
 import { type PlotWindow, toWindow } from "./plotWindow";
 
-// A double click shows the whole figure.
+// Options of Plotly. A double click shows the whole figure.
 const config = {
   responsive: true,
   locale: LANGUAGE,
@@ -19,7 +19,10 @@ const config = {
 type Figure = Schemas["Figure"];
 type OnWindow = ((window: PlotWindow | null) => void) | undefined;
 
-/** Return a ref whose function is called before (true) and after (false) the page is printed. The browser prints when it returns. */
+/**
+ * Return a ref whose function is called before (true) and after (false) the page is printed. The browser prints
+ * as soon as it returns.
+ */
 function usePrinting() {
   const print = useRef<(onPaper: boolean) => void>(() => {});
   useEffect(() => {
@@ -35,7 +38,7 @@ function usePrinting() {
   return print;
 }
 
-/** Draws the figure into `elementRef`, again for each new figure or colour scheme and for `retry`. */
+/** Draw the figure into `elementRef`. Draw again for each new figure or colour scheme, and for `retry`. */
 function usePlotly(figure: Figure, onWindow: OnWindow) {
   const elementRef = useRef<HTMLElement>(null);
   const [drawn, setDrawn] = useState(false);
@@ -46,7 +49,7 @@ function usePlotly(figure: Figure, onWindow: OnWindow) {
   const cleanup = useRef(() => {});
   const print = usePrinting();
   const scheme = useComputedColorScheme();
-  // biome-ignore lint/correctness/useExhaustiveDependencies: another try draws again
+  // biome-ignore lint/correctness/useExhaustiveDependencies: `retry` must draw again
   useEffect(() => {
     const element = elementRef.current;
     if (!element) return;
@@ -58,7 +61,7 @@ function usePlotly(figure: Figure, onWindow: OnWindow) {
         Plotly.register({ moduleType: "locale", name: LANGUAGE, ...words });
       }
       if (cancelled) return;
-      // Plotly modifies the layout that it gets, so this is a copy.
+      // Copied, because Plotly modifies the layout that it gets.
       const translated = translatePlaced(figure);
       const { data, layout } = recolour(translated, scheme);
       const plot = await Plotly.react(element, data, layout, config);

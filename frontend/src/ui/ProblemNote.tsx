@@ -3,7 +3,7 @@ import { IconInfoCircle } from "@tabler/icons-react";
 import { ProblemError } from "../lib/api/client";
 import { t } from "../lib/i18n";
 
-/** An error with its next step. Empty without an error. */
+/** Shows an error with its next step. Renders nothing without an error. */
 export function ProblemNote({ error }: { error: unknown }) {
   if (!error) return null;
   const problem = error instanceof ProblemError ? error : null;

@@ -4,21 +4,24 @@ import { type ReactNode, useEffect, useState } from "react";
 
 const MAX_WAIT_MS = 5000;
 
-/** Queries that wait for their first answer. `late` queries have reserved space and are not waited for. */
+/**
+ * Queries that wait for their first answer. Queries with `late` have reserved space, so the page does not wait
+ * for them.
+ */
 const firstFetch = {
   predicate: ({ state, meta }: Query) =>
     state.status === "pending" && state.fetchFailureCount === 0 && meta?.late !== true,
 };
 
 /**
- * Shows a page once all its first queries are answered, so that nothing shifts under a finger. It waits
- * neither for failed queries nor for more than five seconds, and never hides again.
+ * Shows a page when all its first queries are answered, so that nothing moves under the user's finger. It waits
+ * neither for failed queries nor longer than five seconds, and never hides the page again.
  */
 export function RevealWhenLoaded(props: {
   children: ReactNode;
-  /** An additional condition is not met yet. */
+  /** True if the page must wait for an additional condition. */
   waits?: boolean;
-  /** Show the page immediately. */
+  /** True to show the page immediately. */
   now?: boolean;
 }) {
   const { children, waits = false, now = false } = props;

@@ -6,13 +6,14 @@ import { t } from "../lib/i18n";
 /** A number's label, unit, bounds and step. */
 export type Steps = { label: string; unit: string; min: number; max: number; step: number };
 
-/** True if the value is within the bounds; NaN is an empty field. */
+/** Return true if the value is within the bounds. NaN stands for an empty field and is not. */
 export const isWithin = ({ min, max }: Pick<Steps, "min" | "max">, value: number): boolean =>
   value >= min && value <= max;
 
 /**
- * A number with step buttons and a field. The field shows exactly the last value of `onChange`: NaN for an
- * empty field, or a number out of range. Both show an error; the caller checks `isWithin` before use.
+ * A number with step buttons and a field. The field shows exactly the last value of `onChange`, which is NaN
+ * for an empty field and may be out of range. In both cases the field shows an error; the caller checks
+ * `isWithin` before use.
  */
 export function Stepper(props: {
   field: Steps;

@@ -3,18 +3,18 @@ import { formatDayOf } from "../lib/format";
 import { timeScale } from "./timeScale";
 import classes from "./ui.module.css";
 
-/** One line of a trend; `at` is a moment such as 2026-11-25T09:30:00Z. */
+/** One line of a trend. `at` is a time such as 2026-11-25T09:30:00Z. */
 export type Trend = { name: string; points: { at: string; value: number }[] };
 
 const HEIGHT = 150;
 const [LEFT, RIGHT, TOP, BOTTOM] = [30, 46, 10, 22];
-/** Colour, dash and marker of each line. No two look the same without colour. */
+/** Colour, dash and marker of each line. The lines also differ without colour. */
 const LOOKS = [
   { colour: "var(--kata-setpoint)", dash: "", marker: "circle" },
   { colour: "var(--kata-measured)", dash: "5 4", marker: "square" },
 ] as const;
 
-/** A small chart of at most two values over time. `label` says what it shows, for those who cannot see it. */
+/** A small chart of at most two values over time. `label` describes the chart for users who cannot see it. */
 export function TrendChart(props: { label: string; trends: Trend[]; max: number; step: number }) {
   const { ref, width } = useElementSize<HTMLDivElement>();
   const { max, step } = props;
@@ -97,7 +97,7 @@ function Line(props: {
   );
 }
 
-/** The name of each line beside a piece of it. */
+/** Shows the name of each line beside a sample of it. */
 export function TrendLegend({ trends }: { trends: Trend[] }) {
   return (
     <div className={classes.legend}>

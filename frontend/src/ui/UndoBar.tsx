@@ -7,10 +7,10 @@ import { ProblemNote } from "./ProblemNote";
 import classes from "./ui.module.css";
 import { type Undoable, undoStore } from "./undo";
 
-/** Offers to take the last action back, at the foot of every page. */
+/** Offers to undo the last action, at the bottom of every page. */
 export function UndoBar() {
   const offer = useSyncExternalStore(undoStore.subscribe, undoStore.get);
-  // Another user must not take it back.
+  // Cleared, because another user must not undo the action.
   useEffect(() => () => undoStore.clear(), []);
   return (
     <div role="status" className={classes.undo} data-testid="undo">

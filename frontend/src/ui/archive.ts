@@ -4,11 +4,14 @@ import { undoStore } from "./undo";
 
 type Archivable = { name: string; archived_at: string | null };
 
-/** Offer to restore what was just archived. */
+/** Offer to restore an object that was just archived. */
 export const offerRestore = (name: string, restore: () => Promise<unknown>) =>
   undoStore.offer({ words: t("ui:undo.archived", { name }), undo: restore });
 
-/** Archive and restore a record; archiving can be taken back. `save` stores a version of it and returns the next one. */
+/**
+ * Return functions to archive and restore a record. Archiving can be undone. `save` stores a version of the
+ * record and returns the next one.
+ */
 export function useArchive<Item extends Archivable>(
   item: Item,
   save: (archived: boolean, from: Item) => Promise<Item>,

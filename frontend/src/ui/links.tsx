@@ -9,7 +9,7 @@ export const PageLink = createLink(
   forwardRef<HTMLAnchorElement, AnchorProps & Native>((props, ref) => <Anchor ref={ref} {...props} />),
 );
 
-/** The same as a button. */
+/** A button that links to another page with a type-checked address. */
 export const ButtonLink = createLink(
   forwardRef<HTMLAnchorElement, ButtonProps & Native>((props, ref) => (
     <Button component="a" ref={ref} {...props} />

@@ -20,7 +20,10 @@ export const DARK_COLOURS: Record<string, string> = {
   "#2a3f5f": "#e6e8eb",
 };
 
-/** The greatest width of a figure on paper, CSS pixels: an upright sheet of A4 or Letter without its margins and the card's padding. */
+/**
+ * Maximum width of a figure on paper in CSS pixels: an upright sheet of A4 or Letter without its margins and
+ * the card's padding.
+ */
 const PAPER_PX = 640;
 
 /** Return a copy of the figure for paper. It has the light colours and fits on the sheet. */
@@ -29,7 +32,7 @@ export function toPaper(figure: Schemas["Figure"], width: number): Schemas["Figu
   return { ...light, layout: { ...light.layout, width: Math.min(width, PAPER_PX) } };
 }
 
-/** Copy the shown part of each axis, which the user may have changed, from one layout to another. */
+/** Copy the shown range of each axis, which the user may have changed, from one layout to another. */
 export function keepZoom(from: Record<string, unknown>, to: Record<string, unknown>): void {
   for (const [name, axis] of Object.entries(from)) {
     if (!/^[xy]axis\d*$/.test(name)) continue;

@@ -2,25 +2,25 @@ import type { ReactNode } from "react";
 import type { Schemas } from "../lib/api/client";
 import { LANGUAGE } from "../lib/language";
 
-/** One column of a table. `value` is what it is sorted by and what the CSV has; null: nothing. */
+/** One column of a table. Rows are sorted by `value`, and the CSV file contains it; null: the cell is empty. */
 export interface Column<Row> {
   key: string;
   head: string;
   value: (row: Row) => string | number | null;
   cell: (row: Row) => ReactNode;
   right?: boolean;
-  /** It has a sum below it. */
+  /** True if the table shows the sum of the column. */
   total?: boolean;
-  /** It cannot be hidden. */
+  /** True if the user cannot hide the column. */
   always?: boolean;
 }
 
-/** Null: in the order of the service. */
+/** How the rows are sorted. Null: in the order of the service. */
 export type Sorting = { key: string; direction: "ascending" | "descending" } | null;
 
 const collator = new Intl.Collator(LANGUAGE, { numeric: true });
 
-/** Return the sorting after a press on a head: upwards, downwards, none. */
+/** Return the sorting after a press on a head: ascending, descending, none. */
 export function turned(sorting: Sorting, key: string): Sorting {
   if (sorting?.key !== key) return { key, direction: "ascending" };
   return sorting.direction === "ascending" ? { key, direction: "descending" } : null;
@@ -39,7 +39,7 @@ export function sortedRows<Row>(rows: Row[], columns: Column<Row>[], sorting: So
   });
 }
 
-/** Return what a table shows, for a file. */
+/** Return the shown content of a table, for a file. */
 export const shownTable = <Row>(rows: Row[], columns: Column<Row>[]): Schemas["ProgressTable"] => ({
   columns: columns.map(({ head }) => ({ name: head, kind: "text", digits: 0 })),
   rows: rows.map((row) => columns.map(({ value }) => value(row))),

@@ -1,7 +1,7 @@
-/** A scale from moments to pixels, with the first and the last moment. */
+/** A scale from times to pixels, with the first and the last time. */
 export type TimeScale = ((at: string | number) => number) & { ends: string[] };
 
-/** Return the scale that spreads the moments from `from_px` to `to_px`; a single moment is at the right end. */
+/** Return the scale that spreads the times from `from_px` to `to_px`. A single time is at the right end. */
 export function timeScale(moments: string[], from_px: number, to_px: number): TimeScale {
   const sorted = [...moments].sort((a, b) => Date.parse(a) - Date.parse(b));
   const first = sorted[0] ?? "1970-01-01T00:00:00Z";

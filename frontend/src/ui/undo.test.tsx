@@ -17,7 +17,7 @@ const show = () =>
   );
 
 beforeEach(() => {
-  // Without a return value: vitest calls a returned function after the test.
+  // The braces avoid a return value, because vitest calls a returned function after the test.
   undo.mockReset();
 });
 afterEach(() => {

@@ -1,10 +1,10 @@
-/** An action that was just done, and how to take it back. */
+/** An action that was just done, and a function that undoes it. */
 export type Undoable = { words: string; undo: () => Promise<unknown> };
 
-/** Long enough to read it and to reach the button with the tab key. */
+/** Time in milliseconds that is enough to read the offer and to reach the button with the tab key. */
 const OFFERED_MS = 20_000;
 
-/** Holds the last action that can be taken back. One at a time, for a while. */
+/** Holds the last action that can be undone, for a limited time. It holds only one action. */
 class UndoStore {
   #offer: Undoable | null = null;
   #timer: ReturnType<typeof setTimeout> | null = null;
@@ -19,7 +19,7 @@ class UndoStore {
     };
   };
 
-  /** Offer to take an action back. It replaces the offer before. */
+  /** Offer to undo an action. This replaces the previous offer. */
   offer(offer: Undoable) {
     this.#set(offer);
     this.#timer = setTimeout(() => this.clear(), OFFERED_MS);

@@ -13,7 +13,7 @@ type Props =
 
 type Values = { name: string; username: string; role: Role; stations: string[]; openid: string };
 
-/** Creates or changes the account, then calls `onDone`. */
+/** Return a mutation that creates or changes the account and then calls `onDone`. */
 function useSaveAccount(props: Props) {
   const queries = useQueryClient();
   return useMutation({
@@ -33,7 +33,8 @@ function useSaveAccount(props: Props) {
 }
 
 /**
- * Creates or changes an account. The account's owner chooses the password; the administrator never knows it.
+ * Creates or changes an account. The account's user chooses the password, so that the administrator never knows
+ * it.
  */
 export function AccountForm(props: Props) {
   const { account } = props;
@@ -151,7 +152,10 @@ function StationsField(props: { value: string[]; onChange: (stations: string[]) 
   );
 }
 
-/** The account's identity at the OpenID provider. Hidden while the clinic has no provider and the account no identity. */
+/**
+ * The account's identity at the OpenID provider. The field is hidden if the clinic has no provider and the
+ * account has no identity.
+ */
 function IdentityField({ account, value, error, onChange }: TextFieldProps & { account: Account }) {
   const loginMethods = useQuery({
     queryKey: ["sign-in-options"],

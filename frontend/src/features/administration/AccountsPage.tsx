@@ -120,7 +120,7 @@ function AccountRow({ account, onCode }: { account: Account; onCode: OnCode }) {
   );
 }
 
-/** Changes, resets, disables or enables the account. Administrators can only change their own. */
+/** Changes, resets, disables or enables the account. Administrators can only change their own account. */
 function AccountActions({ account, onCode }: { account: Account; onCode: OnCode }) {
   const isOwn = account.id === useMe()?.account_id;
   const [changing, setChanging] = useState(false);
@@ -162,11 +162,11 @@ function AccountActions({ account, onCode }: { account: Account; onCode: OnCode 
   );
 }
 
-/** Disables the account for `true`, enables it for `false`. */
+/** Return a mutation that disables the account for `true` and enables it for `false`. */
 function useDisableAccount(accountId: string) {
   const queries = useQueryClient();
   return useMutation({
-    // Without `updated_at`: disabling applies even if the account was changed meanwhile.
+    // Sent without `updated_at`, so that disabling applies even if the account was changed meanwhile.
     mutationFn: (disabled: boolean) => api.updateAccount(accountId, { disabled }),
     onSettled: () => void queries.invalidateQueries({ queryKey: ["accounts"] }),
   });
@@ -184,7 +184,7 @@ function DisableButton(props: { account: Account; loading: boolean; onClick: () 
   );
 }
 
-/** Resets the account: its owner gets a one-time code. */
+/** Resets the account. Its user gets a one-time code. */
 function ResetDialog(props: { account: Account; opened: boolean; onClose: () => void; onCode: OnCode }) {
   const { account, opened, onClose } = props;
   const queries = useQueryClient();

@@ -14,7 +14,7 @@ import { type AuditFilters, toAuditQuery } from "./auditFilters";
 import { actionChoices, describeAction, describeDetail, describeSubject } from "./describeAuditEntry";
 import { HeadStorage } from "./HeadStorage";
 
-/** The audit trail, newest entry first. The address holds the filters. */
+/** The audit trail, newest entry first. The address contains the filters. */
 export function AuditPage() {
   useTitle(t("administration:audit.title"));
   const filters = useSearch({ from: "/administration/audit" });
@@ -44,7 +44,7 @@ export function AuditPage() {
   );
 }
 
-/** The filters. Each change goes into the address. */
+/** The filters. Each change is written to the address. */
 function FilterFields({ filters, accounts }: { filters: AuditFilters; accounts: Account[] }) {
   const navigate = useNavigate({ from: "/administration/audit" });
   const setFilter = (name: keyof AuditFilters, value: string | null) => {
@@ -103,7 +103,7 @@ function FilterFields({ filters, accounts }: { filters: AuditFilters; accounts: 
   );
 }
 
-/** `names` maps account ids to names, for failed logins. */
+/** Shows the entries. `names` maps account ids to names, for failed logins. */
 function Rows({ items, names }: { items: Schemas["AuditEntry"][]; names: Map<string, string> }) {
   return (
     <Table.ScrollContainer minWidth={900}>
@@ -175,7 +175,7 @@ function EntryRow({ entry, names }: { entry: Schemas["AuditEntry"]; names: Map<s
   );
 }
 
-/** The entry's raw codes and ids, as `kata audit` prints them. */
+/** The entry's raw codes and ids, in the form in which `kata audit` prints them. */
 function RawEntry({ entry }: { entry: Schemas["AuditEntry"] }) {
   const { action, subject, detail } = entry;
   return (

@@ -11,7 +11,7 @@ import { ProblemNote } from "../../ui/ProblemNote";
 
 const POLL_WHILE_RUNNING_MS = 2_000;
 
-/** The backups and the results of their test restores. */
+/** The backups with the results of their test restores. */
 export function BackupsPage() {
   useTitle(t("administration:backups.title"));
   const queries = useQueryClient();
@@ -54,7 +54,7 @@ export function BackupsPage() {
   );
 }
 
-/** The download that describes this installation to its maintainers. */
+/** The download of the support bundle, which describes this installation to its maintainers. */
 function Support() {
   return (
     <Stack component="section" gap="xs" align="flex-start" aria-label={t("administration:support.title")}>
@@ -171,6 +171,6 @@ function verificationText(backup: Schemas["Backup"]): string {
   return t("administration:backups.verified", { moment: formatMoment(backup.tested_at) });
 }
 
-/** 1234567 bytes as 1.2 MB. */
+/** Return a size in words: 1234567 bytes as 1.2 MB. */
 const formatSize = (bytes: number): string =>
   bytes < 1_000_000 ? `${Math.ceil(bytes / 1_000)} kB` : `${(bytes / 1_000_000).toFixed(1)} MB`;

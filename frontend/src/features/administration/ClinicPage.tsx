@@ -24,7 +24,7 @@ import { ProblemNote } from "../../ui/ProblemNote";
 type Profile = Schemas["ClinicProfile"];
 
 const KEY = ["clinic-profile"];
-/** What the browser knows; the service checks the name. */
+/** The time zones that the browser knows. The service checks the chosen name. */
 const ZONES = Intl.supportedValuesOf("timeZone");
 
 /** The head of printed reports and the clinic's time zone. */
@@ -119,7 +119,7 @@ function ProfileForm({ profile }: { profile: Profile }) {
   );
 }
 
-/** The letterhead as reports have it, without the logo. */
+/** The letterhead as reports show it, but without the logo. */
 function Preview({ profile }: { profile: Profile }) {
   return (
     <Card withBorder component="section" aria-label={t("administration:clinic.preview")}>

@@ -5,7 +5,7 @@ import type { Schemas } from "../../lib/api/client";
 import { formatMoment } from "../../lib/format";
 import { t } from "../../lib/i18n";
 
-/** Where the heads of the trail are stored, and what that does not prove. */
+/** Shows where the heads of the trail are stored, and what this storage does not prove. */
 export function HeadStorage({ heads }: { heads: Schemas["AuditHeads"] }) {
   const others = [
     ...heads.elsewhere.map((file) => t("administration:audit.storedIn", { file })),

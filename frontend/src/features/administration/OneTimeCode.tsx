@@ -5,7 +5,7 @@ import type { Schemas } from "../../lib/api/client";
 import { formatMoment } from "../../lib/format";
 import { t } from "../../lib/i18n";
 
-/** A one-time code, shown once for handing over. */
+/** Shows a one-time code once, so that the administrator can hand it over. */
 export function OneTimeCode({ code, onDone }: { code: Schemas["OneTimeCode"]; onDone: () => void }) {
   const link = `${location.origin}/set-password#code=${encodeURIComponent(code.code)}`;
   return (

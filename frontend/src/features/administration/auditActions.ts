@@ -2,10 +2,10 @@ import "./catalogue";
 import type { operations } from "../../lib/api/schema";
 import { t } from "../../lib/i18n";
 
-/** Operations of the API. Messages of a WebSocket are described as posts, and are no operations. */
+/** Operations of the API. Messages of a WebSocket are also described as posts, but they are not operations. */
 type Operation = Exclude<keyof operations, `${string}_post` | Renamed>;
 
-/** Operations that were renamed: the audit trail stores their former names. */
+/** Operations that were renamed. The audit trail stores their former names. */
 type Renamed =
   | "get_sign_in_options"
   | "set_side"

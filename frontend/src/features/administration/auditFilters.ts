@@ -5,7 +5,8 @@ const FILTER_NAMES = ["from", "to", "account_id", "patient_id", "action", "outco
 const OUTCOMES: Record<Schemas["AuditEntry"]["outcome"], true> = { done: true, refused: true, failed: true };
 
 /**
- * The filters of the audit trail, as the address holds them. Days are local to this browser and inclusive.
+ * The filters of the audit trail in the form that the address contains. Days are local to this browser and
+ * inclusive.
  */
 export type AuditFilters = {
   [name in Exclude<(typeof FILTER_NAMES)[number], "outcome">]?: string;
@@ -24,7 +25,7 @@ export function readAuditFilters(search: Record<string, unknown>): AuditFilters 
   ) as AuditFilters;
 }
 
-/** The filters as the service expects them: a day starts and ends at this browser's midnight. */
+/** Return the filters in the form that the service expects. A day starts and ends at this browser's midnight. */
 export function toAuditQuery({ from, to, ...rest }: AuditFilters): AuditQuery {
   return { ...rest, ...(from && { since: midnight(from, 0) }), ...(to && { until: midnight(to, 1) }) };
 }

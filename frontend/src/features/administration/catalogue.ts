@@ -1,6 +1,7 @@
 import { addTexts } from "../../lib/lateTexts";
 
-// The first page is at its limit of size, and few people administer: these texts load with the modules that use them.
+// The first page is at its size limit and few people administer, so these texts load with the modules that use
+// them.
 await addTexts("administration", {
   en: () => import("../../locales/en/administration.json"),
   ja: () => import("../../locales/ja/administration.json"),

@@ -14,7 +14,7 @@ const wordOf = (words: object, code: string): string =>
 /** Return the text of an action. An unknown code from another version is returned unchanged. */
 export const describeAction = (code: string) => wordOf(ACTIONS, code);
 
-/** Return all actions sorted by text, and `chosen` even if it is unknown. */
+/** Return all actions sorted by text, including `chosen` even if it is unknown. */
 export function actionChoices(chosen: string | undefined): { value: string; label: string }[] {
   const codes = new Set([...Object.keys(ACTIONS), ...(chosen ? [chosen] : [])]);
   return [...codes]
@@ -23,7 +23,7 @@ export function actionChoices(chosen: string | undefined): { value: string; labe
 }
 
 /**
- * Return the kinds of the changed things without their ids. A subject with an unknown kind is returned
+ * Return the kinds of the changed objects without their ids. A subject with an unknown kind is returned
  * unchanged.
  */
 export function describeSubject(subject: string): string {
@@ -34,7 +34,7 @@ export function describeSubject(subject: string): string {
 }
 
 /**
- * Return one line for the refusal reason and one for each changed kind. The raw entry shows the other
+ * Return one line for the refusal reason and one for each kind of change. The raw entry shows the other
  * details.
  */
 export function describeDetail({ detail }: Entry): string[] {

@@ -16,13 +16,13 @@ import { AlarmSounder, SoundPause } from "./sound";
 const ICONS = { high: IconAlertOctagonFilled, medium: IconAlertTriangleFilled, low: IconInfoSquareFilled };
 const CHECK_EVERY_MS = 500;
 
-/** Return the active alarms. The list keeps its identity until an alarm changes. */
+/** Return the active alarms. The returned list stays the same object until an alarm changes. */
 export function useAlarms(): Alarm[] {
   const serialized = useSyncExternalStore(store.subscribe, () => JSON.stringify(activeAlarms(store.get())));
   return JSON.parse(serialized) as Alarm[];
 }
 
-/** The colour, icon and label of a priority around its content. */
+/** Shows the colour, icon and label of a priority around its content. */
 export function AlarmFrame(props: { priority: Priority; testid?: string; children: ReactNode }) {
   const Icon = ICONS[props.priority];
   return (
@@ -35,7 +35,7 @@ export function AlarmFrame(props: { priority: Priority; testid?: string; childre
   );
 }
 
-/** All alarms except stops, which StopBanner shows, and the button that pauses the sound. */
+/** Shows all alarms except stops, which StopBanner shows, and the button that pauses the sound. */
 export function Alarms() {
   const alarms = useAlarms();
   return (

@@ -3,12 +3,15 @@ import { t } from "../../lib/i18n";
 import { isAlive, type LiveState } from "../../lib/live/store";
 import { translateServerText } from "../../lib/serverText";
 
-/** Priorities by IEC 60601-1-8: how soon a response is needed and how bad the harm without one. */
+/**
+ * Priorities by IEC 60601-1-8, which depend on how soon a response is needed and how severe the harm without it
+ * is.
+ */
 export type Priority = "high" | "medium" | "low";
 
 /** An active alarm condition. */
 export interface Alarm {
-  /** A different code is a different alarm: it sounds even if the earlier ones are paused. */
+  /** Identifies the alarm. An alarm with a different code sounds even if the earlier ones are paused. */
   code: string;
   priority: Priority;
   message: string;
@@ -36,7 +39,7 @@ const alarm = (code: string, priority: Priority, message: string, nextStep: stri
 
 function connectionAlarms(state: LiveState): Alarm[] {
   const { live, connected, heardAt } = state;
-  // Losing sight of motors that may have torque is worse than losing sight of released ones.
+  // Losing the state of motors that may have torque is worse than losing the state of motors without torque.
   const mayHold = live !== null && live.torque !== "off";
   const priority: Priority = mayHold ? "high" : "medium";
   if (!connected && heardAt !== null) {
@@ -45,7 +48,7 @@ function connectionAlarms(state: LiveState): Alarm[] {
   }
   const refused = live?.refusals.teach;
   if (connected && refused?.code === "commissioning_runs") {
-    // The control program has handed the drives over. Nothing has failed.
+    // Not a failure: the control program has handed the drives over.
     const message = translateServerText(refused.message, refused.message_key);
     const next = translateServerText(refused.next_step, refused.next_step_key);
     return [alarm("commissioning", "low", message, next)];
@@ -74,8 +77,8 @@ function databaseAlarms({ live, connected }: LiveState): Alarm[] {
 }
 
 /**
- * A latched stop is one alarm, coded by its first cause. It is high while a cause is present or the arm is
- * held, and medium when it only waits to be acknowledged.
+ * Return the alarm of a latched stop, coded by its first cause. Its priority is high while a cause is present
+ * or the arm is held, and medium while it only waits to be acknowledged.
  */
 function stopAlarms(state: LiveState): Alarm[] {
   const stop = state.live?.stop;

@@ -35,7 +35,7 @@ function show(assessment?: Assessment) {
   );
 }
 
-// By label: queries by role take seconds among so many fields.
+// Fields are found by label, because queries by role take seconds among so many fields.
 const field = (name: string | RegExp) => screen.getByLabelText(name);
 const type = (name: string | RegExp, value: string) => fireEvent.change(field(name), { target: { value } });
 const press = (name: string | RegExp) => fireEvent.click(screen.getByText(name));

@@ -22,7 +22,7 @@ type Props = {
   onDone: () => void;
 };
 
-/** A form to enter or change an assessment. Input stays until it is saved or discarded. */
+/** A form to enter or change an assessment. The input is kept until it is saved or discarded. */
 export function AssessmentForm(props: Props) {
   const { form } = props;
   const { draft, change, save, done } = useAssessmentDraft(props);
@@ -74,7 +74,7 @@ export function AssessmentForm(props: Props) {
   );
 }
 
-/** The draft of an assessment, how to change it, and how to save or discard it. */
+/** Return the draft of an assessment, and functions to change, save and discard it. */
 function useAssessmentDraft({ episodeId, form, assessment, onDone }: Props) {
   const queries = useQueryClient();
   const userName = useUserName();

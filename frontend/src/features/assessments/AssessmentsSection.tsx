@@ -115,7 +115,7 @@ function Section(props: { patientId: string; episodeId: string; affected: Side }
   );
 }
 
-/** What was assessed over the weeks as one chart at a time, with its numbers. */
+/** Shows the findings over the weeks, one chart at a time, with the chart's numbers. */
 function History({ episodeId }: { episodeId: string }) {
   const [chart, setChart] = useState<(typeof HISTORY)[number]>("rom");
   return (

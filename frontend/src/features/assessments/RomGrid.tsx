@@ -9,13 +9,13 @@ import { ThirdPosition } from "./ThirdPosition";
 
 type Measure = Schemas["RomMeasure"];
 
-/** Motions measured in every shoulder. The others are shown on request, or if they have a value. */
+/** Motions that are measured in every shoulder. The others are shown on request or if they have a value. */
 const USUAL = new Set(["flexion", "extension", "abduction", "horizontal_flexion", "horizontal_extension"]);
 const isUsual = (measure: Measure) => USUAL.has(measure.motion) || measure.position === "at_side";
 
 /**
- * The table of angles: a row per motion, the affected side first. Tab moves across, Enter moves down. Empty
- * fields show the last assessment's angles.
+ * The table of angles, with a row per motion and the affected side first. Tab moves across, Enter moves down.
+ * Empty fields show the angles of the last assessment.
  */
 export function RomGrid(props: {
   measures: Measure[];
@@ -134,7 +134,7 @@ function RomHeader({ sides, affected }: { sides: Side[]; affected: Side }) {
   );
 }
 
-/** Move the focus on Enter: down, and from the last row to the top of the next column. */
+/** On Enter, move the focus down, and from the last row to the top of the next column. */
 function moveDown(event: KeyboardEvent<HTMLInputElement>, row: number, column: number) {
   if (event.key !== "Enter") return;
   event.preventDefault();

@@ -13,7 +13,7 @@ export const KINDS = ["active", "passive"] as const satisfies Kind[];
 export const PAIN_NAMES = ["pain_rest", "pain_active", "pain_passive", "pain_average"] as const;
 export type Pain = (typeof PAIN_NAMES)[number];
 
-/** An assessment while it is entered. */
+/** An assessment during input. */
 export type Draft = {
   /** Local time in the format of the datetime-local field. */
   at: string;

@@ -4,7 +4,7 @@ import { t } from "../../lib/i18n";
 import { angleKey, PAIN_NAMES } from "./draft";
 import { formatScore, measureName } from "./messages";
 
-/** 3 as "+3", -3 as "−3"; empty without a baseline. */
+/** Return 3 as "+3" and -3 as "−3"; empty without a baseline. */
 function formatChange(value: number, first: number | null | undefined): string {
   if (first === null || first === undefined) return "";
   const change = Math.round(value - first);
@@ -89,7 +89,7 @@ export function rateSpadiChange(change: number, form: Schemas["AssessmentForm"])
   return change < 0 ? t("assessments:found.better", limits) : t("assessments:found.worse", limits);
 }
 
-/** The totals of other questionnaires than the SPADI. */
+/** Return the totals of questionnaires other than the SPADI in words. */
 export function describeQuestionnaires(assessment: Assessment): string[] {
   return (assessment.questionnaires ?? []).map(({ title, total_points, highest_points, is_t_score }) => {
     if (total_points === null) return t("assessments:found.questionnaireUnanswered", { title });

@@ -2,10 +2,10 @@ import type { Schemas } from "../../lib/api/client";
 import { formatDeg } from "../../lib/format";
 import { LANGUAGE } from "../../lib/language";
 
-/** A score of 0 to 100; a dash where there is none. */
+/** Return a score of 0 to 100, or a dash if there is none. */
 export const formatScore = (value: number | null | undefined) => formatDeg(value, 0);
 
-/** Names of measured motions and questionnaire items. The service sends them in both languages. */
+/** Return the names of measured motions and questionnaire items. The service sends them in both languages. */
 export const measureName = (measure: Schemas["RomMeasure"]) =>
   LANGUAGE === "ja" ? measure.name_ja : measure.name;
 export const itemName = (item: Schemas["SpadiItem"]) => (LANGUAGE === "ja" ? item.text_ja : item.text);

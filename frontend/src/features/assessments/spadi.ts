@@ -2,7 +2,7 @@ import type { Schemas } from "../../lib/api/client";
 
 export type Answers = (number | null)[];
 
-/** With more unanswered items there is no score. */
+/** Maximum number of unanswered items. With more there is no score. */
 const MAX_UNANSWERED = 2;
 
 /** Calculate the score during input. The service calculates the stored score in the same way. */

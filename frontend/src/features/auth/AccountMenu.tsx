@@ -25,14 +25,14 @@ import { manualAddress } from "../../lib/manual";
 import { authStore } from "./authState";
 import { useMe } from "./hooks";
 
-/** The signed-in user and their account actions. */
+/** Shows the signed-in user and the actions on the own account. */
 export function AccountMenu() {
   const me = useMe();
   const torque = useLive("torque");
   const operates = useLive("lease")?.mine === true;
   const [confirming, setConfirming] = useState(false);
   if (!me) return null;
-  // Without a connection the last known torque counts: an arm may still be held.
+  // Without a connection, the last known torque is used, because an arm may still be held.
   const torqueOn = torque === "on" || (torque === "unknown" && operates);
   return (
     <>
@@ -128,8 +128,8 @@ function ColorSchemeItem() {
 }
 
 /**
- * Signing out removes Stop from this browser. The operator cannot do it while torque is on; others must
- * confirm.
+ * Confirms a sign-out, which removes Stop from this browser. The operator cannot sign out while torque is on;
+ * other users must confirm.
  */
 function ConfirmSignOut({
   opened,

@@ -9,7 +9,7 @@ import { PageLink } from "../../ui/links";
 import { ProblemNote } from "../../ui/ProblemNote";
 import { useRecordAccess } from "./RecordAccess";
 
-/** The shortest accepted reason, so that the reviewer understands it. */
+/** Minimum length of a reason, so that the reviewer understands it. */
 const MIN_REASON_LENGTH = 10;
 
 /** Shown in place of a restricted record: a form for emergency access. */
@@ -57,7 +57,7 @@ export function BreakGlass({ patientId }: { patientId: string }) {
   );
 }
 
-/** States that the user sees the record through an emergency access. */
+/** Says that the user sees the record through an emergency access. */
 export function GlassBanner({ patientId }: { patientId: string }) {
   const access = useRecordAccess(patientId);
   if (!access.data?.glass_until) return null;

@@ -11,12 +11,13 @@ import { SignInPage } from "./SignInPage";
 
 const EnrolPage = lazy(() => import("./AccountPage").then((page) => ({ default: page.EnrolPage })));
 
-/** Pages without sign-in. */
+/** Pages that need no sign-in. */
 const PUBLIC_PATHS = ["/sign-in", "/set-up", "/set-password"];
 
 /**
- * Shows the page, the sign-in form or the lock screen, depending on the authentication state. The address
- * stays, so the user returns to the same page. The hidden page is unmounted, and its data is fetched again.
+ * Shows the page, the sign-in form or the lock screen, depending on the authentication state. The address does
+ * not change, so the user returns to the same page. The hidden page is unmounted, and its data are fetched
+ * again.
  */
 export function Gate({ children }: { children: ReactNode }) {
   const auth = useAuthState();
@@ -28,7 +29,7 @@ export function Gate({ children }: { children: ReactNode }) {
   if (PUBLIC_PATHS.includes(path)) return <Outlet />;
   if (auth.is === "unknown") return <Waiting />;
   if (auth.is === "out") return <SignInPage why={auth.why} />;
-  // Stays until the user has seen the recovery codes, which are shown only once.
+  // The page stays until the user has seen the recovery codes, which are shown only once.
   if (auth.me.enrolling && enrolling !== auth.me.account_id) setEnrolling(auth.me.account_id);
   if (enrolling === auth.me.account_id) {
     return (
@@ -40,7 +41,7 @@ export function Gate({ children }: { children: ReactNode }) {
   return <DeferredPage>{children}</DeferredPage>;
 }
 
-/** Renders the page in time slices. One large render blocks input for 0.25 s on a slow tablet. */
+/** Renders the page in time slices, because one large render blocks input for 0.25 s on a slow tablet. */
 function DeferredPage({ children }: { children: ReactNode }) {
   return useDeferredValue(true, false) ? children : <Waiting />;
 }

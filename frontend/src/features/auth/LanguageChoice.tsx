@@ -12,10 +12,10 @@ const CHOICES = Object.entries(LANGUAGES).map(([value, name]) => ({
   label: <span lang={value}>{name}</span>,
 }));
 
-/** The page language. `own` saves it in the user's account; otherwise this browser stores it. */
+/** The page's language. With `own` it is saved in the user's account, otherwise in this browser. */
 export function LanguageChoice({ own = false }: { own?: boolean }) {
   const mode = useLive("mode");
-  // A new language reloads the page, which must not happen while the operator's motors move.
+  // A new language reloads the page. This must not happen while the motors move and this user operates them.
   const moving = mode !== null && isMoving(mode);
   const choose = useMutation({
     mutationFn: async (language: Language) => {

@@ -10,7 +10,7 @@ import { AuthLayout } from "./AuthLayout";
 import { authStore } from "./authState";
 import { readFragment } from "./fromLink";
 
-/** The target of the demonstration clinic's links, which sign in. */
+/** Signs in. The links of the demonstration clinic lead to this page. */
 export function LinkPage() {
   useTitle(t("auth:signIn.title"));
   const navigate = useNavigate();

@@ -15,7 +15,7 @@ import { authStore } from "./authState";
 import { OpenIdReauthentication } from "./OpenIdReauthentication";
 
 /**
- * Hides all records until the user signs in again. The apparatus state stays visible without a patient's
+ * Hides all records until the user signs in again. The apparatus state stays visible without the patient's
  * name, and Stop works.
  */
 export function LockScreen({ me, onBack }: { me: Me; onBack?: () => void }) {
@@ -72,7 +72,7 @@ function UnlockForm({ me }: { me: Me }) {
   return (
     <form onSubmit={submit} noValidate>
       <Stack>
-        {/* Tells password managers the user name. */}
+        {/* This field contains the user name for password managers. */}
         <input type="text" autoComplete="username" value={me.username} readOnly hidden />
         <PasswordInput
           label={t("auth:locked.passwordOf", { name: me.name })}
@@ -91,7 +91,7 @@ function UnlockForm({ me }: { me: Me }) {
   );
 }
 
-/** The apparatus state in large letters, readable from a distance. */
+/** Shows the apparatus state in large letters that can be read from a distance. */
 function ApparatusState() {
   const alive = useAlive();
   const mode = useLive("mode");

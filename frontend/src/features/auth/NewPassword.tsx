@@ -10,7 +10,7 @@ export const NO_PASSWORD: NewPasswordInput = { password: "", repeated: "" };
 export const isConfirmed = ({ password, repeated }: NewPasswordInput): boolean =>
   password !== "" && password === repeated;
 
-/** Two fields for a new password. Pasting is allowed, for password managers. */
+/** Two fields for a new password. Pasting is allowed, because password managers need it. */
 export function NewPassword(props: {
   value: NewPasswordInput;
   error?: string | undefined;

@@ -20,14 +20,15 @@ function readCallback(): Schemas["OidcCallback"] | null {
 }
 
 /**
- * Redirects to the clinic's OpenID provider, or signs in if the address holds the provider's response and
- * then opens the requested page. The lock screen opens this page in another tab, so that Stop stays visible.
+ * Redirects to the clinic's OpenID provider. If the address contains the provider's response, signs in and then
+ * opens the requested page. The lock screen opens this page in another tab, so that Stop stays visible.
  */
 export function OpenIdPage() {
   useTitle(t("auth:signIn.title"));
   const router = useRouter();
   const [callback] = useState(readCallback);
-  // Only the links of openId.ts start a redirect: this page is mounted again while the requested page loads.
+  // Only the links of openId.ts start a redirect, because this page is mounted again while the requested page
+  // loads.
   const [redirecting] = useState(() => location.hash !== "");
   const [to] = useState(() => readFragment("to"));
   const [finished, setFinished] = useState(false);

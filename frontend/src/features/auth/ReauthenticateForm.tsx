@@ -8,8 +8,8 @@ import { useMe } from "./hooks";
 import { OpenIdReauthentication } from "./OpenIdReauthentication";
 
 /**
- * A button for a sensitive action. It asks for the password if the service requires it, against misuse of an
- * open screen.
+ * A button for a sensitive action. It asks for the password if the service requires it, so that another person
+ * at an unlocked screen cannot take the action.
  */
 export function ReauthenticateForm<Result>(
   props: ButtonProps & {

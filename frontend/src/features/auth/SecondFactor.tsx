@@ -52,7 +52,7 @@ export function SecondFactor({ me, onChanged }: { me: Me; onChanged: () => void 
   );
 }
 
-/** Removes the second factor, with the password and a code of it. */
+/** Removes the second factor. This needs the password and a code of the second factor. */
 function RemoveSecondFactor({ me, onDone }: { me: Me; onDone: () => void }) {
   const [open, setOpen] = useState(false);
   const [password, setPassword] = useState("");
@@ -107,7 +107,7 @@ function RemoveSecondFactor({ me, onDone }: { me: Me; onDone: () => void }) {
   );
 }
 
-/** The QR code for the authenticator app, and the field that confirms the app's first code. */
+/** Shows the QR code for the authenticator app, and the field in which the user confirms the app's first code. */
 function Enrol(props: { enrolment: Schemas["SecondFactorSetup"]; onCodes: (codes: string[]) => void }) {
   const { enrolment } = props;
   const [code, setCode] = useState("");
@@ -122,7 +122,7 @@ function Enrol(props: { enrolment: Schemas["SecondFactorSetup"]; onCodes: (codes
   return (
     <Stack>
       <Text>{t("auth:secondFactor.scan")}</Text>
-      {/* As an image, so that no script in it can run. */}
+      {/* Shown as an image, so that no script in it can run. */}
       <img className={classes.qr ?? ""} alt={t("auth:secondFactor.picture")} src={enrolment.picture} />
       <Text>
         {t("auth:secondFactor.key")}{" "}

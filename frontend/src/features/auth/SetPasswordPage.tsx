@@ -14,7 +14,7 @@ import { readFragment } from "./fromLink";
 import { isConfirmed, NewPassword, NO_PASSWORD } from "./NewPassword";
 import { UserNameField } from "./UserNameField";
 
-/** Creates the first administrator, opened from the link that the service prints. */
+/** Creates the first administrator. The link that the service prints opens this page. */
 export function SetUpPage() {
   const [link] = useState(() => readFragment("secret"));
   const [name, setName] = useState("");
@@ -76,7 +76,7 @@ export function SetPasswordPage() {
     mutationFn: async () => {
       const { password } = chosen;
       await api.setPassword({ username, code, password });
-      // An account with a second factor needs its code too, and the sign-in page asks for that.
+      // An account with a second factor also needs a code, for which the sign-in page asks.
       return api.signIn({ username, password }).catch(() => null);
     },
     onSuccess: (me) => (me ? finish(me) : navigate({ to: "/", replace: true })),
@@ -114,7 +114,7 @@ export function SetPasswordPage() {
   );
 }
 
-/** Return a callback that signs in and opens the first page, which removes the code from the address. */
+/** Return a callback that signs in and opens the first page. Opening it removes the code from the address. */
 function useFinishSignIn() {
   const navigate = useNavigate();
   return (me: Me) => {

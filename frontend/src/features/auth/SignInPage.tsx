@@ -13,10 +13,10 @@ import { CodeField } from "./CodeField";
 import { currentAddress, openIdAddress } from "./openId";
 import { UserNameField } from "./UserNameField";
 
-/** Asks for name and password, then for the second factor if required. The requested page follows. */
+/** Asks for name and password, then for the second factor if it is required. Then the requested page is shown. */
 export function SignInPage({ why }: { why: Extract<AuthState, { is: "out" }>["why"] }) {
   useTitle(t("auth:signIn.title"));
-  // After a wrong code the code field stays, and the password is not asked for again.
+  // After a wrong code the field for the code stays, and the user need not enter the password again.
   const [codeNeeded, setCodeNeeded] = useState(false);
   const notice = why === "never" ? null : t(`auth:why.${why}`);
   return (

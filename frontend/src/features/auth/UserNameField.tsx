@@ -1,7 +1,7 @@
 import { TextInput } from "@mantine/core";
 import { t } from "../../lib/i18n";
 
-/** A field for a user name, without autocorrection and recognizable for password managers. */
+/** A field for a user name. It has no autocorrection, and password managers recognize it. */
 export function UserNameField(props: {
   value: string;
   onChange: (username: string) => void;

@@ -2,20 +2,20 @@ import { api, type Me, ProblemError } from "../../lib/api/client";
 
 /** The user of this browser, as the service last reported. */
 export type AuthState =
-  /** No answer yet. */
+  /** The service has not answered yet. */
   | { is: "unknown" }
   /**
-   * Signed out, with the reason if a user was signed in. "unheard": the service has not confirmed the
-   * sign-out yet.
+   * The user is signed out. `why` is the reason if a user was signed in. "unheard": the service has not
+   * confirmed the sign-out yet.
    */
   | { is: "out"; why: "never" | "ended" | "left" | "unheard" }
-  /** Signed in, but the password is needed again. Stop still works. */
+  /** The user is signed in, but must enter the password again. Stop still works. */
   | { is: "locked"; me: Me }
   | { is: "in"; me: Me };
 
 /** The service's calls that AuthStore uses. */
 export interface AuthApi {
-  /** Return the signed-in user, or null without one. Throws without an answer. */
+  /** Return the signed-in user, or null without one. Throw if there is no answer. */
   me: () => Promise<Me | null>;
   lock: () => Promise<unknown>;
   signOut: () => Promise<unknown>;
@@ -23,8 +23,8 @@ export interface AuthApi {
 
 /**
  * Holds the authentication state of the page. It fails closed: lock and sign-out take effect at once, without
- * an answer of the service. The request is repeated until the service confirms it, and only the service can
- * undo the state.
+ * waiting for the service. The request is repeated until the service confirms it, and only the service can undo
+ * the state.
  */
 export class AuthStore {
   #state: AuthState = { is: "unknown" };
@@ -54,7 +54,7 @@ export class AuthStore {
     return () => this.#userChangeListeners.delete(listener);
   }
 
-  /** Ask the service for the current user. Without an answer the state stays. */
+  /** Ask the service for the current user. Without an answer the state does not change. */
   async refresh(): Promise<void> {
     this.#requests += 1;
     const request = this.#requests;
@@ -64,7 +64,7 @@ export class AuthStore {
     } catch {
       return;
     }
-    // The user signed in or out meanwhile, so this answer is outdated.
+    // The user has signed in or out meanwhile, so this answer is outdated.
     if (request !== this.#requests) return;
     if (!me) this.signedOut();
     else if (this.#unconfirmed) await this.#sendUnconfirmed();
@@ -88,7 +88,7 @@ export class AuthStore {
     else if (before.is !== "out") this.#set({ is: "out", why: before.is === "unknown" ? "never" : "ended" });
   }
 
-  /** Lock at once, then tell the service. */
+  /** Lock at once, then send the lock to the service. */
   async lock(): Promise<void> {
     const before = this.#state;
     if (before.is !== "in") return;
@@ -98,7 +98,7 @@ export class AuthStore {
     await this.#sendUnconfirmed();
   }
 
-  /** Sign out at once, then tell the service. */
+  /** Sign out at once, then send the sign-out to the service. */
   async signOut(): Promise<void> {
     this.#requests += 1;
     this.#unconfirmed = "sign out";
@@ -112,7 +112,7 @@ export class AuthStore {
     try {
       await (sent === "lock" ? this.#api.lock() : this.#api.signOut());
     } catch {
-      // The next refresh repeats it.
+      // The next refresh repeats the request.
       return;
     }
     if (sent === "sign out") this.signedOut();

@@ -1,6 +1,6 @@
 import type { Me } from "../../lib/api/client";
 
-/** An administrator with all permissions, signed in by default in tests. */
+/** An administrator with all permissions. Tests are signed in as this user by default. */
 export const ME: Me = {
   account_id: "00000000-0000-4000-8000-000000000001",
   username: "ito",

@@ -13,7 +13,7 @@ export function useMe(): Me | null {
   return auth.is === "in" ? auth.me : null;
 }
 
-/** Return the user's name for records and signatures; empty when signed out. */
+/** Return the user's name for records and signatures; empty if no user is signed in. */
 export const useUserName = (): string => useMe()?.name ?? "";
 
 /** True if the user has the permission. The service enforces it independently. */

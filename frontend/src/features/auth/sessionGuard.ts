@@ -6,16 +6,19 @@ import { isMoving } from "../../safety/modes";
 import type { AuthStore } from "./authState";
 
 /**
- * Interval of checks that the login is still valid. A sign-out elsewhere also closes the socket, which is
- * noticed sooner.
+ * Interval between checks that the login is still valid. A sign-out elsewhere also closes the socket, which the
+ * page notices sooner.
  */
 const CHECK_EVERY_MS = 5_000;
-/** How long user activity counts for the next request. */
+/** Time after which user activity no longer counts for a request. */
 const ACTIVITY_COUNTS_MS = 10_000;
 const CHANNEL = "kata.access";
 const ACTIVITY_EVENTS = ["pointerdown", "keydown", "wheel", "touchmove"] as const;
 
-/** Tracks when the user last acted on this page, and what the page has requested since the user opened it. */
+/**
+ * Tracks when the user last acted on this page, and which addresses the page has requested since the user
+ * opened it.
+ */
 export class ActivityTracker {
   #lastAt: number;
   #requested = new Set<string>();
@@ -30,7 +33,7 @@ export class ActivityTracker {
     this.#lastAt = this.#now();
   };
 
-  /** Record that the user opens a page, so its first requests are views. */
+  /** Record that the user opens a page, so that its first requests count as views. */
   open = () => this.#requested.clear();
 
   /** Return whether the open page has requested this address before. */
@@ -40,13 +43,13 @@ export class ActivityTracker {
     return repeated;
   }
 
-  /** Return the milliseconds since the last activity. Requests by timers are none. */
+  /** Return the milliseconds since the last activity. Requests by timers are no activity. */
   idleMs = (): number => this.#now() - this.#lastAt;
 }
 
 /**
- * Tells the service about user activity, and about refreshes, which are no views for the audit trail. Signs
- * out or locks the page when an answer demands it.
+ * Reports user activity to the service, and marks refreshes, which the audit trail does not record as views.
+ * Signs out or locks the page when an answer requires it.
  */
 export function authMiddleware(auth: AuthStore, activity: ActivityTracker): Middleware {
   return {
@@ -69,7 +72,10 @@ export function authMiddleware(auth: AuthStore, activity: ActivityTracker): Midd
   };
 }
 
-/** Connect the live socket only while signed in. Return the function that follows the login, and one that disconnects. */
+/**
+ * Connect the live socket only while signed in. Return a function that follows the login, and one that
+ * disconnects.
+ */
 function followLiveSocket(auth: AuthStore, store: LiveStore) {
   let disconnect: (() => void) | null = null;
   const stop = () => {
@@ -92,7 +98,7 @@ function followLanguage(auth: AuthStore, store: LiveStore, switchLanguage: (lang
   return () => {
     const state = auth.get();
     if (state.is === "out") languageOf = null;
-    // Only at sign-in: a language chosen in another browser must not reload this page during use.
+    // Applied only at sign-in, because a language chosen in another browser must not reload this page during use.
     if (state.is === "in" && languageOf !== state.me.account_id) {
       languageOf = state.me.account_id;
       const mode = store.get().live?.mode;
@@ -104,7 +110,7 @@ function followLanguage(auth: AuthStore, store: LiveStore, switchLanguage: (lang
 /**
  * Keep the page consistent with the login: check it regularly, lock after inactivity, notify the other tabs,
  * connect the live socket only while signed in, discard data when the user changes, and apply a new user's
- * language. Return a function that stops all this.
+ * language. Return a function that stops all of this.
  */
 export function startSessionGuard(
   auth: AuthStore,
@@ -122,7 +128,7 @@ export function startSessionGuard(
     void queries.cancelQueries();
     queries.clear();
     activity.open();
-    // A locked screen keeps drafts. Another user must not see them.
+    // A locked screen keeps drafts, but another user must not see them.
     if (auth.get().is === "out") forgetDrafts();
   };
   const onChange = () => {
@@ -145,7 +151,7 @@ export function startSessionGuard(
   document.addEventListener("visibilitychange", onVisible);
   const timer = setInterval(() => {
     const state = auth.get();
-    // A user without password and OpenID cannot unlock here. The service ends their login.
+    // A user without password and OpenID cannot unlock here, so the service ends the login.
     const canUnlock = state.is === "in" && (state.me.password || state.me.openid);
     const idle = canUnlock && activity.idleMs() > 1000 * state.me.idle_s;
     void (idle ? auth.lock() : auth.refresh());

@@ -22,7 +22,7 @@ const TABS: Record<CommissioningTab, string> = {
   history: t("commissioning:page.history"),
 };
 
-/** Commissioning records and drift of this station, its configuration and the history of both. */
+/** Shows commissioning records and drift of this station, its configuration, and the history of both. */
 export function CommissioningPage() {
   useTitle(t("commissioning:page.title"));
   const station = useStation();

@@ -11,7 +11,10 @@ import { RequirePermission } from "../auth/RequirePermission";
 
 const REFETCH_MS = 60_000;
 
-/** Whether this station is commissioned. The service reads it from its own disk, so it works without the database. */
+/**
+ * Query whether this station is commissioned. The service reads the state from its own disk, so it works
+ * without the database.
+ */
 export const useCommissioningStatus = () =>
   useQuery({
     queryKey: ["commissioning-status"],
@@ -19,7 +22,7 @@ export const useCommissioningStatus = () =>
     refetchInterval: REFETCH_MS,
   });
 
-/** The state in one sentence. */
+/** Return the state in one sentence. */
 export function stateWords(status: Schemas["CommissioningState"]): string {
   if (status.state === "not_needed") return t("commissioning:state.notNeeded");
   if (status.state === "not_commissioned") {
@@ -30,7 +33,7 @@ export function stateWords(status: Schemas["CommissioningState"]): string {
   return t(`commissioning:state.${status.state}`, days);
 }
 
-/** The state, with what to do about it. `link` leads to the records and settings. */
+/** Shows the state and what to do about it. `link`: also link to the records and settings. */
 export function CommissioningState({ link = false }: { link?: boolean }) {
   const { data: status } = useCommissioningStatus();
   if (!status) return null;

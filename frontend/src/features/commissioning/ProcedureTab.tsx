@@ -18,7 +18,7 @@ type Step = Schemas["RunStep"];
 const KEY = ["commissioning-run"];
 const POLL_MS = 400;
 
-/** The guided procedure: what a step will do, what the technician is asked to do, and its result. */
+/** The guided procedure. It shows what a step will do, what the technician must do, and the step's result. */
 export function ProcedureTab() {
   const queries = useQueryClient();
   const run = useQuery({
@@ -31,7 +31,7 @@ export function ProcedureTab() {
   const confirm = useMutation({ mutationFn: api.confirmCommissioning, onSuccess: take });
   const passed = run.data?.passed;
   useEffect(() => {
-    // A finished procedure has written a record.
+    // The procedure has finished and has written a record.
     if (passed === null || passed === undefined) return;
     for (const key of ["commissionings", "commissioning-status", "station-versions"])
       void queries.invalidateQueries({ queryKey: [key] });
@@ -67,7 +67,7 @@ export function ProcedureTab() {
   );
 }
 
-/** Says what will happen, starts the procedure, and tells its end. */
+/** Says what will happen, starts the procedure, and shows how it ended. */
 function Intro(props: { run: Run; starting: boolean; onStart: (wanted: Schemas["RunStart"]) => void }) {
   const { run, starting, onStart } = props;
   const permitted = useHasPermission("commission");
@@ -115,7 +115,7 @@ function Intro(props: { run: Run; starting: boolean; onStart: (wanted: Schemas["
   );
 }
 
-/** What the technician is asked to do now. */
+/** Shows what the technician must do now. */
 function Instruction(props: {
   instruction: Schemas["RunInstruction"];
   practice: boolean;

@@ -81,7 +81,7 @@ const COLUMNS: Column<Entry>[] = [
   },
 ];
 
-/** Opens the steps of a record and its PDF. */
+/** The column whose buttons open a record's steps and its PDF. */
 const filesColumn = (onOpen: (record: Entry) => void): Column<Entry> => ({
   key: "files",
   head: t("commissioning:records.open"),
@@ -108,7 +108,7 @@ const filesColumn = (onOpen: (record: Entry) => void): Column<Entry> => ({
   ),
 });
 
-/** The charts of every figure that two records or more have measured. */
+/** The charts of every figure that at least two records have measured. */
 function Drift({ records }: { records: Entry[] }) {
   const shown = (Object.keys(DRIFT) as DriftName[])
     .map((name) => ({ name, own: measured(records, name) }))
@@ -139,7 +139,7 @@ function Drift({ records }: { records: Entry[] }) {
   );
 }
 
-/** The steps of a record with the values before and after. */
+/** Shows the steps of a record with the values before and after each step. */
 function StepsDialog({ record, onClose }: { record: Entry; onClose: () => void }) {
   const detail = useQuery({
     queryKey: ["commissioning", record.id],

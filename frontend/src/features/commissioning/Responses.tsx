@@ -5,7 +5,10 @@ import { t } from "../../lib/i18n";
 import { Plot } from "../../ui/Plot";
 import { loadsOf, type Response, responseFigure } from "./responseCharts";
 
-/** The step responses of the motors, a chart for each load. The values of the step are beside it as numbers. */
+/**
+ * The step responses of the motors, with a chart for each load. The step's values are shown beside it as
+ * numbers.
+ */
 export function Responses({ responses }: { responses: Response[] }) {
   return (
     <Stack gap="xs">

@@ -28,7 +28,10 @@ const useSettings = (station: string, number: number | undefined) =>
 const choice = ({ number, since }: Version) =>
   t("commissioning:settings.choice", { number, since: formatMoment(since) });
 
-/** A version of the configuration with units, beside another one; export and import. */
+/**
+ * Shows a version of the configuration with units, beside another version. It can be exported, and a file can
+ * be imported.
+ */
 export function SettingsTab({ station, versions }: { station: string; versions: Version[] }) {
   const search = useSearch({ from: "/commissioning" });
   const navigate = useNavigate({ from: "/commissioning" });
@@ -80,7 +83,7 @@ export function SettingsTab({ station, versions }: { station: string; versions: 
   );
 }
 
-/** Every field; with another version, its value there. */
+/** Shows every field. If another version is chosen, it also shows the value in that version. */
 function Fields({ settings, other }: Compared) {
   const [onlyChanges, setOnlyChanges] = useState(true);
   const rows = comparedRows({ settings, other });
@@ -114,7 +117,7 @@ function Fields({ settings, other }: Compared) {
 
 type Row = ReturnType<typeof comparedRows>[number];
 
-/** The columns of the fields. `other`: the number of the version that is compared. */
+/** Return the columns of the fields. `other`: number of the other version. */
 function columnsOf(other: number | undefined): Column<Row>[] {
   const before: Column<Row> = {
     key: "before",
@@ -159,7 +162,7 @@ function columnsOf(other: number | undefined): Column<Row>[] {
   ];
 }
 
-/** A name or a value as the station's file has it, which no language changes. */
+/** Shows a name or a value as the station's file contains it, in any language. */
 function FileText({ text, bold = false, small = false }: { text: string; bold?: boolean; small?: boolean }) {
   return (
     <Text
@@ -177,7 +180,7 @@ function FileText({ text, bold = false, small = false }: { text: string; bold?: 
 
 type Compared = { settings: Schemas["StationSettings"]; other: Schemas["StationSettings"] | undefined };
 
-/** The fields of both versions; `before` is the value of the other one. */
+/** Return the fields of both versions. `before` is the value in the other version. */
 export function comparedRows({ settings, other }: Compared) {
   const before = new Map(other?.fields.map((field) => [field.name, field]));
   const own = settings.fields.map((field) => ({ ...field, before: before.get(field.name)?.value ?? "" }));
@@ -186,7 +189,7 @@ export function comparedRows({ settings, other }: Compared) {
   return [...own, ...gone.map((field) => ({ ...field, before: field.value, value: "" }))];
 }
 
-/** Who changed the configuration, and when. */
+/** Shows who changed the configuration, and when. */
 export function HistoryTab({ versions }: { versions: Version[] }) {
   return (
     <Table.ScrollContainer minWidth={600}>

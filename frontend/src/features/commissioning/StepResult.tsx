@@ -7,13 +7,13 @@ import { recordedWords } from "./settingWords";
 
 type Result = { passed: boolean; fault: string; fault_key?: Schemas["TextKey"] | null };
 
-/** Whether a step or a record has passed, else its fault, in words. */
+/** Return in words whether a step or a record has passed, or its fault. */
 export const resultWords = ({ passed, fault, fault_key }: Result): string =>
   passed
     ? t("commissioning:records.passed")
     : t("commissioning:records.failed", { fault: translateServerText(fault, fault_key) });
 
-/** The same, to be seen. */
+/** Shows whether a step has passed, or its fault. */
 export function StepResult({ run }: { run: Result }) {
   if (!run.passed) return <Text fw={600}>{resultWords(run)}</Text>;
   return (
@@ -24,13 +24,13 @@ export function StepResult({ run }: { run: Result }) {
 }
 
 const STEPS: Partial<{ [step: string]: string }> = t("commissioning:steps", { returnObjects: true });
-/** The name of a step. */
+/** Return the name of a step. */
 export const stepName = (step: string) => STEPS[step] ?? step;
 
 const recordedValue = (value: number | string | null) =>
   typeof value === "string" ? recordedWords(value) : (value ?? "–");
 
-/** The values of a step before and after. */
+/** Shows the values before and after a step. */
 export function Values({ values }: { values: Schemas["CommissioningValue"][] }) {
   return (
     <Table verticalSpacing={2} fz="sm">

@@ -5,7 +5,7 @@ import { t } from "../../lib/i18n";
 import { column, figure, GRID, lineLook } from "../statistics/charts";
 
 export type Entry = Schemas["Commissioning"];
-/** The figures that show drift, in the order of their charts, with their digits. */
+/** The figures that show drift, in the order of their charts, with their number of digits. */
 export const DRIFT = {
   friction_deg: 3,
   play_deg: 2,
@@ -20,13 +20,13 @@ const MOTORS = [1, 2, 3, 4, 5] as const;
 const figureOf = (record: Entry, motor: number, name: DriftName) =>
   record.figures.find((condition) => condition.motor === motor)?.[name] ?? null;
 
-/** The records that measured this figure, oldest first. */
+/** Return the records that measured this figure, oldest first. */
 export const measured = (records: Entry[], name: DriftName) =>
   records
     .filter((record) => MOTORS.some((motor) => figureOf(record, motor, name) !== null))
     .sort((one, other) => one.ended_at.localeCompare(other.ended_at));
 
-/** A line for each motor over the time of the records. */
+/** Return a chart with a line for each motor over the times of the records. */
 export function driftFigure(records: Entry[], name: DriftName): Schemas["Figure"] {
   const traces = MOTORS.map((motor, place) => ({
     type: "scatter",
@@ -43,7 +43,7 @@ export function driftFigure(records: Entry[], name: DriftName): Schemas["Figure"
   });
 }
 
-/** A row for each record. */
+/** Return a table with a row for each record. */
 export const driftTable = (records: Entry[], name: DriftName): Schemas["ProgressTable"] => ({
   columns: [
     column(t("commissioning:drift.date"), "text"),

@@ -5,7 +5,10 @@ import { figure, GRID, lineLook } from "../statistics/charts";
 
 export type Response = Schemas["MotorStepResponse"];
 
-/** The responses of all motors with one load, and the step. Runs with other gains follow each other. */
+/**
+ * Return a chart with the responses of all motors with one load, and with the step. Runs with other gains
+ * follow each other.
+ */
 export function responseFigure(responses: Response[]): Schemas["Figure"] {
   const end = Math.max(...responses.map((response) => response.times_s.at(-1) ?? 0));
   const height = responses[0]?.step_deg ?? 0;
@@ -33,5 +36,5 @@ export function responseFigure(responses: Response[]): Schemas["Figure"] {
   });
 }
 
-/** The names of the loads of these responses, in the order of the measurement. */
+/** Return the names of the loads of these responses, in the order of measurement. */
 export const loadsOf = (responses: Response[]) => [...new Set(responses.map((response) => response.load))];

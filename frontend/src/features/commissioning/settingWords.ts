@@ -6,7 +6,7 @@ import { LANGUAGE } from "../../lib/language";
 
 type Names = Partial<{ [name: string]: string }>;
 
-// As they are: i18next would take a colon in a key for the end of a namespace.
+// Read the texts as an object, because i18next would take a colon in a key as the end of a namespace.
 const {
   fields: FIELDS,
   units: UNITS,
@@ -14,18 +14,18 @@ const {
 }: Record<"fields" | "units" | "values", Names> = i18next.getResourceBundle(LANGUAGE, "commissioning");
 const NUMBER = new Intl.NumberFormat(LANGUAGE, { maximumSignificantDigits: 10 });
 
-/** What a field of the station's file means. `name`: as in the file, for example `axes[1].lag_s`. */
+/** Return what a field of the station's file means. `name`: name in the file, for example `axes[1].lag_s`. */
 export const fieldWords = (name: string): string =>
   FIELDS[name.replace(/\[\d\]/, "")] ?? FIELDS[name.split(".")[0] ?? ""] ?? "";
 
-/** A unit of the station's file in the user's language. */
+/** Return a unit of the station's file in the user's language. */
 export const unitWords = (unit: string): string => UNITS[unit] ?? unit;
 
-/** The unit of a field; of a number without one, that it has none. */
+/** Return the unit of a field. For a number without a unit, say that it has none. */
 export const fieldUnitWords = ({ unit, accepted }: Schemas["SettingField"]): string =>
   unit || !accepted ? unitWords(unit) : t("commissioning:ranges.noUnit");
 
-/** The values that a field accepts, without its unit; empty for a text. */
+/** Return the values that a field accepts, without its unit; empty for a text. */
 export function acceptedWords(accepted: Schemas["AcceptedValues"] | null): string {
   if (!accepted) return "";
   const { low, high, choices, step, none } = accepted;
@@ -38,14 +38,17 @@ export function acceptedWords(accepted: Schemas["AcceptedValues"] | null): strin
   return none === null ? values : t("commissioning:ranges.orNone", { values, none });
 }
 
-/** The templates of the names that records contain: `{load}` stands for a part that differs. */
+/** The templates of the names that records contain. `{load}` stands for a part that varies. */
 const TEMPLATES = Object.entries(VALUES).map(([template, words = ""]) => ({
   pattern: new RegExp(`^${escaped(template).replace(/\\\{\w+\\\}/g, "(.+)")}$`),
   places: [...template.matchAll(/\{(\w+)\}/g)].map(([place]) => place),
   words,
 }));
 
-/** The name of a recorded value, or a recorded text, in the user's language. Names of later versions stay as they are. */
+/**
+ * Return the name of a recorded value, or a recorded text, in the user's language. Names of later versions stay
+ * unchanged.
+ */
 export function recordedWords(name: string): string {
   for (const { pattern, places, words } of TEMPLATES) {
     const parts = pattern.exec(name)?.slice(1);

@@ -27,7 +27,7 @@ const WORDS = {
   offer: "Yamada Hanako is archived.",
 };
 
-/** The design language and its components. Only `npm run dev` has this page. */
+/** The design language and its components. This page exists only in `npm run dev`. */
 export function DesignPage() {
   const [tab, setTab] = useState<keyof typeof TABS>("language");
   return (

@@ -23,7 +23,7 @@ interface Props {
   /** The recording's angles; null without a recording. */
   ghost: AnglesSource | null;
   label: string;
-  /** On the station's page: a smaller picture, and what is beside it on request. */
+  /** True on the station's page: the picture is smaller, and its other parts are shown on request. */
   compact?: boolean;
 }
 
@@ -37,7 +37,7 @@ export function ApparatusView({ side, limits, real, ghost, label, compact = fals
     setNamed(name);
     setView(next);
   };
-  // The other shoulder starts with its own view.
+  // The view starts anew for the other shoulder.
   useEffect(() => {
     setNamed((name) => name ?? "corner");
     setView(viewOf("corner", side));
@@ -82,7 +82,7 @@ export function ApparatusView({ side, limits, real, ghost, label, compact = fals
   );
 }
 
-/** What a compact view shows on request. */
+/** Shows, in a compact view, its content only on request. */
 function Beside({ compact, children }: { compact: boolean; children: ReactNode }) {
   if (!compact) return children;
   return (
@@ -122,7 +122,7 @@ function CameraButtons({ view, onView }: { view: View; onView: (view: View) => v
   );
 }
 
-/** Names what each motor moves. A press shows only that motor's range. */
+/** Names what each motor moves. Pressing a button shows only that motor's range. */
 function MotorButtons({ only, onOnly }: { only: Motor | null; onOnly: (motor: Motor | null) => void }) {
   return (
     <Group gap={6} role="group" aria-label={t("digital-twin:view.motors")}>
@@ -143,7 +143,7 @@ function MotorButtons({ only, onOnly }: { only: Motor | null; onOnly: (motor: Mo
   );
 }
 
-/** A text alternative to the drawing, in whole degrees so that it does not change too fast to read. */
+/** A text alternative to the drawing. It is in whole degrees, so that it does not change too fast to read. */
 function TextAlternative({
   source,
   side,
@@ -155,7 +155,7 @@ function TextAlternative({
 }) {
   const serialized = useSyncExternalStore(
     source?.subscribe ?? subscribeToNothing,
-    // As text, because the comparison is by content.
+    // Compared as a text, because the content matters and not the object.
     () => JSON.stringify(describeAngles(source, side, limits)),
   );
   const { body, notes } = JSON.parse(serialized) as ReturnType<typeof describeAngles>;

@@ -8,10 +8,10 @@ import type { Ghost } from "./ghost";
 import type { RangeViolation } from "./limits";
 
 const STEP_S = 0.05;
-/** The slider's step: readable, and without much load on the page. */
+/** Step of the slider. It is readable and puts little load on the page. */
 const SHOWN_S = 0.1;
 
-/** Play, pause and a slider over the recording's time. Sends nothing to the apparatus. */
+/** Play, pause and a slider over the recording's time. This sends nothing to the apparatus. */
 export function GhostPanel({
   ghost,
   violations,
@@ -22,7 +22,7 @@ export function GhostPanel({
   ghost: Ghost;
   violations: RangeViolation[];
   playsItself?: boolean;
-  /** What is played. */
+  /** What is being played. */
   subject?: "ghost" | "run";
   /** Times that the slider marks. */
   marks_s?: number[];

@@ -3,7 +3,10 @@ import type { ReactNode } from "react";
 import { t } from "../../lib/i18n";
 import classes from "./digitalTwin.module.css";
 
-/** The card of the live view. It has its height before anything is drawn, so that nothing moves afterwards. */
+/**
+ * The card of the live view. It has its final height before anything is drawn, so that nothing moves
+ * afterwards.
+ */
 export function LiveFrame({ note, children }: { note?: ReactNode; children: ReactNode }) {
   return (
     <Card

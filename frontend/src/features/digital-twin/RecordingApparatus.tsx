@@ -10,7 +10,7 @@ import { GhostPanel } from "./GhostPanel";
 import { Ghost } from "./ghost";
 import { limitsOf, rangeViolations } from "./limits";
 
-/** A recording played by a ghost at its own speed, with this station's ranges. */
+/** Shows a ghost that plays a recording at the recording's own speed, with this station's ranges. */
 export default function RecordingApparatus({ recordingId }: { recordingId: string }) {
   const station = useStation();
   const motion = useQuery({

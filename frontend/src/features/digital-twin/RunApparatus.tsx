@@ -14,7 +14,7 @@ import { limitsOf } from "./limits";
 
 const SQUARE = "\u25A0";
 
-/** A playback as it was measured, with what was requested as a ghost, and marks where resistance was met. */
+/** Shows a playback as it was measured, the requested motion as a ghost, and marks where the arm met resistance. */
 export default function RunApparatus({ runId }: { runId: string }) {
   const played = useQuery({
     queryKey: ["played-motion", runId],

@@ -20,7 +20,7 @@ interface SceneProps {
 
 const DEG_PER_PIXEL = 0.4;
 
-/** The canvas. Angles go from their source to the drawing worker, ten times a second, without React. */
+/** The canvas. Angles go from their source to the drawing worker ten times a second, without React. */
 export function Scene(props: SceneProps) {
   const { view, label, onView } = props;
   const { place, late } = useDrawing(props);
@@ -42,7 +42,7 @@ export function Scene(props: SceneProps) {
   );
 }
 
-/** Draw into an element with a worker. Return the element's ref and whether the picture is late. */
+/** Draw into an element with a worker. Return the element's ref, and whether the picture is late. */
 function useDrawing({ side, limits, view, only, real, ghost, onUnable }: SceneProps) {
   const place = useRef<HTMLDivElement>(null);
   const drawing = useRef<Drawing | null>(null);
@@ -53,9 +53,9 @@ function useDrawing({ side, limits, view, only, real, ghost, onUnable }: ScenePr
   useEffect(() => {
     const element = place.current;
     if (!element) return;
-    // Each worker gets its own canvas: a transferred canvas cannot be taken back.
+    // Each worker gets its own canvas, because a transferred canvas cannot be taken back.
     const canvas = document.createElement("canvas");
-    // The picture keeps its proportions until the worker draws it in another size.
+    // The picture keeps its proportions until the worker draws it in a new size.
     canvas.style.cssText = "width: 100%; height: 100%; display: block; object-fit: contain";
     const seen = latest.current;
     let made: Drawing;
@@ -90,7 +90,7 @@ function useDrawing({ side, limits, view, only, real, ghost, onUnable }: ScenePr
 
   useEffect(() => drawing.current?.change({ view }), [view]);
   useEffect(() => drawing.current?.change({ only }), [only]);
-  // A new drawing for another side needs the current angles, so side and limits are dependencies.
+  // A drawing for another side needs the current angles, so side and limits are dependencies.
   // biome-ignore lint/correctness/useExhaustiveDependencies: see above
   useEffect(() => follow(real, (angles) => drawing.current?.change({ real: angles })), [real, side, limits]);
   // biome-ignore lint/correctness/useExhaustiveDependencies: see above

@@ -15,7 +15,7 @@ import { liveAngles } from "./liveAngles";
 
 const SQUARE = "■";
 
-/** The live apparatus, overlaid with the loaded recording before it may touch the patient. */
+/** The live apparatus. The loaded recording is drawn over it before the arm moves. */
 export default function StationApparatus() {
   const station = useStation();
   const alive = useAlive();

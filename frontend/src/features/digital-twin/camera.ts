@@ -1,7 +1,10 @@
 import { outward } from "./posture";
 import { radians, type Side, type Vec } from "./vectors";
 
-/** The camera: azimuth about the patient (0: in front, positive towards the patient's left), elevation, and zoom. */
+/**
+ * The camera: azimuth around the patient (0 is in front; positive is towards the patient's left), elevation,
+ * and zoom.
+ */
 export interface View {
   azimuth_deg: number;
   elevation_deg: number;
@@ -15,7 +18,7 @@ const NEAREST = 3;
 const FURTHEST = 0.6;
 const STEEPEST_DEG = 89;
 
-/** Return a named view. Corner and side are at the treated shoulder. */
+/** Return a named view. The views "corner" and "side" are at the treated shoulder. */
 export function viewOf(name: ViewName, side: Side): View {
   const out = outward(side);
   switch (name) {

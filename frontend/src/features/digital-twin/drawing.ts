@@ -1,6 +1,9 @@
 import type { Picture, WorkerMessage, WorkerSetup } from "./scene/picture";
 
-/** A picture that is not drawn within this time is late: the screen no longer shows the arm's position. */
+/**
+ * A picture that is not drawn within this time is late, because the screen then no longer shows the arm's
+ * position.
+ */
 export const LATE_AFTER_MS = 2000;
 
 export interface DrawingCallbacks {
@@ -13,8 +16,8 @@ export interface DrawingCallbacks {
 }
 
 /**
- * The page's side of the drawing worker. It sends complete pictures and receives the number of each drawn
- * one.
+ * The page's side of the drawing worker. It sends complete pictures and receives the number of each picture
+ * that was drawn.
  */
 export class Drawing {
   readonly #worker: Worker;

@@ -1,10 +1,13 @@
 import type { AnglesSource } from "./ghost";
 import type { Angles } from "./posture";
 
-/** Less than a pixel at the hand. A resting arm's angles change by less, so its picture rests too. */
+/**
+ * Smallest visible change: less than a pixel at the hand. A resting arm's angles change by less, so its picture
+ * does not change.
+ */
 const UNSEEN_DEG = 0.2;
 
-/** Call `show` with the source's angles, now and whenever they change visibly. Return how to stop. */
+/** Call `show` with the source's angles now and after each visible change. Return a function that stops this. */
 export function follow(source: AnglesSource | null, show: (angles: Angles | null) => void) {
   let shown = source?.get() ?? null;
   show(shown);

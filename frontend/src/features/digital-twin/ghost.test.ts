@@ -11,7 +11,7 @@ const motion: Motion = {
   ],
 };
 
-/** A clock that the test moves. */
+/** A clock that the test advances. */
 class Stepped implements GhostClock {
   at_s = 50;
   #ticks = new Set<() => void>();

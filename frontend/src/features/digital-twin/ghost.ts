@@ -19,7 +19,7 @@ export function anglesAt(motion: Motion, at_s: number): Angles {
   return from.map((angle, axis) => angle + share * ((to[axis] as number) - angle)) as unknown as Angles;
 }
 
-/** A source of five angles with change notification. Frames pass through it instead of React. */
+/** A source of five angles that notifies listeners of changes. The angles do not go through React. */
 export interface AnglesSource {
   /** Null while unknown. */
   get: () => Angles | null;
@@ -43,13 +43,13 @@ export const GHOST_CLOCK: GhostClock = {
   },
 };
 
-/** Plays a motion in real time on the screen only. Sends nothing to the apparatus. */
+/** Plays a motion in real time, only on the screen. It sends nothing to the apparatus. */
 export class Ghost implements AnglesSource {
   readonly duration_s: number;
   readonly #motion: Motion;
   readonly #clock: GhostClock;
   #listeners = new Set<() => void>();
-  /** Position on the motion at the last start, stop or seek, and its time. */
+  /** Position on the motion at the last start, stop or seek, and the time of that action. */
   #from_s = 0;
   #since_s = 0;
   #end: (() => void) | null = null;
@@ -79,7 +79,7 @@ export class Ghost implements AnglesSource {
     };
   };
 
-  /** Continue from the position, or restart at the end. */
+  /** Continue from the position, or start again from the beginning if the position is at the end. */
   play() {
     if (this.playing) return;
     if (this.#from_s >= this.duration_s) this.#from_s = 0;
@@ -112,7 +112,7 @@ export class Ghost implements AnglesSource {
   }
 }
 
-/** Another motion that is shown at the same time as the ghost's. Both have the same clock. */
+/** Another motion that is shown together with the ghost's motion. Both have the same clock. */
 export class Companion implements AnglesSource {
   readonly subscribe: AnglesSource["subscribe"];
   readonly #motion: Motion;

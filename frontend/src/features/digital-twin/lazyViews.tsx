@@ -6,7 +6,7 @@ import { useLive } from "../../lib/live/hooks";
 import { OpenOnDemand } from "../../ui/OpenOnDemand";
 import { LiveFrame } from "./LiveFrame";
 
-// The three-dimensional view is half of the page's size, so it loads on demand.
+// The 3-D view is half of the page's size, so it loads on demand.
 const StationApparatus = lazy(() => import("./StationApparatus"));
 const RecordingApparatus = lazy(() => import("./RecordingApparatus"));
 
@@ -15,15 +15,15 @@ const RunApparatus = lazy(() => import("./RunApparatus"));
 const HEIGHT = 560;
 
 /**
- * The view on the station page. It begins while there is no torque, because loading and preparing it can block the
- * page and Stop; from then on it stays.
+ * The view on the station page. It loads while there is no torque, because loading and preparing can block the
+ * page and Stop. Once loaded, it stays.
  */
 export function LiveApparatus() {
   const torque = useLive("torque");
   const [open, setOpen] = useState(false);
   const free = torque === "off";
   useEffect(() => {
-    // After the page's own work: the controls come first.
+    // The view loads after the page's own work, so that the controls appear first.
     return free ? whenIdle(() => setOpen(true)) : undefined;
   }, [free]);
   const waits = (
@@ -37,7 +37,7 @@ export function LiveApparatus() {
   );
 }
 
-/** Call `then` when the browser has nothing else to do. Return how to cancel it. */
+/** Call `then` when the browser is idle. Return a function that cancels the call. */
 function whenIdle(then: () => void): () => void {
   if (!("requestIdleCallback" in window)) {
     const timer = setTimeout(then);
@@ -60,7 +60,7 @@ export function RecordingGhost({ recordingId }: { recordingId: string }) {
   );
 }
 
-/** What a run played, on its own clock. */
+/** Shows the played motion of a run on the run's own clock. */
 export function RunPlayback({ runId }: { runId: string }) {
   return (
     <Suspense fallback={<Skeleton h={HEIGHT} aria-label={t("digital-twin:view.drawing")} />}>

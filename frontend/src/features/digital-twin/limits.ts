@@ -7,7 +7,7 @@ export type Limits = readonly { min_deg: number; max_deg: number }[];
 export type Motor = 1 | 2 | 3 | 4 | 5;
 export const MOTORS: readonly Motor[] = [1, 2, 3, 4, 5];
 
-/** A motor nearer to a limit than this counts as at its limit. */
+/** A motor counts as at its limit if it is nearer to the limit than this. */
 export const NEAR_DEG = 3;
 
 export type End = "lower" | "upper";
@@ -25,7 +25,7 @@ export function limitsReached(angles: Angles, limits: Limits): (End | null)[] {
   });
 }
 
-/** Where a motion first leaves a motor's range. */
+/** The place where a motion first leaves a motor's range. */
 export interface RangeViolation {
   motor: Motor;
   at_s: number;

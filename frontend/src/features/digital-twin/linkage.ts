@@ -2,8 +2,9 @@ import geometry from "./geometry.json";
 import { degrees, radians, type Side, type Vec } from "./vectors";
 
 /**
- * The scapula's parallel links, with the equations and branch of backend/kata/motion/linkage.py. The lengths are those of
- * the MuJoCo model (geometry.json, written by docs.generate). Tests compare both with the same cases (cases.json).
+ * The scapula's parallel links, with the equations and branch of backend/kata/motion/linkage.py. The lengths are
+ * those of the MuJoCo model (geometry.json, written by docs.generate). Tests compare the two with the same cases
+ * (cases.json).
  *
  * All points are in the linkage's frame with its origin in O: x and z lie in the board, y is its normal.
  */
@@ -19,7 +20,7 @@ interface Leg {
   op: number;
   qp: number;
   oo: Vec;
-  /** Return the crank OiPi at an angle, from Oi. */
+  /** Return the vector from Oi to Pi, the end of the crank, at an angle. */
   crank: (theta: number) => Vec;
   /** Return the coefficients in V of the sine and the cosine of theta. */
   parts: (v: Vec) => [number, number];
@@ -36,10 +37,10 @@ const TWO: Leg = {
   crank: (t) => [0, two.op_mm * Math.sin(t), -two.op_mm * Math.cos(t)],
   parts: (v) => [v[1], -v[2]],
 };
-/** The range of phi and psi in degrees. The search covers a little more. */
+/** Range of phi and psi in degrees. The search covers slightly more. */
 const WITHIN_DEG = 45;
 const END = radians(WITHIN_DEG + 1);
-/** The tolerance between a found pose's motor angles and the given ones. A larger difference means another branch. */
+/** Tolerance between the given motor angles and those of a found pose. A larger difference means another branch. */
 const CLOSED_DEG = 1e-6;
 const HALVINGS = 46;
 
@@ -49,7 +50,10 @@ export interface Scapula {
   psi_deg: number;
 }
 
-/** The joints of the two legs. O1 and O2 are fixed; P1 and P2 are the crank ends; Q1 and Q2 sit on the board. */
+/**
+ * The joints of the two legs. O1 and O2 are fixed, P1 and P2 are the crank ends, and Q1 and Q2 are on the
+ * board.
+ */
 export interface LinkPoints {
   o1: Vec;
   p1: Vec;
@@ -59,7 +63,7 @@ export interface LinkPoints {
   q2: Vec;
 }
 
-/** The sign of psi: the turned apparatus rolls the scapula in the opposite direction. */
+/** The sign of psi. The turned apparatus rolls the scapula in the opposite direction. */
 const rollSign = (side: Side) => (side === "left" ? -1 : 1);
 
 const sum = (a: Vec, b: Vec): Vec => [a[0] + b[0], a[1] + b[1], a[2] + b[2]];
@@ -91,12 +95,12 @@ export function motorsOf(scapula: Scapula, side: Side): [number, number] | null 
   return found.some(Number.isNaN) ? null : found;
 }
 
-/** Return the scapula's pose at these angles of motors 1 and 2; null if no pose has them. */
+/** Return the scapula's pose at these angles of motors 1 and 2, or null if no pose has them. */
 export function scapulaOf(theta1_deg: number, theta2_deg: number, side: Side): Scapula | null {
   const p1 = sum(ONE.oo, ONE.crank(radians(theta1_deg)));
   const p2 = sum(TWO.oo, TWO.crank(radians(theta2_deg)));
   const [reach1, reach2] = [reach(ONE, p1), reach(TWO, p2)];
-  // Leg 2 gives psi for each phi; the remainder is the gap of leg 1.
+  // Leg 2 gives psi for each phi. The remaining gap is that of leg 1.
   const psiOf = (phi: number) => {
     const out = p2[0] * Math.cos(phi) + p2[1] * Math.sin(phi);
     const stroke = Math.acos(Math.min(1, Math.max(-1, reach2 / Math.hypot(out, p2[2]))));

@@ -3,8 +3,8 @@ import type { AnglesSource } from "./ghost";
 import type { Angles } from "./posture";
 
 /**
- * The motors' measured angles from the store. Outdated angles stay and the viewer greys them; unknown ones
- * are null.
+ * The motors' measured angles from the store. Outdated angles are kept, and the viewer greys them. Unknown
+ * angles are null.
  */
 export const liveAngles: AnglesSource = {
   get: () => {

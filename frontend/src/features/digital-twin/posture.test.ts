@@ -7,7 +7,7 @@ import { distance, minus, plus, type Side, type Vec } from "./vectors";
 const SIDES: Side[] = ["right", "left"];
 const mirrored = ([x, y, z]: Vec): Vec => [x, -y, z];
 
-/** Given the body's angles, as a therapist counts them. */
+/** Return the posture of the body's angles, as a therapist counts them. */
 function at(pose: Angles, side: Side): Posture {
   const motors = motorsOf({ phi_deg: pose[0], psi_deg: pose[1] }, side);
   const posture = motors && postureOf([motors[0], motors[1], pose[2], pose[3], pose[4]], side);
@@ -63,7 +63,7 @@ describe("the linkage", () => {
   it.each(SIDES)("turns its board joints with the board: %s", (side) => {
     const rest = at([0, 0, 0, 0, 0], side);
     const moved = at([15, -12, 0, 0, 0], side);
-    // Between two things that are fixed to the board nothing changes.
+    // The distance between two points that are fixed to the board does not change.
     for (const joint of ["q1", "q2"] as const) {
       const before = distance(rest.links[joint], rest.shoulder);
       expect(distance(moved.links[joint], moved.shoulder)).toBeCloseTo(before, 6);
@@ -73,7 +73,7 @@ describe("the linkage", () => {
   it("on the left is the right one turned about X", () => {
     const right = at([9, 5, 0, 0, 0], "right");
     const inside = (posture: Posture, v: Vec) => minus(v, posture.origin);
-    // Seen from the apparatus, phi is the same and psi the other way round.
+    // Seen from the apparatus, phi is the same and psi has the opposite sign.
     const left = at([9, -5, 0, 0, 0], "left");
     for (const joint of ["o1", "p1", "q1", "o2", "p2", "q2"] as const) {
       const [x, y, z] = inside(right, right.links[joint]);
@@ -153,14 +153,14 @@ describe("a motor's range", () => {
     const motors = motorsOf({ phi_deg: pose[0], psi_deg: pose[1] }, side) as [number, number];
     expect(towards(posture.links.o1, posture.links.p1, first?.at(motors[0]) as Vec)).toBeLessThan(1e-6);
     expect(towards(posture.links.o2, posture.links.p2, second?.at(motors[1]) as Vec)).toBeLessThan(1e-6);
-    // Further out on the line of the upper arm.
+    // The point is farther out on the line of the upper arm.
     expect(towards(posture.shoulder, posture.elbow, fourth?.at(pose[3]) as Vec)).toBeLessThan(1e-6);
     const hanging = at([6, -8, 40, 0, 0], side);
     expect(towards(hanging.shoulder, hanging.elbow, third?.at(40) as Vec)).toBeLessThan(1e-6);
     const hand = minus(posture.wrist, posture.elbow);
     const pointing = minus(fifth?.at(-10) as Vec, fifth?.centre(-10) as Vec);
     const down = minus(posture.elbow, posture.shoulder);
-    // In one plane with upper arm and forearm.
+    // The point is in one plane with upper arm and forearm.
     const normal: Vec = [
       down[1] * hand[2] - down[2] * hand[1],
       down[2] * hand[0] - down[0] * hand[2],

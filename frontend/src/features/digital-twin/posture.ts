@@ -5,8 +5,8 @@ import { about, after, plus, type Rotation, radians, type Side, turned, type Vec
 /**
  * The positions of all parts, computed from the five motor angles.
  *
- * Motor 3 turns about X through the shoulder's centre and carries motor 4, which turns about Y while the arm hangs; motor
- * 5 turns the upper arm about its axis. All three sit on the scapula's board, which adds its yaw and roll
+ * Motor 3 turns about X through the shoulder's centre and carries motor 4, which turns about Y while the arm hangs;
+ * motor 5 turns the upper arm about its axis. All three are on the scapula's board, which adds its yaw and roll
  * (backend/kata/motion/shoulder.py). The left body is the right one reflected in the sagittal plane; the left
  * apparatus is the right one turned by 180 degrees about X (backend/kata/motion/sides.py).
  *
@@ -37,14 +37,14 @@ export type Pose = readonly [number, number, number, number, number];
 /** Five motor angles, degrees, in axis order. */
 export type Angles = readonly [number, number, number, number, number];
 
-/** Lengths for a body height of 1.65 m. geometry.json is made from the parameters of the MuJoCo model. */
+/** Lengths for a body height of 1.65 m. geometry.json is generated from the parameters of the MuJoCo model. */
 export const UPPER_ARM_MM = geometry.upper_arm_mm;
 export const FOREARM_MM = geometry.forearm_mm;
 /** The drawn elbow flexion, which makes the upper arm's rotation visible. */
 export const ELBOW_FLEXION_DEG = geometry.elbow_flexion_deg;
 const SHOULDER_OUT_MM = 175;
 const SHOULDER_UP_MM = 1010;
-/** The position of O relative to the shoulder's centre, mm. Our choice: the paper does not state it. */
+/** Position of O relative to the shoulder's centre, mm. We chose it, because the paper does not state it. */
 const ORIGIN_FROM_SHOULDER = {
   behind: geometry.shoulder_mm.forward,
   inward: -geometry.shoulder_mm.left,
@@ -54,7 +54,7 @@ const ORIGIN_FROM_SHOULDER = {
 /** +1 to the patient's left, -1 to the right. */
 export const outward = (side: Side) => (side === "left" ? 1 : -1);
 
-/** Return O of the apparatus set up for this side. */
+/** Return the point O of the apparatus that is set up for this side. */
 export function originOf(side: Side): Vec {
   const { behind, inward, below } = ORIGIN_FROM_SHOULDER;
   return [-behind, outward(side) * (SHOULDER_OUT_MM - inward), SHOULDER_UP_MM - below];
@@ -67,16 +67,16 @@ export function shoulderFromOrigin(side: Side): Vec {
 }
 
 /**
- * Convert a direction from the linkage's frame to the room's. On the right, the linkage's x points to the spine, y
- * backward and z up; on the left, it is turned by 180 degrees about X. Only so does phi move the shoulder forward and psi
- * lift it.
+ * Convert a direction from the linkage's frame to the room's. On the right, the linkage's x points to the
+ * spine, y backward and z up. On the left, the linkage is turned by 180 degrees about X. Only with these
+ * directions does phi move the shoulder forward and psi lift it.
  */
 export function fromLinkage(v: Vec, side: Side): Vec {
   const turnedOver = side === "left" ? -1 : 1;
   return [-v[1], turnedOver * v[0], turnedOver * v[2]];
 }
 
-/** Return the posture at these motor angles; null if no pose of the scapula fits motors 1 and 2. */
+/** Return the posture at these motor angles, or null if no pose of the scapula fits motors 1 and 2. */
 export function postureOf(angles: Angles, side: Side): Posture | null {
   const [theta1, theta2, abduction, flexion, rotation] = angles;
   const scapula = scapulaOf(theta1, theta2, side);
@@ -122,16 +122,19 @@ export const forearm = (length: number): Vec => {
   return [length * Math.sin(bent), 0, -length * Math.cos(bent)];
 };
 
-/** The radius at which each motor's range is drawn, mm. The curves do not overlap. */
+/** Radius at which each motor's range is drawn, mm. The curves do not overlap. */
 const RADIUS_MM = [58, 75, 330, 390, 150] as const;
 
-/** The curve of one motor: the position of its marker if only this motor moved to an angle. */
+/** The curve of one motor: the positions of its marker if only this motor moved. */
 export interface Sweep {
   centre: (angle_deg: number) => Vec;
   at: (angle_deg: number) => Vec;
 }
 
-/** Return each motor's curve from a posture: the crank ends of motors 1 and 2, the hanging arm, the arm, the forearm. */
+/**
+ * Return each motor's curve from a posture. The markers are the crank ends of motors 1 and 2, the hanging arm,
+ * the arm, and the forearm.
+ */
 export function sweeps(from: Posture): readonly Sweep[] {
   const { side, origin, shoulder, board, lifted, swung } = from;
   const out = outward(side);
@@ -153,7 +156,8 @@ export function sweeps(from: Posture): readonly Sweep[] {
     crank(2),
     {
       centre: () => shoulder,
-      // The arm hangs as without motor 4: raised forward, it would lie along motor 3's axis and draw no curve.
+      // The arm hangs as it would without motor 4. Raised forward, it would lie along motor 3's axis and draw no
+      // curve.
       at: (deg) => plus(shoulder, turned(after(board, about("x", out * radians(deg))), down(RADIUS_MM[2]))),
     },
     {
@@ -167,7 +171,7 @@ export function sweeps(from: Posture): readonly Sweep[] {
   ];
 }
 
-/** The distance from the shoulder to the cuff that motor 5 turns. */
+/** Distance from the shoulder to the cuff that motor 5 turns, mm. */
 export const RING_MM = 150;
 
 function along(from: Vec, to: Vec, length: number): Vec {

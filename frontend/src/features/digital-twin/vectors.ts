@@ -1,6 +1,6 @@
 /** A position or direction in the room, millimetres: x forward from the patient, y to the patient's left, z up. */
 export type Vec = readonly [number, number, number];
-/** A rotation, by rows. */
+/** A rotation matrix, by rows. */
 export type Rotation = readonly [Vec, Vec, Vec];
 export type Side = "left" | "right";
 

@@ -69,7 +69,7 @@ export function EpisodeForm(props: Props) {
         />
         <LimitFields draft={draft} fields={fields} onChange={change} />
         {save.error && (
-          // All messages, because a limit's error has no field in this form.
+          // All messages are shown, because the error of a limit has no field in this form.
           <Alert color="grape" variant="light" role="alert">
             {save.error.message} {save.error instanceof ProblemError ? save.error.nextStep : ""}
           </Alert>
@@ -84,7 +84,7 @@ export function EpisodeForm(props: Props) {
   );
 }
 
-/** The fields while they are entered. Empty numbers are null. */
+/** The fields during input. Empty numbers are null. */
 type Draft = {
   diagnosis: string;
   diagnosis_code: Episode["diagnosis_code"];
@@ -109,10 +109,10 @@ const toDraft = (episode: Episode | undefined): Draft => ({
   limits_by: episode?.limits_by ?? "",
 });
 
-/** The draft of an episode, which outlives its dialog, how to change it, and how to save it. */
+/** Return the draft of an episode, which is kept when its dialog closes, and functions to change and save it. */
 function useEpisodeDraft({ patientId, side, episode, onDone }: Props) {
   const queries = useQueryClient();
-  // The version of the shown values. A newer one may arrive during editing.
+  // The version of the shown values. A newer version may arrive during editing.
   const [version] = useState(episode?.updated_at ?? null);
   const [key] = useState(`episode ${episode?.id ?? `new ${patientId} ${side}`} ${version ?? ""}`);
   const [draft, setDraft] = useDraft(key, () => toDraft(episode));
@@ -133,7 +133,7 @@ function useEpisodeDraft({ patientId, side, episode, onDone }: Props) {
   return { draft, change, save };
 }
 
-/** What the doctor allows: the range of each motion, the resistance and the speed. */
+/** The doctor's limits: the range of each motion, the resistance and the speed. */
 function LimitFields(props: {
   draft: Draft;
   fields: Record<string, string>;
@@ -168,7 +168,7 @@ function LimitFields(props: {
   );
 }
 
-/** The diagnosis of the short list and its certainty, both as the clinician chooses them. */
+/** The diagnosis from the short list and its certainty. The clinician chooses both. */
 function DiagnosisFields(props: {
   code: Episode["diagnosis_code"];
   certainty: Episode["verification"];
@@ -197,7 +197,7 @@ function DiagnosisFields(props: {
   );
 }
 
-/** The doctor's limits of each motion, beside the apparatus' own range. */
+/** The doctor's limits of each motion, beside the apparatus's own range. */
 function LimitTable(props: {
   limits: Record<number, Limits>;
   onChange: (limits: Record<number, Limits>) => void;

@@ -21,7 +21,7 @@ export function Episodes({ patient }: { patient: Patient }) {
   const saved = () => {
     setOpening(null);
     void queries.invalidateQueries({ queryKey: ["episodes", patient.id] });
-    // The patient's record contains the treated side.
+    // Fetched again, because the patient's record contains the treated side.
     void queries.invalidateQueries({ queryKey: ["patient", patient.id] });
     void queries.invalidateQueries({ queryKey: ["patients"] });
   };

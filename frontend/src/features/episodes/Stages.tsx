@@ -17,7 +17,7 @@ const CHOICES = Object.entries(t("episodes:stages", { returnObjects: true })).ma
 
 type Stage = Episode["stages"][number];
 
-/** The recorded stages with their dates, and actions to add one or remove a wrong one; removing can be taken back. */
+/** The recorded stages with their dates, with actions to add one or remove a wrong one. Removing can be undone. */
 export function Stages({ episode, onSaved }: { episode: Episode; onSaved: (saved: Episode) => void }) {
   const changeable = useHasPermission("write_records") && !episode.closed_at;
   const [stage, setStage] = useState<StageName | null>(null);

@@ -4,7 +4,7 @@ import { t } from "../../lib/i18n";
 export type Side = Episode["side"];
 const MOTION_NAMES = t("episodes:motionNames", { returnObjects: true });
 
-/** The six basic motions (table 2) and the apparatus' range of each. */
+/** The six basic motions (table 2) and the apparatus's range of each. */
 export const MOTIONS = [
   { motion: 1, name: MOTION_NAMES[0], from: -20, to: 20 },
   { motion: 2, name: MOTION_NAMES[1], from: -20, to: 20 },
@@ -33,7 +33,7 @@ export const CERTAINTIES: { value: Exclude<Episode["verification"], "">; label: 
   { value: "confirmed", label: t("episodes:certainties.confirmed") },
 ];
 
-/** The diagnosis as it was chosen and written; empty without one. */
+/** Return the diagnosis as it was chosen and written; empty if there is none. */
 export function diagnosisWords(episode: Episode): string {
   const chosen = DIAGNOSES.find(({ value }) => value === episode.diagnosis_code)?.label ?? "";
   if (!chosen || !episode.diagnosis) return chosen || episode.diagnosis;
@@ -42,10 +42,10 @@ export function diagnosisWords(episode: Episode): string {
 
 export type StageName = NonNullable<Episode["stage"]>["stage"];
 
-/** A whole angle with a true minus sign. */
+/** Return a whole angle with a typographic minus sign. */
 export const minus = (value: number) => String(value).replace("-", "−");
 
-/** "Abduction / adduction of the shoulder: 0 to 90 deg", or only one end of it. */
+/** Return "Abduction / adduction of the shoulder: 0 to 90 deg", or a text with only one end. */
 export function limitWords({ motion, lowest_deg, highest_deg }: Episode["limits"][number]): string {
   const name =
     MOTIONS.find((known) => known.motion === motion)?.name ?? t("episodes:limits.unknownMotion", { motion });
@@ -60,7 +60,7 @@ export function limitWords({ motion, lowest_deg, highest_deg }: Episode["limits"
   });
 }
 
-/** Today in this browser, as 2026-11-21. */
+/** Return today's date in this browser, in the form 2026-11-21. */
 export function today(now = new Date()): string {
   const two = (value: number) => String(value).padStart(2, "0");
   return `${now.getFullYear()}-${two(now.getMonth() + 1)}-${two(now.getDate())}`;

@@ -7,7 +7,7 @@ import { EstopSign } from "../../safety/EstopBadge";
 import { AlarmFrame } from "../alarms/Alarms";
 import { doingWords, operatedBy, progressWords, type Shown, type State, silentSince } from "./messages";
 
-/** A summary of one station. Unknown states look different from all known ones. */
+/** A summary of one station. An unknown state looks different from all known ones. */
 export function StationTile({ station, children }: { station: Shown; children?: ReactNode }) {
   const { name, state } = station;
   return (

@@ -10,7 +10,7 @@ export const silentSince = (heardAt: string | null) =>
     ? t("fleet:stations.never")
     : t("fleet:stations.lastHeard", { moment: formatMoment(heardAt) });
 
-/** What it does, as on its own page. */
+/** Return what the station is doing, in the words of its own page. */
 export function doingWords(state: State): string {
   if (state.device !== "running") return t("fleet:stations.restarting");
   const stop = state.causes.length > 0 ? { arm_held: state.arm_held, causes: [] } : null;
@@ -18,7 +18,7 @@ export function doingWords(state: State): string {
   return describeMode({ mode: state.mode, stop, run });
 }
 
-/** The progress of a playback or a take, or an empty text. */
+/** Return the progress of a playback or a take, or an empty text. */
 export function progressWords(state: State): string {
   if (state.progress) return t("fleet:stations.left", { span: formatSpan(state.progress.left_s) });
   return state.take_s === null ? "" : t("fleet:stations.take", { span: formatSpan(state.take_s) });

@@ -7,14 +7,15 @@ export const LOST_AFTER_MS = 2500;
 const LOOK_EVERY_MS = 250;
 const AGAIN_MS = 1000;
 /**
- * A silent connection is replaced after this time. With a pulled cable the browser would wait for minutes.
+ * A silent connection is replaced after this time, because a browser with an unplugged cable would wait for
+ * minutes.
  */
 export const OPEN_WITHIN_MS = 3000;
 
-/** Null without current data: before the first message and after a lost connection. */
+/** Data of the stations. `stations` is null before the first message and after a lost connection. */
 export interface Known {
   stations: Shown[] | null;
-  /** Messages were received before. */
+  /** True if messages were received before. */
   lost: boolean;
 }
 

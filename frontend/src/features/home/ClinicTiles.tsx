@@ -12,7 +12,7 @@ import {
   UsageTile,
 } from "./serviceTiles";
 
-/** Key figures of the clinic. Each tile leads to what is behind it. */
+/** Key figures of the clinic. Each tile links to the page behind its figure. */
 export function ClinicTiles() {
   const reads = useHasPermission("read_records");
   const oversees = useHasPermission("see_operation");

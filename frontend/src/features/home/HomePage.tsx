@@ -15,8 +15,8 @@ import { ClinicTiles } from "./ClinicTiles";
 import { Worklist } from "./Worklist";
 
 /**
- * The first page, by what the user may do: the work of the day, the state of the stations, and the clinic's key figures. Those who
- * administer the clinic see the figures first.
+ * The first page. Depending on the user's permissions it shows the work of the day, the state of the stations,
+ * and the clinic's key figures. Administrators see the figures first.
  */
 export function HomePage() {
   useTitle(t("clinic:home.title"));
@@ -27,7 +27,7 @@ export function HomePage() {
   const databaseUnavailable = useDatabaseUnavailable();
   const router = useRouter();
   useEffect(() => {
-    // The station's page loads while this one is read, so that it opens at once and without the network.
+    // The station's page loads while the user reads this one, so that it opens at once, even without the network.
     void router.preloadRoute({ to: "/station" }).catch(() => undefined);
   }, [router]);
   const figures = (reads || oversees) && !databaseUnavailable && <ClinicTiles />;
@@ -66,7 +66,7 @@ export function HomePage() {
   );
 }
 
-/** The stations with their emergency stops and remaining times. */
+/** Shows the stations with their emergency stops and remaining times. */
 function Stations({ narrow }: { narrow: boolean }) {
   const known = useSyncExternalStore(stations.subscribe, stations.get);
   return (

@@ -14,7 +14,10 @@ import classes from "./home.module.css";
 const REFETCH_MS = 60_000;
 const FEW = 6;
 
-/** The work of the day: who is due, today's sessions, notes to sign, and changes of the user's patients. */
+/**
+ * The work of the day: patients who are due, today's sessions, notes to sign, and changes of the user's
+ * patients.
+ */
 export function Worklist() {
   const work = useQuery({ queryKey: ["worklist"], queryFn: api.worklist, refetchInterval: REFETCH_MS });
   const writes = useHasPermission("write_records");
@@ -142,7 +145,7 @@ function SessionLine({ session, open }: { session: Schemas["SessionSummary"]; op
 function ChangeLine({ change }: { change: Schemas["PatientChange"] }) {
   const { before, now, measure } = change;
   const digits = Number.isInteger(before) && Number.isInteger(now) ? 0 : 1;
-  // No verdict: a small change is within the error of measurement.
+  // The change is not judged, because a small change is within the error of measurement.
   const difference = now - before;
   const words =
     difference === 0
@@ -173,7 +176,7 @@ function PatientLink({ patient }: { patient: Schemas["SessionPatient"] }) {
   );
 }
 
-/** A list of the day. A long one is shown whole on request. */
+/** A list of the day. All rows of a long list are shown on request. */
 function Part(props: {
   id?: string;
   title: string;

@@ -11,7 +11,7 @@ import { lastDays } from "../statistics/figuresSearch";
 
 const GIGA = 1e9;
 const MEGA = 1e6;
-/** Below this share of free space the tile calls for attention; the service's own checks are stricter. */
+/** Share of free space below which the tile warns. The service's own checks are stricter. */
 const LITTLE_SPACE = 0.1;
 
 const size = (bytes: number) =>
@@ -97,7 +97,7 @@ export function TrackingTile() {
 }
 
 export function EmergencyTile() {
-  // Accesses that wait come first. A first page full of them may not be all.
+  // Accesses that wait for a review come first. If the first page is full of them, there may be more.
   const { data, isError } = useQuery({
     queryKey: ["broken-glass", "tile"],
     queryFn: () => api.breakGlassAccesses(),

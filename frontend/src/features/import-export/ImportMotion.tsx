@@ -91,7 +91,7 @@ export function ImportMotion({
   );
 }
 
-/** The motion as the service read it, for comparison with the intention. */
+/** Shows the motion as the service read it, so that the user can compare it with the intended motion. */
 function MotionSummary({ motion }: { motion: Schemas["UnderstoodMotion"] }) {
   return (
     <Stack gap="xs" data-testid="understood">

@@ -6,7 +6,7 @@ import { formatMoment } from "../../lib/format";
 import { t } from "../../lib/i18n";
 import { PageLink } from "../../ui/links";
 
-/** Erasure requests without a decision. Empty if there are none. */
+/** Erasure requests without a decision. Renders nothing if there are none. */
 export function OpenErasures() {
   const open = useQuery({ queryKey: ["erasures"], queryFn: () => api.openErasures() });
   const items = open.data?.items ?? [];

@@ -4,7 +4,7 @@ import { ProblemError } from "../../lib/api/client";
 import { t } from "../../lib/i18n";
 import { ProblemNote } from "../../ui/ProblemNote";
 
-/** The errors of a refused file by line and column, or by path. */
+/** Shows the errors of a refused file by line and column, or by path. */
 export function Refused({ error }: { error: unknown }) {
   const places = error instanceof ProblemError ? Object.entries(error.fields) : [];
   if (places.length === 0) return <ProblemNote error={error} />;

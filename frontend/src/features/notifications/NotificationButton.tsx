@@ -9,7 +9,7 @@ const NotificationList = lazy(() =>
   import("./NotificationList").then((module) => ({ default: module.NotificationList })),
 );
 
-/** Opens the notifications, and shows how many are not read. The list loads on first use. */
+/** Opens the notifications, and shows how many are unread. The list loads on first use. */
 export function NotificationButton() {
   const [opened, setOpened] = useState(false);
   const found = useNotices();

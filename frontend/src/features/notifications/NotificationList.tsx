@@ -6,7 +6,7 @@ import type { Notice } from "./notices";
 import classes from "./notifications.module.css";
 import type { Notices } from "./useNotices";
 
-/** The notifications, newest first. It opens below the header, so Stop stays in reach. */
+/** The notifications, newest first. The list opens below the header, so that Stop stays reachable. */
 export function NotificationList({ found, onClose }: { found: Notices; onClose: () => void }) {
   const { notices, unread, failed, markRead } = found;
   const unreadIds = new Set(unread.map(({ id }) => id));

@@ -2,7 +2,7 @@ import type { Schemas } from "../../lib/api/client";
 import { t } from "../../lib/i18n";
 import { stopWords } from "../sessions/stopWords";
 
-/** Something that a user should know, with the page behind it. `at`: UTC. */
+/** Something that the user should know, with a link to the page behind it. `at` is in UTC. */
 export interface Notice {
   id: string;
   at: string;
@@ -10,7 +10,7 @@ export interface Notice {
   target: { to: string; search?: Record<string, string> };
 }
 
-/** Return a notification of the service in words. */
+/** Return a notification of the service as a notice in words. */
 export function toNotice(notification: Schemas["Notification"]): Notice {
   const { id, at } = notification;
   return { id, at, ...wordsAndTarget(notification) };

@@ -4,21 +4,27 @@ import { useDatabaseUnavailable } from "../../lib/offline";
 import { useHasPermission } from "../auth/hooks";
 import { type Notice, toNotice } from "./notices";
 
-/** Alarms at the user's own station are shown at once by the state bar. */
+/**
+ * Interval between requests. It can be long, because the state bar shows alarms at the user's own station at
+ * once.
+ */
 const REFETCH_MS = 300_000;
 
 export interface Notices {
   /** Newest first. */
   notices: Notice[];
   unread: Notice[];
-  /** The service has not answered. */
+  /** True if the service has not answered. */
   failed: boolean;
   markRead: () => void;
 }
 
 const READ = ["notices-read"];
 
-/** Return the notices that the user may see. What was read is remembered until the page is reloaded or the user signs out. */
+/**
+ * Return the notices that the user may see. Read notices are remembered until the page is reloaded or the user
+ * signs out.
+ */
 export function useNotices(): Notices {
   const available = !useDatabaseUnavailable();
   const sees = useHasPermission("see_station");

@@ -22,7 +22,7 @@ export function AnswerButtons(props: {
         className={`${classes.answers} ${worded ? classes.worded : ""}`}
       >
         {options.map(({ answer, label }) => (
-          // biome-ignore lint/a11y/useSemanticElements: a large button; a radio input cannot be cleared.
+          // biome-ignore lint/a11y/useSemanticElements: a large button, because a radio input cannot be cleared.
           <button
             key={answer}
             type="button"

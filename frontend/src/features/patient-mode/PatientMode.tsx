@@ -14,8 +14,8 @@ type Questionnaire = Schemas["PatientQuestionnaire"];
 type Answers = Questionnaire["answers"];
 
 /**
- * What a locked browser shows: the patient's questionnaire if a patient holds the browser, else the lock
- * screen. The service refuses everything else until the user unlocks.
+ * The content of a locked browser: the questionnaire if a patient uses the browser, else the lock screen. The
+ * service refuses everything else until the user unlocks the screen.
  */
 export function LockedBrowser({ me }: { me: Me }) {
   const [forStaff, setForStaff] = useState(false);
@@ -30,7 +30,7 @@ export function LockedBrowser({ me }: { me: Me }) {
   return <PatientMode questionnaire={questionnaire.data} onStaff={() => setForStaff(true)} />;
 }
 
-/** One question a page in large letters, then the thanks. The apparatus' Stop stays in reach. */
+/** Shows one question at a time in large letters, and then thanks the patient. Stop stays reachable. */
 function PatientMode(props: { questionnaire: Questionnaire; onStaff: () => void }) {
   const { questionnaire, onStaff } = props;
   useTitle(questionnaire.title);
@@ -60,7 +60,7 @@ function PatientMode(props: { questionnaire: Questionnaire; onStaff: () => void 
   );
 }
 
-/** The questions, one at a time. Every step is stored, so a reload continues where the patient was. */
+/** Shows the questions one at a time. Every step is stored, so that a reload continues at the same question. */
 function Questions({ questionnaire }: { questionnaire: Questionnaire }) {
   const queries = useQueryClient();
   const { questions } = questionnaire;
@@ -75,7 +75,7 @@ function Questions({ questionnaire }: { questionnaire: Questionnaire }) {
       else setPlace(next);
     },
   });
-  // biome-ignore lint/correctness/useExhaustiveDependencies: the focus moves with the question.
+  // biome-ignore lint/correctness/useExhaustiveDependencies: the focus must move when the question changes.
   useEffect(() => heading.current?.focus(), [place]);
   const question = questions[place];
   const answered = answers.filter((answer) => answer !== null).length;
@@ -124,7 +124,7 @@ function Questions({ questionnaire }: { questionnaire: Questionnaire }) {
   );
 }
 
-/** The first unanswered question, or the end. */
+/** Return the index of the first unanswered question, or the number of questions if all are answered. */
 const firstOpen = (answers: Answers) => {
   const open = answers.indexOf(null);
   return open === -1 ? answers.length : open;

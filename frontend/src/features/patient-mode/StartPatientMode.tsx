@@ -10,7 +10,7 @@ import { ProblemNote } from "../../ui/ProblemNote";
 import { authStore } from "../auth/authState";
 import { useMe } from "../auth/hooks";
 
-/** Hands this browser to the patient with a questionnaire. */
+/** Gives this browser with a questionnaire to the patient. */
 export function StartPatientMode({ episodeId }: { episodeId: string }) {
   const [opened, dialog] = useDisclosure(false);
   return (

@@ -13,7 +13,10 @@ import { effectWords } from "./PatientBanner";
 type Contraindication = Schemas["Contraindication"];
 type Kind = Schemas["ContraindicationKind"];
 
-/** The patient's contraindications: what each does, who noted it, a doctor's permission and the resolution. */
+/**
+ * The patient's contraindications, each with its effect, the person who noted it, a doctor's permission and the
+ * resolution.
+ */
 export function Contraindications({ patientId }: { patientId: string }) {
   const writes = useHasPermission("write_records");
   const found = useQuery({
@@ -38,7 +41,7 @@ export function Contraindications({ patientId }: { patientId: string }) {
   );
 }
 
-/** A mutation after which the list and the banner are fetched again. */
+/** Return a mutation after which the list and the banner are fetched again. */
 function useChange<Variables>(change: (given: Variables) => Promise<Contraindication>) {
   const queries = useQueryClient();
   return useMutation({

@@ -125,7 +125,7 @@ describe("the contraindications", () => {
     const resolve = vi.spyOn(api, "resolveContraindication").mockResolvedValue(FRACTURE);
     show(<Contraindications patientId="p" />);
     await screen.findByText("No motion is taught or played.");
-    // A fracture has no permission.
+    // No doctor can permit a treatment with a fracture.
     expect(screen.getAllByLabelText("Doctor who allows it")).toHaveLength(1);
     fireEvent.change(screen.getByLabelText("Doctor who allows it"), { target: { value: "Dr. Mori" } });
     fireEvent.click(screen.getByRole("button", { name: "Record the permission" }));

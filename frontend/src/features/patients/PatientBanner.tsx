@@ -9,10 +9,10 @@ import classes from "./patients.module.css";
 
 type Contraindication = Schemas["Contraindication"];
 
-/** Another user may record a contraindication while the page is open. */
+/** Interval between requests, because another user may record a contraindication while the page is open. */
 const REFETCH_MS = 60_000;
 
-/** Who the patient is and what limits a motion. The service answers also without the database. */
+/** Query who the patient is and what limits a motion. The service also answers without the database. */
 export function usePatientBanner(patientId: string | undefined) {
   return useQuery({
     queryKey: ["banner", patientId],
@@ -23,12 +23,12 @@ export function usePatientBanner(patientId: string | undefined) {
 }
 
 /**
- * The banner of every page of a patient, and of the station while a patient is there. It stays in sight.
- * `name`: shown until the banner is loaded, and if it cannot be.
+ * The banner of every page of a patient, and of the station while a patient is there. It stays visible. `name`
+ * is shown until the banner is loaded, and if it cannot be loaded.
  */
 export function PatientBanner({ patientId, name }: { patientId: string | undefined; name?: string }) {
   const { data, error } = usePatientBanner(patientId);
-  // The page shows the way to open a restricted record.
+  // The page itself shows how to open a restricted record.
   if (patientId === undefined || (error instanceof ProblemError && error.code === "restricted")) return null;
   return (
     <section
@@ -113,7 +113,7 @@ function shoulderWords({ side, stage }: Schemas["BannerShoulder"]): string {
     : shoulder;
 }
 
-/** Return the condition, its shoulder, and what it does. */
+/** Return the condition, its shoulder, and its effect. */
 export function contraindicationWords(
   found: Contraindication,
   shoulders: Schemas["BannerShoulder"][],
@@ -126,7 +126,7 @@ export function contraindicationWords(
   });
 }
 
-/** Return what a contraindication does now. */
+/** Return the present effect of a contraindication. */
 export function effectWords(found: Contraindication): string {
   if (found.signed_off_at) return t("patients:contraindications.signedOff", { doctor: found.signed_off_by });
   return t(`patients:contraindications.effects.${found.effect}`);

@@ -9,7 +9,7 @@ import { ProblemNote } from "../../ui/ProblemNote";
 const choices = (words: Record<string, string>) =>
   Object.entries(words).map(([value, label]) => ({ value, label }));
 
-/** A form to create or change a patient. Each field shows the service's error about it. */
+/** A form to create or change a patient. Each field shows the service's error for that field. */
 export function PatientForm({ patient, onDone }: { patient?: Patient; onDone: (saved: Patient) => void }) {
   const { values, change, side, setSide, save } = usePatientValues(patient, onDone);
   const fields = save.error instanceof ProblemError ? save.error.fields : {};
@@ -61,7 +61,7 @@ export function PatientForm({ patient, onDone }: { patient?: Patient; onDone: (s
   );
 }
 
-/** The form's values, how to change them, and how to save them. */
+/** Return the form's values, and functions to change and save them. */
 function usePatientValues(patient: Patient | undefined, onDone: (saved: Patient) => void) {
   const queries = useQueryClient();
   const [values, setValues] = useState({
@@ -74,9 +74,9 @@ function usePatientValues(patient: Patient | undefined, onDone: (saved: Patient)
     notes: patient?.notes ?? "",
   });
   const change = (part: Partial<typeof values>) => setValues((before) => ({ ...before, ...part }));
-  // The version of the shown values. A newer one may arrive during editing.
+  // The version of the shown values. A newer version may arrive during editing.
   const [version] = useState(patient?.updated_at ?? null);
-  // Only for a new patient. Later the episode of care contains the side.
+  // Only for a new patient, because later the episode of care contains the side.
   const [side, setSide] = useState<"left" | "right" | "">("");
   const save = useMutation({
     mutationFn: () => {
@@ -100,7 +100,7 @@ function usePatientValues(patient: Patient | undefined, onDone: (saved: Patient)
   return { values, change, side, setSide, save };
 }
 
-/** The shoulder to treat. Nothing is selected at first, so that the user chooses. */
+/** The shoulder to treat. At first none is selected, so that the user must choose. */
 function TreatedSide(props: {
   value: "left" | "right" | "";
   missing: boolean;

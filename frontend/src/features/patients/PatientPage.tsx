@@ -29,7 +29,7 @@ import { type PatientTab, readPatientTab } from "./patientTabs";
 import { RecordingsSection } from "./RecordingTable";
 import { PatientSummary } from "./summary/PatientSummary";
 
-/** One patient: the story at a glance, then the record in tabs. */
+/** One patient: a summary, then the record in tabs. */
 export function PatientPage() {
   const { patientId } = useParams({ from: "/patients/$patientId" });
   const { tab = "summary" } = useSearch({ from: "/patients/$patientId" });
@@ -111,7 +111,7 @@ function Sessions({ patientId }: { patientId: string }) {
   );
 }
 
-/** The patient's name and the actions on the record. The banner above has the rest. */
+/** The patient's name and the actions on the record. The banner above shows the rest. */
 function Header(props: { patient: Patient; onEdit: () => void }) {
   const { patient } = props;
   const writes = useHasPermission("write_records");

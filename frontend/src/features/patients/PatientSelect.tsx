@@ -27,7 +27,7 @@ export function PatientSelect(props: {
   const { chosen } = props;
   const [search, setSearch] = useState("");
   const [words] = useDebouncedValue(search, 200);
-  // The label of the chosen patient is not a search.
+  // The label of the chosen patient is not a search text.
   const query = chosen && words === label(chosen) ? "" : words;
   const matches = useMatchingPatients(query);
   const items = matches.data?.items ?? [];
@@ -39,7 +39,7 @@ export function PatientSelect(props: {
         aria-label={t("patients:choice.label")}
         placeholder={all.length || words ? t("patients:choice.question") : t("patients:choice.none")}
         searchable
-        // The service already filtered, also by kana and numbers that the label does not show.
+        // The service has already filtered, including by kana and numbers that the label does not show.
         filter={({ options }) => options}
         nothingFoundMessage={t("patients:choice.noMatch")}
         data={all.map((patient) => ({ value: patient.id, label: label(patient) }))}

@@ -97,7 +97,7 @@ const COLUMNS: Column<Patient>[] = [
     key: "name",
     head: t("patients:patients.name"),
     always: true,
-    // By the reading, as a Japanese list is.
+    // Sorted by the reading, as usual for a Japanese list.
     value: ({ name, kana }) => kana || name,
     cell: ({ id, name, kana }) => (
       <>

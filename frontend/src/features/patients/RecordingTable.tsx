@@ -10,7 +10,7 @@ import { SimulatedBadge } from "../../ui/SimulatedBadge";
 import type { Column } from "../../ui/tableRows";
 import { madeOf } from "../recordings/madeOf";
 
-/** A patient's recordings, archived ones included. */
+/** A patient's recordings, including archived ones. */
 export function RecordingsSection({ patientId }: { patientId: string }) {
   const recordings = useRecordings(patientId);
   return (

@@ -19,7 +19,7 @@ export function exceededSettings(
   return NAMES.filter((name) => given[name] > proposal[name]);
 }
 
-/** Warns where settings exceed what the stage of this shoulder proposes. It changes no setting. */
+/** Warns if settings exceed the proposal of this shoulder's stage. It changes no setting. */
 export function StageWarning(props: {
   patientId: string;
   episodeId: string | null;

@@ -1,4 +1,4 @@
-/** The tabs of a patient's page, in order. The address holds the open one. */
+/** The tabs of a patient's page, in order. The address contains the open tab. */
 export const PATIENT_TABS = [
   "summary",
   "episodes",
@@ -10,7 +10,7 @@ export const PATIENT_TABS = [
 ] as const;
 export type PatientTab = (typeof PATIENT_TABS)[number];
 
-/** Return the tab of an address; an unknown one is left out. */
+/** Return the tab in an address. An unknown tab is left out. */
 export function readPatientTab(search: Record<string, unknown>): { tab?: PatientTab } {
   const tab = PATIENT_TABS.find((name) => name === search.tab);
   return tab && tab !== "summary" ? { tab } : {};

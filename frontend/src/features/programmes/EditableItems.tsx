@@ -63,8 +63,8 @@ export function EditableItems(props: {
 }
 
 /**
- * Keep the focus on the pressed button of a moved item, or on the opposite one at the end of the list.
- * `buttons` holds the buttons by name; `focus` names the buttons to try after the next rendering.
+ * Keep the focus on the pressed button of a moved item, or on the opposite button at the end of the list.
+ * `buttons` contains the buttons by name; `focus` names the buttons to try after the next rendering.
  */
 function useMovedFocus() {
   const buttons = useRef<Record<string, HTMLButtonElement | null>>({});
@@ -98,7 +98,7 @@ function ItemsHead() {
 type Way = "up" | "down";
 type Moving = {
   name: string;
-  /** Receives the button, so that a moved item can get the focus. */
+  /** Receives the button, so that the button of a moved item can get the focus. */
   onButton: (way: Way, button: HTMLButtonElement | null) => void;
   onMove: (by: 1 | -1) => void;
 };

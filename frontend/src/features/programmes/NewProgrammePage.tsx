@@ -65,7 +65,7 @@ export function NewProgramme(props: {
       {episodes.data && open.length === 0 && <Text>{t("programmes:new.noEpisode")}</Text>}
       {open.length > 1 && <EpisodeChoice episodes={open} value={chosen} onChange={setChosen} />}
       {episode && (
-        // A change of the shoulder starts over, because the recordings belong to one shoulder.
+        // Another shoulder needs a new draft, because each recording belongs to one shoulder.
         <ProgrammeEditor
           key={episode.id}
           patientId={patientId}

@@ -7,7 +7,7 @@ import { PageLink } from "../../ui/links";
 import { ProblemNote } from "../../ui/ProblemNote";
 import { differences, itemWords, lower } from "./describeProgramme";
 
-/** Compares a session's programme with its runs. Empty without a programme. */
+/** Compares a session's programme with its runs. Renders nothing without a programme. */
 export function PlannedAndDone({ sessionId }: { sessionId: string }) {
   const plan = useQuery({
     queryKey: ["session", sessionId, "plan"],
@@ -74,7 +74,7 @@ function PlanTable({ items, ended }: { items: Schemas["ItemDone"][]; ended: bool
   );
 }
 
-/** The runs that are not in the programme. */
+/** Shows the runs that are not in the programme. */
 function PlayedOutside({ runs }: { runs: Schemas["PlannedRun"][] }) {
   return (
     <Text data-testid="besides">

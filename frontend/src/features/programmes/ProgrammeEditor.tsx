@@ -27,7 +27,7 @@ const WEEKLY_GOAL: Field = {
   step: 1,
 };
 
-/** True if an optional number is empty or within its bounds. */
+/** Return true if an optional number is empty or within its bounds. */
 const isGiven = (field: Field, value: number | null) => value === null || isWithin(field, value);
 
 type EditorProps = {
@@ -145,14 +145,14 @@ function RecordingsEditor(props: {
   );
 }
 
-/** True if every item and number can be saved. */
+/** Return true if every item and number can be saved. */
 const isComplete = (draft: Draft) =>
   draft.items.length > 0 &&
   draft.items.every((item) => arePlayable(item) && item.load_level !== null) &&
   isGiven(TIMER, draft.timer_minutes) &&
   isGiven(WEEKLY_GOAL, draft.sessions_per_week);
 
-/** The total playing time, or the reason why it is not known yet. */
+/** Shows the total playing time, or the reason why it is not known yet. */
 function TotalTime({ draft, preview }: { draft: Draft; preview: ReturnType<typeof usePreview> }) {
   const withoutLevel = draft.items.filter((item) => item.load_level === null);
   return (
@@ -216,7 +216,7 @@ function ReasonFields(props: {
   );
 }
 
-/** The playback settings and the resistance level of an item. */
+/** Edits the playback settings and the resistance level of an item. */
 function ItemDialog(props: {
   item: DraftItem | undefined;
   highest: number | null;
@@ -246,7 +246,7 @@ function ItemDialog(props: {
   );
 }
 
-/** Query the duration and the unplayable items while the user edits. */
+/** Query the duration, and which items cannot be played, while the user edits. */
 function usePreview(patientId: string, episodeId: string, draft: Draft) {
   const [settled] = useDebouncedValue(draft.items, 250);
   const items = itemsOf(settled);
@@ -256,7 +256,7 @@ function usePreview(patientId: string, episodeId: string, draft: Draft) {
     enabled: items.length > 0 && settled.every((item) => arePlayable(item) && item.load_level !== null),
     staleTime: 60_000,
   });
-  // An answer about other items or another order does not apply.
+  // An answer for other items or another order must not be used.
   return { error: preview.error, result: settled === draft.items ? preview.data : undefined };
 }
 
@@ -264,7 +264,7 @@ function AddRecording(props: {
   patientId: string;
   episode: Treated;
   draft: Draft;
-  /** The doctor's highest resistance level; null without a limit. */
+  /** The highest resistance level that the doctor allows; null without a limit. */
   highest: number | null;
   onChange: (draft: Draft) => void;
   onAdded: (key: string) => void;
@@ -307,7 +307,7 @@ function AddRecording(props: {
   );
 }
 
-/** An optional number. */
+/** A field for an optional number. */
 function OptionalNumber(props: {
   field: Field;
   usual: number;

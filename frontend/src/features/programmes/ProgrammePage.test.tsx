@@ -93,7 +93,7 @@ const names = () =>
     .slice(1)
     .map((row) => within(row).getAllByRole("cell")[1]?.textContent);
 
-// Queries by role on a whole page are slow on a busy machine.
+// Queries by role are slow on a whole page on a busy computer.
 describe("a programme", { timeout: 30_000 }, () => {
   it("gets a new version with order, settings, timer and reason", async () => {
     saved.mockResolvedValue(CHANGED);
@@ -128,7 +128,7 @@ describe("a programme", { timeout: 30_000 }, () => {
         },
       ],
     ]);
-    // The previous version stays listed, with the changes.
+    // The previous version stays in the list, with its changes.
     await waitFor(() => expect(screen.queryByRole("button", { name: "Save as version 2" })).toBeNull());
     expect(screen.getByTestId("changes-2").textContent).toBe("Lift removed");
     expect(screen.getByText("To begin with.")).toBeTruthy();

@@ -138,7 +138,10 @@ function CurrentVersion({ version }: { version: ProgrammeVersion }) {
   );
 }
 
-/** Edits the next version. After another user's change the input stays and their version is shown below. */
+/**
+ * Edits the next version. If another user has saved a version meanwhile, the input is kept and that version is
+ * shown below.
+ */
 function VersionEditor({ programme, onDone }: { programme: Programme; onDone: () => void }) {
   const setProgrammeCache = useSetProgrammeCache();
   const [basedOn, setBasedOn] = useState(programme.current.number);

@@ -94,7 +94,7 @@ function Row({ programme }: { programme: Schemas["Programme"] }) {
   );
 }
 
-/** The weeks of an episode with the sessions held and prescribed, oldest first. */
+/** Query the weeks of an episode with the sessions held and prescribed, oldest first. */
 export function useAdherence(episodeId: string) {
   return useQuery({
     queryKey: ["adherence", episodeId],
@@ -126,7 +126,7 @@ const weekOf = (week: Schemas["AdherenceWeek"]) => ({
   done: week.repetitions_done,
 });
 
-/** How the sessions of a week compare with what was wished for. */
+/** Return in words how the sessions of a week compare with the prescribed number. */
 function weekWords(week: { sessions: number; wished: number | null; planned: number; done: number }): string {
   const { sessions, wished, planned, done } = week;
   const held =

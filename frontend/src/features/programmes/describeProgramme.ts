@@ -7,12 +7,12 @@ import { settingsWords } from "../station/playSettingsModel";
 /** A playback setting that a programme prescribes. */
 export type Setting = Schemas["PlannedRun"]["changed"][number];
 
-/** Return a text for the middle of a sentence: its first letter is small. */
+/** Return a text for the middle of a sentence, with a small first letter. */
 export const lower = (text: string) => text.charAt(0).toLowerCase() + text.slice(1);
 
 /** The playback settings of a programme item. */
 export type ItemSettings = Pick<ProgrammeItem, Setting>;
-/** The settings of a run; an old run may lack some. */
+/** The settings of a run. A run of an older version may lack some. */
 type PlayedSettings = Omit<ItemSettings, "load_level" | "method"> &
   Pick<Schemas["PlannedRun"], "load_level" | "method">;
 
@@ -39,13 +39,13 @@ export function versionWords(version: ProgrammeVersion): string {
   return words;
 }
 
-/** Describe that the timer ends the programme early; null if it does not. */
+/** Return the warning that the timer ends the programme early, or null if it does not. */
 export function timerWords(timerMinutes: number | null, durationS: number): string | null {
   if (timerMinutes === null || durationS <= 60 * timerMinutes) return null;
   return t("programmes:played.exceedsTimer", { duration: formatSpan(durationS), count: timerMinutes });
 }
 
-/** Describe differences from the plan or the previous version: "speed 80 % instead of 100 %". */
+/** Return the differences from the plan or the previous version, such as "speed 80 % instead of 100 %". */
 export function differences(
   before: ItemSettings,
   after: PlayedSettings,

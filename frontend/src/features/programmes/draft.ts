@@ -3,18 +3,18 @@ import { firstLevel } from "../station/loadLevels";
 import { AS_TAUGHT } from "../station/playSettingsModel";
 import type { ItemSettings } from "./describeProgramme";
 
-/** An item during editing. Its key stays when it moves. */
+/** An item during editing. Its key does not change when it moves. */
 export type DraftItem = Omit<ItemSettings, "load_level"> & {
   key: string;
   recording_id: string;
   recording_name: string;
-  /** Null until chosen; required for saving. */
+  /** Null until the user chooses a level, which is required for saving. */
   load_level: number | null;
 };
 /** A programme during editing. */
 export type Draft = { items: DraftItem[]; timer_minutes: number | null; sessions_per_week: number | null };
 
-/** The request without its base version. */
+/** The request without the version on which it is based. */
 export type Wanted = Omit<Schemas["VersionCreate"], "based_on">;
 
 export const EMPTY: Draft = { items: [], timer_minutes: null, sessions_per_week: null };
@@ -29,8 +29,8 @@ export function draftOf(version: ProgrammeVersion): Draft {
 }
 
 /**
- * Append a recording with the settings of the previous item, which fit the patient better than the taught
- * ones. The first item's level must be chosen.
+ * Append a recording with the settings of the previous item, which fit the patient better than those of the
+ * teaching. For the first item the user must choose the level.
  */
 export function added(draft: Draft, recording: Recording, key: string, highest: number | null): Draft {
   const { speed_percent, repetitions, pause_s, range_percent, method, load_level } = draft.items.at(-1) ?? {

@@ -9,7 +9,7 @@ import { translatePlaced } from "../../lib/serverText";
 
 type Column = Schemas["ProgressColumn"];
 
-/** A chart's data as a table, for accessibility. `actions` are beside the button that shows it. */
+/** Shows a chart's data as a table, for accessibility. `actions` are beside the button that opens it. */
 export function NumbersTable(props: { title: string; table: Schemas["ProgressTable"]; actions?: ReactNode }) {
   const { title, actions } = props;
   const table = translatePlaced(props.table);

@@ -16,7 +16,7 @@ export function ProgressChart({ chart, episodeId }: { chart: Chart; episodeId: s
   const progress = useQuery({
     queryKey: ["progress", episodeId, chart],
     queryFn: () => api.progress(episodeId, chart),
-    // Its space is reserved.
+    // The space of this chart is reserved.
     meta: { late: true },
     select: ({ figure, table, simulated }) => ({ figure: withLocalDays(figure), table, simulated }),
   });

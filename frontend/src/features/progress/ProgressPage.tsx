@@ -32,7 +32,7 @@ export function ProgressPage() {
   );
 }
 
-/** Empty if the address names another patient than the episode's. */
+/** Shows the patient's name. Renders nothing if the patient in the address is not the episode's. */
 export function Whose({ patientId, episodeId }: { patientId: string; episodeId: string }) {
   const patient = useQuery({ queryKey: ["patient", patientId], queryFn: () => api.patient(patientId) });
   const episode = useEpisodes(patientId).data?.items.find((candidate) => candidate.id === episodeId);

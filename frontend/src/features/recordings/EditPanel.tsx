@@ -28,7 +28,7 @@ export function EditPanel({
   const number = (name: FieldName) => entered[name] ?? initial(name);
   const edit = toEdit(type, number, motors);
   const preview = useMutation({ mutationFn: (shown: Edit) => api.previewDerived(recording.id, shown) });
-  // Only the previewed edit can be saved; another number needs a new preview.
+  // Only the previewed edit can be saved. After a change of a number, a new preview is needed.
   const previewed = JSON.stringify(preview.variables) === JSON.stringify(edit);
   const byMotor = type === "scale" || type === "isolate";
   const valid =
@@ -144,7 +144,7 @@ function MotorChoice({ chosen, onChange }: { chosen: number[]; onChange: (motors
   );
 }
 
-/** Saves the previewed edit. While it is hidden, the typed name stays. */
+/** Saves the previewed edit. The typed name is kept while this part is hidden. */
 function SaveEdit(props: {
   shown: boolean;
   recording: Recording;

@@ -7,7 +7,7 @@ import { Plot } from "../../ui/Plot";
 import { ProblemNote } from "../../ui/ProblemNote";
 import type { PlotWindow } from "../../ui/plotWindow";
 
-/** The motor angles over time. Needs the recording's id as its React key. */
+/** The motor angles over time. Its React key must be the recording's id. */
 export function RecordingFigure({ recordingId }: { recordingId: string }) {
   const [window, setWindow] = useState<PlotWindow | null>(null);
   const figure = useQuery({

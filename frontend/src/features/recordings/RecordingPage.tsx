@@ -28,10 +28,13 @@ import { RecordingFigure } from "./RecordingFigure";
 
 type Detail = Schemas["RecordingDetail"];
 type Update = UseMutationResult<Detail, Error, Schemas["RecordingUpdate"]>;
-/** A name while it is typed, and the version at which editing began: another user may save a newer name meanwhile. */
+/**
+ * A name during typing, and the version at which editing began, because another user may save a newer name
+ * meanwhile.
+ */
 type Renaming = { name: string; version: string };
 
-/** Changes name, note or archiving of a recording; archiving can be taken back. */
+/** Return a mutation that changes name, note or archiving of a recording. Archiving can be undone. */
 function useUpdateRecording(recordingId: string, onSaved: () => void): Update {
   const queries = useQueryClient();
   const save = async (change: Schemas["RecordingUpdate"]) => {
@@ -121,7 +124,7 @@ function PatientLink({ patientId }: { patientId: string }) {
   );
 }
 
-/** The name, and the form that changes it. */
+/** Shows the name, and the form that changes it. */
 function Name(props: {
   recording: Detail;
   renaming: Renaming | null;
@@ -253,7 +256,7 @@ function Facts({ recording }: { recording: Detail }) {
   );
 }
 
-/** The recording that this one was created from, and the edits. */
+/** Shows the recording from which this one was derived, and the edits. */
 function Origin(props: { recording: Detail; parentId: string; parent: string | undefined }) {
   const { recording, parentId, parent } = props;
   return (

@@ -24,7 +24,7 @@ const SHORTEST_S = 0.5;
 const seconds = (step: number) => ({ unit: t("recordings:edit.seconds"), step });
 const degrees = (step: number) => ({ unit: t("recordings:edit.deg"), step });
 
-/** The fields of each edit. The bounds are the service's. `end_s` is the recording's end. */
+/** The fields of each edit. The bounds are the service's. `end_s` is the end of the recording. */
 const FIELDS: Record<EditType, (end_s: number, entered: Entered) => Field[]> = {
   trim: (end_s, entered) => [
     {
@@ -80,7 +80,7 @@ const FIELDS: Record<EditType, (end_s: number, entered: Entered) => Field[]> = {
   mirror: () => [],
 };
 
-/** Return the fields of an edit of a recording. Entered numbers limit each other. */
+/** Return the fields for an edit of a recording. The entered numbers limit each other. */
 export const fieldsOf = (type: EditType, duration_s: number, entered: Entered): Field[] =>
   FIELDS[type](Math.floor(duration_s * 10) / 10, entered);
 

@@ -2,11 +2,11 @@ import type { Recording } from "../../lib/api/client";
 import { t } from "../../lib/i18n";
 import { translateServerText } from "../../lib/serverText";
 
-/** Describe the edits of a recording in order. */
+/** Return the edits of a recording in words, in order. */
 export const describeEdits = (recording: Pick<Recording, "done" | "done_keys">): string[] =>
   recording.done.map((text, index) => translateServerText(text, recording.done_keys[index]));
 
-/** Describe the origin and edits of a recording; null for a taught one. */
+/** Return the origin and the edits of a recording in words, or null for a taught recording. */
 export function madeOf(recording: Recording, others: Recording[]): string | null {
   if (recording.parent_id === null) return null;
   const parent = others.find((other) => other.id === recording.parent_id);

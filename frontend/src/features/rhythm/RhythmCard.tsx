@@ -26,7 +26,7 @@ export function RhythmOfRun({ runId }: { runId: string }) {
   return <RhythmCard rhythm={rhythm} />;
 }
 
-/** The scapula over the elevation of the arm: curve, ratio by phase, published ratios, and the sound side. */
+/** Shows the scapula over the elevation of the arm: curve, ratio by phase, published ratios, and the sound side. */
 function RhythmCard({ rhythm }: { rhythm: UseQueryResult<Rhythm> }) {
   return (
     <Card withBorder component="section" aria-label={t("rhythm:title")}>
@@ -63,7 +63,7 @@ const ranges = (rhythm: Rhythm) => ({
   highest: formatDeg(rhythm.scapula_max_deg, 0),
 });
 
-/** Whether the scapula runs ahead of the sound side, or why that is not known. */
+/** Says whether the scapula is ahead of that of the sound side, or why this is unknown. */
 function SoundSide({ rhythm }: { rhythm: Rhythm }) {
   const { sound, no_sound, leads } = rhythm;
   if (!sound) return no_sound && <Text>{t(`rhythm:noSound.${no_sound}`)}</Text>;
@@ -102,7 +102,7 @@ function leadWords(lead: Schemas["RhythmLead"]): string {
     : t("rhythm:ahead", { ...numbers, since: formatDeg(lead.ahead_from_deg, 0) });
 }
 
-/** The ratio of each phase, or why there is none. */
+/** Shows the ratio of each phase, or why there is none. */
 function Ratios({ curves }: { curves: Curve[] }) {
   const bands = curves[0]?.bands ?? [];
   return (
@@ -156,7 +156,7 @@ function referenceWords({ reference }: Curve): string {
     : t("rhythm:referenceWithDeviation", { ...words, deviation: formatDeg(reference.ratio_deviation) });
 }
 
-/** Where the published ratios come from, and under which conditions they were measured. */
+/** Shows the sources of the published ratios, and the conditions of their measurement. */
 function Sources({ curves }: { curves: Curve[] }) {
   const used = [...new Set(curves.flatMap(({ reference }) => (reference ? [reference.source] : [])))];
   return used.map((source) => (

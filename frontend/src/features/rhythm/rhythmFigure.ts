@@ -6,15 +6,15 @@ import { column, figure, GRID } from "../statistics/charts";
 export type Rhythm = Schemas["ApparatusRhythm"];
 export type Curve = Schemas["RhythmCurve"];
 
-/** The end of the apparatus' range of upward rotation, degrees. */
+/** Upper end of the apparatus's range of upward rotation, degrees. */
 const LIMIT_DEG = 20;
 const HEIGHT = 420;
-/** Colours that have dark counterparts; none is an alarm colour. */
+/** Colours that have dark counterparts. None is an alarm colour. */
 const COLOURS: Record<Curve["of"], string> = { taught: "#1f3a93", played: "#e07b00", sound: "#2f7d4f" };
 const WIDTHS: Record<Curve["of"], number> = { taught: 4, played: 2, sound: 2 };
 const DASHES: Record<Curve["direction"], string> = { raising: "solid", lowering: "dot" };
 
-/** Whose curve it is, in which direction, and in which plane if the motion has several. */
+/** Return the name of a curve: its origin, its direction, and its plane if the motion has several planes. */
 export function curveName(curve: Curve, curves: Curve[]): string {
   const name = t(`rhythm:names.${curve.of}.${curve.direction}`);
   const like = curves.filter(({ of, direction }) => of === curve.of && direction === curve.direction);
@@ -24,7 +24,10 @@ export function curveName(curve: Curve, curves: Curve[]): string {
 export const planeWords = (curve: Curve): string =>
   t("rhythm:planeOf", { plane: t(`rhythm:planes.${curve.plane}`), angle: curve.plane_deg.toFixed(0) });
 
-/** The scapula over the elevation of the arm: a line for each curve, and the apparatus' limit. */
+/**
+ * Return a figure of the scapula over the elevation of the arm, with a line for each curve and the apparatus's
+ * limit.
+ */
 export function rhythmFigure({ curves }: Rhythm): Schemas["Figure"] {
   const lines = curves.map((curve) => ({
     type: "scatter",
@@ -45,7 +48,7 @@ export function rhythmFigure({ curves }: Rhythm): Schemas["Figure"] {
     line: { color: "#64748b", dash: "dash", width: 1 },
     hoverinfo: "skip",
   };
-  // What was played is drawn last, over what was taught.
+  // The played motion is drawn last, over the taught one.
   return figure([limit, ...lines.reverse()], HEIGHT, {
     legend: { orientation: "h", y: 1.02, yanchor: "bottom", x: 0, traceorder: "reversed" },
     xaxis: { ...GRID, title: { text: t("rhythm:elevation") } },
@@ -53,7 +56,7 @@ export function rhythmFigure({ curves }: Rhythm): Schemas["Figure"] {
   });
 }
 
-/** A row for each degree of elevation. */
+/** Return a table with a row for each degree of elevation. */
 export function rhythmTable({ curves }: Rhythm): Schemas["ProgressTable"] {
   const values = curves.map(
     ({ elevation_deg, scapula_deg }) =>

@@ -12,7 +12,7 @@ const ShortcutSheet = lazy(() =>
   import("./ShortcutSheet").then((module) => ({ default: module.ShortcutSheet })),
 );
 
-/** Opens the search, or the list of shortcuts, from every page. Both load on first use. */
+/** Opens the search or the list of shortcuts on every page. Both load on first use. */
 export function SearchButton() {
   const [open, setOpen] = useState<"search" | "sheet" | null>(null);
   useHotkeys(
@@ -20,7 +20,7 @@ export function SearchButton() {
       ["mod+K", () => setOpen("search")],
       ["mod+/", () => setOpen("sheet")],
     ],
-    // Also while something is being typed.
+    // No tags are ignored, so that the shortcuts also work while the user types.
     [],
   );
   const close = () => setOpen(null);

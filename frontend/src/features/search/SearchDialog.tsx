@@ -7,7 +7,10 @@ import { ProblemNote } from "../../ui/ProblemNote";
 import { useMe } from "../auth/hooks";
 import { type Result, useSearchResults } from "./searchResults";
 
-/** Finds patients, sessions, recordings, pages and actions. It opens below the header, so Stop stays in reach. */
+/**
+ * Finds patients, sessions, recordings, pages and actions. It opens below the header, so that Stop stays
+ * reachable.
+ */
 export function SearchDialog({ opened, onClose }: { opened: boolean; onClose: () => void }) {
   return (
     <Modal opened={opened} onClose={onClose} title={t("search:dialog.title")} size="lg">
@@ -21,12 +24,12 @@ function Search({ onDone }: { onDone: () => void }) {
   const navigate = useNavigate();
   const permissions = useMe()?.permissions ?? [];
   const { groups, searching, error } = useSearchResults(typed, permissions);
-  // The list is always shown, so there is nothing to open.
+  // The list is always open.
   const combobox = useCombobox({ opened: true, onDropdownClose: onDone });
   const results = groups.flatMap((group) => group.results);
   const listed = results.map(({ id }) => id).join();
   // Enter opens the best match.
-  // biome-ignore lint/correctness/useExhaustiveDependencies: another list has another first entry
+  // biome-ignore lint/correctness/useExhaustiveDependencies: a new list has a new first entry
   useEffect(() => {
     combobox.selectFirstOption();
   }, [listed]);

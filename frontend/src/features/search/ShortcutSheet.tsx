@@ -2,7 +2,10 @@ import { Kbd, Modal, Table, Text } from "@mantine/core";
 import { t } from "../../lib/i18n";
 import { MOD } from "./modifier";
 
-/** The keys of each shortcut. All have a modifier or a widget, so no letter that is typed or spoken triggers one. */
+/**
+ * The keys of each shortcut. All need a modifier or a focused element, so that no typed or dictated letter
+ * triggers one.
+ */
 const SHORTCUTS = [
   { name: "search", keys: [MOD, "K"] },
   { name: "sheet", keys: [MOD, "/"] },

@@ -35,7 +35,7 @@ function show(permissions: Me["permissions"]) {
   return history;
 }
 
-/** Open the search with its keys, and type. */
+/** Open the search by its shortcut, and type the words. */
 async function search(words: string) {
   await screen.findByRole("button", { name: "Search everywhere" });
   fireEvent.keyDown(document.documentElement, { key: "k", code: "KeyK", ctrlKey: true });

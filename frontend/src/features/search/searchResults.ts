@@ -8,9 +8,9 @@ import { t } from "../../lib/i18n";
 import { ADMINISTRATION_PAGES } from "../administration/administrationPages";
 import type { Permission } from "../auth/hooks";
 
-/** Where a result leads. `search` is the address's query. */
+/** The page to which a result leads. `search` is the query of its address. */
 export type Target = { to: string; search?: Record<string, string> };
-/** One line of the search: what it is, what helps to tell it from others, and where it leads. */
+/** One line of the search: its name, a detail that distinguishes it from others, and its target. */
 export type Result = { id: string; words: string; detail?: string; target: Target };
 export type ResultGroup = { title: string; results: Result[] };
 
@@ -29,7 +29,7 @@ export function findPages(typed: string, permissions: readonly Permission[]): Re
   }).map(({ label, to }) => ({ id: to, words: label, target: { to } }));
 }
 
-/** Return a typed day as 2026-11-05; null if it is none. */
+/** Return a typed day in the form 2026-11-05, or null if the text is not a day. */
 export function typedDay(typed: string): string | null {
   const parts = /^(\d{4})[-/.年](\d{1,2})[-/.月](\d{1,2})日?$/.exec(typed.normalize("NFKC").trim());
   if (!parts) return null;
@@ -38,7 +38,7 @@ export function typedDay(typed: string): string | null {
   return new Date(`${iso}T00:00Z`).toJSON()?.startsWith(iso) ? iso : null;
 }
 
-/** Search patients, sessions and recordings as the user may read them, and pages. */
+/** Search patients, sessions and recordings that the user may read, and pages. */
 export function useSearchResults(typed: string, permissions: readonly Permission[]) {
   const [words] = useDebouncedValue(typed.trim(), DEBOUNCE_MS);
   const reads = permissions.includes("read_records");
@@ -106,7 +106,7 @@ function patientResult({ id, name, kana, clinic_number, birth_date }: Patient): 
   };
 }
 
-/** What can be done for the patient who matches best. */
+/** Return the actions that are possible for the patient who matches best. */
 function actionsFor({ id, name, episode_id }: Patient, permissions: readonly Permission[]): Result[] {
   const may = (permission: Permission) => permissions.includes(permission);
   return [

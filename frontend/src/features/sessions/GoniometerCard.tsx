@@ -11,7 +11,7 @@ import { useHasPermission } from "../auth/hooks";
 const MOTIONS = ["3", "4", "5", "6"] as const;
 type Motion = (typeof MOTIONS)[number];
 type Reading = Schemas["GoniometerReading"];
-/** The service accepts angles in this range, degrees. */
+/** Range of angles that the service accepts, degrees. */
 const ANGLE = { size: "lg", min: -180, max: 210 } as const;
 
 const motionName = ({ motion }: Reading) => t(`sessions:goniometer.motions.${motion as 3 | 4 | 5 | 6}`);

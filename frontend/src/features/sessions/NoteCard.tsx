@@ -15,8 +15,8 @@ import { useHasPermission, useUserName } from "../auth/hooks";
 const SAVE_AFTER_MS = 800;
 
 /**
- * The session's note: drafted from the measurements, edited with autosave, signed, then extended only by
- * addenda.
+ * The session's note. It is drafted from the measurements, edited with autosave, and signed. After that it can
+ * only get addenda.
  */
 export function NoteCard({ session }: { session: Session }) {
   const writes = useHasPermission("write_records");
@@ -122,7 +122,7 @@ type LastStepProps = {
   session: Session;
   text: string;
   saving: ReturnType<typeof useNoteSaving>;
-  /** An error of drafting or saving, shown before this step's own. */
+  /** An error of drafting or saving, which is shown before this step's own error. */
   error: Error | null;
 };
 
@@ -130,7 +130,7 @@ type LastStepProps = {
 function SignNote({ session, text, saving, error }: LastStepProps) {
   const who = useUserName();
   const setSessionCache = useSetSessionCache();
-  // Until the offline records arrive, the draft may miss runs.
+  // Until the offline records have reached the database, the draft may lack runs.
   const arriving = (useLive("database")?.waiting ?? 0) > 0;
   const sign = useMutation({
     mutationFn: async () => {
@@ -169,7 +169,7 @@ function EndSession({ session, text, saving, error, drafted, proposed }: EndProp
       try {
         await saving.saveNow(text);
       } catch (error) {
-        // The note waits in its field for the database, but the session ends.
+        // The note waits in its field until the database returns, but the session ends now.
         if (!isDatabaseUnavailable(error)) throw error;
       }
       return api.endSession(session.id, { reason: chosen });

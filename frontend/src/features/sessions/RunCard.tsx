@@ -6,7 +6,7 @@ import { RunFigures } from "./RunFigures";
 import { nothingComparedWords, RunHeading } from "./RunHeading";
 import { worstMotor } from "./sessionResult";
 
-/** One playback: how it went, and its figure. */
+/** Shows one playback: how it went, and its figure. */
 export function RunCard({ run, number }: { run: Run; number: number }) {
   return (
     <Card withBorder component="section" aria-label={t("sessions:session.playback", { number })}>

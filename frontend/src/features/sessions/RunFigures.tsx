@@ -18,15 +18,15 @@ type Clock = "path" | "wall";
 type Props = { runId: string; worstMotor: number; clockOffset_s: number | null; length_s: number | null };
 
 /**
- * The paper's figure of one motor, at first of the one with the largest error, or of all side by side. Zooming one
- * shows the same time in the others. Both clocks are offered.
- * `length_s` and `clockOffset_s` are null if unknown.
+ * Shows the paper's figure of one motor (at first the one with the largest error), or of all motors side by
+ * side. Zooming one figure shows the same time in the others. The user can choose the clock. `length_s` and
+ * `clockOffset_s` are null if unknown.
  */
 export function RunFigures({ runId, worstMotor, clockOffset_s, length_s }: Props) {
   const [chosen, setChosen] = useState(String(worstMotor));
   const [clock, setClock] = useState<Clock>("path");
   const [window, setWindow] = useState<PlotWindow | null>(null);
-  // Debounced, to skip intermediate steps.
+  // Debounced, so that intermediate steps cause no requests.
   const [asked] = useDebouncedValue(window, SETTLED_MS);
   const figures = useQuery({
     queryKey: ["run-figures", runId, asked, clock],

@@ -45,7 +45,7 @@ export function RunHeading({ run, number }: { run: Run; number: number }) {
   );
 }
 
-/** Describe how much was played and what interrupted it. */
+/** Return in words how much was played and what interrupted it. */
 function doneWords(run: Run): string {
   const words: string[] = [];
   if (run.repetitions_done !== null) {
@@ -59,6 +59,6 @@ function doneWords(run: Run): string {
   return formatList(words);
 }
 
-/** Why a playback has no errors. */
+/** Return why a playback has no errors. */
 export const nothingComparedWords = (run: Run) =>
   run.compared_percent === 0 ? t("sessions:session.onlyReduced") : t("sessions:session.nothingToCompare");

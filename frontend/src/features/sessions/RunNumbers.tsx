@@ -8,7 +8,7 @@ import { patientAngleWords } from "./patientAngle";
 import { nothingComparedWords, RunHeading } from "./RunHeading";
 import { Head, Row } from "./sessionRows";
 
-/** The errors of a playback by motor and by motion, with its samples as files. */
+/** Shows the errors of a playback by motor and by motion, with links to its samples as files. */
 export function RunNumbers({ run, number }: { run: Run; number: number }) {
   return (
     <Card withBorder component="section" aria-label={t("sessions:session.playback", { number })}>
@@ -60,7 +60,7 @@ function MotorErrors({ run, comparison }: { run: Run; comparison: Comparison }) 
   );
 }
 
-/** The patient's motion compared with the apparatus's range and a healthy shoulder. */
+/** Compares the patient's motion with the apparatus's range and with a healthy shoulder. */
 function MotionErrors({ motions }: { motions: Comparison["motions"] }) {
   if (motions.length === 0) return null;
   return (
@@ -87,7 +87,7 @@ function MotionErrors({ motions }: { motions: Comparison["motions"] }) {
 
 type Compared = Comparison["motors"][number] | Comparison["motions"][number];
 
-/** A table of errors: the columns of every comparison, then others. */
+/** A table of errors. The columns of every comparison come first, then the others. */
 function Errors(props: {
   testid: string;
   caption: string;

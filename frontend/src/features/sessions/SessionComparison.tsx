@@ -10,7 +10,7 @@ import { ProblemNote } from "../../ui/ProblemNote";
 import { compareSessions } from "./compareSessions";
 import { Head, Row } from "./sessionRows";
 
-/** Compares this session with another one of the patient. */
+/** Compares this session with another session of the patient. */
 export function SessionComparison({ session }: { session: Session }) {
   const patientId = session.patient.id;
   const [chosen, setChosen] = useState<string | null>(null);

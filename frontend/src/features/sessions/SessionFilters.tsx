@@ -27,7 +27,7 @@ export function SessionFilters(props: {
   );
   const choice = (label: string, name: keyof Filters, data: { value: string; label: string }[]) => {
     const chosen = value[name] ?? null;
-    // A filter value from the address is shown even if no session has it.
+    // A filter value in the address is shown even if no session has this value.
     const known = chosen === null || data.some((option) => option.value === chosen);
     return (
       <Select

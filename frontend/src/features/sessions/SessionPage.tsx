@@ -134,7 +134,7 @@ function PlaybackPicker({ session, place }: { session: Session; place: number })
   );
 }
 
-/** Whose session, when and by whom, how it went, and whether the note is signed. */
+/** Shows the patient, the time, the therapist, how the session went, and whether the note is signed. */
 function Heading({ session }: { session: Session }) {
   const { patient, started_at, ended_at } = session;
   return (

@@ -23,7 +23,7 @@ const ICONS: Record<VerdictName, typeof IconCircleCheck> = {
   interrupted: IconPlugConnectedX,
 };
 
-/** Did the session go well? With the cause of every stop. */
+/** Shows whether the session went well, with the cause of every stop. */
 export function Verdict({ session }: { session: Session }) {
   const verdict = verdictOf(session);
   const Icon = ICONS[verdict];

@@ -9,7 +9,7 @@ import type { Column } from "../../ui/tableRows";
 
 type Session = Schemas["SessionSummary"];
 
-/** A table of sessions, optionally with the patients' names. `more`: there are sessions that are not loaded. */
+/** A table of sessions, optionally with the patients' names. `more`: there are sessions that are not loaded yet. */
 export function SessionTable(props: {
   items: Session[];
   withPatient?: boolean;

@@ -13,10 +13,10 @@ import classes from "./sessions.module.css";
 const HEIGHT = 68;
 const [BAR, BAR_HEIGHT, MARKS, CLOCK] = [4, 26, 40, 64];
 const MARGIN = 10;
-/** The least width of a playback, so that it can be pressed. */
+/** Minimum width of a playback in pixels, so that the user can press it. */
 const LEAST = 18;
 
-/** The playbacks of a session on its clock, with stops and resistance. A press chooses the playback. */
+/** Shows the playbacks of a session on its clock, with stops and resistance. Pressing a playback chooses it. */
 export function SessionTimeline({ session, chosen }: { session: Session; chosen: number }) {
   const { ref, width } = useElementSize<HTMLDivElement>();
   const reversals = useQuery({
@@ -71,7 +71,7 @@ export function SessionTimeline({ session, chosen }: { session: Session; chosen:
 }
 
 type DeviceEvent = Schemas["DeviceEvent"];
-/** Something that happened at one moment. */
+/** An event at one moment. */
 type Mark = { id: string; at: string; kind: "stop" | "resistance"; words: string };
 
 const markOf = (event: DeviceEvent, kind: Mark["kind"]): Mark => ({
@@ -81,7 +81,7 @@ const markOf = (event: DeviceEvent, kind: Mark["kind"]): Mark => ({
   words: eventWords(event.at, translateServerText(event.message, event.message_key)),
 });
 
-/** Return the stops of playbacks whose alarm is not recorded, at their ends. */
+/** Return, at their ends, the stops of playbacks whose alarm is not recorded. */
 export function stopsOfRuns(runs: Run[], alarms: Pick<DeviceEvent, "run_id">[]): Mark[] {
   return runs.flatMap(({ id, stop, started_at, ended_at }) => {
     if (!stop || alarms.some(({ run_id }) => run_id === id)) return [];
@@ -91,7 +91,7 @@ export function stopsOfRuns(runs: Run[], alarms: Pick<DeviceEvent, "run_id">[]):
   });
 }
 
-/** The moments that the line must reach. */
+/** Return the times that the timeline must cover. */
 const momentsOf = (session: Session, marks: Mark[]) => [
   session.started_at,
   ...(session.ended_at ? [session.ended_at] : []),
@@ -128,7 +128,7 @@ function Playback(props: { run: Run; place: number; chosen: boolean; x: TimeScal
   );
 }
 
-/** A square for a stop, a triangle for resistance. */
+/** Draws a square for a stop and a triangle for resistance. */
 function MarkShape({ mark, x }: { mark: Mark; x: number }) {
   return (
     <g>

@@ -11,7 +11,7 @@ import { SessionFilters } from "./SessionFilters";
 import { SessionTable } from "./SessionTable";
 import { toQuery } from "./sessionFilters";
 
-/** All sessions, newest first. The address holds the filters. */
+/** All sessions, newest first. The address contains the filters. */
 export function SessionsPage() {
   useTitle(t("sessions:sessions.title"));
   const filters = useSearch({ from: "/sessions" });

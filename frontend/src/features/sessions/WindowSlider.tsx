@@ -6,8 +6,8 @@ import type { PlotWindow } from "../../ui/plotWindow";
 const STEPS = 50;
 
 /**
- * Selects the part of a run that its figures show, by keyboard or finger; dragging in a figure needs a mouse.
- * Null is the whole run.
+ * Selects the part of a run that its figures show, by keyboard or finger, because dragging in a figure needs a
+ * mouse. Null is the whole run.
  */
 export function WindowSlider(props: {
   length_s: number;

@@ -26,7 +26,7 @@ it("compares pain and the recordings of both sessions", () => {
     [
       run({ repetitions_done: 3, reversals: 1, comparison: comparison([0.2, 0.4], [-1.5, 0.5], 50) }),
       run({ repetitions_done: 5, reversals: 0, comparison: comparison([0.3, 0.1], [0.5, -0.8], 52.5) }),
-      // Stopped before a measurement, so the earlier run counts.
+      // This run was stopped before a measurement, so the earlier run is used.
       run({ repetitions_done: 0 }),
     ],
     [6, null, 5],

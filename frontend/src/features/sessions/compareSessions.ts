@@ -3,9 +3,9 @@ import { formatDeg, formatRange } from "../../lib/format";
 import { t } from "../../lib/i18n";
 import { translateServerText } from "../../lib/serverText";
 
-/** One compared value: the other session's, this session's and the numeric change. */
+/** One compared value: that of the other session, that of this session, and the numeric change. */
 export type Line = { measure: string; other: string; here: string; change: string };
-/** A group of values, titled by the recording; pain has no title. */
+/** A group of values with the recording as its title. The group of pain scores has no title. */
 export type Part = { key: string; title: string; lines: Line[] };
 
 type ComparedSession = Pick<Session, "pain_before" | "pain_during" | "pain_after" | "runs">;
@@ -66,7 +66,7 @@ function ofRecording(other: Run | undefined, here: Run | undefined): Line[] {
   ];
 }
 
-/** Return the largest error of all motors, by magnitude; null for a partial comparison. */
+/** Return the largest absolute error of all motors, or null for a partial comparison. */
 function worst(run: Run, figure: "rmse_deg" | "peak_deg"): number | null {
   const motors = run.partial ? [] : (run.comparison?.motors ?? []);
   return motors.length > 0 ? Math.max(...motors.map((motor) => Math.abs(motor[figure]))) : null;

@@ -4,7 +4,7 @@ import { t } from "../../lib/i18n";
 
 type Motion = NonNullable<Run["comparison"]>["motions"][number];
 
-/** Return "5° ± 13° to 92° ± 12°"; null where only the apparatus angle is known. */
+/** Return "5° ± 13° to 92° ± 12°", or null if only the apparatus angle is known. */
 export function patientAngleWords(motion: Motion): string | null {
   const { patient_min_deg, patient_min_uncertainty_deg, patient_max_deg, patient_max_uncertainty_deg } =
     motion;

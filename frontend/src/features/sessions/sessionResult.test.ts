@@ -25,7 +25,7 @@ describe("the verdict", () => {
     [session([run({}), run({ outcome: "returned" })]), "shortened"],
     [session([run({})], { end_reason: "patient_request" }), "shortened"],
     [session([run({})], { ended_at: null, end_reason: null }), "open"],
-    // A stop is told at once, and outweighs everything that went well.
+    // A stop decides the verdict, even if the session is still open and everything else went well.
     [session([run({ outcome: "stopped" }), run({})], { ended_at: null }), "stopped"],
     [session([run({ outcome: "interrupted" })]), "interrupted"],
   ] as const)("of %# is %s", (given, verdict) => expect(verdictOf(given)).toBe(verdict));

@@ -4,7 +4,7 @@ import { patientAngleWords } from "./patientAngle";
 export type VerdictName = "none" | "open" | "completed" | "shortened" | "stopped" | "interrupted";
 type Motion = NonNullable<Run["comparison"]>["motions"][number];
 
-/** Return how the session went: the worst of its playbacks, or that it is not over. */
+/** Return how the session went: the worst outcome of its playbacks, or that it has not ended. */
 export function verdictOf({ runs, ended_at, end_reason }: Session): VerdictName {
   const outcomes = runs.map(({ outcome }) => outcome);
   if (outcomes.includes("stopped")) return "stopped";
@@ -15,10 +15,13 @@ export function verdictOf({ runs, ended_at, end_reason }: Session): VerdictName 
   return shortened || outcomes.includes("returned") ? "shortened" : "completed";
 }
 
-/** The largest error of the session, by magnitude, with its motor and its playback's place from 0. */
+/** The largest absolute error of the session, with its motor and the index of its playback. */
 export type WorstError = { place: number; motor: number; peak_deg: number };
 
-/** Return the largest error; null if nothing was compared. Partial comparisons do not count, as in progress. */
+/**
+ * Return the largest error, or null if nothing was compared. Partial comparisons are ignored, as in the
+ * progress charts.
+ */
 export function worstError(runs: Run[]): WorstError | null {
   const errors = runs.flatMap((run, place) =>
     run.partial
@@ -39,11 +42,11 @@ export type Reached = {
   motion: Motion;
   reached: [number, number];
   requested: [number, number];
-  /** The patient's angles of the playback that reached highest; null where only the apparatus angle is known. */
+  /** The patient's angles in the playback that reached highest; null if only the apparatus angle is known. */
   patient: string | null;
 };
 
-/** Return the motion with the widest range, in apparatus angles; null if nothing was compared. */
+/** Return the motion with the widest range in apparatus angles, or null if nothing was compared. */
 export function widestRange(runs: Run[]): Reached | null {
   const found = new Map<number, Reached>();
   for (const motion of runs.flatMap((run) => run.comparison?.motions ?? [])) {
@@ -69,7 +72,7 @@ function wider(before: [number, number] | undefined, next: [number, number]): [n
   return before ? [Math.min(before[0], next[0]), Math.max(before[1], next[1])] : next;
 }
 
-/** Return the sum of a count over the playbacks that have it; null if none has. */
+/** Return the sum of a count over the playbacks that have it, or null if none has it. */
 export function total(runs: Run[], of: (run: Run) => number | null): number | null {
   const counts = runs.map(of).filter((count) => count !== null);
   return counts.length > 0 ? counts.reduce((sum, count) => sum + count, 0) : null;

@@ -1,6 +1,6 @@
 import { Table } from "@mantine/core";
 
-/** The column names; all columns but the first hold figures. */
+/** The column names. All columns except the first contain figures. */
 export function Head({ first, others }: { first: string; others: string[] }) {
   return (
     <Table.Thead>

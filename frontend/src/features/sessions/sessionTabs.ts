@@ -13,7 +13,7 @@ export type SessionTab = (typeof SESSION_TABS)[number];
 /** The open tab and the number of the chosen playback, from 1. */
 export type SessionView = { tab?: SessionTab; run?: number };
 
-/** Return what an address chooses; without it, the first tab and the first playback. */
+/** Return the choices in an address. The defaults are the first tab and the first playback. */
 export function readSessionView(search: Record<string, unknown>): SessionView {
   const tab = SESSION_TABS.find((name) => name === search.tab);
   const { run } = search;

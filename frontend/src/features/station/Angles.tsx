@@ -6,7 +6,7 @@ import { t } from "../../lib/i18n";
 import { useAlive, useLive, useStation } from "../../lib/live/hooks";
 import classes from "./station.module.css";
 
-// Loaded separately: the chart library must not delay the numbers.
+// Loaded separately, so that the chart library does not delay the numbers.
 const AxisSparkline = lazy(() =>
   import("./AxisSparkline").then((module) => ({ default: module.AxisSparkline })),
 );

@@ -10,7 +10,10 @@ import { useMayOperate } from "../auth/hooks";
 
 type Side = Schemas["Live"]["side"];
 
-/** Shows for which shoulder the apparatus is set up. Turning it is manual work; the user confirms it here. */
+/**
+ * Shows for which shoulder the apparatus is set up. A person turns the apparatus by hand and confirms this
+ * here.
+ */
 export function ApparatusSideCard({ wanted }: { wanted: Side | undefined }) {
   const operates = useMayOperate();
   const alive = useAlive();

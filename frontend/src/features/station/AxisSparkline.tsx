@@ -9,8 +9,8 @@ const SECONDS = 15;
 const HEIGHT = 22;
 
 /**
- * A chart of an axis's last seconds. It reads the store directly, so that ten updates per second do not
- * render React.
+ * A chart of an axis's last seconds. It reads the store directly, so that ten updates per second do not cause
+ * React to render.
  */
 export function AxisSparkline({ axis, min, max }: { axis: number; min: number; max: number }) {
   const place = useRef<HTMLDivElement>(null);

@@ -15,15 +15,15 @@ type Props = ButtonProps & {
   command: CommandName;
   send: () => Promise<unknown>;
   onDone?: () => void;
-  /** Needs a one-second hold instead of a press. */
+  /** True if the user must hold the button for one second instead of pressing it. */
   held?: boolean;
   children: ReactNode;
 };
 
 /**
  * A button that sends a command to the apparatus. The service decides whether the command is possible; the
- * button shows its reason. After a press it waits until the apparatus confirms and the page shows the new
- * state.
+ * button shows the reason if it is not. After a press the button waits until the apparatus has confirmed the
+ * command and the page shows the new state.
  */
 export function CommandButton({ command, send, onDone, held = false, children, disabled, ...look }: Props) {
   const operates = useMayOperate();

@@ -7,12 +7,15 @@ import { useAlive, useLive } from "../../lib/live/hooks";
 const REFRESH_MS = 10_000;
 const WIDTH = 120;
 const HEIGHT = 20;
-/** Degrees Celsius that the chart shows at least, so that noise of one degree is no mountain. */
+/**
+ * Smallest temperature range of the chart in degrees Celsius, so that noise of one degree does not look like a
+ * rise.
+ */
 const LEAST_SPAN_C = 10;
 
 type Point = Schemas["DriveTrendPoint"];
 
-/** Return the path of a motor's temperatures in the chart; a gap where one is unknown. */
+/** Return the path of a motor's temperatures in the chart. An unknown temperature makes a gap. */
 export function trendPath(points: Point[], motor: number): string {
   const known = points.flatMap(({ temperature_c }) => temperature_c[motor - 1] ?? []);
   if (known.length === 0) return "";
@@ -34,7 +37,10 @@ export function trendPath(points: Point[], motor: number): string {
     .join("");
 }
 
-/** Supply voltage and temperature of each drive with the course of the last hours. Nothing if no drive reports them. */
+/**
+ * Shows supply voltage and temperature of each drive, with the temperatures of the last hours. Renders nothing
+ * if no drive reports them.
+ */
 export function DriveHealth() {
   const alive = useAlive();
   const axes = useLive("axes");
@@ -77,7 +83,7 @@ function figure(value: number | null | undefined, digits: number, unit: string):
   return value === null || value === undefined ? "–" : `${value.toFixed(digits)} ${unit}`;
 }
 
-/** The course of one motor's temperature, and its extremes in words. */
+/** Shows one motor's temperatures over time, and the lowest and highest in words. */
 function Course({ points, motor }: { points: Point[]; motor: number }) {
   const known = points.flatMap(({ temperature_c }) => temperature_c[motor - 1] ?? []);
   if (known.length < 2) return <Text size="xs">{figure(null, 0, "")}</Text>;

@@ -12,13 +12,13 @@ export function FirstSteps({ patientId }: { patientId: string | null }) {
     key: "kata.first-steps-hidden",
     defaultValue: false,
     getInitialValueInEffect: false,
-    // Ignores unknown stored values.
+    // Unknown stored values are ignored.
     deserialize: (stored) => stored === "true",
   });
   return hidden ? null : <CurrentStep patientId={patientId} onHide={() => setHidden(true)} />;
 }
 
-/** The current step, once it is known. */
+/** Shows the current step as soon as it is known. */
 function CurrentStep({ patientId, onHide }: { patientId: string | null; onHide: () => void }) {
   const patients = useMatchingPatients("");
   const recordings = useRecordings(patientId);

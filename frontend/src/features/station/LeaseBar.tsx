@@ -13,8 +13,8 @@ import { useHasPermission } from "../auth/hooks";
 type Lease = NonNullable<Live["lease"]>;
 
 /**
- * Shows who operates the apparatus: one user in one browser at a time. Others watch, can take over, and can
- * always stop it.
+ * Shows who operates the apparatus. Only one user in one browser can operate it at a time. Others can watch,
+ * take over, and always stop it.
  */
 export function LeaseBar() {
   const alive = useAlive();
@@ -86,7 +86,7 @@ function OtherLease(props: { lease: Lease; holder: string; onTakeOver: () => voi
   );
 }
 
-/** Says what taking over means, and takes over. */
+/** Explains the takeover, and takes over. */
 function TakeOverDialog(props: { holder: string | null; opened: boolean; onClose: () => void }) {
   const { holder, opened, onClose } = props;
   const mode = useLive("mode");

@@ -8,12 +8,12 @@ import { LOAD_LEVELS } from "./loadLevels";
 
 const MARKS = [1, 5, 10, 15, 20, LOAD_LEVELS];
 
-/** Return the level of the newest run that has one. */
+/** Return the level of the newest run that has a level. */
 export function lastLevel(runs: Pick<Run, "load_level">[]): number | null {
   return runs.findLast((run) => run.load_level !== null)?.load_level ?? null;
 }
 
-/** The runs of the patient's newest session, as defaults for the next run. */
+/** Query the runs of the patient's newest session. They are the defaults for the next run. */
 export const useLastRuns = (patientId: string) => useNewestSession(patientId, (newest) => newest?.runs ?? []);
 
 /** Sets the resistance at which the arm is taken back, by finger, mouse or arrow keys. */

@@ -55,7 +55,7 @@ export function LoadedRun({ run }: { run: Schemas["RunLive"] }) {
   );
 }
 
-/** The check before the arm moves, and the button that moves it to the start. */
+/** Shows the check before the arm moves, and the button that moves the arm to the start. */
 function MoveToStart() {
   return (
     <>
@@ -77,7 +77,7 @@ function MoveToStart() {
   );
 }
 
-/** The state, the remaining time and the progress, with the controls. */
+/** Shows the state, the remaining time and the progress, with the controls. */
 function RunningPlayback({ mode, run }: RunState) {
   const share = run.duration_s > 0 ? (100 * run.position_s) / run.duration_s : 0;
   return (

@@ -3,7 +3,7 @@ import type { Schemas } from "../../lib/api/client";
 import { t } from "../../lib/i18n";
 import { useAlive, useLive } from "../../lib/live/hooks";
 
-/** Describe the timing of the control loop in one line. */
+/** Return the timing of the control loop in one line. */
 export function loopWords(loop: Schemas["LoopLive"]): string {
   return [
     t("station:loop.summary", {
@@ -19,7 +19,7 @@ export function loopWords(loop: Schemas["LoopLive"]): string {
   ].join(" · ");
 }
 
-/** Diagnostics for the technician. */
+/** Shows diagnostics for the technician. */
 export function LoopHealth() {
   const alive = useAlive();
   const loop = useLive("loop");

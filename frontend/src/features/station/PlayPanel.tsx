@@ -12,7 +12,7 @@ import { RecordingChooser } from "./RecordingChooser";
 export function PlayPanel(props: { patientId: string; session: Session | null; wanted: string | null }) {
   const { patientId, session, wanted } = props;
   const run = useLive("run");
-  // State of this component, so that it survives the run.
+  // The level is state of this component, so that it is kept after the run.
   const [level, setLevel] = useState<number | null>(null);
   return (
     <Stack component="section" aria-label={t("station:play.title")}>
@@ -26,7 +26,7 @@ export function PlayPanel(props: { patientId: string; session: Session | null; w
   );
 }
 
-/** A link to the session of the run that just ended. */
+/** A link to the session of the run that has just ended. */
 function LastRun({ patientId }: { patientId: string }) {
   const [sessionId, setSessionId] = useState<string | null>(null);
   useEffect(

@@ -5,7 +5,7 @@ import { type Settings, settingsWords } from "./playSettingsModel";
 
 type Field = Steps & { name: Exclude<keyof Settings, "method"> };
 
-/** The most changed first. The bounds are the service's. */
+/** The fields, in the order of how often they are changed. The bounds are the service's. */
 const FIELDS: Field[] = [
   {
     name: "speed_percent",
@@ -48,7 +48,7 @@ const METHODS: { value: Settings["method"]; label: string; what: string }[] = [
   },
 ];
 
-/** True if all numbers that apply are within their bounds. */
+/** Return true if all numbers that apply are within their bounds. */
 export const arePlayable = (settings: Settings): boolean =>
   FIELDS.every(
     (field) =>

@@ -3,7 +3,7 @@ import { t } from "../../lib/i18n";
 import { useReadyPatients } from "../../lib/offline";
 import { ProblemNote } from "../../ui/ProblemNote";
 
-/** Offers the patients whose sessions this station can start or continue without the database. */
+/** Lets the user choose a patient whose session this station can start or continue without the database. */
 export function ReadySelect(props: {
   chosen: string | null;
   disabled?: boolean;

@@ -6,7 +6,10 @@ import { translateServerText } from "../../lib/serverText";
 
 const SHOWN = 6;
 
-/** Recent events of the apparatus, newest first. The header already shows the mode. */
+/**
+ * Recent events of the apparatus, newest first. Events of the mode are left out, because the header shows the
+ * mode.
+ */
 export function RecentEvents() {
   const events = useEvents().filter((event) => event.code !== "mode");
   if (events.length === 0) return null;

@@ -53,8 +53,8 @@ function options({ planned, recorded, session, side }: Options) {
 }
 
 /**
- * Return the preselected option: the next planned item, else the recording played last, else the only
- * recording of this side. Null if the user must choose.
+ * Return the preselected option: the next planned item, else the recording that was played last, else the only
+ * recording of this side. Return null if the user must choose.
  */
 function preselected({ planned, recorded, session, side }: Options, lastPlayed: string | undefined) {
   const next = nextItem(planned, session.runs);
@@ -65,7 +65,7 @@ function preselected({ planned, recorded, session, side }: Options, lastPlayed: 
   return again?.id ?? null;
 }
 
-/** The chosen item or recording, or the preselected one. */
+/** Return the chosen item or recording, or else the preselected one. */
 function useChoice(session: Session, wanted: string | null) {
   const recordings = useRecordings(session.patient.id);
   const last = useLastRuns(session.patient.id);
@@ -83,14 +83,14 @@ function useChoice(session: Session, wanted: string | null) {
   return { recordings, last, choices, value, item, recordingId: item?.recording_id ?? value, setChosen };
 }
 
-/** Chooses an item or a recording, its settings and its resistance level, and loads it. */
+/** The user chooses an item or a recording, its settings and its resistance level, and loads it. */
 export function RecordingChooser({ session, wanted, level, onLevel }: ChooserProps) {
   const queries = useQueryClient();
   const { recordings, last, choices, value, item, recordingId, setChosen } = useChoice(session, wanted);
   const highest = useMaxLoadLevel(session.patient.id, session.episode_id);
   const levelOfLast = lastLevel(last.data ?? []);
   const shownLevel = level ?? item?.load_level ?? firstLevel(levelOfLast, highest);
-  // Per recording: a slow speed for one motion says nothing about another.
+  // Settings are kept per recording, because a slow speed for one motion need not fit another.
   const [settings, setSettings] = useState<Record<string, Settings>>({});
   const settingsOfLast = item ? null : lastSettings(last.data ?? [], recordingId);
   const shownSettings = settings[value ?? ""] ?? (item && settingsOf(item)) ?? settingsOfLast ?? AS_TAUGHT;
@@ -105,7 +105,7 @@ export function RecordingChooser({ session, wanted, level, onLevel }: ChooserPro
       load_level: shownLevel,
       ...shownSettings,
     });
-    // The next item of the programme is preselected again.
+    // After the load, the next item of the programme is preselected again.
     if (item) setChosen(null);
     if (item) onLevel(null);
     void queries.invalidateQueries({ queryKey: ["session"] });
@@ -142,7 +142,7 @@ export function RecordingChooser({ session, wanted, level, onLevel }: ChooserPro
   );
 }
 
-/** The margin of the chosen recording as taught. */
+/** Shows the margin of the chosen recording as taught. */
 function ChosenRecording({ recordingId }: { recordingId: string }) {
   const recording = useQuery({
     queryKey: ["recording", recordingId],

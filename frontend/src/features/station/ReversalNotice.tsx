@@ -5,7 +5,7 @@ import { t } from "../../lib/i18n";
 import { translateServerText } from "../../lib/serverText";
 import { InlineSlot } from "../../ui/InlineSlot";
 
-/** Describe the state on the recording's path, readable from two metres. */
+/** Return the state on the recording's path in words that can be read from two metres. */
 export function pathWords(mode: Live["mode"], run: Schemas["RunLive"]): string {
   if (mode === "playing")
     return run.reversing ? t("station:reversal.reversing") : t("station:reversal.playing");

@@ -68,7 +68,7 @@ export function SimulatorPanel() {
   );
 }
 
-/** A button of an on/off state, with a text for switching on and one for switching off. */
+/** A button for an on/off state, with one text for switching on and one for switching off. */
 function Toggle(props: {
   on: boolean | undefined;
   words: [on: string, off: string];

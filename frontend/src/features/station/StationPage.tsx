@@ -26,7 +26,8 @@ import { WorkPanels } from "./WorkPanels";
 type Panels = typeof import("./lazyStationPanels");
 
 /**
- * Load the station's panels after the first page, which already shows the state and Stop. Null until loaded.
+ * Load the station's panels after the first page, which already shows the state and Stop. Return null until
+ * they are loaded.
  */
 function useLazyPanels() {
   const [panels, setPanels] = useState<Panels | null>(null);
@@ -42,7 +43,10 @@ function useLazyPanels() {
   return panels;
 }
 
-/** The therapist's page: patient, teaching, playback and the live apparatus. The simulated hand is below them. */
+/**
+ * The therapist's page with patient, teaching, playback and the live apparatus. The simulated hand is below
+ * them.
+ */
 export function StationPage() {
   const station = useStation();
   const diagnoses = useHasPermission("diagnose");
@@ -67,7 +71,7 @@ export function StationPage() {
       {reads && patientId && <PatientBanner patientId={patientId} {...(name && { name })} />}
       <RevealWhenLoaded waits={!station || !panels} now={run !== null || teaching !== null || stop !== null}>
         <div className={classes.page} data-stopped={stop !== null}>
-          {/* Hidden instead of unmounted during a stop, so that input is not lost. */}
+          {/* During a stop the panels are hidden instead of unmounted, so that input is not lost. */}
           <div className={classes.work} hidden={stop !== null}>
             <Stack gap="xs">
               <PatientColumn panels={panels} />

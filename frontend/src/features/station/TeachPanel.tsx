@@ -18,11 +18,11 @@ import classes from "./station.module.css";
 
 type Fixtures = Schemas["TeachRequest"]["fixtures"];
 
-/** Teaching: torque is off, the therapist moves the arm, and the pedal records the motion. */
+/** Teaching. Torque is off, the therapist moves the arm, and the pedal records the motion. */
 export function TeachPanel({ patientId }: { patientId: string }) {
   const alive = useAlive();
   const teaching = useLive("teaching");
-  // State of this component, so that it survives the teaching.
+  // The name is state of this component, so that it is kept after the teaching.
   const [name, setName] = useState("");
   const [chosen, setChosen] = useState("arm_fixer_1");
   const saved = useSavedTakes(patientId, teaching?.teaching_id ?? null);
@@ -79,7 +79,7 @@ export function TeachPanel({ patientId }: { patientId: string }) {
 
 /**
  * The name, the fixtures and the checks before teaching. Teaching moves nothing, so one press confirms the
- * checks and starts it. Checks that the apparatus must detect cannot be confirmed by hand.
+ * checks and starts it. The user cannot confirm checks that the apparatus must detect.
  */
 function TeachingSetup(props: {
   patientId: string;
@@ -177,7 +177,7 @@ function FixturesChoice({ value, onChange }: { value: string; onChange: (fixture
   );
 }
 
-/** The recording state, readable from two metres. */
+/** Shows the recording state in letters that can be read from two metres. */
 function Pedal() {
   const pedal = useLive("pedal");
   const teaching = useLive("teaching");
@@ -211,7 +211,7 @@ function Pedal() {
   );
 }
 
-/** The takes of the current or last teaching, as they are saved. */
+/** Return the takes of the current or last teaching, as soon as each is saved. */
 function useSavedTakes(patientId: string, teachingId: string | null): Schemas["Recording"][] {
   const [takes, setTakes] = useState<Schemas["Recording"][]>([]);
   // A new teaching starts a new list.

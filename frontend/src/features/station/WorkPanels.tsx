@@ -9,8 +9,8 @@ type Work = "teach" | "session";
 type Panels = typeof import("./lazyStationPanels");
 
 /**
- * Teaching and the session, one at a time, so that the controls fit on one screen. A patient without a recording is
- * taught first. Both stay mounted: what was entered in one is not lost by looking at the other.
+ * Shows teaching or the session, so that the controls fit on one screen. For a patient without a recording it
+ * first shows teaching. Both stay mounted, so that switching between them loses no input.
  */
 export function WorkPanels(props: { panels: Panels; patientId: string; wanted: string | null }) {
   const { panels, patientId, wanted } = props;
@@ -19,12 +19,12 @@ export function WorkPanels(props: { panels: Panels; patientId: string; wanted: s
   const recordings = useRecordings(patientId).data?.items;
   const databaseUnavailable = useDatabaseUnavailable();
   const [chosen, setChosen] = useState<Work | null>(null);
-  // Proposed once: a new recording must not replace the panel under the user's hand.
+  // The panel is proposed only once, because a new recording must not replace the panel that the user is using.
   useEffect(() => {
     if (chosen !== null || !recordings) return;
     setChosen(recordings.length > 0 || databaseUnavailable ? "session" : "teach");
   }, [chosen, recordings, databaseUnavailable]);
-  // What the apparatus is doing takes precedence.
+  // The present activity of the apparatus takes precedence.
   const shown: Work = teaching ? "teach" : run ? "session" : (chosen ?? "session");
   return (
     <>

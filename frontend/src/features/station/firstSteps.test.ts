@@ -24,7 +24,7 @@ describe("a new user of the simulated apparatus", () => {
     ["play", 1, true, 1, playing],
     ["look", 1, true, 1, played],
     ["look", 1, true, 1, { ...played, ended_at: "2026-11-22T09:00:00Z" }],
-    // A patient's next session starts over.
+    // The guide starts again for a patient's next session.
     ["begin", 1, true, 1, { ...asked, ended_at: "2026-11-22T09:00:00Z" }],
   ])(
     "sees step %s with %i patients, chosen: %s, %i recordings",

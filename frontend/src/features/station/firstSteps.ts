@@ -4,7 +4,7 @@ import { stepOf } from "./session-wizard/steps";
 export const FIRST_STEPS = ["sign_up", "choose", "teach", "begin", "play", "look"] as const;
 export type FirstStep = (typeof FIRST_STEPS)[number];
 
-/** The clinic's data and the chosen patient, as far as the guide needs them. */
+/** The data of the clinic and of the chosen patient that the guide needs. */
 type Progress = {
   patients: number;
   chosen: boolean;
@@ -13,8 +13,8 @@ type Progress = {
 };
 
 /**
- * Return the next step for a new user. It depends only on existing data, so that any order of work is
- * possible.
+ * Return the next step for a new user. The step depends only on existing data, so that the user can work in any
+ * order.
  */
 export function firstStep({ patients, chosen, recordings, session }: Progress): FirstStep {
   if (patients === 0) return "sign_up";

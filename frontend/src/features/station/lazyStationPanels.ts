@@ -1,4 +1,4 @@
-/** The station's panels, loaded right after the first page. */
+/** The station's panels. They are loaded right after the first page. */
 export { CommissioningState } from "../commissioning/CommissioningState";
 export { DriveHealth } from "./DriveHealth";
 export { FirstSteps } from "./FirstSteps";

@@ -21,7 +21,7 @@ describe("the state on the path", () => {
     ["paused", {}, "Paused, holding"],
     ["paused", { at_start: true }, "At the start, holding"],
     ["paused", { reversing: true }, "Taken back, holding"],
-    // The arm was taken back to the start, so the run was not just loaded.
+    // The arm was taken back to the start, so the text must differ from that of a loaded run.
     ["paused", { at_start: true, reversing: true }, "Taken back, holding"],
   ] as const)("%s with %o", (mode, part, words) => {
     expect(pathWords(mode, { ...run, ...part })).toBe(words);

@@ -7,7 +7,7 @@ export type Settings = Pick<
   Schemas["LoadRequest"],
   "speed_percent" | "repetitions" | "pause_s" | "range_percent" | "method"
 >;
-/** The settings in a run. Runs from before methods existed have no method. */
+/** The settings of a run. Runs of versions without methods have no method. */
 type RunSettings = Omit<Settings, "method"> & { method: Settings["method"] | null };
 
 export const AS_TAUGHT: Settings = {
@@ -18,7 +18,7 @@ export const AS_TAUGHT: Settings = {
   method: "smooth",
 };
 
-/** Describe what differs from the taught motion, or return null. */
+/** Return the differences from the taught motion in words, or null if there are none. */
 export function settingsWords(settings: RunSettings): string | null {
   const words: string[] = [];
   if (settings.range_percent !== 100)
@@ -33,7 +33,7 @@ export function settingsWords(settings: RunSettings): string | null {
   return words.length > 0 ? formatList(words) : null;
 }
 
-/** Return the settings of the recording's newest run, or null. */
+/** Return the settings of the recording's newest run, or null if it has none. */
 export function lastSettings(
   runs: (RunSettings & { recording_id: string })[],
   recordingId: string | null,
@@ -43,7 +43,7 @@ export function lastSettings(
   return settingsOf(last);
 }
 
-/** Pick the settings of an item or a run. */
+/** Return the settings of an item or a run. */
 export function settingsOf(settings: RunSettings): Settings {
   const { speed_percent, repetitions, pause_s, range_percent, method } = settings;
   return { speed_percent, repetitions, pause_s, range_percent, method: method ?? "smooth" };

@@ -6,7 +6,7 @@ import { t } from "../../lib/i18n";
 import { Plot } from "../../ui/Plot";
 import { NumbersTable } from "../progress/NumbersTable";
 
-/** A chart with its summary in words, its numbers, and its file. */
+/** A chart with its summary in words, its numbers, and a button that saves it as a file. */
 export function ChartCard(props: {
   name: string;
   title: string;

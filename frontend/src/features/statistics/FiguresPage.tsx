@@ -31,13 +31,16 @@ const NEEDS = {
 } as const;
 const FROM = "/clinic/$subject";
 
-/** Leads to the first figures that the user may see. */
+/** Redirects to the first figures that the user may see. */
 export function FiguresEntry() {
   const reads = useHasPermission("read_records");
   return <Navigate to={FROM} params={{ subject: reads ? "outcomes" : "usage" }} replace />;
 }
 
-/** The figures of the clinic: outcomes, use, stops and tracking error. The address holds time, filters and choices. */
+/**
+ * The figures of the clinic: outcomes, use, stops and tracking error. The address contains time, filters and
+ * choices.
+ */
 export function FiguresPage() {
   useTitle(t("clinic:figures.title"));
   const { subject: asked } = useParams({ from: FROM });
@@ -87,7 +90,7 @@ export function FiguresPage() {
   );
 }
 
-/** Time, station, interval and amount. */
+/** Lets the user choose time, station, interval and amount. */
 function Choices({ subject, search }: { subject: Subject; search: FiguresSearch }) {
   const navigate = useNavigate({ from: FROM });
   const sees = useHasPermission("read_records");

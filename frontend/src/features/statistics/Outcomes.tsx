@@ -12,7 +12,7 @@ import { changeOfAll, hasPoints, wholePercent, withUnit } from "./outcomeWords";
 
 type Found = Schemas["Outcomes"];
 
-/** The outcomes of the treatment: of all patients, by stage and by programme. */
+/** Shows the outcomes of the treatment for all patients, by stage and by programme. */
 export function Outcomes({ search }: { search: FiguresSearch }) {
   const navigate = useNavigate({ from: "/clinic/$subject" });
   const { station: _, ...span } = spanOf(search, new Date());

@@ -5,7 +5,7 @@ import { PageLink } from "../../ui/links";
 import { useHasPermission } from "../auth/hooks";
 import { stopWords } from "../sessions/stopWords";
 
-/** The causes by station, each with a link to its sessions for users who may read records. */
+/** Shows the causes by station. For users who may read records, each links to its sessions. */
 export function StopLinks(props: { rows: Schemas["StopCount"][]; days: { from: string; to: string } }) {
   const reads = useHasPermission("read_records");
   return (

@@ -8,7 +8,7 @@ import { ChartCard } from "./ChartCard";
 import { spanWords, trackingFigure, trackingTable } from "./charts";
 import { daysOf, type FiguresSearch, spanOf } from "./figuresSearch";
 
-/** The tracking error of the stations by week, and whether it rises. */
+/** Shows the tracking error of the stations by week, and whether it increases. */
 export function Tracking({ search }: { search: FiguresSearch }) {
   const span = spanOf(search, new Date());
   const tracking = useQuery({ queryKey: ["tracking", span], queryFn: () => api.trackingQuality(span) });

@@ -7,9 +7,9 @@ import type { FiguresSearch, Measure } from "./figuresSearch";
 type Figure = Schemas["Figure"];
 type Table = Schemas["ProgressTable"];
 
-/** Colours of the service's figures, which have dark counterparts; none is an alarm colour. */
+/** Colours of the service's figures. They have dark counterparts, and none is an alarm colour. */
 const COLOURS = ["#1f3a93", "#e07b00", "#2f7d4f", "#7b3fa0", "#7f5539", "#64748b"];
-/** Series differ without colours too. */
+/** Patterns, dashes and markers, by which series differ without colours. */
 const PATTERNS = ["", "/", ".", "x", "-", "|"];
 const DASHES = ["solid", "dash", "dot", "dashdot", "longdash", "longdashdot"];
 const MARKERS = ["circle", "square", "diamond", "triangle-up", "cross", "x"];
@@ -41,7 +41,7 @@ const byStation = <Row extends { station: string }>(
   }));
 const barMarker = (place: number) => ({
   color: nth(COLOURS, place),
-  // On the colour. Plotly would otherwise draw the pattern instead of it.
+  // The pattern is drawn over the colour. Plotly would otherwise draw the pattern instead of the colour.
   pattern: { shape: nth(PATTERNS, place), fillmode: "overlay", fgcolor: "white", solidity: 0.2 },
 });
 const nth = <Value>(values: readonly Value[], place: number) => values[place % values.length] as Value;
@@ -59,7 +59,7 @@ function layout(height: number, more: object): Figure["layout"] {
   };
 }
 
-/** How the line of one of several series looks. */
+/** Return the look of the line of one of several series. */
 export const lineLook = (place: number) => ({
   line: { color: nth(COLOURS, place), dash: nth(DASHES, place) },
   marker: { color: nth(COLOURS, place), symbol: nth(MARKERS, place), size: 7 },
@@ -68,7 +68,7 @@ export const lineLook = (place: number) => ({
 export const figure = (data: object[], height: number, more: object): Figure =>
   ({ data, layout: layout(height, more), texts: [] }) as unknown as Figure;
 
-/** Bars of each station by day or week, one on the other. */
+/** Return stacked bars of the stations by day or week. */
 export function usageFigure(rows: Schemas["StationUse"][], search: FiguresSearch): Figure {
   const amount = search.of ?? "sessions";
   const traces = byStation(rows, (own, place) => ({
@@ -109,7 +109,7 @@ export function usageTable(rows: Schemas["StationUse"][]): Table {
   };
 }
 
-/** A line for each station by week. */
+/** Return a line for each station by week. */
 export function trackingFigure(rows: Schemas["StationTracking"][]): Figure {
   const traces = byStation(rows, (own, place) => ({
     type: "scatter",
@@ -139,7 +139,10 @@ export function trackingTable(rows: Schemas["StationTracking"][]): Table {
   };
 }
 
-/** Horizontal bars of the causes over all stations shown: stopped sessions and alarms beside each other. */
+/**
+ * Return horizontal bars of the causes over all shown stations, with stopped sessions and alarms beside each
+ * other.
+ */
 export function stopsFigure(rows: Schemas["StopCount"][]): Figure {
   const causes = [...new Set(rows.map((row) => row.code))];
   const traces = (["sessions", "alarms"] as const).map((counted, place) => ({
@@ -183,7 +186,7 @@ export function groupWords({ by, name }: Schemas["OutcomeGroup"]): string {
   return name === "" ? t("clinic:figures.noProgramme") : t("clinic:figures.byProgramme", { name });
 }
 
-/** The groups of which a measure is shown, with its change. */
+/** Return the groups that have a value of a measure, with its change. */
 export const shownGroups = (groups: Schemas["OutcomeGroup"][], measure: Measure) =>
   groups.flatMap((group) => {
     const change = group.changes.find((candidate) => candidate.measure === measure);
@@ -192,7 +195,10 @@ export const shownGroups = (groups: Schemas["OutcomeGroup"][], measure: Measure)
 
 type Shown = ReturnType<typeof shownGroups>[number];
 
-/** A point with its confidence interval for each group. `axis`: name and unit of a change; a share has its own. */
+/**
+ * Return a point with its confidence interval for each group. `axis`: name and unit of a change; the axis of a
+ * share has its own name.
+ */
 export function outcomeFigure(shown: Shown[], part: "change" | "important", axis = ""): Figure {
   const factor = part === "important" ? 100 : 1;
   const own = shown.flatMap(({ name, change }) => {
@@ -227,7 +233,7 @@ export function outcomeFigure(shown: Shown[], part: "change" | "important", axis
 
 const percent = (estimate: Schemas["Estimate"] | null) => (estimate ? 100 * estimate.value : null);
 
-/** All measures of all shown groups. */
+/** Return a table of all measures of all shown groups. */
 export function outcomeTable(groups: Schemas["OutcomeGroup"][]): Table {
   const figures = t("clinic:figures", { returnObjects: true });
   const digits = 1;

@@ -5,7 +5,7 @@ afterEach(() => vi.unstubAllEnvs());
 
 it.each(["Asia/Tokyo", "Europe/Berlin", "America/Chicago"])("the last days are local ones in %s", (zone) => {
   vi.stubEnv("TZ", zone);
-  // Early in Tokyo's morning, when the day in UTC is still the one before.
+  // Early morning in Tokyo, when the date in UTC is still that of the previous day.
   const today = new Date(2026, 10, 21, 7, 30);
   const { since, until } = lastDays(7, today);
   expect(new Date(since ?? "")).toEqual(new Date(2026, 10, 15));

@@ -9,7 +9,7 @@ export const AMOUNTS = ["sessions", "hours", "repetitions"] as const;
 export const MEASURES = ["spadi", "pain", "flexion", "abduction", "external_rotation"] as const;
 export type Measure = Schemas["OutcomeChange"]["measure"];
 
-/** Time, filters and choices of the figures, as the address holds them. Days are local and inclusive. */
+/** Time, filters and choices of the figures in the form that the address contains. Days are local and inclusive. */
 export interface FiguresSearch {
   from?: string;
   to?: string;
@@ -41,11 +41,11 @@ export function readSearch(given: Record<string, unknown>): FiguresSearch {
   };
 }
 
-/** Return a local day as 2026-11-21. */
+/** Return a local day in the form 2026-11-21. */
 export const isoDay = (moment: Date) =>
   `${moment.getFullYear()}-${String(moment.getMonth() + 1).padStart(2, "0")}-${String(moment.getDate()).padStart(2, "0")}`;
 
-/** Return the first and last day of the chosen time: own days, else a range that ends today. */
+/** Return the first and last day of the chosen time: the days that the user chose, else a range that ends today. */
 export function daysOf(search: FiguresSearch, today: Date): { from: string; to: string } {
   const from = new Date(today);
   const range = search.range ?? "months12";
@@ -55,14 +55,14 @@ export function daysOf(search: FiguresSearch, today: Date): { from: string; to: 
   return { from: search.from ?? isoDay(from), to: search.to ?? isoDay(today) };
 }
 
-/** Return today and the days before it, as many in all. */
+/** Return the span of `days` days that ends today. */
 export function lastDays(days: number, today: Date): SpanQuery {
   const from = new Date(today);
   from.setDate(from.getDate() - days + 1);
   return spanOf({ from: isoDay(from) }, today);
 }
 
-/** Return the time as the service expects it. */
+/** Return the time in the form that the service expects. */
 export function spanOf(search: FiguresSearch, today: Date): SpanQuery {
   const { from, to } = daysOf(search, today);
   return {

@@ -1,7 +1,7 @@
 import { client, unwrap } from "./request";
 import type { SpanQuery } from "./types";
 
-/** Minutes by which this browser's zone is ahead of UTC: a day begins at its midnight. */
+/** Return the minutes by which this browser's time zone is ahead of UTC. A day begins at midnight in this zone. */
 export const utcOffsetMinutes = () => -new Date().getTimezoneOffset();
 
 /** The work of the day, and the clinic's figures. */

@@ -95,7 +95,7 @@ export const recordsApi = {
         params: { path: { episode_id: key }, query: { utc_offset_minutes } },
       }),
     ),
-  /** All pages, because lists to choose from show every recording. */
+  /** Fetches all pages, because lists for choosing show every recording. */
   recordings: (key: string) =>
     allPages((after) =>
       unwrap(

@@ -4,7 +4,7 @@ import { translateServerText } from "../serverText";
 import type { paths } from "./schema";
 import type { Schemas } from "./types";
 
-/** An error answer of the service, with a message and the next step. */
+/** An error answer of the service with a message and a next step. */
 export class ProblemError extends Error {
   readonly code: string;
   readonly nextStep: string;
@@ -29,7 +29,7 @@ export class ProblemError extends Error {
 }
 
 /**
- * The HTTP client of all calls; authMiddleware is registered here. `fetch` is looked up at each call, so that
+ * The HTTP client of all calls. authMiddleware is registered here. `fetch` is looked up at each call, so that
  * tests can replace it.
  */
 export const client = createClient<paths>({

@@ -41,7 +41,7 @@ export const sessionsApi = {
     unwrap(client.GET("/api/sessions/{session_id}", { params: { path: { session_id: key } } })),
   createSession: (body: Schemas["SessionCreate"]) => unwrap(client.POST("/api/sessions", { body })),
   updateSession: (key: string, body: Schemas["SessionUpdate"]) =>
-    // `keepalive` lets a note arrive although the page is closing. Browsers allow it for up to 64 kB.
+    // With `keepalive` a note reaches the service even if the page is closing. Browsers allow this for up to 64 kB.
     unwrap(
       client.PATCH("/api/sessions/{session_id}", {
         params: { path: { session_id: key } },
@@ -91,7 +91,7 @@ export const sessionsApi = {
     ),
   sessionAlarms: (session_id: string) =>
     unwrap(client.GET("/api/events", { params: { query: { session_id, kind: "alarm", limit: 50 } } })),
-  /** Where resistance took the arm back. */
+  /** Returns the events in which resistance took the arm back. */
   sessionReversals: (session_id: string) =>
     unwrap(
       client.GET("/api/events", { params: { query: { session_id, code: "load_reversal", limit: 200 } } }),

@@ -1,7 +1,7 @@
 import { client, expectSuccess, unwrap } from "./request";
 import type { Schemas } from "./types";
 
-/** Longer than the service waits for the device. */
+/** Longer than the time that the service waits for the device. */
 const STOP_TIMEOUT_MS = 4000;
 
 /** The apparatus at this station, and its simulator. */

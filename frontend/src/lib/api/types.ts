@@ -40,5 +40,5 @@ export type AuditQuery = Omit<
   NonNullable<paths["/api/audit"]["get"]["parameters"]["query"]>,
   "after" | "limit"
 >;
-/** A time with the clinic's zone, and a station. */
+/** A period with the clinic's time zone, and a station. */
 export type SpanQuery = NonNullable<paths["/api/statistics/stops"]["get"]["parameters"]["query"]>;

@@ -14,12 +14,12 @@ function useStore<T>(select: (state: LiveState) => T): T {
 /** True while messages from the service arrive. */
 export const useConnected = (): boolean => useStore((state) => state.connected);
 
-/** True while the shown values are current. When false, nothing may look live. */
+/** Return true while the shown values are current. While it is false, no value may look current. */
 export const useAlive = (): boolean => useStore(isAlive);
 
 /**
- * Age of the shown state in tenths of a second: the device's own age plus the transport time. Null without
- * data.
+ * Return the age of the shown state in tenths of a second: the device's own age plus the transport time. Return
+ * null without data.
  */
 export function useAge(): number | null {
   const [age, setAge] = useState<number | null>(null);
@@ -35,7 +35,7 @@ export function useAge(): number | null {
 export const useHeardAt = (): number | null =>
   useStore((state) => (state.heardAt === null ? null : Math.floor(state.heardAt / 1000) * 1000));
 
-/** Events since this page was opened, newest first. */
+/** Return the events since this page was opened, newest first. */
 export const useEvents = (): Schemas["EventLive"][] => useStore((state) => state.events);
 
 export const useStation = (): StationInfo | null => useStore((state) => state.station);
@@ -45,7 +45,7 @@ export function useLive<Name extends keyof Live>(name: Name): Live[Name] | null 
   return useStore((state) => state.live?.[name] ?? null);
 }
 
-/** The reason why a command is not possible, or null if it is. */
+/** Return the reason why a command is not possible, or null if it is possible. */
 export function useRefusal(
   command: CommandName,
 ): Pick<Schemas["RefusalLive"], "code" | "message" | "next_step"> | null {

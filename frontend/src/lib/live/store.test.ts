@@ -150,7 +150,7 @@ describe("the live store", () => {
 
   describe("after the page was blocked", () => {
     const sent = (message: object, at: number) => ({ ...message, sent_at: new Date(at).toISOString() });
-    /** The page is blocked, for example by drawing. Messages wait meanwhile. */
+    /** Block the page, for example by drawing. Messages wait meanwhile. */
     const block = (ms: number) => vi.setSystemTime(Date.now() + ms);
 
     beforeEach(() => {

@@ -8,31 +8,29 @@ export type LiveMessage =
   | Schemas["SavedMessage"]
   | Schemas["StopAnswerMessage"];
 
-/** Without a message for this long the connection counts as lost. The service sends ten per second. */
+/** If no message arrives for this time, the connection counts as lost. The service sends ten per second. */
 export const LOST_AFTER_MS = 1200;
 const CHECK_EVERY_MS = 250;
-/**
- * After the page was blocked, it processes waiting messages for this long before it judges the connection.
- */
+/** After the page was blocked, it processes waiting messages for this time before it judges the connection. */
 export const SETTLE_MS = 100;
-/** Pauses between attempts, so that the page recovers within three seconds after the service returns. */
+/** Pauses between attempts. The page recovers within three seconds after the service returns. */
 const RECONNECT_MS = [250, 500, 1000, 1000];
 /**
- * An attempt that does not succeed in this time is repeated. With a pulled cable the browser would wait for
- * minutes.
+ * An attempt that does not succeed within this time is repeated, because a browser with an unplugged cable
+ * would wait for minutes.
  */
 export const OPEN_TIMEOUT_MS = 2000;
-/** Without an answer over the live connection in this time, Stop takes another way. */
+/** If the live connection does not answer a Stop within this time, the page sends it by a separate request. */
 export const STOP_ANSWER_TIMEOUT_MS = 600;
 /** Allowed drift between the two clocks. Delays of a congested connection grow faster than this. */
 const CLOCK_DRIFT = 0.001;
 const MAX_EVENTS = 50;
 
-/** The page's knowledge of the station. Replaced at every change, never modified. */
+/** The page's knowledge of the station. Each change replaces the object; it is never modified. */
 export interface LiveState {
-  /** Messages arrive. Otherwise the fields below are outdated. */
+  /** True while messages arrive. Otherwise the fields below are outdated. */
   connected: boolean;
-  /** When the last message was sent, by this computer's clock. */
+  /** Time at which the last message was sent, by this computer's clock. */
   heardAt: number | null;
   station: StationInfo | null;
   live: Live | null;
@@ -42,7 +40,8 @@ export interface LiveState {
 const EMPTY: LiveState = { connected: false, heardAt: null, station: null, live: null, events: [] };
 
 /**
- * The WebSocket to the service: a snapshot, then changes. A missing sequence number causes a new connection.
+ * The WebSocket to the service. It receives a snapshot, then changes. A missing sequence number causes a new
+ * connection.
  */
 export class LiveStore {
   #state: LiveState = EMPTY;
@@ -57,7 +56,8 @@ export class LiveStore {
   #settledAt = 0;
   #sequence = 0;
   /**
-   * The shortest transport time of this connection, by the unsynchronized clocks, and when it was measured.
+   * The shortest transport time of this connection, measured with unsynchronized clocks, and the time of that
+   * measurement.
    */
   #fastest: { ms: number; at: number } | null = null;
   #failures = 0;
@@ -105,8 +105,8 @@ export class LiveStore {
   get = (): LiveState => this.#state;
 
   /**
-   * Send Stop over the open connection. Return the device's answer, or null if none came in time and another
-   * way is needed.
+   * Send Stop over the open connection. Return the device's answer, or null if none came in time, so that
+   * another way is needed.
    */
   stop(): Promise<Schemas["StopAnswerMessage"] | null> {
     const socket = this.#socket;
@@ -128,7 +128,7 @@ export class LiveStore {
 
   /**
    * Return the state that this page shows. Commands that start motion, release an arm or reset a stop must
-   * carry it.
+   * contain it.
    */
   seen(): Schemas["SeenState"] {
     const live = this.#state.live;
@@ -137,7 +137,7 @@ export class LiveStore {
 
   /** Wait until the shown state is newer than the service's last answer, or the connection is lost. */
   waitForFreshState(): Promise<void> {
-    // The first message may have been sent before the answer.
+    // The first message may have been sent before the service's answer.
     let remaining = 2;
     return new Promise((resolve) => {
       const onChange = () => {
@@ -198,9 +198,9 @@ export class LiveStore {
   }
 
   /**
-   * Return when a message was sent, by this computer's clock. The service's clock may be wrong by hours, so
-   * the delay is measured against the fastest message of this connection. A message that waited in the
-   * network or in a blocked page is old.
+   * Return when a message was sent, by this computer's clock. The service's clock may be wrong by hours, so the
+   * delay is measured relative to the fastest message of this connection. A message that waited in the network
+   * or in a blocked page is old.
    */
   #sentAt(message: LiveMessage): number {
     const now = Date.now();
@@ -213,8 +213,8 @@ export class LiveStore {
   }
 
   /**
-   * True shortly after the page was blocked by drawing or sleep. Messages then waited in the page, so their
-   * age does not show a lost connection.
+   * Return true shortly after the page was blocked by drawing or sleep. Messages then waited in the page, so
+   * their age does not mean that the connection is lost.
    */
   #isSettling(now: number): boolean {
     if (now - this.#checkedAt > LOST_AFTER_MS) {
@@ -232,7 +232,7 @@ export class LiveStore {
     this.#checkConnection();
   }
 
-  /** Detect a lost connection by polling, because a pulled cable does not close the socket. */
+  /** Detect a lost connection by polling, because an unplugged cable does not close the socket. */
   #checkConnection() {
     const { connected, heardAt } = this.#state;
     const now = Date.now();
@@ -271,7 +271,7 @@ export class LiveStore {
   }
 }
 
-/** True if messages arrive and the device process is running with current data. */
+/** Return true if messages arrive and the device process is running with current data. */
 export function isAlive(state: LiveState): boolean {
   const live = state.live;
   return (
@@ -283,7 +283,7 @@ export function isAlive(state: LiveState): boolean {
   );
 }
 
-/** Age of the shown state in tenths of a second, or null without data. */
+/** Return the age of the shown state in tenths of a second, or null without data. */
 export function ageTenths({ heardAt, live }: LiveState, now: number): number | null {
   if (heardAt === null || live?.age_ms == null) return null;
   return Math.round((Math.max(0, now - heardAt) + live.age_ms) / 100);

@@ -1,7 +1,7 @@
 import { expect, test } from "vitest";
 import { DrawingPace } from "./drawingPace";
 
-/** What a view draws within a minute in which its picture changes all the time: how often, and for how long. */
+/** Return how often and for how long a view draws within a minute in which its picture changes all the time. */
 function aMinuteOf(drawing_ms: number, inSoftware = false) {
   const pace = new DrawingPace(inSoftware);
   let [now_ms, times, drawn_ms] = [0, 0, 0];

@@ -1,8 +1,14 @@
-/** The share of time that drawing may take. A graphics card needs far less. */
+/** Share of time that drawing may take. A graphics card needs much less. */
 const SHARE = 0.25;
-/** In software, drawing takes processor time from the control loop of a service on the same computer. */
+/**
+ * The same share without a graphics card. Drawing in software takes processor time from the control loop of a
+ * service on the same computer.
+ */
 const SHARE_IN_SOFTWARE = 0.05;
-/** The longest rest between drawings. A picture is at most this old plus one drawing. */
+/**
+ * Longest rest between drawings. A picture is therefore at most as old as this plus the duration of one
+ * drawing.
+ */
 const LONGEST_REST_MS = 1000;
 
 /** Decides when the next drawing may begin. All times are milliseconds of the caller's clock. */

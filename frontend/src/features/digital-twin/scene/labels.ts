@@ -7,7 +7,7 @@ import { plus, turned, type Vec } from "../vectors";
 const PIXELS = 64;
 const SIZE_MM = 58;
 
-/** The numbers beside the motors. A part in front of a motor also hides its number. */
+/** The numbers beside the motors. A part that is in front of a motor also hides the motor's number. */
 export class Labels {
   readonly group = new Group();
   readonly #sprites: Sprite[];
@@ -41,7 +41,7 @@ export class Labels {
   }
 }
 
-/** A motor's number in a disc of its colour. */
+/** Return a motor's number in a disc of the motor's colour. */
 function number(motor: Motor): CanvasTexture<OffscreenCanvas> {
   const canvas = new OffscreenCanvas(PIXELS, PIXELS);
   const draw = canvas.getContext("2d");

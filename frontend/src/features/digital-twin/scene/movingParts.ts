@@ -59,7 +59,10 @@ export class MovingParts {
     span(this.#yoke, yokeFrom(posture.side), shoulder, true);
   }
 
-  /** The board in the frame of O: open bars that show the links, the scapula with its plate, and motor 3. */
+  /**
+   * Build the board in the frame of O: open bars that leave the links visible, the scapula with its plate, and
+   * motor 3.
+   */
   #fillBoard(side: Side, rest: Posture, paint: Paint) {
     const out = outward(side);
     const shoulder = shoulderFromOrigin(side);
@@ -89,7 +92,7 @@ export class MovingParts {
     );
   }
 
-  /** From motor 3 behind the shoulder to motor 4 outside it. */
+  /** Build the part from motor 3 behind the shoulder to motor 4 outside it. */
   #fillLifted(side: Side, paint: Paint) {
     const out = outward(side);
     const three = paint.motor(3);
@@ -102,7 +105,7 @@ export class MovingParts {
     );
   }
 
-  /** From motor 4 along the arm to the rail of the cuff, with motor 5 and its pinion. */
+  /** Build the part from motor 4 along the arm to the rail of the cuff, with motor 5 and its pinion. */
   #fillSwung(side: Side, paint: Paint) {
     const out = outward(side);
     const four = paint.motor(4);
@@ -122,7 +125,10 @@ export class MovingParts {
     );
   }
 
-  /** The parts that motor 5 turns: the arm, the cuff with its gear, open on one side, and the arm fixer below it. */
+  /**
+   * Build the parts that motor 5 turns: the arm, the cuff with its gear, which is open on one side, and the arm
+   * fixer below it.
+   */
   #fillArm(side: Side, paint: Paint) {
     const out = outward(side);
     const five = paint.motor(5);
@@ -145,7 +151,7 @@ export class MovingParts {
       fixer,
       bar([40, 0, -RING_MM], [40, 0, -RING_MM - 60], 8, five),
       bar([-40, 0, -RING_MM], [-40, 0, -RING_MM - 60], 8, five),
-      // The hand's edge down, its thumb up and inward.
+      // The edge of the hand points down, the thumb up and inward.
       limb(wrist, palm, 26, paint.skin),
       limb(thumb, plus(thumb, [18, -out * 12, 44]), 11, paint.skin),
       limb(palm, plus(palm, forearm(56)), 19, paint.skin),
@@ -153,14 +159,14 @@ export class MovingParts {
   }
 }
 
-/** The point between neck and shoulder where the shirt's yoke begins. */
+/** Return the point between neck and shoulder where the shirt's yoke begins. */
 const yokeFrom = (side: Side): Vec => [10, outward(side) * 62, 1036];
 
-/** The shoulder blade on the back, between board and ribs, in the frame of O. */
+/** Return the shoulder blade on the back, between board and ribs, in the frame of O. */
 function scapula(side: Side, paint: Paint): Object3D {
   const out = outward(side);
   const outline = new Shape();
-  // Medial border, lower angle, neck and acromion; x is outward, y is up.
+  // Medial border, inferior angle, neck and acromion; x is outward, y is up.
   const points = [
     [6, 44],
     [2, 10],
@@ -178,7 +184,7 @@ function scapula(side: Side, paint: Paint): Object3D {
   });
   outline.closePath();
   const geometry = new ExtrudeGeometry(outline, { depth: 9, bevelEnabled: false });
-  // Drawn in x and y with its thickness along z; turned to y and z with its thickness along x.
+  // Drawn in x and y with its thickness along z, then turned to y and z with its thickness along x.
   geometry.rotateX(Math.PI / 2);
   geometry.rotateZ(Math.PI / 2);
   const mesh = new Mesh(geometry, paint.bone);

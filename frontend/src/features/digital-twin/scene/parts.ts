@@ -18,7 +18,7 @@ import { GHOST, MOTOR_COLOURS } from "../colours";
 import type { Motor } from "../limits";
 import type { Rotation, Vec } from "../vectors";
 
-/** The materials of all parts. A ghost has one material, so that it is not mistaken for the patient. */
+/** The materials of all parts. A ghost has only one material, so that users do not mistake it for the patient. */
 export interface Paint {
   skin: Material;
   shirt: Material;
@@ -83,7 +83,7 @@ export function span(thing: Object3D, from: Vec, to: Vec, stretch = false) {
   thing.quaternion.setFromUnitVectors(UP, way.normalize());
 }
 
-/** A round bar between two points. */
+/** Return a round bar between two points. */
 export function bar(from: Vec, to: Vec, radius: number, paint: Material, thinner = radius): Mesh {
   const length = new Vector3(...from).distanceTo(new Vector3(...to));
   const mesh = new Mesh(new CylinderGeometry(thinner, radius, length, 14), paint);
@@ -91,7 +91,7 @@ export function bar(from: Vec, to: Vec, radius: number, paint: Material, thinner
   return mesh;
 }
 
-/** A limb: a bar with round ends that lie at the two points. */
+/** Return a limb: a bar with round ends at the two points. */
 export function limb(from: Vec, to: Vec, radius: number, paint: Material): Mesh {
   const length = new Vector3(...from).distanceTo(new Vector3(...to));
   const mesh = new Mesh(new CapsuleGeometry(radius, length, 6, 16), paint);
@@ -112,7 +112,7 @@ export function box(at: Vec, size: Vec, paint: Material): Mesh {
   return mesh;
 }
 
-/** A body of revolution about z from radii at heights, flattened from front to back. */
+/** Return a body of revolution about z, given by radii at heights and flattened from front to back. */
 export function round(profile: [radius: number, z: number][], flat: number, paint: Material): Mesh {
   const points = profile.map(([radius, z]) => new Vector2(radius, z));
   const geometry = new LatheGeometry(points, 32);
@@ -122,7 +122,7 @@ export function round(profile: [radius: number, z: number][], flat: number, pain
   return new Mesh(geometry, paint);
 }
 
-/** A motor: a round body and its shaft. */
+/** Return a motor: a round body and its shaft. */
 export function motorBody(
   from: Vec,
   to: Vec,

@@ -3,17 +3,20 @@ import type { Limits, Motor } from "../limits";
 import type { Angles } from "../posture";
 import type { Side } from "../vectors";
 
-/** Everything to draw. Only the newest picture counts; older pictures that are not drawn yet may be skipped. */
+/**
+ * The content of a picture. Only the newest picture matters; older pictures that are not drawn yet may be
+ * skipped.
+ */
 export interface Picture {
-  /** Counts up, so that the page knows which picture has been drawn. */
+  /** Number of the picture, which increases, so that the page knows which picture has been drawn. */
   number: number;
-  /** In page pixels. */
+  /** Size in page pixels. */
   width: number;
   height: number;
   view: View;
-  /** The motor whose range is drawn alone; null for all. */
+  /** The only motor whose range is drawn; null for all motors. */
   only: Motor | null;
-  /** The measured angles; null while they are unknown, then no arm is drawn. */
+  /** The measured angles. Null while they are unknown; then no arm is drawn. */
   real: Angles | null;
   /** The recording's angles. */
   ghost: Angles | null;
@@ -28,5 +31,5 @@ export interface WorkerSetup {
   density: number;
 }
 
-/** The worker's message: the number of the picture just drawn, or that it cannot draw. */
+/** The worker's message: the number of the picture that was just drawn, or that it cannot draw. */
 export type WorkerMessage = { drawn: number } | { unable: true };

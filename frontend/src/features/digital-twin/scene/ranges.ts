@@ -10,10 +10,10 @@ const DOT = 5;
 const END = 12;
 const REACHED = 22;
 const NOW = 15;
-/** Scale of the dots of motors 1 and 2, which turn short cranks. */
+/** Scale of the dots of motors 1 and 2, because these motors turn short cranks. */
 const SMALL = 0.45;
 
-/** The motors' ranges as dotted curves between the limits, with a larger dot at the motor's position. */
+/** Draws the motors' ranges as dotted curves between the limits, with a larger dot at the motor's position. */
 export class Ranges {
   readonly group = new Group();
   readonly #dots: InstancedMesh[];

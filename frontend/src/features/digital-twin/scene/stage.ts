@@ -74,14 +74,14 @@ export class Stage {
     }
   }
 
-  /** Return when the picture is drawn. The duration sets the pause before the next one. */
+  /** Draw a picture. Returns when it is drawn, because the duration sets the pause before the next picture. */
   draw({ width, height, view, only, real: realAngles, ghost: ghostAngles }: Picture) {
     this.#fit(width, height);
     this.#camera.position.set(...cameraPosition(view, this.#side));
     this.#camera.lookAt(...lookAtPoint(this.#side));
     const real = placed(this.#real, realAngles, this.#side);
     const ghost = placed(this.#ghost, ghostAngles, this.#side);
-    // The ranges belong to the real arm; without one, to the recording's.
+    // The ranges are drawn for the real arm, or for the recording's arm if there is no real one.
     const [angles, posture] = real ? [realAngles, real] : [ghostAngles, ghost];
     const known = angles !== null && posture !== null;
     this.#ranges.group.visible = known;
@@ -110,12 +110,12 @@ export class Stage {
 const IN_SOFTWARE = /swiftshader|llvmpipe|softpipe|basic render|software/i;
 
 /**
- * Return the drawing context and whether it draws in software. Software draws without antialiasing, which would
- * cost more than everything else.
+ * Return the drawing context, and whether it draws in software. In software there is no antialiasing, because
+ * it would cost more than all other work.
  * @throws Error if the browser cannot draw in 3D.
  */
 function contextOf(canvas: OffscreenCanvas): [WebGL2RenderingContext, software: boolean] {
-  // A context's antialiasing is fixed, so a separate context tells the renderer.
+  // A context's antialiasing cannot be changed, so a separate context is used to find out the renderer.
   const software = IN_SOFTWARE.test(rendererName(newContext(new OffscreenCanvas(1, 1), false)));
   return [newContext(canvas, !software), software];
 }

@@ -3,7 +3,10 @@ import { fromLinkage, originOf, outward } from "../posture";
 import { plus, type Side, type Vec } from "../vectors";
 import { ball, bar, box, limb, motorBody, type Paint, round } from "./parts";
 
-/** The parts that do not move: the patient on the chair, and the apparatus's pole, frame and motors 1 and 2. */
+/**
+ * Return the parts that do not move: the patient on the chair, and the apparatus's pole, frame and motors 1 and
+ * 2.
+ */
 export function surroundings(side: Side, paint: Paint): Group {
   const group = new Group();
   group.add(patient(side, paint), chair(paint), frame(side, paint));
@@ -90,14 +93,14 @@ function frame(side: Side, paint: Paint): Group {
     strut([110, -30, -70], [110, 130, -70], 10),
     strut([0, 130, 36], [0, 10, 10], 8),
   );
-  // The pole is at the other side and the motor mounts are open, so that the links are visible from behind.
+  // The pole is on the other side and the motor mounts are open, so that the links are visible from behind.
   const [x, y, z] = at([66, 134, -20]);
   const pole: Vec = [-430, -outward(side) * 230, 0];
   const beam = (a: Vec, b: Vec, radius: number) => bar(a, b, radius, paint.metal);
   group.add(
     strut([-10, 130, -70], [110, 130, -70], 9),
     strut([0, 130, 36], [110, 130, -70], 8),
-    // The pin about which the apparatus is turned for the other shoulder.
+    // The pin about which the apparatus is turned to set it up for the other shoulder.
     bar([x + 10, y, z], [x - 50, y, z], 22, paint.dark),
     beam([x - 40, y, z], [pole[0], pole[1], z], 15),
     beam([pole[0], pole[1], 40], [pole[0], pole[1], 1820], 24),

@@ -3,8 +3,8 @@ import type { Picture, WorkerMessage, WorkerSetup } from "./picture";
 import { Stage } from "./stage";
 
 /**
- * Draws in a worker. Without a graphics card, handing a picture to the screen blocks until it is drawn, and the page
- * with Stop must not block.
+ * Draws in a worker, because without a graphics card, passing a picture to the screen blocks until it is drawn.
+ * The page with Stop must not block.
  */
 class Drawer {
   readonly #stage: Stage;
@@ -30,9 +30,9 @@ class Drawer {
   }
 
   #schedule() {
-    // The requested frame will draw the newest picture.
+    // The frame that is already requested will draw the newest picture.
     if (!this.#ready || this.#next === null || this.#frame !== null) return;
-    // An unknown pose and another view, which somebody asked for, are drawn without throttling.
+    // An unknown pose, and another view that the user has chosen, are drawn without throttling.
     if (this.#drawn && (!sameView(this.#next, this.#drawn) || (this.#drawn.real && !this.#next.real)))
       this.#requestFrame();
     else this.#timer ??= setTimeout(() => this.#requestFrame(), this.#pace.wait_ms(performance.now()));
@@ -57,7 +57,7 @@ class Drawer {
   }
 }
 
-/** By value: every message is a copy. */
+/** Compared by value, because every message is a copy. */
 const sameView = (one: Picture, other: Picture) => JSON.stringify(one.view) === JSON.stringify(other.view);
 
 function send(message: WorkerMessage) {

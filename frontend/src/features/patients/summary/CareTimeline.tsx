@@ -11,13 +11,13 @@ import ui from "../../../ui/ui.module.css";
 import { stageSpans, timelineEnds } from "./careTimeline";
 import classes from "./summary.module.css";
 
-/** A patient with two sessions a week for two years has fewer. */
+/** Maximum number of sessions. A patient with two sessions a week for two years has more than this. */
 const MOST = 200;
 const HEIGHT = 118;
 const [STAGES, VISITS, ASSESSED, DAYS] = [8, 54, 84, 112];
 const MARGIN = 8;
 
-/** The episode's stages, sessions, stops and assessments along one line of time. */
+/** Shows the episode's stages, sessions, stops and assessments along one time axis. */
 export function CareTimeline({ episode, assessments }: { episode: Episode; assessments: Assessment[] }) {
   const { ref, width } = useElementSize<HTMLDivElement>();
   const [now] = useState(() => new Date().toISOString());
@@ -35,7 +35,7 @@ export function CareTimeline({ episode, assessments }: { episode: Episode; asses
         {title}
       </Title>
       <Text size="sm">{timelineWords(sessions, episode)}</Text>
-      {/* A second way to the sessions of the tab beside it, so it is neither read nor tabbed. */}
+      {/* The tab of sessions has the same links, so screen readers and the tab key skip these. */}
       <svg
         className={ui.chart}
         width={width || 700}
@@ -72,7 +72,7 @@ export function CareTimeline({ episode, assessments }: { episode: Episode; asses
   );
 }
 
-/** What the figure shows, in words. */
+/** Return the content of the figure in words. */
 function timelineWords(sessions: Schemas["SessionSummary"][], episode: Episode): string {
   const stops = sessions.filter((session) => session.stops > 0).length;
   const stage = episode.stage

@@ -7,7 +7,7 @@ import { ProblemNote } from "../../../ui/ProblemNote";
 import { SimulatedBadge } from "../../../ui/SimulatedBadge";
 import { ResultMetrics, Verdict } from "../../sessions/SessionResult";
 
-/** How the newest session went, with a link to it. */
+/** Shows how the newest session went, with a link to it. */
 export function LastSession({ patientId }: { patientId: string }) {
   const newest = useNewestSession(patientId);
   const title = t("patients:summary.lastSession");

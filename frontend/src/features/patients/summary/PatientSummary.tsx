@@ -13,7 +13,7 @@ import { sinceLastMonth } from "./sinceLastMonth";
 import classes from "./summary.module.css";
 import { Trends } from "./Trends";
 
-/** The patient's story at a glance: change, range of motion, pain, timeline, programme and last session. */
+/** Shows the patient's change, range of motion, pain, timeline, programme and last session. */
 export function PatientSummary({ patient }: { patient: Patient }) {
   const episodes = useEpisodes(patient.id);
   const episode = episodes.data?.items.find(({ id }) => id === patient.episode_id);

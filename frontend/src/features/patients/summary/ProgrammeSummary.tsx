@@ -9,10 +9,10 @@ import { itemWords, versionWords } from "../../programmes/describeProgramme";
 import { Regularity, useAdherence } from "../../programmes/Programmes";
 import classes from "./summary.module.css";
 
-/** The weeks that the bars show. */
+/** Number of weeks that the bars show. */
 const WEEKS = 10;
 
-/** The present programme and how regularly it is followed. */
+/** Shows the present programme and how regularly the patient follows it. */
 export function ProgrammeSummary({ patientId }: { patientId: string }) {
   const programmes = useQuery({
     queryKey: ["programmes", "of", patientId],
@@ -50,7 +50,7 @@ export function ProgrammeSummary({ patientId }: { patientId: string }) {
   );
 }
 
-/** Sessions of the last weeks as bars, with the prescribed number as a dashed line. */
+/** Shows the sessions of the last weeks as bars, and the prescribed number as a dashed line. */
 function WeekBars({ episodeId }: { episodeId: string }) {
   const weeks = (useAdherence(episodeId).data?.weeks ?? []).slice(-WEEKS);
   const [first] = weeks;

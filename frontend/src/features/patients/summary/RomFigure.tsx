@@ -9,10 +9,13 @@ import { motionWord } from "./SinceLastMonth";
 import classes from "./summary.module.css";
 
 const [WIDTH, HEIGHT, RADIUS] = [340, 240, 98];
-/** A triangle is the smallest area. */
+/** Minimum number of motions for the radar figure, because an area needs at least three points. */
 const FEWEST = 3;
 
-/** The range of motion of both shoulders: a radar figure of shares of the reference, and the angles as a table. */
+/**
+ * Shows the range of motion of both shoulders: shares of the reference as a radar figure, and the angles as a
+ * table.
+ */
 export function RomFigure(props: {
   form: Schemas["AssessmentForm"];
   newest: Assessment;
@@ -84,7 +87,7 @@ function RomTable({ rows, affected }: { rows: RomRow[]; affected: Side }) {
 
 const angleWords = (angle: number | null) => (angle === null ? "–" : formatDegrees(angle, 0));
 
-/** The figure repeats the table beside it, so it is hidden from screen readers. */
+/** The radar figure. It repeats the table beside it, so it is hidden from screen readers. */
 function Radar({ rows, affected }: { rows: RomRow[]; affected: Side }) {
   const other = affected === "left" ? "right" : "left";
   const point = (row: RomRow, n: number, angle: number) =>
@@ -137,7 +140,7 @@ function Radar({ rows, affected }: { rows: RomRow[]; affected: Side }) {
   );
 }
 
-/** The name at the end of a spoke, a word a line. */
+/** Shows the name at the end of a spoke, one word per line. */
 function SpokeName({ words, x, y }: { words: string; x: number; y: number }) {
   const lines = words.split(" ");
   const anchor = x > 20 ? "start" : x < -20 ? "end" : "middle";

@@ -8,10 +8,10 @@ import { rateSpadiChange } from "../../assessments/findings";
 import { formatScore } from "../../assessments/messages";
 import { angleChange, type Change, type Compared, painChange, spadiChange } from "./sinceLastMonth";
 
-/** The motions that tell most about a frozen shoulder, in the order of the form. */
+/** The motions that say most about a frozen shoulder, in the order of the form. */
 const MOTIONS = ["flexion ", "abduction ", "external_rotation at_side"];
 
-/** Is my patient better than last month? The newest values with their changes. */
+/** Shows the newest values and whether they are better than last month's. */
 export function SinceLastMonth(props: {
   compared: Compared;
   side: "left" | "right";
@@ -77,14 +77,14 @@ export function SinceLastMonth(props: {
   );
 }
 
-/** The short name of a motion. */
+/** Return the short name of a motion. */
 export const motionWord = ({ motion }: Pick<Schemas["RomMeasure"], "motion">) =>
   t(`patients:summary.motions.${motion}`);
 
 /** Return the change of a score with its unit. */
 const pointWords = (change: string, count: number) => t("patients:summary.points", { change, count });
 
-/** The change with an arrow; the arrow's direction is that of the number. `words` adds the unit. */
+/** Shows the change with an arrow in the direction of the number. `words` adds the unit. */
 function ChangeWords(props: { of: Change; words: (change: string, size: number) => string }) {
   if (props.of.change === null) return null;
   const change = Math.round(props.of.change);

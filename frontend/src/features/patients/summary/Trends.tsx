@@ -4,7 +4,7 @@ import { formatDeg } from "../../../lib/format";
 import { t } from "../../../lib/i18n";
 import { type Trend, TrendChart, TrendLegend } from "../../../ui/TrendChart";
 
-/** Pain and SPADI over all assessments of the episode. `assessments`: newest first. */
+/** Shows pain and SPADI over all assessments of the episode. `assessments`: newest first. */
 export function Trends({ assessments }: { assessments: Assessment[] }) {
   const counted = assessments.filter(({ withdrawn_at }) => !withdrawn_at).reverse();
   const trend = (name: string, of: (assessment: Assessment) => number | null | undefined): Trend => ({

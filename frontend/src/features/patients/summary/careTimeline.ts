@@ -1,7 +1,7 @@
 import type { Episode, Schemas } from "../../../lib/api/client";
 
 type Stage = Episode["stages"][number];
-/** A stage from its first day to the next one's, or to `until`. */
+/** A stage from its first day to the first day of the next stage, or to `until`. */
 export type StageSpan = { stage: Stage["stage"]; from: string; to: string };
 
 /** Return the spans of an episode's stages, oldest first, up to `until`. */
@@ -10,7 +10,7 @@ export function stageSpans(stages: Stage[], until: string): StageSpan[] {
   return sorted.map(({ stage, since }, n) => ({ stage, from: since, to: sorted[n + 1]?.since ?? until }));
 }
 
-/** Return the moments that a timeline has to show: from the opening, or the first stage or visit, to `until`. */
+/** Return the times that the timeline must cover: from the opening, or the first stage or session, to `until`. */
 export function timelineEnds(
   episode: Episode,
   sessions: Schemas["SessionSummary"][],

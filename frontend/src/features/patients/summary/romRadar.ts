@@ -2,7 +2,10 @@ import type { Assessment, Schemas } from "../../../lib/api/client";
 import { angleKey, type Kind, type Side } from "../../assessments/draft";
 
 type Measure = Schemas["RomMeasure"];
-/** The angles of one motion: both shoulders now, and the affected one at first. Null: not measured. */
+/**
+ * The angles of one motion: present angles of both shoulders, and the first angle of the affected one. Null:
+ * not measured.
+ */
 export type RomRow = {
   measure: Measure;
   affected: number | null;
@@ -10,14 +13,17 @@ export type RomRow = {
   first: number | null;
 };
 
-/** Motions of the first page of the form. Those with a reference of 0 have no share of it. */
+/**
+ * Return whether the figure shows a motion: it must be on the first page of the form, and its reference must
+ * not be 0.
+ */
 const isShown = ({ position, motion, reference_deg }: Measure) =>
   (position === "" || position === "at_side") &&
   reference_deg > 0 &&
   !motion.startsWith("scapular") &&
   !motion.startsWith("horizontal");
 
-/** Return the motions that are measured on at least one shoulder, in the form's order. */
+/** Return the motions that are measured in at least one shoulder, in the form's order. */
 export function romRows(
   measures: Measure[],
   newest: Assessment,
@@ -40,10 +46,13 @@ export function romRows(
     .filter((row) => row.affected !== null || row.other !== null);
 }
 
-/** The share of the reference that the figure's edge stands for. */
+/** Share of the reference at the edge of the figure. */
 export const EDGE = 1.2;
 
-/** Return the point of an angle on spoke `n` of `count`, from the centre; angles below 0 are at the centre. */
+/**
+ * Return the point of an angle on spoke `n` of `count`, relative to the centre. Angles below 0 are at the
+ * centre.
+ */
 export function radarPoint(
   angle_deg: number,
   reference_deg: number,

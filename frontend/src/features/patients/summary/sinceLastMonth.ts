@@ -1,15 +1,18 @@
 import type { Assessment, Schemas } from "../../../lib/api/client";
 import { angleKey } from "../../assessments/draft";
 
-/** An assessment counts as last month's from four weeks on. Most patients are assessed on the same weekday. */
+/**
+ * Minimum age of last month's assessment. It is four weeks, because most patients are assessed on the same
+ * weekday.
+ */
 const MONTH_MS = 28 * 24 * 3_600_000;
 
-/** The newest assessment and the one it is compared with; null if there is none. */
+/** The newest assessment, and the one with which it is compared; null if there is none. */
 export type Compared = { newest: Assessment; before: Assessment | null };
 
 /**
- * Return the newest assessment, and the last one at least four weeks older or else the first.
- * `items`: newest first, may contain withdrawn ones. `baseline`: the first of all.
+ * Return the newest assessment, and the last one that is at least four weeks older, or else the first. `items`:
+ * newest first; may contain withdrawn ones. `baseline`: the first of all.
  */
 export function sinceLastMonth(items: Assessment[], baseline: Assessment | null): Compared | null {
   const counted = items.filter((assessment) => !assessment.withdrawn_at);
@@ -20,10 +23,13 @@ export function sinceLastMonth(items: Assessment[], baseline: Assessment | null)
   return { newest, before: before?.id === newest.id ? null : before };
 }
 
-/** One measured value, and its change since the earlier assessment; null if it was not measured then. */
+/**
+ * One measured value, and its change since the earlier assessment; the change is null if the value was not
+ * measured then.
+ */
 export type Change = { value: number; change: number | null };
 
-/** Return the active angle of a motion and its change; null if it is not measured now. */
+/** Return the active angle of a motion and its change, or null if the angle is not measured now. */
 export function angleChange(
   { newest, before }: Compared,
   side: "left" | "right",

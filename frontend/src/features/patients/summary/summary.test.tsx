@@ -106,7 +106,7 @@ describe("the range of motion", () => {
   it("is drawn as shares of the reference, from the centre on", () => {
     expect(radarPoint(180, 180, 0, 4, 120)).toEqual([expect.closeTo(0), expect.closeTo(-100)]);
     expect(radarPoint(90, 180, 1, 4, 120)).toEqual([expect.closeTo(50), expect.closeTo(0)]);
-    // An angle below neutral is no larger share on the other side.
+    // An angle below neutral must not appear on the opposite side.
     expect(radarPoint(-60, 60, 1, 4, 120).map(Math.abs)).toEqual([0, 0]);
   });
 });

@@ -11,7 +11,7 @@ import { settingsWords } from "../playSettingsModel";
 
 const NONE = "none";
 
-/** A programme's newest version. */
+/** The newest version of a programme. */
 type Version = { id: string; name: string; number: number; items: SessionItem[] };
 type SessionItem = Omit<Schemas["SessionItem"], "recording_id">;
 
@@ -55,7 +55,7 @@ export function BeginStep(props: { patientId: string; session: Session | null; o
   const options = choices.map((choice) => optionOf(choice.id, choice));
   if (session?.programme && planned && !version && chosen === planned)
     options.push(optionOf(planned, session.programme));
-  // Without the database only recordings fetched with the programme can be played.
+  // Without the database only recordings that were fetched with the programme can be played.
   if (!databaseUnavailable || session) options.push({ value: NONE, label: t("station:wizard.noProgramme") });
   const begin = useMutation({
     mutationFn: () => {
@@ -91,7 +91,7 @@ export function BeginStep(props: { patientId: string; session: Session | null; o
         </Button>
       </Group>
       <ProblemNote error={programmes.error ?? begin.error} />
-      {/* Below the button, so that a long programme does not push it off the screen. */}
+      {/* The items are below the button, so that a long programme does not push the button off the screen. */}
       <PlannedItems items={items} />
     </Stack>
   );

@@ -4,10 +4,10 @@ import { formatDay } from "../../../lib/format";
 import { t } from "../../../lib/i18n";
 
 export type Identifier = NonNullable<Schemas["CheckConfirmation"]["identifiers"]>[number];
-/** The service refuses fewer (`kata.clinic.sessions.identity`). */
+/** Minimum number of identifiers. The service refuses fewer (`kata.clinic.sessions.identity`). */
 export const IDENTIFIERS_NEEDED = 2;
 
-/** The record's identifiers. The user ticks those that the patient has stated and that agree. */
+/** Shows the identifiers of the record. The user ticks those that the patient has stated and that agree. */
 export function IdentityChoice(props: {
   patient: Schemas["PatientIdentity"];
   chosen: Identifier[];

@@ -4,7 +4,7 @@ import { t } from "../../../lib/i18n";
 
 const PAIN = Array.from({ length: 11 }, (_, pain) => pain);
 
-/** A pain score from 0 to 10 (numeric rating scale), set by one press. */
+/** A pain score from 0 to 10 (numeric rating scale). One press sets it. */
 export function NrsScale(props: {
   label: string;
   value: number | null;

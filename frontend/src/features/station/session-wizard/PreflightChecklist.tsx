@@ -15,7 +15,10 @@ import { CheckPicture } from "./pictures";
 const POLL_MS = 1000;
 const mark = { size: 34, style: { flex: "none" } };
 
-/** The session's checklist for a recording. Polls while checks are open, because some are made elsewhere. */
+/**
+ * Query the session's checklist for a recording. It polls while checks are open, because some are made
+ * elsewhere.
+ */
 export function useChecklist(sessionId: string | undefined, recordingId: string | null) {
   return useQuery({
     queryKey: ["session", sessionId, "checklist", recordingId],
@@ -25,7 +28,7 @@ export function useChecklist(sessionId: string | undefined, recordingId: string 
   });
 }
 
-/** The checklist before teaching. Polls while the apparatus has not detected everything. */
+/** Query the checklist before teaching. It polls while the apparatus has not detected everything. */
 export function useTeachingChecklist(patientId: string, fixtures: Schemas["TeachRequest"]["fixtures"]) {
   return useQuery({
     queryKey: ["session", "teaching", patientId, fixtures],
@@ -36,8 +39,8 @@ export function useTeachingChecklist(patientId: string, fixtures: Schemas["Teach
 }
 
 /**
- * One line per check, readable from a distance. Manual checks have a button; the apparatus detects the
- * others.
+ * Shows one line per check, readable from a distance. Checks that the user makes have a button; the apparatus
+ * detects the others.
  */
 export function PreflightChecklist(props: {
   sessionId: string;
@@ -68,7 +71,7 @@ export function PreflightChecklist(props: {
   });
   const checks = (checklist.data?.checks ?? []).filter((check) => !onlyOpen || !check.given);
   const manual = writes ? checks.filter((check) => !check.given && !check.detected) : [];
-  // The identity needs an answer of its own: which identifiers agree.
+  // The identity needs a separate answer, which says which identifiers agree.
   const toConfirm = manual.filter(({ check }) => check !== "identity");
   const identity = manual.find(({ check }) => check === "identity");
   return (
@@ -125,7 +128,7 @@ export function PreflightChecklist(props: {
   );
 }
 
-/** One check: its picture, its sentence, and who confirmed it. */
+/** Shows one check with its picture, its sentence, and the person who confirmed it. */
 export function CheckLine(props: { check: Check; children?: ReactNode; below?: ReactNode }) {
   const { check, children, below } = props;
   return (
@@ -146,7 +149,7 @@ export function CheckLine(props: { check: Check; children?: ReactNode; below?: R
   );
 }
 
-/** Return how the apparatus can detect the check. */
+/** Return what the user must do so that the apparatus detects the check. */
 const howTo = (check: Check["check"]) =>
   check === "pedal" || check === "estop" ? t(`station:howToConfirm.${check}`) : "";
 

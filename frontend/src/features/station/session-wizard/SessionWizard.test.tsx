@@ -133,7 +133,7 @@ describe("the checklist", () => {
     });
     show(<PreflightChecklist sessionId="s" recordingId="r" />);
     const confirm = await screen.findByRole("button", { name: "Confirm the identity" });
-    // The press that confirms the other checks does not confirm the identity.
+    // Pressing the button for the other checks must not confirm the identity.
     expect(button("Confirm all 2 checks")).toBeTruthy();
     expect(confirm.hasAttribute("disabled")).toBe(true);
     fireEvent.click(screen.getByRole("checkbox", { name: "Name as spoken: Yamada Hanako (ヤマダ ハナコ)" }));

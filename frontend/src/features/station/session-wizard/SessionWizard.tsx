@@ -18,12 +18,12 @@ import classes from "./sessionWizard.module.css";
 import { canGoTo, nextItem, STEPS, type Step, stepAfter, stepOf } from "./steps";
 
 /**
- * A session, step by step. The service knows the current step, and going back is always possible. A press
- * that completes a step opens the next one; detections by the apparatus do not.
+ * A session, step by step. The record contains the current step, and the user can always go back. A press that
+ * completes a step opens the next step; a detection by the apparatus does not.
  */
 export function SessionWizard({ patientId, wanted }: { patientId: string; wanted: string | null }) {
   const run = useLive("run");
-  // The patient's current session: the newest one, unless it is signed and ended.
+  // The patient's current session is the newest one, unless it has ended and is signed.
   const newestSession = useNewestSession(patientId);
   const [beginsAnother, setBeginsAnother] = useState(false);
   const newest = newestSession.data ?? null;
@@ -65,7 +65,8 @@ export function SessionWizard({ patientId, wanted }: { patientId: string; wanted
 }
 
 /**
- * The shown step, the functions that change it, and the ref of its heading. `known`: the session is loaded.
+ * Return the shown step, the functions that change it, and the ref of its heading. `known`: the session is
+ * loaded.
  */
 function useStep(session: Session | null, known: boolean, playing: boolean) {
   const [openedStep, setOpenedStep] = useState<Step | null>(null);
@@ -77,11 +78,11 @@ function useStep(session: Session | null, known: boolean, playing: boolean) {
     focusHeading.current = true;
     setOpenedStep(to);
   };
-  // The step stays as first shown: answers on it must not replace the step under the user's hand.
+  // The step that was first shown stays, because answers must not replace the step that the user is using.
   useEffect(() => {
     if (known && openedStep === null) setOpenedStep(stepOf(session));
   }, [known, openedStep, session]);
-  // The pressed button disappears with its step, so keyboard and screen-reader focus moves to the next
+  // The pressed button disappears with its step, so the focus of keyboard and screen reader moves to the next
   // heading.
   useEffect(() => {
     if (focusHeading.current && step === openedStep) {
@@ -153,7 +154,7 @@ function Steps(props: { step: Step; session: Session | null; locked: boolean; on
   );
 }
 
-/** Checks for the next recording of the programme, or for the patient's first recording. */
+/** Shows the checks for the next recording of the programme, or for the patient's first recording. */
 function ChecklistStep({ session, onDone }: { session: Session; onDone: () => void }) {
   const recordings = useRecordings(session.patient.id);
   const item = nextItem(session.programme?.items ?? [], session.runs);

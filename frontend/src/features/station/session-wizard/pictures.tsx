@@ -5,9 +5,9 @@ import classes from "./sessionWizard.module.css";
 type Fixture = Recording["fixtures"][number];
 
 /**
- * A picture of a check. The sentence beside it says the same, so the picture is optional. Schematic after
- * section 3.1.2 of the paper: the cuff that motor 5 turns, the fixer in it that holds the arm, and the
- * elbow's support.
+ * Shows a picture of a check. The sentence beside it says the same, so the picture is optional. It is a
+ * schematic after section 3.1.2 of the paper: the cuff that motor 5 turns, the fixer in the cuff that holds the
+ * arm, and the support of the elbow.
  */
 export function CheckPicture({ check }: { check: Check }) {
   switch (check.check) {
@@ -42,13 +42,14 @@ const cuff = { className: classes.cuff ?? "" };
 const belt = { className: classes.belt ?? "" };
 
 /**
- * The fixtures: fixer 1 alone, or the longer fixer 2 with the elbow fixer of teaching (1) or playback (2).
+ * Shows the fixtures: fixer 1 alone, or the longer fixer 2 with the elbow fixer of teaching (1) or playback
+ * (2).
  */
 export function FixturesPicture({ fixtures }: { fixtures: Fixture[] }) {
   const has = (fixture: Fixture) => fixtures.includes(fixture);
   return (
     <Picture>
-      {/* The patient, the upper arm level, the forearm upright. */}
+      {/* The patient with a level upper arm and an upright forearm. */}
       <circle {...body} cx="16" cy="13" r="10" />
       <path {...limb} d="M16 40 V78" />
       <path {...limb} d="M18 38 H88 V12" />
@@ -66,7 +67,7 @@ export function FixturesPicture({ fixtures }: { fixtures: Fixture[] }) {
 }
 
 /**
- * The patient from behind, so that left is on the left, with the apparatus at that shoulder and its pin
+ * Shows the patient from behind, so that left is on the left, with the apparatus at that shoulder and its pin
  * inserted.
  */
 function SidePicture({ side }: { side: string }) {

@@ -6,7 +6,8 @@ export type Step = (typeof STEPS)[number];
 type SessionState = Pick<Session, "ended_at" | "checks" | "pain_before" | "pain_after" | "runs">;
 
 /**
- * Return the session's current step from its record, so that a reload or another computer continues there.
+ * Return the session's current step from its record, so that a reload or another computer continues at that
+ * step.
  */
 export function stepOf(session: SessionState | null): Step {
   if (session === null) return "begin";
@@ -23,7 +24,10 @@ export function stepOf(session: SessionState | null): Step {
   return session.pain_before === null ? "pain_before" : "play";
 }
 
-/** True if the step can be opened: before the session only the first, after its end only the note. */
+/**
+ * Return true if the step can be opened. Before the session only the first step can be opened, after its end
+ * only the note.
+ */
 export function canGoTo(step: Step, session: SessionState | null): boolean {
   if (session === null) return step === "begin";
   return session.ended_at ? step === "note" : true;
