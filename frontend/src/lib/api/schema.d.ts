@@ -15,7 +15,7 @@ export interface paths {
          * Check that the service is alive
          * @description Answer while the service runs. A supervisor may restart a service that does not answer.
          *
-         *     The answer does not depend on database or apparatus: a restart would end a running session.
+         *     The answer does not depend on database or apparatus, because a restart would end a running session.
          */
         get: operations["get_health_live"];
         put?: never;
@@ -35,7 +35,7 @@ export interface paths {
         };
         /**
          * Check that a session can begin
-         * @description Answer 200 while database and device process answer, else 503. A running session continues in both cases.
+         * @description Answer 200 while database and device process answer, else 503. A running session continues in either case.
          */
         get: operations["get_health_ready"];
         put?: never;
@@ -57,7 +57,8 @@ export interface paths {
          * Check that the service may be stopped
          * @description Answer 200 while torque is off, no commissioning runs and no session is open at this station, else 503.
          *
-         *     ``kata update`` asks this before it stops the service. Without an answer of the database, sessions are unknown: 503.
+         *     ``kata update`` asks this route before it stops the service. If the database does not answer, open sessions are unknown, so the answer
+         *     is 503.
          */
         get: operations["get_health_idle"];
         put?: never;
@@ -185,13 +186,13 @@ export interface paths {
         };
         /**
          * List all accounts
-         * @description Return every account by user name, including disabled ones. A clinic has few, so the list has no pages.
+         * @description Return all accounts ordered by user name, including disabled ones. A clinic has few accounts, so the list has no pages.
          */
         get: operations["list_accounts"];
         put?: never;
         /**
          * Create an account
-         * @description Create an account. Its owner sets a password with the returned one-time code.
+         * @description Create an account. Its user sets a password with the returned one-time code.
          */
         post: operations["create_account"];
         delete?: never;
@@ -232,7 +233,7 @@ export interface paths {
         put?: never;
         /**
          * Issue a new one-time code for an account
-         * @description Sign out all browsers of an account. Its user sets a new password with the returned code.
+         * @description Sign out all browsers of an account and return a one-time code, with which its user sets a new password.
          */
         post: operations["reset_account"];
         delete?: never;
@@ -250,7 +251,7 @@ export interface paths {
         };
         /**
          * Get the assessment form
-         * @description Return the content of the form: the motions with their plausible and reference angles, and the items of the SPADI.
+         * @description Return the content of the form: the motions with their plausible and reference angles, and the SPADI items.
          */
         get: operations["get_assessment_form"];
         put?: never;
@@ -270,7 +271,8 @@ export interface paths {
         };
         /**
          * List an episode's assessments
-         * @description Return an episode's assessments, newest first, with the withdrawn ones. The first one that was not withdrawn is the baseline.
+         * @description Return an episode's assessments, newest first, including withdrawn ones. The baseline is the first assessment that was not
+         *     withdrawn.
          */
         get: operations["list_assessments"];
         put?: never;
@@ -340,7 +342,7 @@ export interface paths {
         put?: never;
         /**
          * Withdraw an assessment
-         * @description Withdraw an assessment that was entered by mistake. It remains visible and counts for nothing. A repeated call changes nothing.
+         * @description Withdraw an assessment that was entered by mistake. It remains visible, but figures ignore it. A repeated call changes nothing.
          */
         post: operations["withdraw_assessment"];
         delete?: never;
@@ -364,7 +366,7 @@ export interface paths {
         put?: never;
         /**
          * Start a backup
-         * @description Start a backup. It appears in the list after its restore test.
+         * @description Start a backup. The list contains it after its restore test.
          */
         post: operations["make_backup"];
         delete?: never;
@@ -382,7 +384,7 @@ export interface paths {
         };
         /**
          * Search the audit trail
-         * @description Return the audit trail, newest first. Every given filter must match.
+         * @description Return the entries that match every given filter, newest first.
          */
         get: operations["list_audit"];
         put?: never;
@@ -422,7 +424,7 @@ export interface paths {
         };
         /**
          * Get a commissioning or check with its steps
-         * @description Return a commissioning or check with the values of each step before and after.
+         * @description Return a commissioning or check with the values before and after each step.
          */
         get: operations["get_commissioning"];
         put?: never;
@@ -442,7 +444,7 @@ export interface paths {
         };
         /**
          * List the kinds of contraindications
-         * @description Return every kind, what it does, and the source of that. The list has no pages.
+         * @description Return every kind with its effect and the source of the effect. The list has no pages.
          */
         get: operations["list_contraindication_kinds"];
         put?: never;
@@ -462,13 +464,13 @@ export interface paths {
         };
         /**
          * List a patient's contraindications
-         * @description Return all contraindications, resolved ones included, oldest first. A patient has few, so the list has no pages.
+         * @description Return all contraindications, including resolved ones, oldest first. A patient has few, so the list has no pages.
          */
         get: operations["list_contraindications"];
         put?: never;
         /**
          * Record a contraindication
-         * @description Record a contraindication. It applies from the next load or teaching.
+         * @description Record a contraindication. It takes effect at the next load or teaching.
          */
         post: operations["add_contraindication"];
         delete?: never;
@@ -526,7 +528,7 @@ export interface paths {
         };
         /**
          * List a patient's episodes of care
-         * @description Return a patient's episodes: open ones first, then the newest first. A treatment has few, so the list has no pages.
+         * @description Return a patient's episodes, open ones first, then newest first. A patient has few, so the list has no pages.
          */
         get: operations["list_episodes"];
         put?: never;
@@ -560,7 +562,7 @@ export interface paths {
         head?: never;
         /**
          * Change an episode of care
-         * @description Change an episode. A doctor's limits apply from the next load.
+         * @description Change an episode. A doctor's limits take effect at the next load.
          */
         patch: operations["update_episode"];
         trace?: never;
@@ -576,7 +578,7 @@ export interface paths {
         put?: never;
         /**
          * Close an episode of care
-         * @description Close an episode of care. No motion is played to the shoulder until an episode is open again.
+         * @description Close an episode of care. The apparatus plays no motion to this shoulder until an episode is open again.
          */
         post: operations["close_episode"];
         delete?: never;
@@ -616,7 +618,7 @@ export interface paths {
         put?: never;
         /**
          * Add a stage
-         * @description Record the stage of the shoulder from a day on.
+         * @description Record the stage of the shoulder from a given day on.
          */
         post: operations["add_stage"];
         delete?: never;
@@ -656,7 +658,7 @@ export interface paths {
          * List device events
          * @description Return the device's events, newest first.
          *
-         *     An alarm has the time of its acknowledgement. The patient is named only to users who may see that record.
+         *     An alarm also has the time of its acknowledgement. The patient is named only to users who may see that record.
          */
         get: operations["list_events"];
         put?: never;
@@ -676,7 +678,8 @@ export interface paths {
         };
         /**
          * List undecided requests for erasure
-         * @description Return the undecided requests of patients whose records are open to you, oldest first. There are few, so the list has no pages.
+         * @description Return the undecided requests of patients whose records you may open, oldest first. The requests are few, so the list has no
+         *     pages.
          */
         get: operations["list_erasures"];
         put?: never;
@@ -696,7 +699,8 @@ export interface paths {
         };
         /**
          * List a patient's requests for erasure
-         * @description Return a patient's requests for erasure with their decisions, oldest first. One is open at a time, so the list has no pages.
+         * @description Return a patient's requests for erasure with their decisions, oldest first. Only one can be open at a time, so the list has no
+         *     pages.
          */
         get: operations["list_patient_erasures"];
         put?: never;
@@ -742,7 +746,8 @@ export interface paths {
         put?: never;
         /**
          * Approve a request and erase the patient
-         * @description Approve a request for erasure: erase the patient's identifying data permanently. Motions and measurements remain without a person.
+         * @description Approve a request for erasure and erase the patient's identifying data permanently. Motions and measurements remain without a
+         *     person.
          */
         post: operations["approve_erasure"];
         delete?: never;
@@ -800,7 +805,8 @@ export interface paths {
         };
         /**
          * Download a recording's samples as MCAP
-         * @description Return a recording's samples as MCAP: one JSON message a sample on the topic ``recording``, with its schema and the origin as metadata.
+         * @description Return a recording's samples as MCAP: one JSON message per sample on the topic ``recording``, with its schema, and the origin as
+         *     metadata.
          */
         get: operations["get_recording_mcap"];
         put?: never;
@@ -862,7 +868,7 @@ export interface paths {
         };
         /**
          * Download a run's samples as MCAP
-         * @description Return a run's samples as MCAP: one JSON message a sample on the topic ``run``, with its schema and the origin as metadata.
+         * @description Return a run's samples as MCAP: one JSON message per sample on the topic ``run``, with its schema, and the origin as metadata.
          */
         get: operations["get_run_mcap"];
         put?: never;
@@ -884,7 +890,7 @@ export interface paths {
         put?: never;
         /**
          * Check a CSV file of a motion without importing it
-         * @description Parse and check a CSV file of a motion as the import does. Nothing is stored.
+         * @description Parse and check a CSV file of a motion in the same way as the import. Nothing is stored.
          */
         post: operations["preview_imported_motion"];
         delete?: never;
@@ -904,9 +910,9 @@ export interface paths {
         put?: never;
         /**
          * Import a motion from CSV
-         * @description Import a motion from a CSV file as a recording, checked against the station's limits as at loading.
+         * @description Import a motion from a CSV file as a recording. It is checked against the station's limits as it is when it is loaded.
          *
-         *     Errors are reported with line and column. Nothing is corrected, and a file with an error is not imported.
+         *     Errors are reported with line and column. A file with an error is not imported, and nothing is corrected.
          */
         post: operations["import_motion"];
         delete?: never;
@@ -924,7 +930,7 @@ export interface paths {
         };
         /**
          * Export a patient as FHIR
-         * @description Return the patient's record as an HL7 FHIR R4 transaction. A repeated transmission changes nothing at the receiver.
+         * @description Return the patient's record as an HL7 FHIR R4 transaction. Sending it again changes nothing at the receiver.
          */
         get: operations["get_patient_fhir"];
         put?: never;
@@ -946,9 +952,9 @@ export interface paths {
         put?: never;
         /**
          * Import patients from FHIR
-         * @description Register the patients of a FHIR resource: all of them, or none if an element is not understood or a clinic number is taken.
+         * @description Register the patients of a FHIR resource. If an element is not understood or a clinic number is taken, none of them is registered.
          *
-         *     Elements that are not stored here, such as a telephone number, are named. Existing records do not change.
+         *     Elements that are not stored here, such as a telephone number, are listed in the answer. Existing records do not change.
          */
         post: operations["import_fhir_patients"];
         delete?: never;
@@ -988,7 +994,7 @@ export interface paths {
         put?: never;
         /**
          * Hand this browser to the patient
-         * @description Lock the screen of this browser and show the patient a questionnaire. Unlocking the screen ends it.
+         * @description Lock the screen of this browser and show a questionnaire to the patient. Unlocking the screen ends the patient's mode.
          */
         post: operations["start_patient_mode"];
         delete?: never;
@@ -1006,12 +1012,12 @@ export interface paths {
         };
         /**
          * Get the patient's questionnaire
-         * @description Return the questionnaire that the patient fills in on this browser while the screen is locked; null if there is none.
+         * @description Return the questionnaire that the patient fills in on this browser while the screen is locked, or null if there is none.
          */
         get: operations["get_patient_questionnaire"];
         /**
          * Answer the patient's questionnaire
-         * @description Keep the patient's answers; when the patient has finished, store them as an assessment.
+         * @description Store the patient's answers so far. When the patient has finished, store them as an assessment.
          */
         put: operations["answer_patient_questionnaire"];
         post?: never;
@@ -1032,7 +1038,7 @@ export interface paths {
          * List or search patients
          * @description Return patients in the order of their names.
          *
-         *     A restricted record that is not open to you is found only by its complete clinic number, and shows only number and name.
+         *     A restricted record that you may not see is found only by its complete clinic number, and shows only number and name.
          */
         get: operations["list_patients"];
         put?: never;
@@ -1085,7 +1091,8 @@ export interface paths {
         get: operations["get_clinic_profile"];
         /**
          * Change the clinic's letterhead and time zone
-         * @description Replace the head of printed reports and the clinic's time zone. Reports use them at once. The logo is a setting of the service.
+         * @description Replace the head of printed reports and the clinic's time zone. Reports use the new values at once. The logo is a setting of the
+         *     service.
          */
         put: operations["update_clinic_profile"];
         post?: never;
@@ -1104,15 +1111,15 @@ export interface paths {
         };
         /**
          * List a patient's programmes
-         * @description Return a patient's programmes in their newest versions: the last changed first, archived ones last.
+         * @description Return a patient's programmes in their newest versions, the last changed first and archived ones last.
          *
-         *     A treatment has few, so the list has no pages.
+         *     A patient has few, so the list has no pages.
          */
         get: operations["list_programmes"];
         put?: never;
         /**
          * Create a programme
-         * @description Create a programme. Each item is checked as at loading; an item that this station cannot play is refused.
+         * @description Create a programme. Each item is checked as it is when it is loaded; an item that this station cannot play is refused.
          */
         post: operations["create_programme"];
         delete?: never;
@@ -1160,7 +1167,7 @@ export interface paths {
         head?: never;
         /**
          * Rename, archive or restore a programme
-         * @description Rename, archive or restore a programme. A change of its items needs a new version.
+         * @description Rename, archive or restore a programme. Changing its items needs a new version.
          */
         patch: operations["update_programme"];
         trace?: never;
@@ -1176,7 +1183,7 @@ export interface paths {
         put?: never;
         /**
          * Add a version to a programme
-         * @description Add a version to a programme, checked like a new programme. Older versions stay readable.
+         * @description Add a version to a programme. It is checked like a new programme. Older versions stay readable.
          */
         post: operations["create_programme_version"];
         delete?: never;
@@ -1194,7 +1201,7 @@ export interface paths {
         };
         /**
          * Compare plan and result of a session
-         * @description Return the session's programme item by item with its result, and the runs that were not planned.
+         * @description Return each item of the session's programme with its result, and the runs that were not planned.
          */
         get: operations["get_session_plan"];
         put?: never;
@@ -1214,7 +1221,7 @@ export interface paths {
         };
         /**
          * Get an episode's weekly adherence
-         * @description Return per week: sessions held and prescribed, repetitions completed and planned.
+         * @description Return, for each week, the sessions held and prescribed and the repetitions completed and planned.
          */
         get: operations["get_adherence"];
         put?: never;
@@ -1236,9 +1243,9 @@ export interface paths {
          * Get a progress chart of an episode
          * @description Return one chart of an episode over its weeks, with its numbers as a table.
          *
-         *     rom: range of motion against baseline, other side and reference. pain: in assessments and around sessions. spadi: with its minimal
-         *     important change. tracking: error of the playbacks. correction: size of the learned correction. adherence: sessions per week, held and
-         *     prescribed; weeks begin on Monday, UTC.
+         *     rom: range of motion, with baseline, other side and reference. pain: pain in assessments and around sessions. spadi: SPADI with its
+         *     minimal important change. tracking: error of the playbacks. correction: size of the learned correction. adherence: sessions per week,
+         *     held and prescribed; weeks begin on Monday, UTC.
          */
         get: operations["get_progress"];
         put?: never;
@@ -1326,7 +1333,7 @@ export interface paths {
          * Edit a recording into a new one
          * @description Apply an edit and store the result as a new recording of the same patient. The original stays unchanged.
          *
-         *     The result is checked against the station's limits as at loading. A refusal names motor and time.
+         *     The result is checked against the station's limits as it is when it is loaded. A refusal names motor and time.
          */
         post: operations["derive_recording"];
         delete?: never;
@@ -1346,7 +1353,7 @@ export interface paths {
         put?: never;
         /**
          * Preview an edit of a recording
-         * @description Return a figure of the edited motion over the original. It is checked in the same way and not stored.
+         * @description Return a figure of the edited motion over the original. The edit is checked in the same way as for storing, but not stored.
          */
         post: operations["preview_derived_recording"];
         delete?: never;
@@ -1366,7 +1373,7 @@ export interface paths {
          * Get a recording's figure
          * @description Return a figure of the five motor angles over time. Peaks are preserved.
          *
-         *     A short recording or window contains every sample. The window is given in seconds of the figure's clock.
+         *     For a short recording or window the figure contains every sample. The window is given in seconds of the figure's clock.
          */
         get: operations["get_recording_figure"];
         put?: never;
@@ -1406,7 +1413,7 @@ export interface paths {
         };
         /**
          * Get a session's report as HTML
-         * @description Return a session's report as HTML, to be read and printed. Every page says if it is not signed.
+         * @description Return a session's report as HTML for reading and printing. Every page says if the note is not signed.
          */
         get: operations["get_session_report_html"];
         put?: never;
@@ -1446,7 +1453,7 @@ export interface paths {
         };
         /**
          * Get an episode's report as HTML
-         * @description Return an episode's report as HTML: assessments, trends and sessions.
+         * @description Return an episode's report as HTML with assessments, trends and sessions.
          */
         get: operations["get_episode_report_html"];
         put?: never;
@@ -1506,7 +1513,7 @@ export interface paths {
         };
         /**
          * Draft a session's note
-         * @description Return a note drafted from the measurements, to be read and edited. Nothing is stored.
+         * @description Return a note that is drafted from the measurements, for reading and editing. Nothing is stored.
          */
         get: operations["get_note_draft"];
         put?: never;
@@ -1526,7 +1533,7 @@ export interface paths {
         };
         /**
          * Get who may see a record
-         * @description Return who may see a patient's record, and whether you may.
+         * @description Return who may see a patient's record, and whether you may see it.
          */
         get: operations["get_record_access"];
         /**
@@ -1552,7 +1559,7 @@ export interface paths {
         put?: never;
         /**
          * Open a restricted record in an emergency
-         * @description Open a restricted record in an emergency for four hours. Administrators see the access and its reason.
+         * @description Open a restricted record for four hours in an emergency. Administrators see the access and its reason.
          */
         post: operations["break_glass"];
         delete?: never;
@@ -1570,7 +1577,7 @@ export interface paths {
         };
         /**
          * List break-glass accesses
-         * @description Return the break-glass accesses: unreviewed ones first, then the newest.
+         * @description Return the break-glass accesses, unreviewed ones first, then newest first.
          */
         get: operations["list_break_glass_accesses"];
         put?: never;
@@ -1592,7 +1599,7 @@ export interface paths {
         put?: never;
         /**
          * Review a break-glass access
-         * @description Mark a break-glass access as reviewed. You cannot review your own.
+         * @description Mark a break-glass access as reviewed. You cannot review your own access.
          */
         post: operations["review_break_glass_access"];
         delete?: never;
@@ -1610,7 +1617,7 @@ export interface paths {
         };
         /**
          * List sessions of all patients
-         * @description Return sessions of all patients whose records are open to you, newest first. All given filters must match.
+         * @description Return sessions of all patients whose records you may see, newest first. All given filters must match.
          */
         get: operations["list_sessions"];
         put?: never;
@@ -1618,7 +1625,7 @@ export interface paths {
          * Begin or continue a session
          * @description Begin a session at this station, or continue the patient's open session. A patient has at most one open session.
          *
-         *     While the database is unavailable: only for a patient and a programme of /api/station/ready-patients.
+         *     While the database is unavailable, a session can begin only for a patient and a programme of /api/station/ready-patients.
          */
         post: operations["create_session"];
         delete?: never;
@@ -1636,7 +1643,7 @@ export interface paths {
         };
         /**
          * List filter options of sessions
-         * @description Return the therapists, stations and stop causes that sessions can be filtered by.
+         * @description Return the therapists, stations and stop causes by which sessions can be filtered.
          */
         get: operations["get_session_filter_options"];
         put?: never;
@@ -1678,8 +1685,8 @@ export interface paths {
          * List patients who can be treated without the database
          * @description Return the patients whose session can begin or continue here while the database is unavailable.
          *
-         *     These are patients who had a session at this station today or whose record was opened here, with an open episode and a programme.
-         *     Patients with a restricted record are left out. The list is empty while the database is available. It has no pages.
+         *     They had a session at this station today, or their record was opened here today. They have an open episode and a programme. Patients
+         *     with a restricted record are left out. While the database is available, the list is empty. It has no pages.
          */
         get: operations["list_ready_patients"];
         put?: never;
@@ -1699,7 +1706,8 @@ export interface paths {
         };
         /**
          * Get a patient's banner
-         * @description Return who the patient is, and what forbids or limits a motion; while the database is unavailable, of this day's patients.
+         * @description Return the patient's identity, and what forbids or limits a motion. While the database is unavailable, this works for today's
+         *     patients.
          */
         get: operations["get_patient_banner"];
         put?: never;
@@ -1719,7 +1727,7 @@ export interface paths {
         };
         /**
          * Get a session with its runs
-         * @description Return one session with its runs; while the database is unavailable, a session that is open here.
+         * @description Return one session with its runs. While the database is unavailable, return only a session that is open here.
          */
         get: operations["get_session"];
         put?: never;
@@ -1729,7 +1737,7 @@ export interface paths {
         head?: never;
         /**
          * Change a session
-         * @description Change note, pain, therapist or programme until the session is signed; while the database is unavailable, only pain.
+         * @description Change note, pain, therapist or programme until the session is signed. While the database is unavailable, only pain can change.
          */
         patch: operations["update_session"];
         trace?: never;
@@ -1743,7 +1751,7 @@ export interface paths {
         };
         /**
          * Get the checklist of a session
-         * @description Return the checklist of a recording with its answers. The apparatus answers some checks itself.
+         * @description Return the checklist of a recording with its answers. The apparatus itself answers some checks.
          */
         get: operations["get_checklist"];
         put?: never;
@@ -1807,7 +1815,7 @@ export interface paths {
          * End a session
          * @description End a session. A repeated call changes only the reason, if one is given.
          *
-         *     While the database is unavailable, a session that is open here ends with the given reason, or none.
+         *     While the database is unavailable, a session that is open here ends with the given reason or without one.
          */
         post: operations["end_session"];
         delete?: never;
@@ -1827,7 +1835,7 @@ export interface paths {
         put?: never;
         /**
          * Sign a session's note
-         * @description Sign the note of an ended session. Afterwards it cannot change; only addenda can be added.
+         * @description Sign the note of an ended session. The note cannot change afterwards; only addenda can be added.
          */
         post: operations["sign_session"];
         delete?: never;
@@ -1867,9 +1875,9 @@ export interface paths {
         put?: never;
         /**
          * Add a goniometer reading
-         * @description Store what a goniometer shows at the present pose, or at a given apparatus angle.
+         * @description Store a goniometer reading at the present pose, or at a given apparatus angle.
          *
-         *     From readings of a motion at two poses or more, the patient's angles of the session's runs are estimated.
+         *     From readings of a motion at two or more poses, the patient's angles during the session's runs are estimated.
          */
         post: operations["add_goniometer_reading"];
         delete?: never;
@@ -1929,7 +1937,7 @@ export interface paths {
          * Get a run's motion for the 3-D apparatus
          * @description Return one repetition of a run's motion for the 3-D apparatus, with at most 20 samples a second.
          *
-         *     It has the run's range and speed, so that it can be watched before it moves a patient.
+         *     The motion has the run's range and speed, so that a therapist can watch it before it moves a patient.
          */
         get: operations["get_run_motion"];
         put?: never;
@@ -1949,8 +1957,8 @@ export interface paths {
         };
         /**
          * Get what a run played, for the 3-D apparatus
-         * @description Return the measured angles and the setpoints of a run on its own clock, with at most 20 samples a second, and when resistance took
-         *     the arm back.
+         * @description Return the measured angles and the setpoints of a run on the run's own clock, with at most 20 samples a second. The answer also
+         *     contains the times at which resistance took the arm back.
          */
         get: operations["get_played_motion"];
         put?: never;
@@ -1970,9 +1978,9 @@ export interface paths {
         };
         /**
          * Get a run's figures
-         * @description Return a figure per motor: teaching and playback on the left axis, error on the right axis, as in the paper.
+         * @description Return a figure per motor, as in the paper: teaching and playback on the left axis, error on the right axis.
          *
-         *     Peaks are preserved. A short run or window contains every sample.
+         *     Peaks are preserved. For a short run or window the figures contain every sample.
          */
         get: operations["get_run_figures"];
         put?: never;
@@ -1992,9 +2000,9 @@ export interface paths {
         };
         /**
          * Get a recording's scapulohumeral rhythm
-         * @description Return the scapula's upward rotation over the elevation of the upper arm, and the ratio of both parts by phase.
+         * @description Return the upward rotation of the scapula over the elevation of the upper arm, and the ratio of joint to scapula by phase.
          *
-         *     The angles are those of the apparatus' links. The newest recording of the same motion on the sound side is compared.
+         *     The angles are those of the apparatus's links. The rhythm is compared with the newest recording of the same motion on the sound side.
          */
         get: operations["get_recording_rhythm"];
         put?: never;
@@ -2014,7 +2022,7 @@ export interface paths {
         };
         /**
          * Get a run's scapulohumeral rhythm
-         * @description Return the rhythm as it was played and as it was taught. Parts in which resistance took the arm back are not in it.
+         * @description Return the rhythm as it was played and as it was taught. Parts in which resistance took the arm back are left out.
          */
         get: operations["get_run_rhythm"];
         put?: never;
@@ -2036,8 +2044,8 @@ export interface paths {
          * Get the work of today
          * @description Return today's sessions, the patients who are due, your unsigned notes, and changes of your patients.
          *
-         *     Patients whose records are not open to you are left out. A patient is due when a week divided by the prescribed sessions per week has
-         *     passed since the last session. Patients without a session or a new programme in the last four weeks are not listed.
+         *     Patients whose records you may not see are left out. A patient is due when a week divided by the prescribed number of sessions per week
+         *     has passed since the last session. Patients without a session or a new programme in the last four weeks are not listed.
          */
         get: operations["get_worklist"];
         put?: never;
@@ -2059,7 +2067,7 @@ export interface paths {
          * Get the use of the stations
          * @description Return sessions, playbacks, hours and repetitions of each station by day or week.
          *
-         *     A session is counted at the station and in the hour in which it began. Restricted records are counted: no patient is named.
+         *     A session is counted at the station and in the hour in which it began. Restricted records are counted, because no patient is named.
          */
         get: operations["get_usage"];
         put?: never;
@@ -2081,7 +2089,7 @@ export interface paths {
          * Get the tracking error of the stations
          * @description Return the mean tracking error of each station by week, and its change in the last four weeks of the time.
          *
-         *     The change is against the twelve weeks before, with Welch's 95 % confidence interval. It also depends on which motions were played.
+         *     The change is relative to the twelve weeks before, with Welch's 95 % confidence interval. It also depends on which motions were played.
          */
         get: operations["get_tracking_quality"];
         put?: never;
@@ -2101,7 +2109,8 @@ export interface paths {
         };
         /**
          * Get stops and alarms by cause
-         * @description Return the number of stopped sessions and of alarms by cause and station. Restricted records are counted: no patient is named.
+         * @description Return the number of stopped sessions and of alarms by cause and station. Restricted records are counted, because no patient is
+         *     named.
          */
         get: operations["get_stop_counts"];
         put?: never;
@@ -2123,8 +2132,8 @@ export interface paths {
          * Get the outcomes of the clinic
          * @description Return the change of SPADI, pain and range of motion from the first to the last assessment, by stage and by programme.
          *
-         *     The episodes are those whose last assessment is in the time. Groups of fewer than 10 patients are hidden. Restricted records are
-         *     counted: no patient is named. Adherence is that of the last four weeks.
+         *     The figures cover episodes whose last assessment is in the time. Groups of fewer than 10 patients are hidden. Restricted records are
+         *     counted, because no patient is named. Adherence is that of the last four weeks.
          */
         get: operations["get_outcomes"];
         put?: never;
@@ -2145,7 +2154,7 @@ export interface paths {
         get?: never;
         /**
          * Choose the page's language
-         * @description Choose the page's language for this account, on every browser.
+         * @description Set the page's language for this account on every browser.
          */
         put: operations["choose_language"];
         post?: never;
@@ -2206,7 +2215,7 @@ export interface paths {
         put?: never;
         /**
          * Change the own password
-         * @description Change the own password. All other browsers are signed out.
+         * @description Change the own password and sign out all other browsers.
          */
         post: operations["change_password"];
         delete?: never;
@@ -2225,7 +2234,7 @@ export interface paths {
         get?: never;
         /**
          * Confirm the new second factor
-         * @description Confirm the second factor by a code of it. All other browsers are signed out.
+         * @description Confirm the second factor by one of its codes. All other browsers are signed out.
          */
         put: operations["confirm_second_factor"];
         /**
@@ -2235,7 +2244,8 @@ export interface paths {
         post: operations["begin_second_factor"];
         /**
          * Remove the second factor
-         * @description Remove the second factor, always with the password and a code. An account that needs one must set up another at once.
+         * @description Remove the second factor. This always needs the password and a code. A user who must have a second factor has to set up another at
+         *     once.
          */
         delete: operations["remove_second_factor"];
         options?: never;
@@ -2252,7 +2262,7 @@ export interface paths {
         };
         /**
          * List the own login sessions
-         * @description Return the browsers at which this account is signed in, the newest first. There are few, so the list has no pages.
+         * @description Return the browsers at which this account is signed in, newest login first. They are few, so the list has no pages.
          */
         get: operations["list_own_sign_ins"];
         put?: never;
@@ -2318,7 +2328,7 @@ export interface paths {
         put?: never;
         /**
          * Begin a login at the OpenID provider
-         * @description Begin to sign in, or to unlock the screen, at the clinic's OpenID provider. Return the address to send the browser to.
+         * @description Begin to sign in, or to unlock the screen, at the clinic's OpenID provider. Return the address of the provider's login page.
          */
         post: operations["begin_openid"];
         delete?: never;
@@ -2358,7 +2368,7 @@ export interface paths {
         put?: never;
         /**
          * Give the second factor after an OpenID login
-         * @description Give the code of the account's second factor if the provider has not checked one.
+         * @description Check the code of the account's second factor if the provider has not checked a second factor.
          */
         post: operations["confirm_openid"];
         delete?: never;
@@ -2376,7 +2386,7 @@ export interface paths {
         };
         /**
          * Read the station's state
-         * @description Return the station and its newest state; the WebSocket /api/live sends updates. Patients that you may not see are left out.
+         * @description Return the station and its newest state. The WebSocket /api/live sends updates. Patients whom you may not see are left out.
          */
         get: operations["get_station"];
         put?: never;
@@ -2418,15 +2428,15 @@ export interface paths {
         put?: never;
         /**
          * Take the lease of the apparatus
-         * @description Operate the apparatus from this browser. The first command does the same while the lease is free.
+         * @description Operate the apparatus from this browser. The first command also takes the lease if it is free.
          *
-         *     Others watch, and may stop it. While the operator's browser cannot be reached, playback pauses after 2 s, and the motors release
-         *     the arm after 30 s.
+         *     Other browsers can watch and can stop the apparatus. If the operator's browser cannot be reached, playback pauses after 2 s, and the
+         *     motors release the arm after 30 s.
          */
         post: operations["take_lease"];
         /**
          * Release the lease of the apparatus
-         * @description Stop operating the apparatus. Refused while the motors move or hold the arm, or may do so.
+         * @description Stop operating the apparatus. Refused while the motors move or hold the arm, or may do either.
          */
         delete: operations["release_lease"];
         options?: never;
@@ -2447,9 +2457,9 @@ export interface paths {
          * Set the side of the apparatus
          * @description Confirm that the apparatus has been turned, with its pin, to a shoulder. A simulated apparatus is turned by this request.
          *
-         *     Motions of the other shoulder cannot be taught or played before, because motors 3 and 4 turn in the opposite direction. The control
-         *     program restarts, which takes about a second, and the emergency stop must be tested again. Refused while the motors hold an arm or
-         *     may hold one. An apparatus that is switched off can be turned.
+         *     Before this request, motions of the other shoulder can be neither taught nor played, because motors 3 and 4 turn in the opposite
+         *     direction. The control program restarts, which takes about a second; then the emergency stop must be tested again. Refused while the
+         *     motors hold an arm or may hold one. An apparatus that is switched off can be turned.
          */
         post: operations["set_side"];
         delete?: never;
@@ -2471,8 +2481,8 @@ export interface paths {
          * Begin teaching
          * @description Begin teaching: torque is off, and samples are recorded while the pedal is pressed.
          *
-         *     Refused while the checklist is incomplete, with or without a session, and where a contraindication forbids motion. In another
-         *     mode, refused before any lookup.
+         *     Refused while the checklist is incomplete, with or without a session, and if a contraindication forbids motion. In another mode,
+         *     teaching is refused before any record is read.
          */
         post: operations["teach"];
         delete?: never;
@@ -2492,7 +2502,7 @@ export interface paths {
         put?: never;
         /**
          * Finish teaching
-         * @description End teaching. Its takes are saved.
+         * @description End teaching and save its takes.
          */
         post: operations["finish_teaching"];
         delete?: never;
@@ -2514,8 +2524,8 @@ export interface paths {
          * Load a recording for playback
          * @description Check a recording with its settings against the apparatus' limits and load it as a new run.
          *
-         *     Refused while the session's checklist is incomplete, and where a contraindication forbids motion. While the database does not answer, this station's running session continues
-         *     with prefetched data. In another mode, refused before any lookup.
+         *     Refused while the session's checklist is incomplete, and if a contraindication forbids motion. While the database does not answer, this
+         *     station's running session continues with prefetched data. In another mode, loading is refused before any record is read.
          */
         post: operations["load"];
         delete?: never;
@@ -2615,7 +2625,7 @@ export interface paths {
         put?: never;
         /**
          * Reduce the range of motion
-         * @description Reduce the range by a tenth, towards its middle, during playback. It grows back slowly, repetition by repetition.
+         * @description Reduce the range by a tenth during playback, towards the middle of the range. The range grows back slowly with each repetition.
          */
         post: operations["reduce_range"];
         delete?: never;
@@ -2635,7 +2645,7 @@ export interface paths {
         put?: never;
         /**
          * Return and release torque
-         * @description Return slowly to where the approach began, then switch torque off.
+         * @description Return slowly to the pose where the approach began, then switch torque off.
          */
         post: operations["return_to_rest"];
         delete?: never;
@@ -2657,7 +2667,7 @@ export interface paths {
          * Stop the apparatus
          * @description Ramp down, switch torque off and latch the stop. Accepted at any time from any browser, without waiting.
          *
-         *     It is not an emergency stop, because it needs a network.
+         *     This is not an emergency stop, because it needs a network.
          */
         post: operations["stop"];
         delete?: never;
@@ -2677,7 +2687,7 @@ export interface paths {
         put?: never;
         /**
          * Release torque found at connection
-         * @description Switch off torque that the drives had when the apparatus was connected, with the arm supported. Only while stopped.
+         * @description Switch off torque that was already on when the drives were connected. The arm must be supported. Only possible while stopped.
          */
         post: operations["release_torque"];
         delete?: never;
@@ -2715,7 +2725,8 @@ export interface paths {
         };
         /**
          * Get whether the station is commissioned
-         * @description Return whether this station is commissioned, and when the periodic check is due. It is read from the station's computer, not from the database.
+         * @description Return whether this station is commissioned, and when the periodic check is due. The answer comes from the station's computer
+         *     instead of the database.
          */
         get: operations["get_commissioning_status"];
         put?: never;
@@ -2776,7 +2787,7 @@ export interface paths {
         get?: never;
         /**
          * Import a station's file
-         * @description Replace the station's file. The service uses it from its next start on. Returns what it changes.
+         * @description Replace the station's file and return the changes. The service uses the new file after its next start.
          */
         put: operations["import_station_settings"];
         post?: never;
@@ -2824,7 +2835,7 @@ export interface paths {
         put?: never;
         /**
          * Confirm an instruction
-         * @description Confirm that an instruction was carried out. Refused when another one is shown meanwhile.
+         * @description Confirm that an instruction was carried out. Refused if the page now shows another instruction.
          */
         post: operations["confirm_commissioning"];
         delete?: never;
@@ -2842,7 +2853,8 @@ export interface paths {
         };
         /**
          * List all stations with their states
-         * @description Return every station with its current state, this service's own first. The list has no pages. A patient is named only to users who may open that record.
+         * @description Return every station with its current state, this service's own station first. A patient is named only to users who may open that
+         *     record. The list has no pages.
          */
         get: operations["list_stations"];
         put?: never;
@@ -2944,7 +2956,7 @@ export interface paths {
         put?: never;
         /**
          * Guide the arm with the simulated hand
-         * @description Let the hand guide the arm along a motion with the pedal pressed.
+         * @description Make the hand guide the arm along a motion with the pedal pressed.
          */
         post: operations["guide_arm"];
         delete?: never;
@@ -2964,7 +2976,7 @@ export interface paths {
         put?: never;
         /**
          * Release the arm and the pedal
-         * @description Let the hand release arm and pedal.
+         * @description Make the hand release the arm and the pedal.
          */
         post: operations["release_arm"];
         delete?: never;
@@ -3002,7 +3014,7 @@ export interface paths {
         };
         /**
          * Download the support bundle
-         * @description Return a ZIP file that describes this installation to its maintainers, without patient data, names of users and secrets.
+         * @description Return a ZIP file that describes this installation to its maintainers. It contains no patient data, user names or secrets.
          */
         get: operations["get_support_bundle"];
         put?: never;
@@ -3022,7 +3034,7 @@ export interface paths {
         };
         /**
          * List notifications
-         * @description Return what you should know, newest first, at most 50 of each kind. All users get the alarms of the last seven days.
+         * @description Return your notifications, newest first, at most 50 of each kind. Every user gets the alarms of the last seven days.
          *
          *     Administrators also get undecided erasures, emergency accesses without a review, and backups that failed after the last good one.
          */
@@ -3086,7 +3098,7 @@ export interface paths {
         put?: never;
         /**
          * Create an administrator with the set-up link
-         * @description Create the first administrator, or a further one for a clinic that is locked out, and sign in.
+         * @description Create the first administrator, or a further one for a clinic that is locked out, and sign in as this user.
          */
         post: operations["set_up_clinic"];
         delete?: never;
@@ -3106,7 +3118,7 @@ export interface paths {
         put?: never;
         /**
          * Set a password with a one-time code
-         * @description Set a password with the one-time code that an administrator has issued. It can be used to sign in afterwards.
+         * @description Set a password with a one-time code that an administrator has issued. The user can then sign in with the password.
          */
         post: operations["set_password_by_code"];
         delete?: never;
@@ -3144,7 +3156,7 @@ export interface paths {
         };
         /**
          * Read the signed-in user
-         * @description Return the user of this browser. While the database does not answer, return the last known answer.
+         * @description Return the user of this browser. While the database does not answer, return the last cached answer.
          */
         get: operations["get_me"];
         put?: never;
@@ -3234,7 +3246,7 @@ export interface components {
         };
         /**
          * AcceptedValues
-         * @description The values that a field may have, in its unit.
+         * @description The values that are allowed for a field, in the field's unit.
          */
         AcceptedValues: {
             /** Low */
@@ -3243,17 +3255,17 @@ export interface components {
             high: number;
             /**
              * Choices
-             * @description The only possible values; empty: every value from low to high.
+             * @description The only allowed values; empty: every value from low to high is allowed.
              */
             choices: number[];
             /**
              * Step
-             * @description Only multiples of it.
+             * @description Only multiples of this number are allowed.
              */
             step: number | null;
             /**
              * None
-             * @description A value beside the others that stands for none.
+             * @description An additional value that means `none`.
              */
             none: number | null;
         };
@@ -3419,7 +3431,7 @@ export interface components {
             username: string;
             /**
              * Name
-             * @description The name in records.
+             * @description The user's name in records.
              * @example Yamada Hanako
              */
             name: string;
@@ -3436,7 +3448,7 @@ export interface components {
         };
         /**
          * AccountReset
-         * @description What to reset besides the password.
+         * @description What to reset in addition to the password.
          */
         AccountReset: {
             /**
@@ -3448,19 +3460,19 @@ export interface components {
         };
         /**
          * AccountUpdate
-         * @description Changed fields of an account. ``updated_at`` is the one that the editor saw; if it has changed since, nothing is saved.
+         * @description Changed fields of an account. ``updated_at`` is the value that the editor saw. If the account has changed since, nothing is saved.
          */
         AccountUpdate: {
             /** Name */
             name?: string | null;
             /**
              * Role
-             * @description A changed role signs out all browsers of the account.
+             * @description Changing the role signs out all browsers of the account.
              */
             role?: ("therapist" | "administrator" | "viewer" | "technician") | null;
             /**
              * Stations
-             * @description Changed stations sign out all browsers of the account.
+             * @description Changing the stations signs out all browsers of the account.
              */
             stations?: string[] | null;
             /**
@@ -3470,7 +3482,7 @@ export interface components {
             disabled?: boolean | null;
             /**
              * Openid
-             * @description Identity at the clinic's OpenID provider (`sub`); empty: none. A changed identity signs out all browsers of the account.
+             * @description Identity at the clinic's OpenID provider (`sub`); empty: none. Changing it signs out all browsers of the account.
              */
             openid?: string | null;
             /** Updated At */
@@ -3505,7 +3517,7 @@ export interface components {
         AddendumCreate: {
             /**
              * Written By
-             * @description Your name unless another is given.
+             * @description Name of the author; empty: your name.
              * @default
              */
             written_by: string;
@@ -3519,13 +3531,13 @@ export interface components {
         Adherence: {
             /**
              * Weeks
-             * @description Oldest first, with the weeks without a session.
+             * @description Oldest first, including weeks without a session.
              */
             weeks: components["schemas"]["AdherenceWeek"][];
         };
         /**
          * AdherenceWeek
-         * @description One week, from Monday.
+         * @description One week, beginning on Monday.
          */
         AdherenceWeek: {
             /**
@@ -3537,19 +3549,19 @@ export interface components {
             begins_on: string;
             /**
              * Sessions
-             * @description Number of sessions in which something was played.
+             * @description Number of sessions in which a recording was played.
              * @example 2
              */
             sessions: number;
             /**
              * Sessions Wished
-             * @description Prescribed sessions at the end of the week; null if none are prescribed.
+             * @description Sessions per week as prescribed at the end of the week; null if no number is prescribed.
              * @example 3
              */
             sessions_wished: number | null;
             /**
              * Repetitions Planned
-             * @description According to the programmes of these sessions.
+             * @description Planned repetitions according to the programmes of these sessions.
              * @example 60
              */
             repetitions_planned: number;
@@ -3562,20 +3574,20 @@ export interface components {
         };
         /**
          * AnswerOption
-         * @description One answer.
+         * @description One possible answer.
          */
         AnswerOption: {
             /** Answer */
             answer: number;
             /**
              * Label
-             * @description Its words; empty if the questionnaire names none.
+             * @description Text of the answer; empty if the questionnaire has none.
              */
             label: string;
         };
         /**
          * ApparatusRhythm
-         * @description Scapulohumeral rhythm in angles of the apparatus' links, which are not bones.
+         * @description Scapulohumeral rhythm in angles of the apparatus's links, which are not bones.
          */
         ApparatusRhythm: {
             /**
@@ -3596,7 +3608,7 @@ export interface components {
             /**
              * Moved At
              * Format: date-time
-             * @description When the motion was taught, or its run loaded.
+             * @description Time at which the motion was taught or its run was loaded.
              * @example 2026-11-21T09:30:00Z
              */
             moved_at: string;
@@ -3607,7 +3619,7 @@ export interface components {
             elevation_min_deg: number;
             /**
              * Elevation Max Deg
-             * @description Highest one.
+             * @description Highest elevation of the upper arm in the motion, degrees.
              */
             elevation_max_deg: number;
             /**
@@ -3617,7 +3629,7 @@ export interface components {
             scapula_min_deg: number;
             /**
              * Scapula Max Deg
-             * @description Highest one.
+             * @description Highest upward rotation of the scapula, degrees.
              */
             scapula_max_deg: number;
             /**
@@ -3628,7 +3640,7 @@ export interface components {
             sound: components["schemas"]["SoundRecording"] | null;
             /**
              * No Sound
-             * @description Why nothing is compared; null with a sound recording.
+             * @description Reason why there is no comparison; null if there is a recording of the sound side.
              */
             no_sound: ("sides_unknown" | "sound_side" | "no_recording" | "no_like_motion") | null;
             /** Leads */
@@ -3668,16 +3680,16 @@ export interface components {
             pain_passive: number | null;
             /**
              * Pain Average
-             * @description Over the last week.
+             * @description Average over the last week.
              */
             pain_average: number | null;
             /** Spadi */
             spadi: (number | null)[] | null;
-            /** @description Null if the questionnaire was not asked. */
+            /** @description Null if the questionnaire was not answered. */
             spadi_score: components["schemas"]["SpadiScore"] | null;
             /**
              * Questionnaires
-             * @description Other questionnaires than the SPADI.
+             * @description Questionnaires other than the SPADI.
              * @default []
              */
             questionnaires: components["schemas"]["QuestionnaireScore"][];
@@ -3692,7 +3704,7 @@ export interface components {
             updated_at: string;
             /**
              * Withdrawn At
-             * @description When it was marked as entered by mistake. UTC.
+             * @description Time at which the assessment was withdrawn. UTC.
              */
             withdrawn_at: string | null;
         };
@@ -3704,13 +3716,13 @@ export interface components {
             /**
              * Assessed At
              * Format: date-time
-             * @description When the findings were taken. UTC.
+             * @description Time of the examination. UTC.
              * @example 2026-11-21T09:30:00Z
              */
             assessed_at: string;
             /**
              * Assessed By
-             * @description Your name unless another is given.
+             * @description Name of the examiner; empty: your name.
              * @default
              * @example Kimura Jun
              */
@@ -3744,23 +3756,23 @@ export interface components {
             spadi: components["schemas"]["SpadiItem"][];
             /**
              * Spadi Perhaps Important
-             * @description A smaller change is not important to patients.
+             * @description Points. A smaller change is not important to patients.
              */
             spadi_perhaps_important: number;
             /**
              * Spadi Important
-             * @description A change of this size or more is important to patients.
+             * @description Points. A change of at least this size is important to patients.
              */
             spadi_important: number;
             /**
              * Spadi Detectable
-             * @description A smaller change of one patient may be chance.
+             * @description Points. A smaller change of one patient may be due to chance.
              */
             spadi_detectable: number;
         };
         /**
          * AssessmentUpdate
-         * @description A change of an assessment. A given field replaces the stored one: ``rom`` replaces all entries, null removes a value.
+         * @description A change of an assessment. A given field replaces the stored value: ``rom`` replaces all entries, and null removes a value.
          *
          *     ``updated_at`` is the version that the editor saw. If the assessment has changed since, nothing is saved.
          */
@@ -3793,13 +3805,13 @@ export interface components {
         };
         /**
          * AssessmentWithdraw
-         * @description Withdraw an assessment that was entered by mistake.
+         * @description The withdrawal of an assessment that was entered by mistake.
          */
         AssessmentWithdraw: {
             /**
              * Updated At
              * Format: date-time
-             * @description The version that the user saw. An assessment that has changed since is not withdrawn. UTC.
+             * @description Version that the user saw. An assessment that has changed since is not withdrawn. UTC.
              * @example 2026-11-21T09:30:00Z
              */
             updated_at: string;
@@ -3811,7 +3823,7 @@ export interface components {
         AuditEntry: {
             /**
              * Number
-             * @description In the chain, from 1 without gaps.
+             * @description Number in the chain, from 1 without gaps.
              */
             number: number;
             /**
@@ -3821,7 +3833,7 @@ export interface components {
             at: string;
             /**
              * Account Id
-             * @description The user's account; without a login, the account of the attempted login. Null: neither.
+             * @description The user's account; without a login, the account of the attempted login; null if there is neither.
              */
             account_id: string | null;
             /**
@@ -3838,7 +3850,7 @@ export interface components {
             address: string;
             /**
              * Action
-             * @description The operation's name in this API, or the program's action.
+             * @description The operation's name in this API, or the action of the program.
              */
             action: string;
             /**
@@ -3850,7 +3862,7 @@ export interface components {
             patient_id: string | null;
             /**
              * Subject
-             * @description The object, besides the patient.
+             * @description Object of the action, in addition to the patient.
              */
             subject: string;
             /** Station */
@@ -3865,12 +3877,12 @@ export interface components {
         };
         /**
          * AuditHeads
-         * @description The places outside the database that store heads of the trail, which reveal a cut.
+         * @description The places outside the database that store heads of the trail. A stored head reveals that the trail was cut.
          */
         AuditHeads: {
             /**
              * Elsewhere
-             * @description Files with every head on another disk or computer.
+             * @description Files on another disk or computer that contain every head.
              */
             elsewhere: string[];
             /**
@@ -3880,17 +3892,17 @@ export interface components {
             copy_file: string | null;
             /**
              * Failing Since
-             * @description Since when the copy cannot be written; null: it can, or there is none.
+             * @description Time since which the copy cannot be written; null: it can be written, or there is no copy.
              */
             failing_since: string | null;
             /**
              * Log
-             * @description Every row is written to the log, for a log collector.
+             * @description True if every row is written to the log, for a log collector.
              */
             log: boolean;
             /**
              * Other Stations
-             * @description Other stations on the same database anchor the trail, too.
+             * @description True if other stations on the same database also anchor the trail.
              */
             other_stations: boolean;
         };
@@ -3903,7 +3915,7 @@ export interface components {
             items: components["schemas"]["AuditEntry"][];
             /**
              * Next
-             * @description Ask for the next page with this as `after`; null at the end of the list.
+             * @description Value of `after` for the next page; null at the end of the list.
              */
             next: string | null;
             heads: components["schemas"]["AuditHeads"];
@@ -4018,12 +4030,12 @@ export interface components {
             file: string;
             /**
              * Bytes
-             * @description 0 if it failed.
+             * @description 0 if the backup failed.
              */
             bytes: number;
             /**
              * Problem
-             * @description Why it failed; empty if it was made.
+             * @description Why the backup failed; empty if it was made.
              */
             problem: string;
             /**
@@ -4033,22 +4045,22 @@ export interface components {
             tested_at: string | null;
             /**
              * Test Problem
-             * @description Why it may not be restorable; empty if the restored copy was complete and equal.
+             * @description Why the backup may not be restorable; empty if the restored copy was complete and equal.
              */
             test_problem: string;
             /**
              * Audit Rows
-             * @description Rows of the audit trail that the restore test verified; null: none.
+             * @description Rows of the audit trail that the restore test verified; null: it verified none.
              */
             audit_rows: number | null;
             /**
              * Audit Problem
-             * @description Where the audit trail in it is damaged; empty if intact. The backup can be restored in both cases.
+             * @description Where the backup's audit trail is damaged; empty if it is intact. The backup can be restored in either case.
              */
             audit_problem: string;
             /**
              * There
-             * @description The file is on this computer; another service may store its backups elsewhere.
+             * @description True if the file is on this computer; another service may store its backups elsewhere.
              */
             there: boolean;
         };
@@ -4061,14 +4073,14 @@ export interface components {
             items: components["schemas"]["Backup"][];
             /**
              * Next
-             * @description Ask for the next page with this as `after`; null at the end of the list.
+             * @description Value of `after` for the next page; null at the end of the list.
              */
             next: string | null;
-            /** @description The newest whose restore test succeeded. */
+            /** @description The newest backup whose restore test succeeded. */
             last_good: components["schemas"]["Backup"] | null;
             /**
              * Running
-             * @description A backup is being made.
+             * @description True while a backup is being made.
              */
             running: boolean;
             /**
@@ -4083,7 +4095,7 @@ export interface components {
             folder: string;
             /**
              * Same Disk
-             * @description The folder is on the database's disk and is lost with it.
+             * @description True if the folder is on the database's disk, so that a failure of this disk loses both.
              */
             same_disk: boolean;
             /**
@@ -4126,7 +4138,7 @@ export interface components {
              * @example No abduction beyond 90 degrees.
              */
             contraindications: string;
-            /** @description What the stage proposes; null without a stage. */
+            /** @description Settings that the stage proposes; null without a stage. */
             proposal: components["schemas"]["StageProposal"] | null;
         };
         /**
@@ -4136,7 +4148,7 @@ export interface components {
         BeginOpenId: {
             /**
              * To
-             * @description The screen to come back to; empty: none, in a separate tab.
+             * @description Screen to show after the login; empty if the login takes place in a separate tab.
              * @default /
              */
             to: string;
@@ -4148,7 +4160,7 @@ export interface components {
         BreakGlass: {
             /**
              * Reason
-             * @description Purpose; an administrator reads it.
+             * @description Reason for the access. An administrator reads it.
              * @example Came in with acute pain, her therapist is away.
              */
             reason: string;
@@ -4197,7 +4209,7 @@ export interface components {
             until: string;
             /**
              * Reviewed At
-             * @description Null until an administrator has reviewed it.
+             * @description Time of the review; null until an administrator has reviewed the access.
              */
             reviewed_at: string | null;
             /** Reviewed By */
@@ -4210,7 +4222,7 @@ export interface components {
         ChangeMessage: {
             /**
              * Sequence
-             * @description Without gaps on one connection; a gap means: connect again.
+             * @description Without gaps on one connection; after a gap the client must reconnect.
              */
             sequence: number;
             /**
@@ -4258,14 +4270,14 @@ export interface components {
         };
         /**
          * ChangeThreshold
-         * @description A change of the total and where it comes from.
+         * @description A change of the total, and its source.
          */
         ChangeThreshold: {
             /** Points */
             points: number;
             /**
              * Up To Points
-             * @description The upper end if the source gives a range.
+             * @description Upper end of the range, if the source gives a range.
              */
             up_to_points: number | null;
             /** Source */
@@ -4273,7 +4285,7 @@ export interface components {
         };
         /**
          * CheckAnswer
-         * @description An answer as stored with the session.
+         * @description An answer in the form stored with the session.
          */
         CheckAnswer: {
             /**
@@ -4283,7 +4295,7 @@ export interface components {
             check: "identity" | "side" | "fixtures" | "belt" | "pedal" | "estop";
             /**
              * Subject
-             * @description The side or fixtures that it was given for; of `identity`, the compared identifiers.
+             * @description Side or fixtures for which the answer was given; for `identity`, the compared identifiers.
              * @example birth_date+name
              */
             subject: string;
@@ -4296,7 +4308,7 @@ export interface components {
             at: string;
             /**
              * By
-             * @description Empty if the apparatus answered.
+             * @description Name of the person; empty if the apparatus answered.
              */
             by: string;
         };
@@ -4307,13 +4319,13 @@ export interface components {
         CheckConfirmation: {
             /**
              * Checked By
-             * @description Your name unless another is given.
+             * @description Name of the person who checked; empty: your name.
              * @default
              */
             checked_by: string;
             /**
              * Identifiers
-             * @description Of the check `identity` only: two that agree.
+             * @description Only for the check `identity`: two identifiers that agree.
              * @example [
              *       "name",
              *       "birth_date"
@@ -4322,7 +4334,7 @@ export interface components {
             identifiers?: ("name" | "birth_date" | "clinic_number")[];
             /**
              * Recording Id
-             * @description The recording to be played; it determines the fixtures.
+             * @description Recording to play; it determines the fixtures.
              */
             recording_id?: string | null;
         };
@@ -4336,7 +4348,7 @@ export interface components {
             checks: components["schemas"]["SessionCheck"][];
             /**
              * Complete
-             * @description True if every check is answered: a motion may be taught or loaded.
+             * @description True if every check is answered, so that a motion may be taught or loaded.
              */
             complete: boolean;
         };
@@ -4349,24 +4361,24 @@ export interface components {
             name: string;
             /**
              * Address
-             * @description Lines.
+             * @description Lines of the address.
              */
             address: string;
             /** Phone */
             phone: string;
             /**
              * Time Zone
-             * @description IANA name; empty: that of the service's computer.
+             * @description IANA name; empty: time zone of the service's computer.
              */
             time_zone: string;
             /**
              * Has Logo
-             * @description Reports have the logo of KATA_CLINIC_LOGO.
+             * @description True if reports have the logo of KATA_CLINIC_LOGO.
              */
             has_logo: boolean;
             /**
              * Updated At
-             * @description Null: the values are those of the service's settings.
+             * @description Time of the last change; null: the values are those of the service's settings.
              */
             updated_at: string | null;
             /**
@@ -4387,7 +4399,7 @@ export interface components {
             name: string;
             /**
              * Address
-             * @description Lines.
+             * @description Lines of the address.
              * @example 1-2-3 Honcho
              *     Tokyo
              */
@@ -4399,7 +4411,7 @@ export interface components {
             phone: string;
             /**
              * Time Zone
-             * @description IANA name; empty: that of the service's computer.
+             * @description IANA name; empty: time zone of the service's computer.
              * @example Asia/Tokyo
              */
             time_zone: string;
@@ -4443,7 +4455,7 @@ export interface components {
             passed: boolean;
             /**
              * Fault
-             * @description Fault of the step that failed; empty if all passed.
+             * @description Fault of the step that failed; empty if all steps passed.
              */
             fault: string;
             /** @description Code and parameters of the English text; null: it has none. */
@@ -4500,7 +4512,7 @@ export interface components {
             passed: boolean;
             /**
              * Fault
-             * @description Fault of the step that failed; empty if all passed.
+             * @description Fault of the step that failed; empty if all steps passed.
              */
             fault: string;
             /** @description Code and parameters of the English text; null: it has none. */
@@ -4522,17 +4534,17 @@ export interface components {
         };
         /**
          * CommissioningRunState
-         * @description The procedure of commissioning.
+         * @description State of the commissioning procedure.
          */
         CommissioningRunState: {
             /**
              * Possible
-             * @description False if the service has no station's file.
+             * @description False if the service has no station file.
              */
             possible: boolean;
             /**
              * Practice
-             * @description True if it runs on a factory-new simulated apparatus, for training.
+             * @description True if the procedure runs on a factory-new simulated apparatus, for training.
              */
             practice: boolean;
             /** Running */
@@ -4546,7 +4558,7 @@ export interface components {
             by: string;
             /**
              * Step
-             * @description The step that runs, or ran last; null: none has run since the service started.
+             * @description The step that is running or, if none is, ran last; null: no step has run since the service started.
              */
             step: ("ids" | "registers" | "inputs" | "axes" | "torque" | "zero" | "range" | "stops" | "gains" | "lags" | "acceptance") | null;
             instruction: components["schemas"]["RunInstruction"] | null;
@@ -4554,12 +4566,12 @@ export interface components {
             steps: components["schemas"]["RunStep"][];
             /**
              * Presses
-             * @description Confirmations since its start.
+             * @description Number of confirmations since the procedure's start.
              */
             presses: number;
             /**
              * Passed
-             * @description Null: it runs, or has not run since the service started.
+             * @description Null: the procedure is running, or has not run since the service started.
              */
             passed: boolean | null;
             /**
@@ -4575,7 +4587,7 @@ export interface components {
         CommissioningState: {
             /**
              * State
-             * @description not_needed: a simulated apparatus. due: the periodic check is due.
+             * @description not_needed: the apparatus is simulated. due: the periodic check is due.
              * @enum {string}
              */
             state: "not_needed" | "commissioned" | "due" | "not_commissioned";
@@ -4634,7 +4646,7 @@ export interface components {
             name: string;
             /**
              * Motor
-             * @description 0: of the station.
+             * @description Motor number; 0: the value belongs to the station.
              */
             motor: number;
             /** Before */
@@ -4656,7 +4668,7 @@ export interface components {
             motors: components["schemas"]["MotorTracking"][];
             /**
              * Motions
-             * @description The basic motions that the recording moves; empty for older runs.
+             * @description Errors of the basic motions in the recording; empty for older runs.
              */
             motions: components["schemas"]["MotionTracking"][];
         };
@@ -4672,13 +4684,13 @@ export interface components {
             code: "fracture" | "dislocation" | "infection" | "tumour" | "thrombosis" | "recent_repair" | "joint_replacement" | "nerve_injury" | "crps" | "osteoporosis" | "hypermobility" | "anticoagulation" | "pacemaker" | "pregnancy" | "other";
             /**
              * Scope
-             * @description patient: concerns both shoulders. episode: one shoulder.
+             * @description patient: concerns both shoulders. episode: concerns one shoulder.
              * @enum {string}
              */
             scope: "patient" | "episode";
             /**
              * Effect
-             * @description block: nothing is taught or played. sign_off: only after a doctor has allowed it. warn: shown in the banner.
+             * @description block: teaching and playback are refused. sign_off: refused until a doctor allows them. warn: the banner warns.
              * @enum {string}
              */
             effect: "block" | "sign_off" | "warn";
@@ -4691,7 +4703,7 @@ export interface components {
             name_key?: components["schemas"]["TextKey"] | null;
             /**
              * Source
-             * @description Where the effect comes from.
+             * @description Source of the effect.
              */
             source: string;
             /** @description Code and parameters of the English text; null: it has none. */
@@ -4708,7 +4720,7 @@ export interface components {
             patient_id: string;
             /**
              * Episode Id
-             * @description Null for a condition of the patient.
+             * @description Null for a condition that concerns both shoulders.
              */
             episode_id: string | null;
             /** Note */
@@ -4728,7 +4740,7 @@ export interface components {
             signed_off_by: string;
             /**
              * Resolved At
-             * @description Since then it no longer applies.
+             * @description Time since which it no longer applies; null: it applies.
              */
             resolved_at: string | null;
             /** Resolved By */
@@ -4737,7 +4749,7 @@ export interface components {
             resolution: string;
             /**
              * Stops Motion
-             * @description True if it forbids teaching and playback now.
+             * @description True if it presently forbids teaching and playback.
              */
             stops_motion: boolean;
         };
@@ -4753,7 +4765,7 @@ export interface components {
             code: "fracture" | "dislocation" | "infection" | "tumour" | "thrombosis" | "recent_repair" | "joint_replacement" | "nerve_injury" | "crps" | "osteoporosis" | "hypermobility" | "anticoagulation" | "pacemaker" | "pregnancy" | "other";
             /**
              * Episode Id
-             * @description By default the open episode, for a condition of one shoulder.
+             * @description Episode of the shoulder; by default the open episode. Only for a condition of one shoulder.
              */
             episode_id?: string | null;
             /**
@@ -4764,14 +4776,14 @@ export interface components {
             note: string;
             /**
              * Noted By
-             * @description Your name unless another is given.
+             * @description Name of the person who recorded it; empty: your name.
              * @default
              */
             noted_by: string;
         };
         /**
          * ContraindicationKind
-         * @description One entry of the list, and what it does.
+         * @description One entry of the list, with its effect.
          */
         ContraindicationKind: {
             /**
@@ -4781,13 +4793,13 @@ export interface components {
             code: "fracture" | "dislocation" | "infection" | "tumour" | "thrombosis" | "recent_repair" | "joint_replacement" | "nerve_injury" | "crps" | "osteoporosis" | "hypermobility" | "anticoagulation" | "pacemaker" | "pregnancy" | "other";
             /**
              * Scope
-             * @description patient: concerns both shoulders. episode: one shoulder.
+             * @description patient: concerns both shoulders. episode: concerns one shoulder.
              * @enum {string}
              */
             scope: "patient" | "episode";
             /**
              * Effect
-             * @description block: nothing is taught or played. sign_off: only after a doctor has allowed it. warn: shown in the banner.
+             * @description block: teaching and playback are refused. sign_off: refused until a doctor allows them. warn: the banner warns.
              * @enum {string}
              */
             effect: "block" | "sign_off" | "warn";
@@ -4800,7 +4812,7 @@ export interface components {
             name_key?: components["schemas"]["TextKey"] | null;
             /**
              * Source
-             * @description Where the effect comes from.
+             * @description Source of the effect.
              */
             source: string;
             /** @description Code and parameters of the English text; null: it has none. */
@@ -4867,7 +4879,7 @@ export interface components {
         };
         /**
          * DeviceEvent
-         * @description An event of the device. An alarm has stopped something.
+         * @description An event of the device. An event of the kind alarm has stopped something.
          */
         DeviceEvent: {
             /**
@@ -4906,12 +4918,12 @@ export interface components {
             message_key?: components["schemas"]["TextKey"] | null;
             /**
              * Category
-             * @description Category of the stop, for an alarm.
+             * @description Category of the stop, if the event is an alarm.
              */
             category: number | null;
             /**
              * Axis
-             * @description Motor number, if it belongs to a motor.
+             * @description Motor number, if the event belongs to a motor.
              */
             axis: number | null;
             /** Patient Id */
@@ -4922,7 +4934,7 @@ export interface components {
             run_id: string | null;
             /**
              * Ended At
-             * @description When an alarm was acknowledged after its cause had gone.
+             * @description Time at which an alarm was acknowledged after its cause had cleared.
              */
             ended_at: string | null;
         };
@@ -4935,7 +4947,7 @@ export interface components {
             text: string;
             /**
              * End Reason
-             * @description The suggested reason of the session's end.
+             * @description Suggested reason why the session ended.
              * @enum {string}
              */
             end_reason: "completed" | "shortened" | "stopped" | "patient_request" | "other";
@@ -5002,7 +5014,7 @@ export interface components {
         };
         /**
          * DuePatient
-         * @description A patient whose next session is due by the programme.
+         * @description A patient whose next session is due according to the programme.
          */
         DuePatient: {
             patient: components["schemas"]["SessionPatient"];
@@ -5015,18 +5027,18 @@ export interface components {
             due_at: string;
             /**
              * Last Session At
-             * @description Null: no session since the programme was made.
+             * @description Null if there has been no session since the programme was made.
              */
             last_session_at: string | null;
             /**
              * Sessions Per Week
-             * @description Prescribed.
+             * @description Prescribed sessions per week.
              * @example 2
              */
             sessions_per_week: number;
             /**
              * Therapist
-             * @description Of the last session; empty if unknown.
+             * @description Therapist of the last session; empty if unknown.
              */
             therapist: string;
         };
@@ -5052,7 +5064,7 @@ export interface components {
             side: "left" | "right";
             /**
              * Diagnosis
-             * @description As written.
+             * @description Diagnosis as the clinician wrote it.
              */
             diagnosis: string;
             /**
@@ -5126,7 +5138,7 @@ export interface components {
             items: components["schemas"]["Assessment"][];
             /**
              * Next
-             * @description Ask for the next page with this as `after`; null at the end of the list.
+             * @description Value of `after` for the next page; null at the end of the list.
              */
             next: string | null;
             /** @description The first assessment that was not withdrawn. */
@@ -5158,7 +5170,7 @@ export interface components {
             side: "left" | "right";
             /**
              * Diagnosis
-             * @description As written.
+             * @description Diagnosis as the clinician wrote it.
              * @default
              * @example Adhesive capsulitis
              */
@@ -5180,7 +5192,7 @@ export interface components {
             verification: "" | "unconfirmed" | "provisional" | "differential" | "confirmed";
             /**
              * Onset On
-             * @description When the complaint began.
+             * @description Day on which the complaint began.
              * @example 2026-05-01
              */
             onset_on?: string | null;
@@ -5309,14 +5321,14 @@ export interface components {
             clinic_number: string;
             /**
              * Explanation
-             * @description Must not name the patient.
+             * @description The text must not name the patient.
              * @default
              * @example Nothing forbids it.
              */
             explanation: string;
             /**
              * Decided By
-             * @description Your name unless another is given.
+             * @description Name of the person who decided; empty: your name.
              * @default
              * @example Director Kobayashi
              */
@@ -5334,7 +5346,7 @@ export interface components {
             explanation: string;
             /**
              * Decided By
-             * @description Your name unless another is given.
+             * @description Name of the person who decided; empty: your name.
              * @default
              * @example Director Kobayashi
              */
@@ -5352,7 +5364,7 @@ export interface components {
             reason: string;
             /**
              * Noted By
-             * @description Person who recorded it: you unless another name is given.
+             * @description Name of the person who recorded the request; empty: your name.
              * @default
              * @example Suzuki Aya
              */
@@ -5408,12 +5420,12 @@ export interface components {
         };
         /**
          * EventMessage
-         * @description An event of the apparatus. None is left out.
+         * @description An event of the apparatus. Every event is sent.
          */
         EventMessage: {
             /**
              * Sequence
-             * @description Without gaps on one connection; a gap means: connect again.
+             * @description Without gaps on one connection; after a gap the client must reconnect.
              */
             sequence: number;
             /**
@@ -5455,7 +5467,7 @@ export interface components {
             };
             /**
              * Texts
-             * @description Codes of its English texts, for translation.
+             * @description Codes of the figure's English texts, for translation.
              * @default []
              */
             texts: components["schemas"]["PlacedText"][];
@@ -5472,7 +5484,7 @@ export interface components {
             id: string;
             /**
              * Motion
-             * @description Row of Table 2 of Sun et al. (2025).
+             * @description Number of the motion in Table 2 of Sun et al. (2025).
              * @example 4
              */
             motion: number;
@@ -5484,7 +5496,7 @@ export interface components {
             apparatus_deg: number;
             /**
              * Patient Deg
-             * @description What the goniometer showed, degrees.
+             * @description Angle that the goniometer showed, degrees.
              * @example 82
              */
             patient_deg: number;
@@ -5505,32 +5517,32 @@ export interface components {
         GoniometerReadingCreate: {
             /**
              * Motion
-             * @description Row of Table 2 of Sun et al. (2025), of the shoulder joint.
+             * @description Number of a motion of the shoulder joint in Table 2 of Sun et al. (2025).
              * @example 4
              */
             motion: number;
             /**
              * Patient Deg
-             * @description What the goniometer shows, degrees.
+             * @description Angle that the goniometer shows, degrees.
              * @example 82
              */
             patient_deg: number;
             /**
              * Apparatus Deg
-             * @description Apparatus angle of the motion at that moment, degrees. By default what the apparatus measures now.
+             * @description Apparatus angle of the motion at that moment, degrees. By default the angle that the apparatus measures now.
              * @example 90
              */
             apparatus_deg?: number | null;
             /**
              * Read By
-             * @description Your name unless another is given.
+             * @description Name of the person who read it; empty: your name.
              * @default
              */
             read_by: string;
         };
         /**
          * GuideRequest
-         * @description The motion that the hand follows. It presses the pedal too.
+         * @description The motion that the hand follows with the pedal pressed.
          */
         GuideRequest: {
             /** Motion Id */
@@ -5550,7 +5562,7 @@ export interface components {
             motion: string | null;
             /**
              * Left S
-             * @description Seconds until it has let go.
+             * @description Seconds until the hand releases the arm.
              */
             left_s: number;
         };
@@ -5578,12 +5590,12 @@ export interface components {
         };
         /**
          * Hold
-         * @description Stop at one point for a while.
+         * @description Hold the arm at one point for some time.
          */
         Hold: {
             /**
              * Name
-             * @description Name of the new recording; by default the old name with the edit.
+             * @description Name of the new recording; by default the old name and the edit.
              * @example Warm-up
              */
             name?: string | null;
@@ -5594,7 +5606,7 @@ export interface components {
             do: "hold";
             /**
              * At S
-             * @description Place on the motion, seconds.
+             * @description Time of the point on the motion, seconds.
              * @example 4
              */
             at_s: number;
@@ -5607,7 +5619,7 @@ export interface components {
         };
         /**
          * Idleness
-         * @description The service may be stopped: no treatment is interrupted.
+         * @description Says that the service may be stopped because no treatment would be interrupted.
          */
         Idleness: {
             /**
@@ -5643,12 +5655,12 @@ export interface components {
         };
         /**
          * Isolate
-         * @description Move some motors only. The others stay where they started.
+         * @description Move only some motors. The others keep the angle at which they started.
          */
         Isolate: {
             /**
              * Name
-             * @description Name of the new recording; by default the old name with the edit.
+             * @description Name of the new recording; by default the old name and the edit.
              * @example Warm-up
              */
             name?: string | null;
@@ -5695,7 +5707,7 @@ export interface components {
             pause_s: number;
             /**
              * Range Percent
-             * @description Range of motion, percent of the taught range. It becomes smaller at the far end: the start stays.
+             * @description Range of motion, percent of the taught range. The end farther from rest moves towards rest; the end nearer to rest does not move.
              * @default 100
              * @example 80
              */
@@ -5719,7 +5731,7 @@ export interface components {
             method: "paper" | "smooth" | "learned";
             /**
              * Position
-             * @description Place in the programme, from 1.
+             * @description Position in the programme, from 1.
              * @example 1
              */
             position: number;
@@ -5730,7 +5742,7 @@ export interface components {
             recording_name: string;
             /**
              * Recording Archived
-             * @description True: the recording must be restored before it can be played.
+             * @description True if the recording must be restored before it can be played.
              */
             recording_archived: boolean;
             /**
@@ -5741,7 +5753,7 @@ export interface components {
             duration_s: number;
             /**
              * Runs
-             * @description In their order.
+             * @description Runs of this item, in the order of playback.
              */
             runs: components["schemas"]["PlannedRun"][];
             /**
@@ -5752,24 +5764,24 @@ export interface components {
             repetitions_done: number;
             /**
              * Done
-             * @description none: skipped or not due yet. some: fewer repetitions than planned.
+             * @description none: the item was skipped or is not due yet. some: fewer repetitions than planned.
              * @enum {string}
              */
             done: "all" | "some" | "none";
         };
         /**
          * ItemPreview
-         * @description Duration of one item, or why it cannot be played.
+         * @description Duration of one item, or the reason why it cannot be played.
          */
         ItemPreview: {
             /**
              * Duration S
-             * @description Playing time, seconds; null if it cannot be played.
+             * @description Playing time, seconds; null if the item cannot be played.
              */
             duration_s: number | null;
             /**
              * Problem
-             * @description Reason, as a sentence.
+             * @description Reason why the item cannot be played, as a sentence.
              */
             problem: string | null;
             /** @description Code and parameters of the English text; null: it has none. */
@@ -5789,7 +5801,7 @@ export interface components {
         };
         /**
          * LearningNote
-         * @description A fall-back of the learned method, or why it learned nothing.
+         * @description A message that the learned method used an earlier correction or learned nothing.
          */
         LearningNote: {
             /**
@@ -5837,12 +5849,12 @@ export interface components {
         };
         /**
          * LeaseRequest
-         * @description Operate the apparatus from this browser.
+         * @description A request to operate the apparatus from this browser.
          */
         LeaseRequest: {
             /**
              * Take Over
-             * @description Take the lease also from another browser, which is notified.
+             * @description Take the lease even if another browser holds it; that browser is notified.
              * @default false
              */
             take_over: boolean;
@@ -5945,7 +5957,7 @@ export interface components {
         };
         /**
          * Liveness
-         * @description The service answers.
+         * @description Says that the service answers.
          */
         Liveness: {
             /**
@@ -5957,7 +5969,7 @@ export interface components {
         };
         /**
          * LoadRequest
-         * @description The recording to play, its settings, and the session.
+         * @description The recording to play, the playback settings, and the session.
          */
         LoadRequest: {
             /**
@@ -5983,7 +5995,7 @@ export interface components {
             pause_s: number;
             /**
              * Range Percent
-             * @description Range of motion, percent of the taught range. It becomes smaller at the far end: the start stays.
+             * @description Range of motion, percent of the taught range. The end farther from rest moves towards rest; the end nearer to rest does not move.
              * @default 100
              * @example 80
              */
@@ -6000,7 +6012,7 @@ export interface components {
             recording_id: string;
             /**
              * Programme Position
-             * @description Item of the session's programme; none: chosen outside the programme.
+             * @description Position in the session's programme; null: the recording was chosen outside the programme.
              */
             programme_position?: number | null;
             /**
@@ -6011,7 +6023,7 @@ export interface components {
             load_level: number;
             /**
              * Method
-             * @description paper: 10 Hz, each sample held, as Sun et al. (2025). smooth: interpolated. learned: smooth, with a correction from earlier runs of this recording with these settings on this station.
+             * @description paper: 10 Hz, each sample held until the next, as in Sun et al. (2025). smooth: interpolated. learned: smooth, with a correction from earlier runs of this recording with these settings on this station.
              * @default smooth
              * @enum {string}
              */
@@ -6022,11 +6034,11 @@ export interface components {
          * @description The result of a login: the account, and the screen to show.
          */
         LoginResult: {
-            /** @description Null: the code of the account's second factor is needed, too. */
+            /** @description Null: the code of the account's second factor is also needed. */
             me: components["schemas"]["Me"] | null;
             /**
              * To
-             * @description The screen to show; empty: none, close this tab.
+             * @description The screen to show; empty: close this tab.
              */
             to: string;
         };
@@ -6112,7 +6124,7 @@ export interface components {
             username: string;
             /**
              * Name
-             * @description The name in records.
+             * @description The user's name in records.
              */
             name: string;
             /**
@@ -6129,7 +6141,7 @@ export interface components {
             permissions: ("public" | "own_account" | "see_station" | "stop" | "operate" | "diagnose" | "see_operation" | "commission" | "read_records" | "write_records" | "administer")[];
             /**
              * Stations
-             * @description Names of the stations that this account works at; empty: all.
+             * @description Names of the stations at which this account works; empty: all.
              */
             stations: string[];
             /**
@@ -6159,7 +6171,7 @@ export interface components {
             openid: string | null;
             /**
              * Demonstration
-             * @description Signed in by a link of the demonstration clinic.
+             * @description True if the user signed in by a link of the demonstration clinic.
              */
             demonstration: boolean;
             /**
@@ -6175,7 +6187,7 @@ export interface components {
         Mirror: {
             /**
              * Name
-             * @description Name of the new recording; by default the old name with the edit.
+             * @description Name of the new recording; by default the old name and the edit.
              * @example Warm-up
              */
             name?: string | null;
@@ -6187,31 +6199,31 @@ export interface components {
         };
         /**
          * MotionLimit
-         * @description A doctor's limit of one of the six basic motions, in the body's angle.
+         * @description A doctor's limit of one of the six basic motions, as an angle of the body.
          */
         MotionLimit: {
             /**
              * Motion
-             * @description Row of Table 2 of Sun et al. (2025).
+             * @description Number of the motion in Table 2 of Sun et al. (2025).
              * @example 4
              */
             motion: number;
             /**
              * Lowest Deg
-             * @description Degrees; null: the apparatus' own limit.
+             * @description Degrees; null: the apparatus's own limit.
              * @example 0
              */
             lowest_deg?: number | null;
             /**
              * Highest Deg
-             * @description Degrees; null: the apparatus' own limit.
+             * @description Degrees; null: the apparatus's own limit.
              * @example 90
              */
             highest_deg?: number | null;
         };
         /**
          * MotionPreview
-         * @description Motor angles over time, linear between two samples.
+         * @description Motor angles over time. They are linear between two samples.
          */
         MotionPreview: {
             /**
@@ -6221,7 +6233,7 @@ export interface components {
             side: "left" | "right";
             /**
              * Times S
-             * @description Seconds, ascending; the first is 0, the last the motion's duration.
+             * @description Seconds, ascending; the first is 0, the last is the motion's duration.
              */
             times_s: number[];
             /**
@@ -6232,48 +6244,48 @@ export interface components {
         };
         /**
          * MotionTracking
-         * @description Errors of one basic motion, in the apparatus angle. The patient's angle differs from it by slip at the cuff.
+         * @description Errors of one basic motion in apparatus angles. The patient's angle differs from the apparatus angle by slip at the cuff.
          */
         MotionTracking: {
             /**
              * Peak Deg
-             * @description Following: largest error with its sign, degrees, the start excepted. Runs from before `compared_percent` was stored include the start.
+             * @description Largest following error with its sign, without the start, degrees. In runs of versions that did not store `compared_percent` it includes the start.
              * @example -1.4
              */
             peak_deg: number;
             /**
              * Peak At S
-             * @description Place of the peak on the motion, seconds.
+             * @description Time of the peak on the motion, seconds.
              * @example 6.2
              */
             peak_at_s: number;
             /**
              * Rmse Deg
-             * @description Following: root mean square error, degrees, the start excepted as in `peak_deg`.
+             * @description Root mean square of the following error, without the start as in `peak_deg`, degrees.
              * @example 0.4
              */
             rmse_deg: number;
             /**
              * Start Deg
-             * @description Following: largest error of the first half second with its sign, degrees; of its first sample for runs from before `compared_percent` was stored.
+             * @description Largest following error of the first half second with its sign, degrees. In runs of versions that did not store `compared_percent` it is the error of the first sample.
              * @example 0.1
              */
             start_deg: number;
             /**
              * Wall Peak Deg
-             * @description As peak_deg, on the wall clock; null for older runs.
+             * @description Like `peak_deg`, on the wall clock; null for older runs.
              * @example -1.6
              */
             wall_peak_deg?: number | null;
             /**
              * Wall Rmse Deg
-             * @description As rmse_deg, on the wall clock; null for older runs.
+             * @description Like `rmse_deg`, on the wall clock; null for older runs.
              * @example 0.5
              */
             wall_rmse_deg?: number | null;
             /**
              * Change Deg
-             * @description Change by settings: the largest difference, with its sign, of what was requested from what was taught, degrees. It includes Reduce range. Null for older runs.
+             * @description Largest change by settings, with its sign: requested minus taught angle, degrees. It includes Reduce range. Null for older runs.
              * @example -12.5
              */
             change_deg?: number | null;
@@ -6309,7 +6321,7 @@ export interface components {
             played_max_deg: number | null;
             /**
              * Taught Smoothness
-             * @description Spectral arc length of the requested motion, over the part that was played: about -1.4 for one smooth movement, lower with several movements, stops or tremor. Null if the angle hardly moves.
+             * @description Spectral arc length of the requested motion in the part that was played: about -1.4 for one smooth movement, lower with several movements, stops or tremor. Null if the angle hardly moves.
              * @example -2.1
              */
             taught_smoothness: number | null;
@@ -6321,7 +6333,7 @@ export interface components {
             played_smoothness: number | null;
             /**
              * Motion
-             * @description Row of Table 2 of Sun et al. (2025).
+             * @description Number of the motion in Table 2 of Sun et al. (2025).
              * @example 4
              */
             motion: number;
@@ -6334,37 +6346,37 @@ export interface components {
             name_key?: components["schemas"]["TextKey"] | null;
             /**
              * Patient Min Deg
-             * @description Patient's angle where the apparatus reached `played_min_deg`, estimated from goniometer readings, degrees. Null without readings of this motion at two poses: then only the apparatus angle is known.
+             * @description Patient's angle when the apparatus reached `played_min_deg`, estimated from goniometer readings, degrees. Null without readings of this motion at two poses, because then only the apparatus angle is known.
              * @example 12
              */
             patient_min_deg?: number | null;
             /**
              * Patient Min Uncertainty Deg
-             * @description The angle lies within plus or minus this in 95 of 100 cases, degrees.
+             * @description The angle is within plus or minus this value in 95 of 100 cases, degrees.
              * @example 14
              */
             patient_min_uncertainty_deg?: number | null;
             /**
              * Patient Max Deg
-             * @description As `patient_min_deg`, where the apparatus reached `played_max_deg`.
+             * @description Like `patient_min_deg`, when the apparatus reached `played_max_deg`.
              * @example 91
              */
             patient_max_deg?: number | null;
             /**
              * Patient Max Uncertainty Deg
-             * @description As `patient_min_uncertainty_deg`.
+             * @description Like `patient_min_uncertainty_deg`, for `patient_max_deg`.
              * @example 13
              */
             patient_max_uncertainty_deg?: number | null;
             /**
              * Apparatus Min Deg
-             * @description Lower end of the apparatus' range, degrees.
+             * @description Lower end of the apparatus's range, degrees.
              * @example 0
              */
             apparatus_min_deg: number;
             /**
              * Apparatus Max Deg
-             * @description Upper end of the apparatus' range, degrees.
+             * @description Upper end of the apparatus's range, degrees.
              * @example 120
              */
             apparatus_max_deg: number;
@@ -6383,7 +6395,7 @@ export interface components {
         };
         /**
          * MotorCondition
-         * @description Measured figures of one motor that show drift. Null: this commissioning or check did not measure it.
+         * @description Measured figures of one motor that show drift. Null: the commissioning or check did not measure the figure.
          */
         MotorCondition: {
             /**
@@ -6394,17 +6406,17 @@ export interface components {
             motor: number;
             /**
              * Friction Deg
-             * @description How far the setpoint leads before the motor moves.
+             * @description Difference between setpoint and angle at which the motor begins to move.
              */
             friction_deg?: number | null;
             /**
              * Play Deg
-             * @description Play of the gear; only a full commissioning measures it.
+             * @description Play of the gear. Only a full commissioning measures it.
              */
             play_deg?: number | null;
             /**
              * Lag S
-             * @description Time by which the motor follows its setpoint late, s.
+             * @description Delay of the motor behind its setpoint, s.
              */
             lag_s?: number | null;
             /** Temperature C */
@@ -6413,7 +6425,7 @@ export interface components {
             voltage_v?: number | null;
             /**
              * Damaged Answers Percent
-             * @description Answers on the bus that arrived damaged.
+             * @description Share of the answers on the bus that arrived damaged.
              */
             damaged_answers_percent?: number | null;
         };
@@ -6430,17 +6442,17 @@ export interface components {
             motor: number;
             /**
              * Min Deg
-             * @description Degrees.
+             * @description Smallest angle, degrees.
              */
             min_deg: number;
             /**
              * Max Deg
-             * @description Degrees.
+             * @description Largest angle, degrees.
              */
             max_deg: number;
             /**
              * Max Speed Deg S
-             * @description Fastest tenth of a second, degrees a second.
+             * @description Highest mean speed over a tenth of a second, degrees per second.
              */
             max_speed_deg_s: number;
         };
@@ -6473,59 +6485,59 @@ export interface components {
             d_gain: number;
             /**
              * Times S
-             * @description From the step on.
+             * @description Times since the step, seconds.
              */
             times_s: number[];
             /**
              * Angles Deg
-             * @description From the angle before the step.
+             * @description Angles relative to the angle before the step.
              */
             angles_deg: number[];
         };
         /**
          * MotorTracking
-         * @description Errors of one motor, in the motor angle.
+         * @description Errors of one motor in motor angles.
          */
         MotorTracking: {
             /**
              * Peak Deg
-             * @description Following: largest error with its sign, degrees, the start excepted. Runs from before `compared_percent` was stored include the start.
+             * @description Largest following error with its sign, without the start, degrees. In runs of versions that did not store `compared_percent` it includes the start.
              * @example -1.4
              */
             peak_deg: number;
             /**
              * Peak At S
-             * @description Place of the peak on the motion, seconds.
+             * @description Time of the peak on the motion, seconds.
              * @example 6.2
              */
             peak_at_s: number;
             /**
              * Rmse Deg
-             * @description Following: root mean square error, degrees, the start excepted as in `peak_deg`.
+             * @description Root mean square of the following error, without the start as in `peak_deg`, degrees.
              * @example 0.4
              */
             rmse_deg: number;
             /**
              * Start Deg
-             * @description Following: largest error of the first half second with its sign, degrees; of its first sample for runs from before `compared_percent` was stored.
+             * @description Largest following error of the first half second with its sign, degrees. In runs of versions that did not store `compared_percent` it is the error of the first sample.
              * @example 0.1
              */
             start_deg: number;
             /**
              * Wall Peak Deg
-             * @description As peak_deg, on the wall clock; null for older runs.
+             * @description Like `peak_deg`, on the wall clock; null for older runs.
              * @example -1.6
              */
             wall_peak_deg?: number | null;
             /**
              * Wall Rmse Deg
-             * @description As rmse_deg, on the wall clock; null for older runs.
+             * @description Like `rmse_deg`, on the wall clock; null for older runs.
              * @example 0.5
              */
             wall_rmse_deg?: number | null;
             /**
              * Change Deg
-             * @description Change by settings: the largest difference, with its sign, of what was requested from what was taught, degrees. It includes Reduce range. Null for older runs.
+             * @description Largest change by settings, with its sign: requested minus taught angle, degrees. It includes Reduce range. Null for older runs.
              * @example -12.5
              */
             change_deg?: number | null;
@@ -6561,7 +6573,7 @@ export interface components {
             played_max_deg: number | null;
             /**
              * Taught Smoothness
-             * @description Spectral arc length of the requested motion, over the part that was played: about -1.4 for one smooth movement, lower with several movements, stops or tremor. Null if the angle hardly moves.
+             * @description Spectral arc length of the requested motion in the part that was played: about -1.4 for one smooth movement, lower with several movements, stops or tremor. Null if the angle hardly moves.
              * @example -2.1
              */
             taught_smoothness: number | null;
@@ -6609,7 +6621,7 @@ export interface components {
         };
         /**
          * Notification
-         * @description Something that a user should know. The record behind it is opened by another route.
+         * @description Something that the user should know. Another route opens the record behind it.
          */
         Notification: {
             /**
@@ -6631,45 +6643,45 @@ export interface components {
             kind: "erasure" | "emergency_access" | "failed_backup" | "alarm";
             /**
              * Name
-             * @description Of an emergency access: the user's name.
+             * @description The user's name, for an emergency access.
              * @default
              * @example Sato Ken
              */
             name: string;
             /**
              * Problem
-             * @description Of a failed backup: why it failed.
+             * @description Why the backup failed, for a failed backup.
              * @default
              */
             problem: string;
             /**
              * Station
-             * @description Of an alarm.
+             * @description Station of an alarm.
              * @default
              * @example Station 1
              */
             station: string;
             /**
              * Code
-             * @description Of an alarm: its cause.
+             * @description Cause of an alarm.
              * @default
              * @example estop_pressed
              */
             code: string;
             /**
              * Patient Id
-             * @description Of a request for erasure.
+             * @description Patient of a request for erasure.
              */
             patient_id?: string | null;
             /**
              * Session Id
-             * @description Of an alarm; null if the record is not open to you.
+             * @description Session of an alarm; null if you may not open its record.
              */
             session_id?: string | null;
         };
         /**
          * OidcCallback
-         * @description Parameters with which the provider has sent the browser back.
+         * @description Parameters that the provider adds to the address to which it sends the browser back.
          */
         OidcCallback: {
             /** State */
@@ -6736,7 +6748,7 @@ export interface components {
             database_bytes: number;
             /**
              * Disk Free Bytes
-             * @description Free space on the disk of this service's folder, which holds the journals.
+             * @description Free space on the disk that holds this service's data folder with the journals.
              */
             disk_free_bytes: number;
             /**
@@ -6757,7 +6769,7 @@ export interface components {
             measure: "spadi" | "pain" | "flexion" | "abduction" | "external_rotation";
             /**
              * Patients
-             * @description With at least two values.
+             * @description Number of patients with at least two values.
              */
             patients: number;
             /**
@@ -6772,13 +6784,13 @@ export interface components {
             last: number;
             /** @description Mean of last minus first. */
             change: components["schemas"]["Estimate"] | null;
-            /** @description Share with an important improvement; null without a verified limit. */
+            /** @description Share of patients with an important improvement; null without a verified limit. */
             important: components["schemas"]["Estimate"] | null;
-            /** @description Share with an improvement beyond chance; null without a verified limit. */
+            /** @description Share of patients with an improvement beyond chance; null without a verified limit. */
             detectable: components["schemas"]["Estimate"] | null;
             /**
              * Weeks To Important
-             * @description Quartiles of the weeks until the first important improvement, of the patients who reached it; null for fewer than 10.
+             * @description Quartiles of the weeks until the first important improvement, for the patients who reached it; null for fewer than 10 patients.
              */
             weeks_to_important: number[] | null;
         };
@@ -6794,28 +6806,28 @@ export interface components {
             by: "all" | "stage" | "programme";
             /**
              * Name
-             * @description Stage at the first assessment or name of the newest programme; empty: none, or all.
+             * @description Stage at the first assessment or name of the newest programme; empty: without one, or all patients.
              */
             name: string;
             /**
              * Patients
-             * @description Null: hidden, because the group or the one it could be computed from is small.
+             * @description Number of patients; null: hidden, because this group or another group of its kind is small.
              */
             patients: number | null;
             /**
              * Changes
-             * @description Empty for a hidden group; a measure with fewer than 10 patients is left out.
+             * @description Change of each measure; empty for a hidden group. A measure with fewer than 10 patients is left out.
              */
             changes: components["schemas"]["OutcomeChange"][];
         };
         /**
          * Outcomes
-         * @description Outcomes of the patients whose last assessment is in the chosen time. Restricted records are counted: no patient is named.
+         * @description Outcomes of the patients whose last assessment is in the chosen time. Restricted records are counted, because no patient is named.
          */
         Outcomes: {
             /**
              * Limits
-             * @description By measure: the improvement that is important, and the one beyond chance.
+             * @description By measure: the smallest important improvement, and the largest improvement that may be due to chance.
              * @example {
              *       "spadi": [
              *         13,
@@ -6828,7 +6840,7 @@ export interface components {
             };
             /**
              * Least Patients
-             * @description Smaller groups are hidden.
+             * @description Smallest number of patients of a group that is shown.
              */
             least_patients: number;
             /** Groups */
@@ -6879,7 +6891,7 @@ export interface components {
             items: components["schemas"]["AccessToken"][];
             /**
              * Next
-             * @description Ask for the next page with this as `after`; null at the end of the list.
+             * @description Value of `after` for the next page; null at the end of the list.
              */
             next: string | null;
         };
@@ -6889,7 +6901,7 @@ export interface components {
             items: components["schemas"]["AccountAccessToken"][];
             /**
              * Next
-             * @description Ask for the next page with this as `after`; null at the end of the list.
+             * @description Value of `after` for the next page; null at the end of the list.
              */
             next: string | null;
         };
@@ -6899,7 +6911,7 @@ export interface components {
             items: components["schemas"]["Account"][];
             /**
              * Next
-             * @description Ask for the next page with this as `after`; null at the end of the list.
+             * @description Value of `after` for the next page; null at the end of the list.
              */
             next: string | null;
         };
@@ -6909,7 +6921,7 @@ export interface components {
             items: components["schemas"]["Assessment"][];
             /**
              * Next
-             * @description Ask for the next page with this as `after`; null at the end of the list.
+             * @description Value of `after` for the next page; null at the end of the list.
              */
             next: string | null;
         };
@@ -6919,7 +6931,7 @@ export interface components {
             items: components["schemas"]["BreakGlassAccess"][];
             /**
              * Next
-             * @description Ask for the next page with this as `after`; null at the end of the list.
+             * @description Value of `after` for the next page; null at the end of the list.
              */
             next: string | null;
         };
@@ -6929,7 +6941,7 @@ export interface components {
             items: components["schemas"]["Commissioning"][];
             /**
              * Next
-             * @description Ask for the next page with this as `after`; null at the end of the list.
+             * @description Value of `after` for the next page; null at the end of the list.
              */
             next: string | null;
         };
@@ -6939,7 +6951,7 @@ export interface components {
             items: components["schemas"]["ContraindicationKind"][];
             /**
              * Next
-             * @description Ask for the next page with this as `after`; null at the end of the list.
+             * @description Value of `after` for the next page; null at the end of the list.
              */
             next: string | null;
         };
@@ -6949,7 +6961,7 @@ export interface components {
             items: components["schemas"]["Contraindication"][];
             /**
              * Next
-             * @description Ask for the next page with this as `after`; null at the end of the list.
+             * @description Value of `after` for the next page; null at the end of the list.
              */
             next: string | null;
         };
@@ -6959,7 +6971,7 @@ export interface components {
             items: components["schemas"]["DeviceEvent"][];
             /**
              * Next
-             * @description Ask for the next page with this as `after`; null at the end of the list.
+             * @description Value of `after` for the next page; null at the end of the list.
              */
             next: string | null;
         };
@@ -6969,7 +6981,7 @@ export interface components {
             items: components["schemas"]["Episode"][];
             /**
              * Next
-             * @description Ask for the next page with this as `after`; null at the end of the list.
+             * @description Value of `after` for the next page; null at the end of the list.
              */
             next: string | null;
         };
@@ -6979,7 +6991,7 @@ export interface components {
             items: components["schemas"]["Erasure"][];
             /**
              * Next
-             * @description Ask for the next page with this as `after`; null at the end of the list.
+             * @description Value of `after` for the next page; null at the end of the list.
              */
             next: string | null;
         };
@@ -6989,7 +7001,7 @@ export interface components {
             items: components["schemas"]["Notification"][];
             /**
              * Next
-             * @description Ask for the next page with this as `after`; null at the end of the list.
+             * @description Value of `after` for the next page; null at the end of the list.
              */
             next: string | null;
         };
@@ -6999,7 +7011,7 @@ export interface components {
             items: components["schemas"]["OwnLoginSession"][];
             /**
              * Next
-             * @description Ask for the next page with this as `after`; null at the end of the list.
+             * @description Value of `after` for the next page; null at the end of the list.
              */
             next: string | null;
         };
@@ -7009,7 +7021,7 @@ export interface components {
             items: components["schemas"]["Patient"][];
             /**
              * Next
-             * @description Ask for the next page with this as `after`; null at the end of the list.
+             * @description Value of `after` for the next page; null at the end of the list.
              */
             next: string | null;
         };
@@ -7019,7 +7031,7 @@ export interface components {
             items: components["schemas"]["Programme"][];
             /**
              * Next
-             * @description Ask for the next page with this as `after`; null at the end of the list.
+             * @description Value of `after` for the next page; null at the end of the list.
              */
             next: string | null;
         };
@@ -7029,7 +7041,7 @@ export interface components {
             items: components["schemas"]["Questionnaire"][];
             /**
              * Next
-             * @description Ask for the next page with this as `after`; null at the end of the list.
+             * @description Value of `after` for the next page; null at the end of the list.
              */
             next: string | null;
         };
@@ -7039,7 +7051,7 @@ export interface components {
             items: components["schemas"]["ReadyPatient"][];
             /**
              * Next
-             * @description Ask for the next page with this as `after`; null at the end of the list.
+             * @description Value of `after` for the next page; null at the end of the list.
              */
             next: string | null;
         };
@@ -7049,7 +7061,7 @@ export interface components {
             items: components["schemas"]["Recording"][];
             /**
              * Next
-             * @description Ask for the next page with this as `after`; null at the end of the list.
+             * @description Value of `after` for the next page; null at the end of the list.
              */
             next: string | null;
         };
@@ -7059,7 +7071,7 @@ export interface components {
             items: components["schemas"]["SessionSummary"][];
             /**
              * Next
-             * @description Ask for the next page with this as `after`; null at the end of the list.
+             * @description Value of `after` for the next page; null at the end of the list.
              */
             next: string | null;
         };
@@ -7069,7 +7081,7 @@ export interface components {
             items: components["schemas"]["StationVersion"][];
             /**
              * Next
-             * @description Ask for the next page with this as `after`; null at the end of the list.
+             * @description Value of `after` for the next page; null at the end of the list.
              */
             next: string | null;
         };
@@ -7079,7 +7091,7 @@ export interface components {
             items: components["schemas"]["Station"][];
             /**
              * Next
-             * @description Ask for the next page with this as `after`; null at the end of the list.
+             * @description Value of `after` for the next page; null at the end of the list.
              */
             next: string | null;
         };
@@ -7116,7 +7128,7 @@ export interface components {
             dominant_side: ("left" | "right") | null;
             /**
              * Affected Side
-             * @description Of the open episode, else of the last one; null without an episode.
+             * @description Shoulder of the open episode, else of the last one; null without an episode.
              */
             affected_side: ("left" | "right") | null;
             /**
@@ -7144,23 +7156,23 @@ export interface components {
             archived_at: string | null;
             /**
              * Erased At
-             * @description When the identifying data were erased. UTC.
+             * @description Time at which the identifying data were erased. UTC.
              */
             erased_at: string | null;
             /**
              * Restricted
-             * @description Only the care team sees the record. Others need a break-glass access.
+             * @description True if only the care team sees the record. Other users need a break-glass access.
              */
             restricted: boolean;
         };
         /**
          * PatientAnswers
-         * @description The answers so far.
+         * @description The patient's answers so far.
          */
         PatientAnswers: {
             /**
              * Answers
-             * @description One for each item in order; null if unanswered.
+             * @description One answer for each item in order; null if unanswered.
              * @example [
              *       7,
              *       8,
@@ -7170,14 +7182,14 @@ export interface components {
             answers: (number | null)[];
             /**
              * Finished
-             * @description True stores them as an assessment; they cannot be changed here afterwards.
+             * @description True stores the answers as an assessment; the patient cannot change them afterwards.
              * @default false
              */
             finished: boolean;
         };
         /**
          * PatientBanner
-         * @description Who the patient is, and what forbids or limits a motion.
+         * @description The patient's identity, and what forbids or limits a motion.
          */
         PatientBanner: {
             /**
@@ -7193,7 +7205,7 @@ export interface components {
             birth_date: string | null;
             /**
              * Age Years
-             * @description Completed years today; null without a birth date.
+             * @description Age today in completed years; null without a birth date.
              */
             age_years: number | null;
             /** Clinic Number */
@@ -7205,13 +7217,13 @@ export interface components {
             shoulders: components["schemas"]["BannerShoulder"][];
             /**
              * Contraindications
-             * @description Those that apply now, of the patient and of the open episodes; those that stop motion first.
+             * @description Present contraindications of the patient and of the open episodes. Those that stop motion come first.
              */
             contraindications: components["schemas"]["Contraindication"][];
         };
         /**
          * PatientChange
-         * @description A change since the assessment before, of a patient whom you have treated.
+         * @description The change since the previous assessment of a patient whom you have treated.
          */
         PatientChange: {
             patient: components["schemas"]["SessionPatient"];
@@ -7247,7 +7259,7 @@ export interface components {
         PatientCreate: {
             /**
              * Clinic Number
-             * @description The clinic's own unique number.
+             * @description Unique number that the clinic has given.
              * @example K-0042
              */
             clinic_number: string;
@@ -7277,7 +7289,7 @@ export interface components {
             dominant_side?: ("left" | "right") | null;
             /**
              * Affected Side
-             * @description The treated shoulder. An episode of care is opened for it.
+             * @description The treated shoulder. An episode of care is opened for this shoulder.
              * @enum {string}
              */
             affected_side: "left" | "right";
@@ -7290,7 +7302,7 @@ export interface components {
         };
         /**
          * PatientIdentity
-         * @description The identifiers in the record; the patient states theirs, and the user compares.
+         * @description The identifiers in the record. The user compares them with those that the patient states.
          */
         PatientIdentity: {
             /**
@@ -7305,7 +7317,7 @@ export interface components {
             kana: string | null;
             /**
              * Birth Date
-             * @description Null: not recorded; it is no identifier then.
+             * @description Null if it is not recorded; it then cannot be compared.
              */
             birth_date: string | null;
             /**
@@ -7358,7 +7370,7 @@ export interface components {
             questions: components["schemas"]["PatientQuestion"][];
             /**
              * Answers
-             * @description One for each item in order; null if unanswered.
+             * @description One answer for each item in order; null if unanswered.
              * @example [
              *       7,
              *       8,
@@ -7368,7 +7380,7 @@ export interface components {
             answers: (number | null)[];
             /**
              * Finished
-             * @description True once it is stored. Only the user's password leads further.
+             * @description True once the answers are stored. Only the user's password then unlocks the screen.
              */
             finished: boolean;
         };
@@ -7409,7 +7421,7 @@ export interface components {
             notes?: string | null;
             /**
              * Archived
-             * @description True archives, false restores.
+             * @description True archives the record, false restores it.
              */
             archived?: boolean | null;
             /** Updated At */
@@ -7425,7 +7437,7 @@ export interface components {
         };
         /**
          * PlacedText
-         * @description Code and parameters of an English text, with its places.
+         * @description Code and parameters of an English text, and the places where it occurs.
          */
         PlacedText: {
             /**
@@ -7445,7 +7457,7 @@ export interface components {
             };
             /**
              * Places
-             * @description JSON pointers.
+             * @description JSON pointers to the places.
              * @example [
              *       "/layout/xaxis/title/text"
              *     ]
@@ -7470,13 +7482,13 @@ export interface components {
             played_s: number;
             /**
              * Left S
-             * @description Seconds; 0: no further item may be started.
+             * @description Remaining seconds; 0: no further item may be started.
              */
             left_s: number;
         };
         /**
          * PlannedProgramme
-         * @description The programme, in the version that the session began with.
+         * @description The programme, in the version with which the session began.
          */
         PlannedProgramme: {
             /**
@@ -7506,7 +7518,7 @@ export interface components {
         };
         /**
          * PlannedRun
-         * @description One playback, compared with its plan.
+         * @description One playback, compared with the plan.
          */
         PlannedRun: {
             /**
@@ -7532,7 +7544,7 @@ export interface components {
             pause_s: number;
             /**
              * Range Percent
-             * @description Range of motion, percent of the taught range. It becomes smaller at the far end: the start stays.
+             * @description Range of motion, percent of the taught range. The end farther from rest moves towards rest; the end nearer to rest does not move.
              * @default 100
              * @example 80
              */
@@ -7572,7 +7584,7 @@ export interface components {
             least_range_percent: number | null;
             /**
              * Repetitions Done
-             * @description Completed repetitions; null while the run continues, and for runs from before they were counted.
+             * @description Completed repetitions; null while the run continues, and for runs of versions that did not count them.
              */
             repetitions_done: number | null;
             /**
@@ -7609,7 +7621,7 @@ export interface components {
         };
         /**
          * PlayedMotion
-         * @description A run as it was measured. Between two samples the angles are linear.
+         * @description A run as it was measured. The angles are linear between two samples.
          */
         PlayedMotion: {
             /**
@@ -7620,7 +7632,7 @@ export interface components {
             /**
              * Started At
              * Format: date-time
-             * @description When the run was loaded.
+             * @description Time at which the run was loaded.
              * @example 2026-11-21T09:30:00Z
              */
             started_at: string;
@@ -7636,12 +7648,12 @@ export interface components {
             measured_deg: number[][];
             /**
              * Setpoint Deg
-             * @description As measured_deg: the setpoints sent to the motors.
+             * @description Setpoints sent to the motors, in the form of measured_deg.
              */
             setpoint_deg: number[][];
             /**
              * Reversals S
-             * @description When resistance began to take the arm back, seconds as in times_s.
+             * @description Times at which resistance began to take the arm back, seconds as in times_s.
              */
             reversals_s: number[];
         };
@@ -7652,7 +7664,7 @@ export interface components {
         Preview: {
             /**
              * Duration S
-             * @description Of all playable items together, seconds.
+             * @description Playing time of all playable items together, seconds.
              * @example 180
              */
             duration_s: number;
@@ -7704,17 +7716,17 @@ export interface components {
             programmes: number;
             /**
              * Overdue
-             * @description Of them, those whose next session is overdue by more than a day.
+             * @description Programmes whose next session is overdue by more than a day.
              */
             overdue: number;
             /**
              * Prescribed
-             * @description Sessions prescribed in this time, from each programme's date on.
+             * @description Sessions prescribed in this time, counted from each programme's date on.
              */
             prescribed: number;
             /**
              * Held
-             * @description Sessions held, at most as many of each programme as prescribed.
+             * @description Sessions held. Of each programme, at most the prescribed number is counted.
              */
             held: number;
         };
@@ -7727,21 +7739,21 @@ export interface components {
             items: components["schemas"]["ProgrammeItemRequest"][];
             /**
              * Made By
-             * @description Prescribing person: you unless another name is given.
+             * @description Name of the person who prescribes; empty: your name.
              * @default
              * @example Aoki Rin
              */
             made_by: string;
             /**
              * Note
-             * @description Reason.
+             * @description Reason for this version.
              * @default
              * @example Less range: pain after the last session.
              */
             note: string;
             /**
              * Timer Minutes
-             * @description Minutes of playing in a session after which no further item is started. Null: no timer.
+             * @description Minutes of playing after which no further item is started in a session. Null: no timer.
              * @example 20
              */
             timer_minutes?: number | null;
@@ -7758,7 +7770,7 @@ export interface components {
             name: string;
             /**
              * Episode Id
-             * @description By default the open episode.
+             * @description Episode of the programme; by default the open episode.
              */
             episode_id?: string | null;
         };
@@ -7797,7 +7809,7 @@ export interface components {
             patient: components["schemas"]["ProgrammePatient"];
             /**
              * Closed
-             * @description True if its episode is closed: no new version is accepted.
+             * @description True if the programme's episode is closed, so that no new version is accepted.
              */
             closed: boolean;
             /**
@@ -7834,7 +7846,7 @@ export interface components {
             pause_s: number;
             /**
              * Range Percent
-             * @description Range of motion, percent of the taught range. It becomes smaller at the far end: the start stays.
+             * @description Range of motion, percent of the taught range. The end farther from rest moves towards rest; the end nearer to rest does not move.
              * @default 100
              * @example 80
              */
@@ -7858,7 +7870,7 @@ export interface components {
             method: "paper" | "smooth" | "learned";
             /**
              * Position
-             * @description Place in the programme, from 1.
+             * @description Position in the programme, from 1.
              * @example 1
              */
             position: number;
@@ -7869,7 +7881,7 @@ export interface components {
             recording_name: string;
             /**
              * Recording Archived
-             * @description True: the recording must be restored before it can be played.
+             * @description True if the recording must be restored before it can be played.
              */
             recording_archived: boolean;
             /**
@@ -7881,7 +7893,7 @@ export interface components {
         };
         /**
          * ProgrammeItemRequest
-         * @description One recording and its settings. By default as taught, once.
+         * @description One recording and its settings. By default the recording is played once, as taught.
          */
         ProgrammeItemRequest: {
             /**
@@ -7907,7 +7919,7 @@ export interface components {
             pause_s: number;
             /**
              * Range Percent
-             * @description Range of motion, percent of the taught range. It becomes smaller at the far end: the start stays.
+             * @description Range of motion, percent of the taught range. The end farther from rest moves towards rest; the end nearer to rest does not move.
              * @default 100
              * @example 80
              */
@@ -7945,20 +7957,20 @@ export interface components {
         };
         /**
          * ProgrammePreviewRequest
-         * @description The programme to be checked.
+         * @description The programme to check.
          */
         ProgrammePreviewRequest: {
             /** Items */
             items: components["schemas"]["ProgrammeItemRequest"][];
             /**
              * Episode Id
-             * @description By default the open episode.
+             * @description Episode of the programme; by default the open episode.
              */
             episode_id?: string | null;
         };
         /**
          * ProgrammeUpdate
-         * @description A change of name or archiving.
+         * @description A change of a programme's name, or its archiving or restoring.
          *
          *     ``updated_at`` is the version that the editor saw. If the programme has changed since, nothing is saved.
          */
@@ -7967,7 +7979,7 @@ export interface components {
             name?: string | null;
             /**
              * Archived
-             * @description True archives, false restores.
+             * @description True archives the programme, false restores it.
              */
             archived?: boolean | null;
             /** Updated At */
@@ -7975,7 +7987,7 @@ export interface components {
         };
         /**
          * ProgrammeVersion
-         * @description A prescription from a date on. It never changes.
+         * @description A prescription that is valid from a date on. It never changes.
          */
         ProgrammeVersion: {
             /**
@@ -8002,7 +8014,7 @@ export interface components {
             note: string;
             /**
              * Timer Minutes
-             * @description Minutes of playing in a session after which no further item is started. Null: no timer.
+             * @description Minutes of playing after which no further item is started in a session. Null: no timer.
              * @example 20
              */
             timer_minutes: number | null;
@@ -8030,14 +8042,14 @@ export interface components {
             table: components["schemas"]["ProgressTable"];
             /**
              * Simulated
-             * @description True if some of its sessions were on a simulated apparatus.
+             * @description True if some of the sessions were on a simulated apparatus.
              * @default false
              */
             simulated: boolean;
         };
         /**
          * ProgressColumn
-         * @description One column.
+         * @description One column of a table.
          */
         ProgressColumn: {
             /**
@@ -8067,12 +8079,12 @@ export interface components {
             columns: components["schemas"]["ProgressColumn"][];
             /**
              * Rows
-             * @description One value per column; null if there is none.
+             * @description One value per column; null if there is no value.
              */
             rows: (string | number | null)[][];
             /**
              * Texts
-             * @description Codes of its English texts, for translation.
+             * @description Codes of the table's English texts, for translation.
              * @default []
              */
             texts: components["schemas"]["PlacedText"][];
@@ -8112,16 +8124,16 @@ export interface components {
             items: number;
             /**
              * Most Unanswered
-             * @description With more unanswered items there is no score.
+             * @description Maximum number of unanswered items; with more there is no score.
              */
             most_unanswered: number;
             /** Scoring Source */
             scoring_source: string;
             /** Copyright */
             copyright: string;
-            /** @description The smallest change that patients call important. */
+            /** @description Smallest change that patients call important. */
             important: components["schemas"]["ChangeThreshold"];
-            /** @description A change of one patient up to this may be chance. */
+            /** @description Largest change of one patient that may be due to chance. */
             detectable: components["schemas"]["ChangeThreshold"];
             /**
              * Languages
@@ -8143,7 +8155,7 @@ export interface components {
             title: string;
             /**
              * Answers
-             * @description One for each item in order; null if unanswered.
+             * @description One answer for each item in order; null if unanswered.
              */
             answers: (number | null)[];
             /**
@@ -8164,12 +8176,12 @@ export interface components {
         };
         /**
          * ReachMargin
-         * @description Where a motion is nearest to the reachable set's edge.
+         * @description The point at which a motion is nearest to the edge of the reachable set.
          */
         ReachMargin: {
             /**
              * Margin Deg
-             * @description By how many degrees the nearest angle may still change; below 0 it is beyond its limit. The apparatus tolerates 2 deg.
+             * @description Degrees between the nearest angle and its limit; below 0 the angle is beyond its limit. The apparatus tolerates 2 deg.
              * @example 12.5
              */
             margin_deg: number;
@@ -8181,7 +8193,7 @@ export interface components {
             at_s: number;
             /**
              * Quantity
-             * @description The angle that is nearest to its limit.
+             * @description Name of the angle that is nearest to its limit.
              * @example plane of elevation
              */
             quantity: string;
@@ -8189,20 +8201,20 @@ export interface components {
             quantity_key?: components["schemas"]["TextKey"] | null;
             /**
              * Value Deg
-             * @description The angle there.
+             * @description Value of this angle at that time.
              * @example 117.5
              */
             value_deg: number;
             /**
              * Limit Deg
-             * @description Its limit in this pose.
+             * @description Limit of this angle in this pose.
              * @example 130
              */
             limit_deg: number;
         };
         /**
          * Readiness
-         * @description A session can begin at this station.
+         * @description Says that a session can begin at this station.
          */
         Readiness: {
             /**
@@ -8227,23 +8239,23 @@ export interface components {
             patient: components["schemas"]["SessionPatient"];
             /**
              * Side
-             * @description The shoulder of the open episode.
+             * @description Shoulder of the open episode.
              */
             side: ("left" | "right") | null;
             /**
              * Contraindications
-             * @description Of the open episode.
+             * @description Contraindications of the open episode.
              * @example No external rotation beyond 30 degrees.
              */
             contraindications: string;
-            /** @description The plan of a new session; null: no session can begin. */
+            /** @description Plan of a new session; null: no session can begin. */
             programme: components["schemas"]["SessionProgramme"] | null;
-            /** @description The open session, or the last one that ended meanwhile. */
+            /** @description The open session, or the last session if it ended during the outage. */
             session: components["schemas"]["Session"] | null;
         };
         /**
          * Reauthentication
-         * @description The password; not needed within ten minutes after the last authentication.
+         * @description The password. It is not needed within ten minutes after the last authentication.
          */
         Reauthentication: {
             /** Password */
@@ -8256,7 +8268,7 @@ export interface components {
         RecordAccess: {
             /**
              * Restricted
-             * @description Only the care team sees the record. Others need a break-glass access.
+             * @description True if only the care team sees the record. Other users need a break-glass access.
              */
             restricted: boolean;
             /**
@@ -8266,7 +8278,7 @@ export interface components {
             team: components["schemas"]["TeamMember"][];
             /**
              * Open To You
-             * @description True if you may see it: it is not restricted, you are in the team, or you have a break-glass access.
+             * @description True if you may see the record: it is not restricted, you are in the team, or you have a break-glass access.
              */
             open_to_you: boolean;
             /**
@@ -8315,12 +8327,12 @@ export interface components {
             take: number | null;
             /**
              * Parent Id
-             * @description The recording that it was derived from; null for a taught or imported one.
+             * @description Recording from which it was derived; null for a taught or imported recording.
              */
             parent_id: string | null;
             /**
              * Done
-             * @description All edits in order; the last one was applied to the parent.
+             * @description Texts of all edits in order; the last edit was applied to the parent.
              * @example [
              *       "trimmed to 1.0 s to 6.5 s",
              *       "mirrored for the left shoulder"
@@ -8329,7 +8341,7 @@ export interface components {
             done: string[];
             /**
              * Done Keys
-             * @description Code and parameters of each text in `done`; empty for a recording from before they were stored.
+             * @description Code and parameters of each text in `done`; empty for a recording of a version that did not store them.
              * @default []
              */
             done_keys: (components["schemas"]["TextKey"] | null)[];
@@ -8345,13 +8357,13 @@ export interface components {
             side: "left" | "right";
             /**
              * Station
-             * @description The station at which it was taught or derived.
+             * @description Station at which it was taught or derived.
              * @example Station 1
              */
             station: string;
             /**
              * Taught By
-             * @description The person who guided the arm; empty if unknown.
+             * @description Name of the person who guided the arm; empty if unknown.
              * @example Sato
              */
             taught_by: string;
@@ -8366,7 +8378,7 @@ export interface components {
             /**
              * Taught At
              * Format: date-time
-             * @description When it was taught or derived. UTC.
+             * @description Time of teaching or deriving. UTC.
              * @example 2026-11-21T09:30:00Z
              */
             taught_at: string;
@@ -8432,12 +8444,12 @@ export interface components {
             take: number | null;
             /**
              * Parent Id
-             * @description The recording that it was derived from; null for a taught or imported one.
+             * @description Recording from which it was derived; null for a taught or imported recording.
              */
             parent_id: string | null;
             /**
              * Done
-             * @description All edits in order; the last one was applied to the parent.
+             * @description Texts of all edits in order; the last edit was applied to the parent.
              * @example [
              *       "trimmed to 1.0 s to 6.5 s",
              *       "mirrored for the left shoulder"
@@ -8446,7 +8458,7 @@ export interface components {
             done: string[];
             /**
              * Done Keys
-             * @description Code and parameters of each text in `done`; empty for a recording from before they were stored.
+             * @description Code and parameters of each text in `done`; empty for a recording of a version that did not store them.
              * @default []
              */
             done_keys: (components["schemas"]["TextKey"] | null)[];
@@ -8462,13 +8474,13 @@ export interface components {
             side: "left" | "right";
             /**
              * Station
-             * @description The station at which it was taught or derived.
+             * @description Station at which it was taught or derived.
              * @example Station 1
              */
             station: string;
             /**
              * Taught By
-             * @description The person who guided the arm; empty if unknown.
+             * @description Name of the person who guided the arm; empty if unknown.
              * @example Sato
              */
             taught_by: string;
@@ -8483,7 +8495,7 @@ export interface components {
             /**
              * Taught At
              * Format: date-time
-             * @description When it was taught or derived. UTC.
+             * @description Time of teaching or deriving. UTC.
              * @example 2026-11-21T09:30:00Z
              */
             taught_at: string;
@@ -8523,7 +8535,7 @@ export interface components {
             archived_at: string | null;
             /**
              * Readable
-             * @description False if its samples are damaged: it can be viewed but not played.
+             * @description False if the samples are damaged. The recording can then be viewed but not played.
              */
             readable: boolean;
             /**
@@ -8545,7 +8557,7 @@ export interface components {
             note?: string | null;
             /**
              * Archived
-             * @description True archives, false restores.
+             * @description True archives the recording, false restores it.
              */
             archived?: boolean | null;
             /** Updated At */
@@ -8553,7 +8565,7 @@ export interface components {
         };
         /**
          * RecoveryCodes
-         * @description Recovery codes. Each replaces the second factor once. They are shown only once.
+         * @description Recovery codes. Each replaces the second factor once. They are shown only now.
          */
         RecoveryCodes: {
             /** Codes */
@@ -8596,14 +8608,14 @@ export interface components {
             reason: string;
             /**
              * Resolved By
-             * @description Your name unless another is given.
+             * @description Name of the person who resolved it; empty: your name.
              * @default
              */
             resolved_by: string;
         };
         /**
          * RhythmBand
-         * @description The ratio within a band of elevation, or why there is none.
+         * @description The ratio within a band of elevation, or the reason why there is none.
          */
         RhythmBand: {
             /**
@@ -8613,7 +8625,7 @@ export interface components {
             from_deg: number;
             /**
              * To Deg
-             * @description Elevation at its upper end, degrees.
+             * @description Elevation of the upper arm at the band's upper end, degrees.
              */
             to_deg: number;
             /**
@@ -8624,28 +8636,29 @@ export interface components {
             ratio: number | null;
             /**
              * Reason
-             * @description Why there is no ratio; null with a ratio.
+             * @description Reason why there is no ratio; null if there is one.
              */
             reason: ("not_covered" | "at_limit" | "scapula_still" | "scapula_reversed" | "joint_reversed") | null;
             /**
              * Scapula Deg
-             * @description By how much the scapula turned upward within the band, degrees.
+             * @description Upward rotation of the scapula within the band, degrees.
              */
             scapula_deg: number | null;
             /**
              * Joint Deg
-             * @description By how much the elevation in the shoulder joint rose, degrees.
+             * @description Increase of the elevation in the shoulder joint within the band, degrees.
              */
             joint_deg: number | null;
             /**
              * Passes
-             * @description Passes that have this ratio.
+             * @description Number of passes with this ratio.
              */
             passes: number;
         };
         /**
          * RhythmCurve
-         * @description The scapula over the elevation of the upper arm while it is raised or lowered. With several passes, the widest one.
+         * @description Upward rotation of the scapula over the elevation of the upper arm while the arm is raised or lowered. Of several passes, it is
+         *     the widest.
          */
         RhythmCurve: {
             /**
@@ -8666,7 +8679,7 @@ export interface components {
             plane: "abduction" | "scaption" | "flexion" | "other" | "changing";
             /**
              * Plane Deg
-             * @description Median of that plane from 30 deg of elevation on: 0 at the side, 90 forward.
+             * @description Median angle of this plane from 30 deg of elevation on: 0 at the side, 90 forward.
              */
             plane_deg: number;
             /** Passes */
@@ -8678,22 +8691,23 @@ export interface components {
             elevation_deg: number[];
             /**
              * Scapula Deg
-             * @description Upward rotation of the scapula there, degrees.
+             * @description Upward rotation of the scapula at each elevation, degrees.
              */
             scapula_deg: number[];
             /**
              * Bands
-             * @description 30 to 60, 60 to 90 and 90 to 120 deg of elevation.
+             * @description Bands of elevation: 30 to 60, 60 to 90 and 90 to 120 deg.
              */
             bands: components["schemas"]["RhythmBand"][];
-            /** @description From 30 deg to the end of the pass, or to where the scapula reached the apparatus' limit. */
+            /** @description Band from 30 deg to the end of the pass, or to the elevation at which the scapula reached the apparatus's limit. */
             whole: components["schemas"]["RhythmBand"];
-            /** @description Null if no published ratio fits direction and plane. */
+            /** @description Null if there is no published ratio for direction and plane. */
             reference: components["schemas"]["RhythmReference"] | null;
         };
         /**
          * RhythmLead
-         * @description How much further the scapula turned from the start of the motion than the sound side's at the same elevation, while the arm is raised.
+         * @description How much more the scapula has turned since the start of the motion than that of the sound side at the same elevation, while the
+         *     arm is raised.
          */
         RhythmLead: {
             /**
@@ -8708,28 +8722,29 @@ export interface components {
             from_deg: number;
             /**
              * To Deg
-             * @description Highest one, below the apparatus' limit of the scapula.
+             * @description Highest elevation that both motions cover, below the apparatus's limit of the scapula.
              */
             to_deg: number;
             /**
              * Largest Deg
-             * @description Largest difference; below 0 where it turned less.
+             * @description Largest difference, degrees; below 0 if this scapula turned less.
              */
             largest_deg: number;
             /**
              * At Elevation Deg
-             * @description The elevation of that difference.
+             * @description Elevation at which this difference occurs, degrees.
              */
             at_elevation_deg: number;
             /**
              * Ahead From Deg
-             * @description Lowest elevation at which the scapula runs ahead by more than 4 deg; null if it does not.
+             * @description Lowest elevation at which the scapula is ahead by more than 4 deg; null if there is none.
              */
             ahead_from_deg: number | null;
         };
         /**
          * RhythmReference
-         * @description A published ratio of healthy people who moved their arm themselves, measured at bones. It is no normal band of this apparatus.
+         * @description A published ratio of healthy people who moved their arm themselves, measured on bones. It is not a normal range for this
+         *     apparatus.
          */
         RhythmReference: {
             /**
@@ -8745,7 +8760,7 @@ export interface components {
             ratio: number;
             /**
              * Ratio Deviation
-             * @description Standard deviation between people; null if it was not published.
+             * @description Standard deviation between people; null if none was published.
              * @example 0.4
              */
             ratio_deviation: number | null;
@@ -8779,7 +8794,7 @@ export interface components {
             position: "" | "at_side" | "abducted_90" | "flexed_90";
             /**
              * Angle Deg
-             * @description Degrees; negative if neutral is not reached. The plausible range depends on the motion.
+             * @description Degrees; negative if the arm does not reach neutral. The plausible range depends on the motion.
              * @example 125
              */
             angle_deg: number;
@@ -8871,7 +8886,7 @@ export interface components {
             pause_s: number;
             /**
              * Range Percent
-             * @description Range of motion, percent of the taught range. It becomes smaller at the far end: the start stays.
+             * @description Range of motion, percent of the taught range. The end farther from rest moves towards rest; the end nearer to rest does not move.
              * @default 100
              * @example 80
              */
@@ -8904,7 +8919,7 @@ export interface components {
             ended_at: string | null;
             /**
              * Outcome
-             * @description loaded: not ended yet. completed: played to its end. returned: ended early by the therapist. stopped: by a stop. unloaded: never played. interrupted: the control program ended during it.
+             * @description loaded: not ended yet. completed: played to its end. returned: the therapist ended it early. stopped: a stop ended it. unloaded: never played. interrupted: the control program ended during it.
              * @enum {string}
              */
             outcome: "loaded" | "completed" | "returned" | "stopped" | "unloaded" | "interrupted";
@@ -8916,33 +8931,33 @@ export interface components {
             rate_hz: number | null;
             /**
              * Method
-             * @description paper: 10 Hz, each sample held. smooth. learned: smooth, corrected by earlier runs. Null for a run from before there were methods.
+             * @description paper: 10 Hz, each sample held until the next. smooth: interpolated. learned: smooth, corrected by earlier runs. Null for a run of a version without methods.
              */
             method: ("paper" | "smooth" | "learned") | null;
             /**
              * Learning
-             * @description What the method `learned` reports of this run. Empty: it learned from every motor, or another method played.
+             * @description Messages of the learned method about this run. Empty: it learned from every motor, or another method was used.
              * @default []
              */
             learning: components["schemas"]["LearningNote"][];
             /**
              * Load Level
-             * @description Resistance at which the arm is taken back; null for a run from before there were levels.
+             * @description Resistance at which the arm is taken back; null for a run of a version without levels.
              */
             load_level: number | null;
             /**
              * Programme Position
-             * @description Item of the session's programme; null for a run that was not planned.
+             * @description Position in the session's programme; null for a run that was not planned.
              */
             programme_position: number | null;
             /**
              * Repetitions Done
-             * @description Completed repetitions; null while the run continues, and for a run from before they were stored.
+             * @description Completed repetitions; null while the run continues, and for a run of a version that did not store them.
              */
             repetitions_done: number | null;
             /**
              * Reversals
-             * @description How often resistance took the arm back; null as for repetitions_done.
+             * @description Number of times that resistance took the arm back; null as for `repetitions_done`.
              */
             reversals: number | null;
             /**
@@ -8952,18 +8967,18 @@ export interface components {
             least_range_percent: number | null;
             /**
              * Compared Percent
-             * @description Share of the playing time that was compared, percent. Null if nothing was played, and for a run from before it was stored.
+             * @description Share of the playing time that was compared, percent. Null if nothing was played, and for a run of a version that did not store it.
              */
             compared_percent?: number | null;
             /**
              * Partial
-             * @description True if less than 90 % of the playing time was compared. The errors do not count in progress then.
+             * @description True if less than 90 % of the playing time was compared. Progress charts then ignore the errors.
              * @default false
              */
             partial: boolean;
             /**
              * Clock Offset S
-             * @description Largest difference of the wall clock from the comparison's clock, seconds. The comparison's clock is that of the motion, which starts slowly.
+             * @description Largest difference between the wall clock and the clock of the comparison, seconds. The clock of the comparison is that of the motion, which starts slowly.
              * @example 0.094
              */
             clock_offset_s?: number | null;
@@ -8972,7 +8987,7 @@ export interface components {
         };
         /**
          * RunConfirmation
-         * @description The instruction that was carried out.
+         * @description Confirms that the technician has carried out an instruction.
          */
         RunConfirmation: {
             /** Number */
@@ -9020,17 +9035,17 @@ export interface components {
             text_key?: components["schemas"]["TextKey"] | null;
             /**
              * Motor
-             * @description Of the motor or the pose; 0: of none.
+             * @description Number of the motor or the pose; 0: the instruction concerns none.
              */
             motor: number;
             /**
              * Seen
-             * @description True if the drives show when it is done.
+             * @description True if the drives show when the instruction has been carried out.
              */
             seen: boolean;
             /**
              * Press
-             * @description True if it waits for a confirmation.
+             * @description True if the procedure waits for a confirmation.
              */
             press: boolean;
         };
@@ -9120,7 +9135,7 @@ export interface components {
         };
         /**
          * RunStart
-         * @description What to run.
+         * @description The kind of run and its first step.
          */
         RunStart: {
             /**
@@ -9131,7 +9146,7 @@ export interface components {
             kind: "full" | "check";
             /**
              * Begin
-             * @description Repeat from this step on; by default the first that has not passed.
+             * @description First step of the run; by default the first step that has not passed.
              */
             begin?: ("ids" | "registers" | "inputs" | "axes" | "torque" | "zero" | "range" | "stops" | "gains" | "lags" | "acceptance") | null;
         };
@@ -9158,7 +9173,7 @@ export interface components {
              * @enum {string}
              */
             state: "waiting" | "running" | "passed" | "failed";
-            /** @description Its last run; null: it has not run yet. */
+            /** @description Result of the step's last run; null: the step has not run yet. */
             result: components["schemas"]["CommissioningStepRun"] | null;
         };
         /**
@@ -9186,7 +9201,7 @@ export interface components {
         SavedMessage: {
             /**
              * Sequence
-             * @description Without gaps on one connection; a gap means: connect again.
+             * @description Without gaps on one connection; after a gap the client must reconnect.
              */
             sequence: number;
             /**
@@ -9231,12 +9246,12 @@ export interface components {
         };
         /**
          * Scale
-         * @description Reduce the range of some motors towards the posture in which the motion starts.
+         * @description Reduce the range of some motors towards the pose in which the motion starts.
          */
         Scale: {
             /**
              * Name
-             * @description Name of the new recording; by default the old name with the edit.
+             * @description Name of the new recording; by default the old name and the edit.
              * @example Warm-up
              */
             name?: string | null;
@@ -9274,7 +9289,7 @@ export interface components {
         };
         /**
          * SecondFactorRemoval
-         * @description The password, and a code of the second factor that is removed.
+         * @description The password, and a code of the second factor that is to be removed.
          */
         SecondFactorRemoval: {
             /**
@@ -9296,7 +9311,7 @@ export interface components {
         SecondFactorSetup: {
             /**
              * Address
-             * @description `otpauth://`: for an app on this device, or to type its secret.
+             * @description An `otpauth://` address: opens an app on this device, and contains the secret for typing.
              */
             address: string;
             /**
@@ -9307,7 +9322,8 @@ export interface components {
         };
         /**
          * SeenState
-         * @description The live state that the sender saw last. The command is refused if a stop has occurred since, or if the state is over 2 s old.
+         * @description The live state that the sender saw last. The command is refused if a stop has occurred since, or if the state is more than 2 s
+         *     old.
          */
         SeenState: {
             /**
@@ -9339,7 +9355,7 @@ export interface components {
             episode_id: string | null;
             /**
              * Side
-             * @description The treated shoulder, from the episode.
+             * @description Treated shoulder of the session's episode.
              */
             side: ("left" | "right") | null;
             /** Therapist */
@@ -9348,7 +9364,7 @@ export interface components {
             station: string;
             /**
              * Simulated
-             * @description True if the apparatus was simulated: its measured values are invented.
+             * @description True if the apparatus was simulated, so that its measured values are invented.
              * @default false
              */
             simulated: boolean;
@@ -9380,7 +9396,7 @@ export interface components {
             note: string;
             /**
              * Signed At
-             * @description Afterwards only addenda can be added.
+             * @description Time of the signature; afterwards only addenda can be added.
              */
             signed_at: string | null;
             /** Signed By */
@@ -9389,7 +9405,7 @@ export interface components {
             addenda: components["schemas"]["Addendum"][];
             /**
              * Goniometer Readings
-             * @description Oldest first. With two poses of a motion, its patient's angles are estimated.
+             * @description Readings, oldest first. From readings of a motion at two poses, the patient's angles are estimated.
              * @default []
              */
             goniometer_readings: components["schemas"]["GoniometerReading"][];
@@ -9415,7 +9431,7 @@ export interface components {
             check: "identity" | "side" | "fixtures" | "belt" | "pedal" | "estop";
             /**
              * Subject
-             * @description The side or fixtures that an answer is valid for; empty: any answer.
+             * @description Side or fixtures for which an answer is valid; empty: any answer is valid.
              * @example arm_fixer_1
              */
             subject: string;
@@ -9428,14 +9444,14 @@ export interface components {
             sentence_key?: components["schemas"]["TextKey"] | null;
             /**
              * Detected
-             * @description True if the apparatus answers the check itself. A user cannot confirm it.
+             * @description True if the apparatus itself answers the check. A user cannot confirm such a check.
              */
             detected: boolean;
             /** Given */
             given: boolean;
             /**
              * Checked By
-             * @description Null if the apparatus answered, and while the check is open.
+             * @description Name of the person; null if the apparatus answered, and while the check is open.
              */
             checked_by: string | null;
             /** Checked At */
@@ -9453,14 +9469,14 @@ export interface components {
             patient_id: string;
             /**
              * Therapist
-             * @description Treating person: you unless another name is given.
+             * @description Name of the therapist; empty: your name.
              * @default
              * @example Ito Mai
              */
             therapist: string;
             /**
              * Programme Version Id
-             * @description The plan: a version of the patient's open episode.
+             * @description The plan: a programme version of the patient's open episode.
              */
             programme_version_id?: string | null;
         };
@@ -9471,13 +9487,13 @@ export interface components {
         SessionEnd: {
             /**
              * Reason
-             * @description By default the reason that the runs suggest.
+             * @description Reason; by default the reason that the runs suggest.
              */
             reason?: ("completed" | "shortened" | "stopped" | "patient_request" | "other") | null;
         };
         /**
          * SessionFilterOptions
-         * @description Values that sessions can be filtered by.
+         * @description Values by which sessions can be filtered.
          */
         SessionFilterOptions: {
             /** Therapists */
@@ -9521,7 +9537,7 @@ export interface components {
             pause_s: number;
             /**
              * Range Percent
-             * @description Range of motion, percent of the taught range. It becomes smaller at the far end: the start stays.
+             * @description Range of motion, percent of the taught range. The end farther from rest moves towards rest; the end nearer to rest does not move.
              * @default 100
              * @example 80
              */
@@ -9629,7 +9645,7 @@ export interface components {
             number: number;
             /**
              * Timer Minutes
-             * @description Minutes after which no further repetition or recording is started.
+             * @description Minutes of playing after which no further item is started.
              */
             timer_minutes: number | null;
             /** Items */
@@ -9637,12 +9653,12 @@ export interface components {
         };
         /**
          * SessionSign
-         * @description The signature of a note. ``updated_at`` is the version that the signer saw; a session that has changed since is not signed.
+         * @description The signature of a note. ``updated_at`` is the version that the signer saw. If the session has changed since, it is not signed.
          */
         SessionSign: {
             /**
              * Signed By
-             * @description Your name unless another is given.
+             * @description Name of the signer; empty: your name.
              * @default
              */
             signed_by: string;
@@ -9676,12 +9692,12 @@ export interface components {
             ended_at: string | null;
             /**
              * Therapist
-             * @description Empty if unknown.
+             * @description Name of the therapist; empty if unknown.
              */
             therapist: string;
             /**
              * Station
-             * @description Empty if nothing was played, and for sessions from before it was stored.
+             * @description Empty if nothing was played, and for sessions of versions that did not store it.
              */
             station: string;
             /**
@@ -9691,7 +9707,7 @@ export interface components {
             runs: number;
             /**
              * Simulated
-             * @description True if the apparatus was simulated: its measured values are invented.
+             * @description True if the apparatus was simulated, so that its measured values are invented.
              * @default false
              */
             simulated: boolean;
@@ -9728,7 +9744,7 @@ export interface components {
         };
         /**
          * SetPassword
-         * @description A one-time code of an administrator, and the new password.
+         * @description A one-time code that an administrator has issued, and the new password.
          */
         SetPassword: {
             /** Username */
@@ -9743,7 +9759,7 @@ export interface components {
         };
         /**
          * SetUp
-         * @description The first administrator, or a new one for a clinic without access.
+         * @description The first administrator, or a new administrator for a clinic that is locked out.
          */
         SetUp: {
             /**
@@ -9810,7 +9826,7 @@ export interface components {
         };
         /**
          * SideRequest
-         * @description The shoulder that the apparatus is set up for.
+         * @description The shoulder for which the apparatus is set up.
          */
         SideRequest: {
             /**
@@ -9843,7 +9859,7 @@ export interface components {
         };
         /**
          * SignInOptions
-         * @description Ways to sign in, besides name and password.
+         * @description Ways to sign in other than name and password.
          */
         SignInOptions: {
             /**
@@ -9859,7 +9875,7 @@ export interface components {
         SignOff: {
             /**
              * Doctor
-             * @description The doctor who allows it.
+             * @description Name of the doctor who allows the treatment.
              * @example Dr. Mori
              */
             doctor: string;
@@ -9879,12 +9895,12 @@ export interface components {
         };
         /**
          * SnapshotMessage
-         * @description The first message on every connection: the complete state.
+         * @description The first message on every connection. It contains the complete state.
          */
         SnapshotMessage: {
             /**
              * Sequence
-             * @description Without gaps on one connection; a gap means: connect again.
+             * @description Without gaps on one connection; after a gap the client must reconnect.
              */
             sequence: number;
             /**
@@ -9914,7 +9930,7 @@ export interface components {
         };
         /**
          * SoundRecording
-         * @description The sound side's recording that is compared.
+         * @description The recording of the sound side with which the rhythm is compared.
          */
         SoundRecording: {
             /**
@@ -10005,7 +10021,7 @@ export interface components {
         };
         /**
          * StageCreate
-         * @description The stage of a shoulder from a day on.
+         * @description The stage of a shoulder from a given day on.
          */
         StageCreate: {
             /**
@@ -10050,13 +10066,13 @@ export interface components {
             range_percent: number;
             /**
              * Repetitions
-             * @description Of one recording.
+             * @description Repetitions of one recording.
              * @example 5
              */
             repetitions: number;
             /**
              * Source
-             * @description Where the proposal comes from.
+             * @description Source of the proposal.
              */
             source: string;
             /** @description Code and parameters of the English text; null: it has none. */
@@ -10072,7 +10088,7 @@ export interface components {
             registered_at: string | null;
             /**
              * Started At
-             * @description Last start of its service.
+             * @description Last start of the station's service.
              */
             started_at: string | null;
             /**
@@ -10090,24 +10106,24 @@ export interface components {
             station: string;
             /**
              * Playbacks
-             * @description Compared playbacks of the last four weeks.
+             * @description Number of compared playbacks in the last four weeks.
              */
             playbacks: number;
             /**
              * Rmse Deg
-             * @description Their mean RMSE of the worst motor, degrees; null without any.
+             * @description Mean RMSE of the worst motor in these playbacks, degrees; null without playbacks.
              */
             rmse_deg: number | null;
             /**
              * Before Deg
-             * @description The mean of the twelve weeks before; null without any.
+             * @description The same mean for the twelve weeks before, degrees; null without playbacks.
              */
             before_deg: number | null;
-            /** @description Null with fewer than two playbacks in either time. */
+            /** @description Change of the mean; null with fewer than two playbacks in either time. */
             change_deg: components["schemas"]["Estimate"] | null;
             /**
              * Drifting
-             * @description The interval of the change lies above one encoder count of a drive (0.088 degrees).
+             * @description True if the whole interval of the change is above one encoder count of a drive (0.088 degrees).
              */
             drifting: boolean;
         };
@@ -10272,7 +10288,7 @@ export interface components {
             /**
              * Begins On
              * Format: date
-             * @description The Monday.
+             * @description Monday of the week.
              * @example 2026-11-16
              */
             begins_on: string;
@@ -10280,7 +10296,7 @@ export interface components {
             station: string;
             /**
              * Playbacks
-             * @description Compared playbacks.
+             * @description Number of compared playbacks.
              */
             playbacks: number;
             /**
@@ -10296,13 +10312,13 @@ export interface components {
         };
         /**
          * StationUse
-         * @description The use of one station in one day or week.
+         * @description The use of one station on one day or in one week.
          */
         StationUse: {
             /**
              * Begins On
              * Format: date
-             * @description The day, or the week's Monday.
+             * @description The day, or the Monday of the week.
              * @example 2026-11-16
              */
             begins_on: string;
@@ -10314,7 +10330,7 @@ export interface components {
             playbacks: number;
             /**
              * Stopped
-             * @description Stopped playbacks.
+             * @description Number of stopped playbacks.
              */
             stopped: number;
             /**
@@ -10330,7 +10346,7 @@ export interface components {
         };
         /**
          * StationVersion
-         * @description Configuration and calibration that a station's device used from a moment on.
+         * @description Configuration and calibration that a station's device has used since a given time.
          */
         StationVersion: {
             /** Number */
@@ -10353,18 +10369,18 @@ export interface components {
             config: string;
             /**
              * Changed By
-             * @description Who imported it on the page; empty where the station's file was changed.
+             * @description User who imported it on the page; empty if the station's file was edited.
              */
             changed_by: string;
         };
         /**
          * StationsMessage
-         * @description All stations. Sent at the beginning, when a state has changed, and at least every second.
+         * @description States of all stations. Sent when a client connects, when a state has changed, and at least every second.
          */
         StationsMessage: {
             /**
              * Sequence
-             * @description Without gaps on one connection.
+             * @description Number of the message; without gaps on one connection.
              */
             sequence: number;
             /**
@@ -10377,12 +10393,12 @@ export interface components {
         };
         /**
          * StopAnswerMessage
-         * @description The answer to a Stop that was sent on this connection.
+         * @description The answer to a Stop that this connection sent.
          */
         StopAnswerMessage: {
             /**
              * Sequence
-             * @description Without gaps on one connection; a gap means: connect again.
+             * @description Without gaps on one connection; after a gap the client must reconnect.
              */
             sequence: number;
             /**
@@ -10409,10 +10425,10 @@ export interface components {
             kind: "stop_answer";
             /**
              * Number
-             * @description Number of the Stop that it answers.
+             * @description Number of the answered Stop.
              */
             number: number;
-            /** @description Null: the device has confirmed it. */
+            /** @description Null: the device has confirmed the Stop. */
             refusal: components["schemas"]["RefusalLive"] | null;
         };
         /**
@@ -10470,12 +10486,12 @@ export interface components {
             station: string;
             /**
              * Sessions
-             * @description Sessions in which a playback was stopped.
+             * @description Number of sessions in which a playback was stopped.
              */
             sessions: number;
             /**
              * Alarms
-             * @description Alarms of the device, also outside sessions.
+             * @description Number of alarms of the device, including those outside sessions.
              */
             alarms: number;
         };
@@ -10494,7 +10510,7 @@ export interface components {
         };
         /**
          * StopMessage
-         * @description The one message that a page sends here. Unlike a request over a new connection, it needs no handshake.
+         * @description The only message that a page sends here. It needs no handshake, unlike a request over a new connection.
          */
         StopMessage: {
             /**
@@ -10518,18 +10534,18 @@ export interface components {
             rows: components["schemas"]["StopCount"][];
             /**
              * Sessions
-             * @description All sessions of the stations in this time, with and without a stop.
+             * @description Number of all sessions of the stations in this time, with and without a stop.
              */
             sessions: number;
         };
         /**
          * Stretch
-         * @description Stretch at the end of range of the motor with the largest range: move back, slowly to the end and beyond it, and hold.
+         * @description Stretch at the end of range of the motor with the largest range: move back, then slowly to the end and beyond it, and hold.
          */
         Stretch: {
             /**
              * Name
-             * @description Name of the new recording; by default the old name with the edit.
+             * @description Name of the new recording; by default the old name and the edit.
              * @example Warm-up
              */
             name?: string | null;
@@ -10540,20 +10556,20 @@ export interface components {
             do: "stretch";
             /**
              * Further Deg
-             * @description Beyond the end of range, degrees.
+             * @description Distance beyond the end of range, degrees.
              * @example 3
              */
             further_deg: number;
             /**
              * Back Deg
-             * @description Start below the end of range, degrees.
+             * @description Distance from the end of range at which the stretch starts, degrees.
              * @default 5
              * @example 5
              */
             back_deg: number;
             /**
              * Hold S
-             * @description Hold at the far end, seconds.
+             * @description Duration of the hold beyond the end of range, seconds.
              * @default 0
              * @example 10
              */
@@ -10571,19 +10587,19 @@ export interface components {
             patient_id: string;
             /**
              * Name
-             * @description What its recordings will be called.
+             * @description Name of the new recordings.
              * @default Motion
              * @example Flexion
              */
             name: string;
             /**
              * Side
-             * @description The side of the patient's episode unless given.
+             * @description Shoulder; by default that of the patient's episode.
              */
             side?: ("left" | "right") | null;
             /**
              * Taught By
-             * @description Name of the person who guides the arm; empty: you.
+             * @description Name of the person who guides the arm; empty: your name.
              * @default
              * @example Sato
              */
@@ -10598,7 +10614,7 @@ export interface components {
             fixtures: ("arm_fixer_1" | "arm_fixer_2" | "elbow_fixer_1" | "elbow_fixer_2")[];
             /**
              * Looked At
-             * @description Checks that the teaching person has just made for this side and these fixtures. Checks that the patient's open session contains need not be repeated.
+             * @description Checks that the person who teaches has just made for this side and these fixtures. Checks that the patient's open session contains need not be repeated.
              * @example [
              *       "side",
              *       "fixtures",
@@ -10618,7 +10634,7 @@ export interface components {
         };
         /**
          * Teaching
-         * @description A teaching that has begun. Each press of the pedal becomes one recording.
+         * @description A teaching that has begun. Each press of the pedal makes one recording.
          */
         Teaching: {
             /**
@@ -10703,12 +10719,12 @@ export interface components {
         TrackingQuality: {
             /**
              * Rows
-             * @description In the order of time.
+             * @description In chronological order.
              */
             rows: components["schemas"]["StationTracking"][];
             /**
              * Drift
-             * @description By station.
+             * @description Change of each station.
              */
             drift: components["schemas"]["StationDrift"][];
         };
@@ -10719,7 +10735,7 @@ export interface components {
         Trim: {
             /**
              * Name
-             * @description Name of the new recording; by default the old name with the edit.
+             * @description Name of the new recording; by default the old name and the edit.
              * @example Warm-up
              */
             name?: string | null;
@@ -10730,20 +10746,20 @@ export interface components {
             do: "trim";
             /**
              * Start S
-             * @description Seconds.
+             * @description Start of the part, seconds.
              * @example 1
              */
             start_s: number;
             /**
              * End S
-             * @description Seconds.
+             * @description End of the part, seconds.
              * @example 6.5
              */
             end_s: number;
         };
         /**
          * UnderstoodMotion
-         * @description The content of a CSV file, to be compared by its owner.
+         * @description The content of a CSV file, for comparison by the user.
          */
         UnderstoodMotion: {
             /**
@@ -10817,7 +10833,7 @@ export interface components {
         Usage: {
             /**
              * Rows
-             * @description In the order of time.
+             * @description In chronological order.
              */
             rows: components["schemas"]["StationUse"][];
         };
@@ -10830,21 +10846,21 @@ export interface components {
             items: components["schemas"]["ProgrammeItemRequest"][];
             /**
              * Made By
-             * @description Prescribing person: you unless another name is given.
+             * @description Name of the person who prescribes; empty: your name.
              * @default
              * @example Aoki Rin
              */
             made_by: string;
             /**
              * Note
-             * @description Reason.
+             * @description Reason for this version.
              * @default
              * @example Less range: pain after the last session.
              */
             note: string;
             /**
              * Timer Minutes
-             * @description Minutes of playing in a session after which no further item is started. Null: no timer.
+             * @description Minutes of playing after which no further item is started in a session. Null: no timer.
              * @example 20
              */
             timer_minutes?: number | null;
@@ -10856,19 +10872,19 @@ export interface components {
             sessions_per_week?: number | null;
             /**
              * Based On
-             * @description The version that the editor saw. If there is a newer one, nothing is saved.
+             * @description Number of the version that the editor saw. If there is a newer version, nothing is saved.
              * @example 2
              */
             based_on: number;
         };
         /**
          * WarmUp
-         * @description Repetitions that begin with a reduced range and widen it up to the full range.
+         * @description Repetitions that begin with a reduced range, which widens up to the full range.
          */
         WarmUp: {
             /**
              * Name
-             * @description Name of the new recording; by default the old name with the edit.
+             * @description Name of the new recording; by default the old name and the edit.
              * @example Warm-up
              */
             name?: string | null;
@@ -10879,7 +10895,7 @@ export interface components {
             do: "warm_up";
             /**
              * Less Deg
-             * @description Reduction of the first repetition, of the motor with the largest range, degrees.
+             * @description Range by which the first repetition is reduced, for the motor with the largest range, degrees.
              * @example 15
              */
             less_deg: number;
@@ -10899,22 +10915,22 @@ export interface components {
         };
         /**
          * Worklist
-         * @description The work of one day. Patients whose records are not open to you are left out.
+         * @description The work of one day. Patients whose records you may not see are left out.
          */
         Worklist: {
             /**
              * Sessions
-             * @description Today's sessions and all that have not ended, newest first.
+             * @description Today's sessions and all sessions that have not ended, newest first.
              */
             sessions: components["schemas"]["SessionSummary"][];
             /**
              * Due
-             * @description Due today or earlier, the longest overdue first.
+             * @description Patients who are due today or earlier, the longest overdue first.
              */
             due: components["schemas"]["DuePatient"][];
             /**
              * Due Count
-             * @description Their number; the list shows at most 50.
+             * @description Number of patients who are due; `due` contains at most 50.
              */
             due_count: number;
             /**
@@ -10924,7 +10940,7 @@ export interface components {
             unsigned: components["schemas"]["SessionSummary"][];
             /**
              * Changes
-             * @description Of your last patients, the newest session first.
+             * @description Changes of your last patients, newest session first.
              */
             changes: components["schemas"]["PatientChange"][];
         };
@@ -10947,7 +10963,7 @@ export interface components {
             field: string;
             /**
              * Detail
-             * @description Why it is invalid.
+             * @description Why the field is invalid.
              * @example must be between 1900 and today
              */
             detail: string;
@@ -11015,7 +11031,7 @@ export interface components {
             next_step_key: components["schemas"]["TextKey"] | null;
             /**
              * Errors
-             * @description The invalid fields of an invalid request.
+             * @description Invalid fields, if the request is invalid.
              */
             errors?: components["schemas"]["ProblemField"][];
         };
@@ -11961,9 +11977,9 @@ export interface operations {
     list_assessments: {
         parameters: {
             query?: {
-                /** @description How many at most. */
+                /** @description Maximum number of rows. */
                 limit?: number;
-                /** @description `next` of the page before; without it, the list from its beginning. */
+                /** @description `next` of the previous page; by default the list starts at its beginning. */
                 after?: string | null;
             };
             header?: never;
@@ -12149,9 +12165,9 @@ export interface operations {
     list_patient_assessments: {
         parameters: {
             query?: {
-                /** @description How many at most. */
+                /** @description Maximum number of rows. */
                 limit?: number;
-                /** @description `next` of the page before; without it, the list from its beginning. */
+                /** @description `next` of the previous page; by default the list starts at its beginning. */
                 after?: string | null;
             };
             header?: never;
@@ -12520,9 +12536,9 @@ export interface operations {
     list_backups: {
         parameters: {
             query?: {
-                /** @description How many at most. */
+                /** @description Maximum number of rows. */
                 limit?: number;
-                /** @description `next` of the page before; without it, the list from its beginning. */
+                /** @description `next` of the previous page; by default the list starts at its beginning. */
                 after?: string | null;
             };
             header?: never;
@@ -12682,9 +12698,9 @@ export interface operations {
                 since?: string | null;
                 /** @description UTC; before this. */
                 until?: string | null;
-                /** @description How many at most. */
+                /** @description Maximum number of rows. */
                 limit?: number;
-                /** @description `next` of the page before; without it, the list from its beginning. */
+                /** @description `next` of the previous page; by default the list starts at its beginning. */
                 after?: string | null;
             };
             header?: never;
@@ -12761,11 +12777,11 @@ export interface operations {
     list_commissionings: {
         parameters: {
             query: {
-                /** @description Its name. */
+                /** @description Name of the station. */
                 station: string;
-                /** @description `next` of the page before; without it, the list from its beginning. */
+                /** @description `next` of the previous page; by default the list starts at its beginning. */
                 after?: string | null;
-                /** @description How many at most. */
+                /** @description Maximum number of rows. */
                 limit?: number;
             };
             header?: never;
@@ -14127,9 +14143,9 @@ export interface operations {
                 patient_id?: string | null;
                 kind?: ("alarm" | "event") | null;
                 code?: string | null;
-                /** @description `next` of the page before; without it, the list from its beginning. */
+                /** @description `next` of the previous page; by default the list starts at its beginning. */
                 after?: string | null;
-                /** @description How many at most. */
+                /** @description Maximum number of rows. */
                 limit?: number;
             };
             header?: never;
@@ -15337,7 +15353,7 @@ export interface operations {
                 name: string;
                 /** @description The shoulder of the motion. */
                 side: "left" | "right";
-                /** @description Person who imports it: you unless another name is given. */
+                /** @description Name of the person who imports the motion; empty: your name. */
                 taught_by?: string;
             };
             header?: never;
@@ -15532,7 +15548,7 @@ export interface operations {
     import_fhir_patients: {
         parameters: {
             query: {
-                /** @description The treated shoulder. An episode of care is opened for it. */
+                /** @description The treated shoulder. An episode of care is opened for this shoulder. */
                 affected_side: "left" | "right";
             };
             header?: never;
@@ -15957,13 +15973,13 @@ export interface operations {
     list_patients: {
         parameters: {
             query?: {
-                /** @description Parts of name, kana or clinic number, and of the birth date (1968, 1968-04, 1968-04-12). Every word has to be found; case, width, accents and the kind of kana do not matter. */
+                /** @description Parts of name, kana or clinic number, and of the birth date (1968, 1968-04, 1968-04-12). Every word must be found; case, width, accents and the kind of kana make no difference. */
                 search?: string;
                 /** @description True returns archived patients instead of current ones. */
                 archived?: boolean;
-                /** @description How many at most. */
+                /** @description Maximum number of rows. */
                 limit?: number;
-                /** @description `next` of the page before; without it, the list from its beginning. */
+                /** @description `next` of the previous page; by default the list starts at its beginning. */
                 after?: string | null;
             };
             header?: never;
@@ -17339,9 +17355,9 @@ export interface operations {
     list_recordings: {
         parameters: {
             query?: {
-                /** @description How many at most. */
+                /** @description Maximum number of rows. */
                 limit?: number;
-                /** @description `next` of the page before; without it, the list from its beginning. */
+                /** @description `next` of the previous page; by default the list starts at its beginning. */
                 after?: string | null;
             };
             header?: never;
@@ -17808,9 +17824,9 @@ export interface operations {
     get_recording_figure: {
         parameters: {
             query?: {
-                /** @description Start of a window, seconds on the figure's clock. */
+                /** @description Start of the time window, seconds on the figure's clock. */
                 start_s?: number | null;
-                /** @description End of that window, seconds. */
+                /** @description End of the time window, seconds. */
                 end_s?: number | null;
             };
             header?: never;
@@ -18801,9 +18817,9 @@ export interface operations {
     list_break_glass_accesses: {
         parameters: {
             query?: {
-                /** @description How many at most. */
+                /** @description Maximum number of rows. */
                 limit?: number;
-                /** @description `next` of the page before; without it, the list from its beginning. */
+                /** @description `next` of the previous page; by default the list starts at its beginning. */
                 after?: string | null;
             };
             header?: never;
@@ -18974,19 +18990,19 @@ export interface operations {
     list_sessions: {
         parameters: {
             query?: {
-                /** @description Started at this time or later. */
+                /** @description Only sessions that started at this time or later. */
                 since?: string | null;
-                /** @description Started before this time. */
+                /** @description Only sessions that started before this time. */
                 until?: string | null;
-                /** @description Led by this therapist. */
+                /** @description Only sessions that this therapist led. */
                 therapist?: string | null;
-                /** @description At this station. */
+                /** @description Only sessions at this station. */
                 station?: string | null;
-                /** @description A playback was stopped by this cause: its code. */
+                /** @description Only sessions in which this cause stopped a playback; code of the cause. */
                 stop?: string | null;
-                /** @description How many at most. */
+                /** @description Maximum number of rows. */
                 limit?: number;
-                /** @description `next` of the page before; without it, the list from its beginning. */
+                /** @description `next` of the previous page; by default the list starts at its beginning. */
                 after?: string | null;
             };
             header?: never;
@@ -19233,9 +19249,9 @@ export interface operations {
     list_patient_sessions: {
         parameters: {
             query?: {
-                /** @description How many at most. */
+                /** @description Maximum number of rows. */
                 limit?: number;
-                /** @description `next` of the page before; without it, the list from its beginning. */
+                /** @description `next` of the previous page; by default the list starts at its beginning. */
                 after?: string | null;
             };
             header?: never;
@@ -19656,7 +19672,7 @@ export interface operations {
     get_checklist: {
         parameters: {
             query?: {
-                /** @description The recording to be played; it determines the fixtures. */
+                /** @description Recording to play; it determines the fixtures. */
                 recording_id?: string | null;
             };
             header?: never;
@@ -19863,7 +19879,7 @@ export interface operations {
             query: {
                 /** @description Fixtures that hold the arm. */
                 fixtures: ("arm_fixer_1" | "arm_fixer_2" | "elbow_fixer_1" | "elbow_fixer_2")[];
-                /** @description By default the side of the patient's episode. */
+                /** @description Shoulder; by default that of the patient's episode. */
                 side?: ("left" | "right") | null;
             };
             header?: never;
@@ -20729,11 +20745,11 @@ export interface operations {
     get_run_figures: {
         parameters: {
             query?: {
-                /** @description path: time on the motion. wall: real time since it began. */
+                /** @description path: time on the motion. wall: real time since the motion began. */
                 clock?: "path" | "wall";
-                /** @description Start of a window, seconds on the figure's clock. */
+                /** @description Start of the time window, seconds on the figure's clock. */
                 start_s?: number | null;
-                /** @description End of that window, seconds. */
+                /** @description End of the time window, seconds. */
                 end_s?: number | null;
             };
             header?: never;
@@ -21036,7 +21052,7 @@ export interface operations {
     get_worklist: {
         parameters: {
             query?: {
-                /** @description Offset of the clinic's time zone from UTC, minutes: a day begins at its midnight. */
+                /** @description Offset of the clinic's time zone from UTC, minutes. A day begins at midnight in this zone. */
                 utc_offset_minutes?: number;
             };
             header?: never;
@@ -21113,15 +21129,15 @@ export interface operations {
     get_usage: {
         parameters: {
             query?: {
-                /** @description week: from Monday on. */
+                /** @description week: weeks begin on Monday. */
                 by?: "day" | "week";
-                /** @description From this time on; default: a year before the end. */
+                /** @description Begin of the time; by default a year before its end. */
                 since?: string | null;
-                /** @description Before this time; default: now. */
+                /** @description End of the time; by default now. */
                 until?: string | null;
-                /** @description Offset of the clinic's time zone from UTC, minutes: a day begins at its midnight. */
+                /** @description Offset of the clinic's time zone from UTC, minutes. A day begins at midnight in this zone. */
                 utc_offset_minutes?: number;
-                /** @description Only this station. */
+                /** @description Count only this station. */
                 station?: string | null;
             };
             header?: never;
@@ -21198,13 +21214,13 @@ export interface operations {
     get_tracking_quality: {
         parameters: {
             query?: {
-                /** @description From this time on; default: a year before the end. */
+                /** @description Begin of the time; by default a year before its end. */
                 since?: string | null;
-                /** @description Before this time; default: now. */
+                /** @description End of the time; by default now. */
                 until?: string | null;
-                /** @description Offset of the clinic's time zone from UTC, minutes: a day begins at its midnight. */
+                /** @description Offset of the clinic's time zone from UTC, minutes. A day begins at midnight in this zone. */
                 utc_offset_minutes?: number;
-                /** @description Only this station. */
+                /** @description Count only this station. */
                 station?: string | null;
             };
             header?: never;
@@ -21281,13 +21297,13 @@ export interface operations {
     get_stop_counts: {
         parameters: {
             query?: {
-                /** @description From this time on; default: a year before the end. */
+                /** @description Begin of the time; by default a year before its end. */
                 since?: string | null;
-                /** @description Before this time; default: now. */
+                /** @description End of the time; by default now. */
                 until?: string | null;
-                /** @description Offset of the clinic's time zone from UTC, minutes: a day begins at its midnight. */
+                /** @description Offset of the clinic's time zone from UTC, minutes. A day begins at midnight in this zone. */
                 utc_offset_minutes?: number;
-                /** @description Only this station. */
+                /** @description Count only this station. */
                 station?: string | null;
             };
             header?: never;
@@ -21364,13 +21380,13 @@ export interface operations {
     get_outcomes: {
         parameters: {
             query?: {
-                /** @description From this time on; default: a year before the end. */
+                /** @description Begin of the time; by default a year before its end. */
                 since?: string | null;
-                /** @description Before this time; default: now. */
+                /** @description End of the time; by default now. */
                 until?: string | null;
-                /** @description Offset of the clinic's time zone from UTC, minutes: a day begins at its midnight. */
+                /** @description Offset of the clinic's time zone from UTC, minutes. A day begins at midnight in this zone. */
                 utc_offset_minutes?: number;
-                /** @description Only this station. */
+                /** @description Count only this station. */
                 station?: string | null;
             };
             header?: never;
@@ -23835,7 +23851,7 @@ export interface operations {
     get_station_settings: {
         parameters: {
             query: {
-                /** @description Its name. */
+                /** @description Name of the station. */
                 station: string;
                 /** @description The version; the newest by default. */
                 number?: number | null;
@@ -24392,7 +24408,7 @@ export interface operations {
     list_station_versions: {
         parameters: {
             query: {
-                /** @description Its name. */
+                /** @description Name of the station. */
                 station: string;
             };
             header?: never;
