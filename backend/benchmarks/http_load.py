@@ -205,10 +205,10 @@ class _NoAuditLog:
     has_other_anchors = AuditLog.has_other_anchors
 
     async def record(self, _: Entry) -> None:
-        """Ignore an access."""
+        """Do nothing: the benchmark keeps no audit trail."""
 
     def record_at_once(self, _: Entry) -> None:
-        """Ignore a command."""
+        """Do nothing: the benchmark keeps no audit trail."""
 
     def until_written(self, _: float) -> bool:
         """Return True, because no entry waits to be written."""

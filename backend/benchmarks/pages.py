@@ -20,7 +20,7 @@ _SPARE_S: Final = 30.0
 
 @dataclass
 class _PageGroup:
-    """A number of pages, and the figures measured with them."""
+    """Pages that are open at the same time, and the figures measured with them."""
 
     pages: int
     stalled: int

@@ -21,7 +21,7 @@ _USER: Final = "postgres"
 
 
 class MissingError(BenchError):
-    """PostgreSQL is not available. The message is the reason."""
+    """PostgreSQL is not available. The exception's message states the reason."""
 
 
 @contextmanager

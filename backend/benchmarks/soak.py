@@ -25,7 +25,7 @@ _ROWS: Final = 12
 
 @dataclass(frozen=True)
 class SoakSample:
-    """Figures at one moment."""
+    """Missed cycles and memory of both processes at one moment."""
 
     at_s: float
     missed: int

@@ -62,7 +62,7 @@ _MOVES: Final = 10
 _RUNS: Final = 2
 _STOPPED: Final = 0.03
 _REFUSED: Final = 0.005
-"""Share of refused actions. No action failed."""
+"""Share of refused actions. All other actions succeed."""
 _ASSESSMENTS: Final = 6
 _ROM: Final = (("flexion", "", 120.0), ("abduction", "", 100.0), ("external_rotation", "at_side", 40.0))
 _STAGES: Final = ("freezing", "frozen", "thawing")

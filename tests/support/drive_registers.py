@@ -25,7 +25,7 @@ Registers = dict[int, bytes]
 def expected_registers(config: StationConfig, motor: int) -> Registers:
     """Return what motor 1-5 must have in its registers while it has torque, the bus watchdog excepted.
 
-    ``config``: of the apparatus as it stands (:attr:`StationConfig.as_it_stands`).
+    ``config``: the station's configuration from :attr:`StationConfig.with_side_directions`.
     """
     return _modbus(config, motor) if config.protocol == "modbus" else _dynamixel(config, motor)
 

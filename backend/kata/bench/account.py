@@ -14,7 +14,7 @@ ACTIVE_HEADER: Final = {"X-Kata-Active": "1"}
 
 
 def sign_in_cookie(database: Database, role: Role = "therapist", name: str = "Benchmark") -> str:
-    """Create an account with this name. Return the ``Cookie`` header of a login session of the account, second factor included."""
+    """Create an account. Return the ``Cookie`` header of a login session of the account, second factor included."""
     now, account_id = utc_now(), uuid4()
     with database.write() as session:
         account = AccountRow(

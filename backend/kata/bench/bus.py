@@ -36,7 +36,7 @@ _WARM_UP_A_SECOND: Final = 500
 _SILENT_MOTOR: Final = 3
 _DISTURBED_CYCLES: Final = 100
 _CYCLES_A_SECOND: Final = 20
-"""Disturbed cycles for each second of a short measuring time."""
+"""Number of disturbed cycles for each second of measuring time, if the measuring time is short."""
 
 _GOALS_BYTES: Final = 39
 _SYNC_READ_BYTES: Final = 19 + 5 * 21
@@ -340,7 +340,7 @@ def _add_row(report: Report, label: str, figure: str, baud: int, rates: Rates, c
     }
     disturbed = ("", "", "")
     if cost:
-        # The cost of our driver is that of the control loop's whole cycle.
+        # For our driver, report the cost in the control loop's whole cycle.
         name = "" if figure == "whole_" else figure
         report.figures |= {
             f"{name}silent_servo_lost_ms": cost.silent_lost_ms,

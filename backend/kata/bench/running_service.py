@@ -36,7 +36,7 @@ WITHOUT_REAL_TIME: Final[Mapping[str, str]] = {"KATA_REAL_TIME": "0"}
 
 
 class BenchError(Exception):
-    """The benchmark failed. The message is the reason."""
+    """The benchmark failed. The exception's message states the reason."""
 
 
 def prepare_records(data: Path, *, play_s: float, plot_s: float, database_url: str | None = None) -> BenchRecords:

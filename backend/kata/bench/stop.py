@@ -58,7 +58,7 @@ Disturbance = Callable[[Device], AbstractContextManager[None]]
 
 @dataclass(frozen=True)
 class StopLoad:
-    """A load of the device process while Stops are sent."""
+    """A kind of work that the device process does while the benchmark sends Stops."""
 
     name: str
     title: str
@@ -70,15 +70,15 @@ class StopLoad:
 
 @dataclass(frozen=True)
 class StopFigures:
-    """The figures of a load."""
+    """The figures that were measured under one :class:`StopLoad`."""
 
     took_ms: list[float]
     missed: int
     """Number of cycles missed during the measurement."""
     other_causes: list[str]
-    """Causes of stops that came before the Stop was sent."""
+    """Causes of the stops that happened before the benchmark sent its Stop."""
     accepted_first: int = 0
-    """Number of Loads accepted before their Stop was sent. They are not samples."""
+    """Number of Loads that the device process accepted before the Stop was sent. They are not counted as samples."""
 
 
 def run(stops: int, loads: Sequence[str], real_time: bool, progress: Callable[[str], None]) -> Report:
@@ -250,7 +250,7 @@ def _extreme() -> Load:
 
 @contextmanager
 def _repeating(step: Callable[[], None]) -> Iterator[None]:
-    """Repeat a step in a thread during the block."""
+    """Call ``step`` repeatedly in a thread until the block ends."""
     ended = threading.Event()
 
     def repeat() -> None:

@@ -33,11 +33,11 @@ from kata.system.realtime import Granted
 _NEVER_NS: Final = 2**62
 """Expiry of commands. Commands are executed in the next cycle, so they need not expire."""
 _SPARE_S: Final = 30.0
-"""A wait ends with an error this long after its expected end."""
+"""A wait that lasts this much longer than expected ends with an error."""
 
 
 class PlaybackError(Exception):
-    """A motion could not be taught or played to its end. The message is the reason."""
+    """A motion could not be taught or played to its end. The exception's message states the reason."""
 
 
 class RefusedPlayError(PlaybackError):
@@ -45,7 +45,7 @@ class RefusedPlayError(PlaybackError):
 
 
 class DirectStation:
-    """One apparatus and its control, from switching it on."""
+    """One apparatus with its control loop. Creating it connects to the drives."""
 
     def __init__(
         self,

@@ -162,7 +162,7 @@ class LiveDrives:
         self._next_ns += self._period_ns
         late_ns = self._bench.now_ns() - self._next_ns
         if late_ns > _LATE_SHARE * self._period_ns:
-            # Cycles stay on their even grid. A missed cycle is omitted.
+            # Skip missed cycles, so that the next deadline is a multiple of the period.
             self._next_ns += (late_ns // self._period_ns + 1) * self._period_ns
         self._bench.sleep(max(0.0, (self._next_ns - self._bench.now_ns()) / 1e9))
         sample = self.bus.read()

@@ -80,7 +80,7 @@ class Axis(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True
     inertia_nm_s2_deg: float = 0.0
     """Inertia: torque for each deg/s2 of acceleration."""
     coulomb_nm: float = 0.0
-    """Torque of friction against any movement."""
+    """Torque of dry friction, which does not depend on the speed."""
     weight_nm: tuple[float, float, float, float, float, float] = (0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
     """Factors of weight and springs by posture, as identified on the canonical side (:mod:`kata.motion.weight`). If all are 0,
     they have not been identified, and no motion is refused because of its torque.
@@ -102,7 +102,7 @@ class Inputs(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=Tr
 
     drive_id: int = 1
     estop_port: int = 1
-    """The normally closed contact."""
+    """Port with the normally closed contact of the emergency stop."""
     estop_second_port: int | None = None
     """A normally open contact of the same switch. The two contacts must always differ (antivalent contacts). This detects a lost
     port mode, a short circuit or a welded contact. A second contact is recommended. None: the switch has one contact.

@@ -57,10 +57,10 @@ _POLL_S: Final = 0.01
 _RECEIVE_BYTES: Final = 1 << 18
 """Maximum number of bytes received before the other sources are served again."""
 _LARGE_READ_BYTES: Final = 1 << 16
-"""A read of this size is part of a Load."""
+"""A read of at least this size counts as part of a Load."""
 _PAUSE_AFTER_LARGE_READ_S: Final = 0.001
 """Pause after a large read. It limits the processor time of a Load, because this thread has real-time priority and the
-kernel thread that delivers the bus's bytes has none. A Stop may wait for this pause.
+kernel thread that delivers the bus's bytes has none. A Stop that arrives during the pause is read after it.
 """
 _MAX_QUEUED_SNAPSHOTS: Final = 20
 _MAX_QUEUED_COMMANDS: Final = 100

@@ -9,7 +9,7 @@ _SHARES: Final = 32
 _UNIT_BITS: Final = 10
 """A unit has 2^10 ns. Below 32 units a bin is one unit wide."""
 _OCTAVES: Final = 16
-"""Number of octaves. They cover latencies up to two seconds. Larger ones are counted in the last bin.
+"""Number of octaves. The octaves cover latencies up to two seconds. Longer latencies are counted in the last bin.
 The maximum is recorded separately.
 """
 _LAST: Final = (_OCTAVES + 1) * _SHARES - 1

@@ -42,7 +42,7 @@ _SWEEP_NM: Final = (3.0, 3.0, 3.5, 3.5, 1.5)
 
 @dataclass
 class Mistakes:
-    """Mistakes of the technician or the apparatus. Motors are counted from 1."""
+    """Mistakes and defects that a test simulates. Motors are counted from 1."""
 
     connects: dict[int, int] = field(default_factory=dict)
     """The motor that is connected instead, by the motor that was requested."""

@@ -48,7 +48,7 @@ class Outcome:
     """Tracking in the angles of the body."""
     problem: str | None = None
     refused: bool = False
-    """True if the station refused the motion before it started. Other problems occurred while the arm moved."""
+    """True if the station refused the motion before it started. False with a ``problem``: the problem occurred while the arm moved."""
     plant: PlantName | None = None
     """The simulated mechanics. None: the real apparatus, or the simulator's process."""
     clock_s: float = 0.0

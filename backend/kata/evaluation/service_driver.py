@@ -58,7 +58,7 @@ _Saved = TypeVar("_Saved")
 
 
 class ServiceDriverError(Exception):
-    """A step failed. The message is the reason."""
+    """A step failed. The exception's message states the reason."""
 
 
 class ServiceDriver:

@@ -52,7 +52,7 @@ def by_motor(outcomes: Sequence[Outcome]) -> TextTable:
 
 
 def by_method(outcomes: Sequence[Outcome]) -> TextTable:
-    """Return a table with a row for each method and playback. A value is the worst of all cases."""
+    """Return a table with a row for each method and playback. Each value is the worst value of all cases."""
     rows = []
     played = [outcome for outcome in outcomes if outcome.comparison]
     methods = list(dict.fromkeys((outcome.method, outcome.repetition) for outcome in played))

@@ -5,7 +5,7 @@ from dataclasses import dataclass, field
 from typing import Final
 
 _BURST_NS: Final = 1_000_000
-"""Bytes that follow others within this time have the same latency."""
+"""A byte that follows another byte within this time has the same latency."""
 
 
 @dataclass

@@ -120,7 +120,7 @@ class SimulatedApparatus:
         self._now_ns = time.monotonic_ns() if now_ns is None else now_ns
         self._stepped_ns = self._now_ns
         self._steps_to_slow_update = 0
-        """Steps until the next update of the slow values."""
+        """Number of steps until :meth:`_update_slow_values` is called again."""
         self._heard_ns: int | None = None
         self._pedal_down = False
         self._set_contacts()

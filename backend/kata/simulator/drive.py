@@ -79,7 +79,7 @@ class Drive:
 
     @property
     def report(self) -> DriveReport:
-        """The report in the drive's registers."""
+        """The values that the drive's registers report. They do not change while the drive is frozen."""
         return self.frozen or DriveReport(self._position, self.speed, self.torque_nm)
 
     @property

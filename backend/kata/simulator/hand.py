@@ -25,7 +25,7 @@ _DEVIATION_RAMP_S: Final = 1.0
 
 
 class HandRefusedError(Exception):
-    """The hand cannot do this now. The message is the reason."""
+    """The hand cannot do this now. The exception's message states the reason."""
 
 
 class GuidedMotion:

@@ -126,7 +126,7 @@ def _sleep_s(wire: Wire, now_ns: int, *, spin: bool) -> float:
 
 
 class SimulatorError(Exception):
-    """The simulator could not be started. The message is the reason."""
+    """The simulator could not be started. The exception's message states the reason."""
 
 
 class SimulatorProcess:

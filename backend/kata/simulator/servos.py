@@ -362,7 +362,7 @@ class Servo(_Inspected):
 
 
 def _reset_goals(table: bytearray) -> None:
-    """Reset gains, goals and profile. A change of the operating mode does this."""
+    """Reset gains, goals and profile. A servo resets them when its operating mode changes."""
     ram = ct.ram_of(table)
     for span in (range(76, 80), range(80, 86), range(88, 92), range(100, 104), range(108, 116)):
         table[span.start : span.stop] = ram[span.start - ct.EEPROM_END : span.stop - ct.EEPROM_END]

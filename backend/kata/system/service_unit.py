@@ -60,7 +60,7 @@ class ServiceUnit:
         return self._systemctl("show", self.name, "--property=ActiveState", "--value").strip() in ("inactive", "failed")
 
     def check_idle(self) -> None:
-        """Return if the service reports that it may be stopped.
+        """Ask the service whether it may be stopped. Return without a value if it may.
 
         :raises BusyError: while torque is on or a session is open.
         :raises UnitError: when the service or its database does not answer.

@@ -41,7 +41,7 @@ Adduction and extension are assumed."""
 
 
 def _between(share: float) -> Ends:
-    """Return peaks between frozen (0) and healthy (1)."""
+    """Return interpolated peaks. ``share``: 0 for a frozen shoulder, 1 for a healthy one."""
     found = [
         (low + share * (free_low - low), high + share * (free_high - high))
         for (low, high), (free_low, free_high) in zip(_FROZEN_PEAKS, _HEALTHY_PEAKS, strict=True)

@@ -44,7 +44,9 @@ GAINS_LENGTH: Final = AT[_GAINS[-1]] + 1
 
 
 def lengths(other_answers: frozenset[int]) -> tuple[int, ...]:
-    """Return the lengths to request in turn. ``other_answers``: lengths of a drive's answers to other requests, which are excluded."""
+    """Return the possible lengths of a request, shortest first. ``other_answers``: lengths of a drive's answers to other
+    requests, which are excluded.
+    """
     return tuple(n for n in range(_ESSENTIAL, len(ADDRESSES) + 1) if n not in other_answers)
 
 
