@@ -48,8 +48,8 @@ TURN_S: Final = 0.08
 """Time in which a movement that met resistance comes to rest from its highest speed."""
 RAMP_SHARE: Final = 0.35
 """Share of the acceleration limit that a change of pace at an axis' highest speed uses. The reference itself uses half of the
-limit. The rest
-is the margin for speeds that are checked as averages over 0.1 s and may be higher by a third within that time."""
+limit. The rest is the margin for speeds that are checked as averages over 0.1 s and may be higher by a third within that time.
+"""
 OVERSPEED: Final = 1.5
 """A measured speed is a fault above this multiple of the limit."""
 OVERTORQUE: Final = 1.1

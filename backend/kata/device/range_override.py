@@ -109,7 +109,7 @@ class RangeOverride:
         self._rate_s = change / passed_s
 
     def _max_rate_s(self, motion: PathPoint, from_rest_deg: Floats) -> float:
-        """Return the highest rate of the share (1/s) at which no motor exceeds its speed limit."""
+        """Return how fast the share may change (1/s) without a motor exceeding its speed limit."""
         room = np.clip(self.max_speed_deg_s - self.share * np.abs(motion.speed_deg_s), 0.0, _MAX_RATE_DEG_S)
         away = np.abs(from_rest_deg)
         fastest = np.divide(room, away, out=np.full_like(away, _MAX_RATE_S), where=away > 0)

@@ -56,7 +56,7 @@ _COMMON: Final = {
 
 @dataclass(frozen=True)
 class RecordingFigureSamples:
-    """Data of a recording's figure: its downsampled lines, or its samples, which include at least those of the window."""
+    """Data of a recording's figure: either the downsampled lines or samples. With a ``window``, the samples include those of the window."""
 
     taught: Series | None
     downsampled: bytes | None

@@ -167,7 +167,7 @@ class Lease:
             self._held.paused = True
 
     def live(self, browser: Browser | None, now: Moment) -> LeaseLive:
-        """Return the lease as the browser sees it. None: as seen without a browser."""
+        """Return the lease as ``browser`` sees it. With None, no lease counts as the caller's own."""
         held = self._held
         if held is None:
             return LeaseLive(holder=None, mine=False, since=None, taken_from=None, unreachable_since=None, paused=False)

@@ -62,7 +62,7 @@ class Operating:
         return refusal
 
     def lease_for(self, browser: Browser | None) -> LeaseLive:
-        """Return the lease as the browser sees it. None: as seen without a browser."""
+        """Return the lease as ``browser`` sees it. With None, no lease counts as the caller's own."""
         return self._lease.live(browser, self._now())
 
     def note_request(self, browser: Browser) -> None:

@@ -89,8 +89,8 @@ class BusSample(Struct, frozen=True):
     timed_out: frozenset[int] = frozenset()
     """Axes (0-4) that were polled and sent nothing."""
     health: tuple[DriveHealth, ...] = ()
-    """Health of the drives whose voltage and temperature came with this cycle's answers; each drive at least once a second.
-    The driver sends no separate request for them.
+    """Health of the drives whose voltage and temperature came with this cycle's answers. Each drive's health comes at least
+    once a second. The driver sends no separate request for them.
     """
 
 
