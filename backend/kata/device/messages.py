@@ -127,6 +127,24 @@ class FinishTeaching(_Message, frozen=True, kw_only=True, tag="finish_teaching")
     """End teaching. The journal is finished and handed over to the service."""
 
 
+class EndFeel(_Message, frozen=True, kw_only=True, tag="end_feel"):
+    """An end-feel test: along the recording until a torque is met, back at once, and again.
+
+    The torque is that between apparatus and shoulder: what the drive gives beyond ``expected_nm``.
+    """
+
+    motor: int
+    torque_nm: float
+    """The arm is taken back before this torque is exceeded."""
+    expected_nm: tuple[float, ...]
+    """The motor's torque on the way out without a shoulder (friction and weight), evenly spaced from the recording's start to its end."""
+    arm_nm: tuple[tuple[float, ...], ...] = ()
+    """How the torque grows with each factor of the arm's weight, as long as ``expected_nm`` each. The test finds the factors itself."""
+    weighed_s: tuple[float, float] = (0.0, 0.0)
+    """The part of the recording in which the arm is weighed: there the shoulder is free."""
+    repetitions: int = 3
+
+
 class Load(_Message, frozen=True, kw_only=True, tag="load"):
     """Check a recording against the limits and load it as a new run. From idle.
 
@@ -159,6 +177,8 @@ class Load(_Message, frozen=True, kw_only=True, tag="load"):
     """Period of the motion in the recording; 0 if the motion does not repeat."""
     max_speed_deg_s: float | None = None
     """The patient's speed limit for every axis, also for approach and return. None: only the station's limits apply."""
+    end_feel: EndFeel | None = None
+    """An end-feel test, whose way out is the recording. None: the recording is played."""
 
 
 class Unload(_Message, frozen=True, kw_only=True, tag="unload"):

@@ -44,6 +44,7 @@ from kata.device.refusals import (
     outside_range,
     range_at_minimum,
     too_far_from_start,
+    whole_range_only,
 )
 from kata.device.run import Run
 from kata.device.teaching import Teaching
@@ -161,6 +162,8 @@ class StateMachine(MachineState):
         movement, run = self._movement, self._run
         assert movement is not None and run is not None
         self._check_resistance(run, movement, state)
+        if self.mode == "playing":
+            run.watch_end_feel(movement, state)
         self._follow_path(state)
         if self.mode == "approaching" and movement.ended:
             if run.settle(self.setpoint_deg, state.measured_deg, self._period_s):
@@ -176,8 +179,9 @@ class StateMachine(MachineState):
     def _step_playing(self, run: Run, movement: Movement) -> None:
         axis = run.resisting_axis
         if movement.ended and axis is None:
-            run.played_to_end = True
-            self._begin_return()
+            if not run.goes_on(movement):
+                run.played_to_end = not (run.end_feel and run.end_feel.ended_by_patient)
+                self._begin_return()
         elif axis is not None and run.resisted_again and (movement.ended or movement.at_rest):
             self._pending_faults.append(("load_repeated", axis))
         elif movement.ended:
@@ -243,7 +247,7 @@ class StateMachine(MachineState):
             return outside_range(state, self._config) or too_far_from_start(state, start)
         if name == "less":
             assert self._run is not None
-            return range_at_minimum(self._run.range_override)
+            return whole_range_only(self._run.end_feel) or range_at_minimum(self._run.range_override)
         if name == "pause" and self._movement and self._movement.direction == 0:
             return Refusal.of(
                 code="is_pausing", message=texts.ALREADY_PAUSING(), next_step=texts.WAIT_UNTIL_IT_STANDS()

@@ -18,6 +18,7 @@ import numpy as np
 
 from kata.device import texts
 from kata.device.config import ConfigError, StationConfig
+from kata.device.end_feel import FASTEST_DEG_S, SLOWEST_DEG_S
 from kata.device.messages import LOAD_LEVELS, SAMPLE_FIELDS, Load, LoadPart, Refusal, Request
 from kata.device.resistance import RESISTS_NS, resistance_nm
 from kata.messages import Text, text_of
@@ -38,6 +39,11 @@ smaller.
 _TORQUE_STEP_S: Final = 0.02
 _CARRIED_SHARE: Final = 0.95
 """A motion may need this share of the torque that counts as resistance. The rest is for muscle tone and for model errors."""
+_ONE_WAY_DEG: Final = 0.02
+"""A way out may stray back by this in a step of the check: less than an encoder's count."""
+_SHORTEST_WAY_DEG: Final = 10.0
+_LEAST_LEFT_NM: Final = 0.5
+"""Torque that the patient's level must leave beside friction and weight everywhere on the way out."""
 _CORRECTION: Final = "correction"
 """Name of the correction among the trajectory's arrays."""
 _READ_ONLY, _SHARED = 1, 1
@@ -73,6 +79,7 @@ def build(load: Load, config: StationConfig) -> Reference | Refusal:
     """
     try:
         trajectory = _trajectory(load, config)
+        _check_end_feel(load, config, trajectory)
         _check_torque(load, config, trajectory)
         return Reference(trajectory, _correction(load, trajectory))
     except OverloadError as error:
@@ -168,6 +175,39 @@ def _check_torque(load: Load, config: StationConfig, trajectory: Trajectory) -> 
             ),
             int(axis) + 1,
             at_s,
+        )
+
+
+def _check_end_feel(load: Load, config: StationConfig, trajectory: Trajectory) -> None:
+    """Refuse a test that is not a slow way out, or that needs more torque than the patient's level.
+
+    :raises TrajectoryError: with what is wrong.
+    """
+    test = load.end_feel
+    if test is None:
+        return
+    expected_nm = np.array(test.expected_nm)
+    complete = 1 <= test.motor <= len(config.axes) and test.repetitions >= 1 and len(expected_nm) >= 2
+    curves_complete = all(len(curve) == len(expected_nm) and np.all(np.isfinite(curve)) for curve in test.arm_nm)
+    if not (complete and curves_complete and 0 < test.torque_nm < math.inf and np.all(np.isfinite(expected_nm))):
+        raise TrajectoryError(texts.NOT_PLAYABLE_END_FEEL_CUT())
+    axis = test.motor - 1
+    way_deg = trajectory.along(np.arange(0.0, trajectory.duration_s, _TORQUE_STEP_S))[:, axis]
+    outward = np.sign(way_deg[-1] - way_deg[0])
+    _, speeds = trajectory.speeds()
+    slow = np.percentile(speeds[:, axis], 10) >= SLOWEST_DEG_S - 0.1 and speeds[:, axis].max() <= FASTEST_DEG_S + 0.1
+    one_way = np.min(np.diff(way_deg) * outward) >= -_ONE_WAY_DEG
+    if load.method == "paper" or not (slow and one_way and abs(way_deg[-1] - way_deg[0]) >= _SHORTEST_WAY_DEG):
+        raise TrajectoryError(
+            texts.NOT_PLAYABLE_END_FEEL_WAY(
+                motor=test.motor, least_deg=_SHORTEST_WAY_DEG, slowest=SLOWEST_DEG_S, fastest=FASTEST_DEG_S
+            )
+        )
+    limit_nm = resistance_nm(config, load.load_level)[axis]
+    needed_nm = max(test.torque_nm, float(np.max(expected_nm * outward)) + _LEAST_LEFT_NM)
+    if needed_nm > limit_nm:
+        raise TrajectoryError(
+            texts.NOT_PLAYABLE_END_FEEL_TORQUE(motor=test.motor, needed_nm=needed_nm, limit_nm=limit_nm)
         )
 
 

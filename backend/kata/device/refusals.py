@@ -6,6 +6,7 @@ from typing import Final
 from kata.device import texts
 from kata.device.config import StationConfig
 from kata.device.cycle_state import CycleState
+from kata.device.end_feel import EndFeelTest
 from kata.device.faults import MAX_FROZEN_SETPOINT_DEG
 from kata.device.latched_stop import LatchedStop
 from kata.device.messages import CommandName, Guarded, Mode, Refusal
@@ -139,6 +140,13 @@ def range_at_minimum(range_override: RangeOverride) -> Refusal | None:
         message=texts.RANGE_IS_LEAST(least_percent=100 * MIN_SHARE),
         next_step=texts.PAUSE_OR_STOP(),
     )
+
+
+def whole_range_only(end_feel: EndFeelTest | None) -> Refusal | None:
+    """Refuse to reduce the range of an end-feel test: its torque is expected at the places of its path."""
+    if end_feel is None:
+        return None
+    return Refusal.of(code="is_end_feel_test", message=texts.RANGE_IS_MEASURED(), next_step=texts.PAUSE_OR_STOP())
 
 
 def outside_range(state: CycleState, config: StationConfig) -> Refusal | None:

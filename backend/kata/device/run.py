@@ -9,10 +9,13 @@ import numpy as np
 from kata.device.config import REFERENCE_SHARE, StationConfig
 from kata.device.config_rules import RAMP_SHARE, TURN_S
 from kata.device.cycle_state import CycleState, Limits
+from kata.device.end_feel import SPEED_LIMIT_DEG_S as END_FEEL_SPEED_DEG_S
+from kata.device.end_feel import TURN_S as END_FEEL_TURN_S
+from kata.device.end_feel import EndFeelTest
 from kata.device.journal import JournalWriter, Sample
 from kata.device.limits import RunLimits
 from kata.device.messages import Load, RunState
-from kata.device.movement import CREEP, Movement, Path, longest_step
+from kata.device.movement import CREEP, RAMP_S, Movement, Path, longest_step
 from kata.device.range_override import RangeOverride
 from kata.device.resistance import ResistanceMonitor, YieldOffset, resistance_nm
 from kata.device.setpoint_gate import largest_step_deg
@@ -64,7 +67,10 @@ class Run:
     """Torque of the resisting axis when the backward movement began."""
 
     def __post_init__(self) -> None:
-        self.config = self.config.with_speed_limit(self.load.max_speed_deg_s)
+        limit_deg_s = self.load.max_speed_deg_s
+        if self.load.end_feel:
+            limit_deg_s = min(limit_deg_s or END_FEEL_SPEED_DEG_S, END_FEEL_SPEED_DEG_S)
+        self.config = self.config.with_speed_limit(limit_deg_s)
         self.zero_order_hold = self.load.method == "paper"
         """True for the paper's method: no feed-forward, and the setpoint does not change while the arm is at rest."""
         self.rate_hz = rate_hz(self.load.method, self.config.rate_hz)
@@ -91,6 +97,8 @@ class Run:
             self.load.repetition_s or self.trajectory.duration_s,
             np.array([axis.max_speed_deg_s for axis in self.config.axes]),
         )
+        asked = self.load.end_feel
+        self.end_feel = EndFeelTest(asked, self.trajectory, self.config) if asked else None
         thresholds_nm = resistance_nm(self.config, self.load.load_level)
         self._monitor = ResistanceMonitor(thresholds_nm)
         slowest_deg_s = min(axis.max_speed_deg_s for axis in self.config.axes)
@@ -260,6 +268,29 @@ class Run:
         """True if the last resistance was at the same place as an earlier one."""
         *earlier, last = self.resisted_at_s
         return any(abs(last - place) <= _SAME_PLACE_S for place in earlier)
+
+    # -- the end-feel test ------------------------------------------------------------------------------------------
+
+    def watch_end_feel(self, movement: Movement, state: CycleState) -> None:
+        """Take the arm back along its path if the test's torque is met on the way out."""
+        if self.end_feel and self.end_feel.must_turn(state, movement):
+            self._turn_back(movement)
+
+    def goes_on(self, movement: Movement) -> bool:
+        """Turn at an end of the path if the test is not over. Return False if the run has ended."""
+        test = self.end_feel
+        if test is None:
+            return False
+        if movement.direction == 1:
+            self._turn_back(movement)
+            return True
+        if test.end_repetition():
+            movement.direction, movement.ramp_s = 1, RAMP_S
+            return True
+        return False
+
+    def _turn_back(self, movement: Movement) -> None:
+        movement.direction, movement.ramp_s, movement.reverse_to_s = -1, END_FEEL_TURN_S, 0.0
 
     # -- journal and snapshot -------------------------------------------------------------------------------------
 

@@ -143,6 +143,18 @@ NOT_PLAYABLE_CORRECTION_LENGTH: Final = message(
 NOT_PLAYABLE_CORRECTION_LARGE: Final = message(
     "not_playable_correction_large", "its learned correction exceeds {largest_deg:g} deg"
 )
+NOT_PLAYABLE_END_FEEL_CUT: Final = message(
+    "not_playable_end_feel_cut", "the settings of its end-feel test are incomplete"
+)
+NOT_PLAYABLE_END_FEEL_WAY: Final = message(
+    "not_playable_end_feel_way",
+    "in an end-feel test motor {motor:d} must move one way, by at least {least_deg:g} deg, at {slowest:g} to {fastest:g} deg/s",
+)
+NOT_PLAYABLE_END_FEEL_TORQUE: Final = message(
+    "not_playable_end_feel_torque",
+    "arm and test need {needed_nm:.1f} Nm of motor {motor:d}, and the patient's level allows {limit_nm:.1f} Nm",
+)
+RANGE_IS_MEASURED: Final = message("range_is_measured", "This run measures the range.")
 TOO_MANY_COMMANDS: Final = message("too_many_commands", "Too many commands are waiting.")
 WAIT_A_MOMENT: Final = message("wait_a_moment", "Wait a moment.")
 NOT_PLAYABLE_SAMPLES_CUT: Final = message("not_playable_samples_cut", "its samples are incomplete")

@@ -89,3 +89,9 @@ def independent_parameters(
         forearm_kg=nominal.forearm_kg * arm_scale**3,
         balancer_kg=nominal.balancer_kg if balancer_kg is None else balancer_kg,
     )
+
+
+def with_nominal_arm(values: IndependentParameters) -> IndependentParameters:
+    """Return the parameters with an arm of the nominal masses: a test weight is the same on every apparatus."""
+    nominal = independent_parameters()
+    return replace(values, upper_arm_kg=nominal.upper_arm_kg, forearm_kg=nominal.forearm_kg)

@@ -58,6 +58,8 @@ PATIENTS: Final[dict[PatientName, SimulatedPatient]] = {
     "large": SimulatedPatient(_HEALTHY_PEAKS, 8.0, 0.15, 0.15, 0.0, 0.0, arm_scale=1.12),
     "small": SimulatedPatient(_HEALTHY_PEAKS, 8.0, 0.08, 0.08, 0.0, 0.0, arm_scale=0.88),
 }
+DUMMY: Final = SimulatedPatient(((-720.0, 720.0),) * 3, 1.0, 0.0, 0.0, 0.0, 0.0)
+"""No shoulder: its ends are never reached."""
 
 
 class PassiveShoulder:

@@ -1,0 +1,111 @@
+"""The end-feel test: when the arm is taken back, and how often it goes out. docs/explanation/end-feel.md has the reasons."""
+
+from collections import deque
+from typing import Final
+
+import numpy as np
+
+from kata.device.config import StationConfig
+from kata.device.cycle_state import CycleState
+from kata.device.messages import EndFeel
+from kata.device.movement import Movement
+from kata.motion.linkage import Floats
+from kata.motion.trajectory import Trajectory
+
+TURN_S: Final = 0.03
+"""Time from the path's speed to rest and from rest to the speed back. 10 deg/s then need 330 deg/s2."""
+SLOWEST_DEG_S: Final = 2.0
+FASTEST_DEG_S: Final = 10.0
+"""Range of a test's speed. A slower arm sticks and slips. A faster arm turns too late."""
+SPEED_LIMIT_DEG_S: Final = 15.0
+"""Speed limit of every axis during a test. The time for a turn follows from it and from the axes' acceleration; at the station's usual limit a
+turn would take longer than :data:`TURN_S`."""
+_WINDOW_S: Final = 0.12
+"""Time over which a straight line is fitted to the torque. A drive answers one encoder count of 0.09 deg with up to 0.25 Nm, so a single
+reading is too uncertain."""
+_REACTION_S: Final = 0.05
+"""Time from the newest reading until the arm moves back. The line is continued by it. It contains a cycle, the drive's reaction and half a turn."""
+_MARGIN_NM: Final = 0.1
+"""The arm is taken back this much below the chosen torque, because a drive takes up to 0.1 s longer to follow."""
+_KNOWN_NM: Final = 1.0
+"""Draws the arm's weight to that of the baseline. It counts as much as one reading in which a factor makes 1 Nm."""
+_KNOWN_TONE_NM: Final = 10.0
+"""Draws the constant to 0: it is usually a tenth of a factor."""
+
+
+class EndFeelTest:
+    """One test: repetitions that are left, and the torque between apparatus and shoulder."""
+
+    def __init__(self, asked: EndFeel, trajectory: Trajectory, config: StationConfig) -> None:
+        self._axis = asked.motor - 1
+        self._torque_nm = asked.torque_nm
+        self._curves_nm = np.array([asked.expected_nm, *asked.arm_nm])
+        self._places_a_s = (len(asked.expected_nm) - 1) / trajectory.duration_s
+        self._weighed_s = asked.weighed_s
+        self._arm = _ArmWeight(len(asked.arm_nm))
+        self._outward = np.sign(trajectory.at(trajectory.duration_s)[self._axis] - trajectory.start_deg[self._axis])
+        self.repetitions_left = asked.repetitions
+        self.ended_by_patient = False
+        """True: the patient pressed the pedal, which is in the patient's hand. No repetition follows."""
+        rows = max(3, round(_WINDOW_S * config.cycle_hz))
+        self._recent: deque[float] = deque(maxlen=rows)
+        self._weights = _continued(rows, _REACTION_S * config.cycle_hz)
+
+    def must_turn(self, state: CycleState, movement: Movement) -> bool:
+        """Return True if the arm is on its way out and must be taken back. Call it in every cycle of the test."""
+        self.ended_by_patient = self.ended_by_patient or bool(state.pedal_down)
+        if movement.direction != 1:
+            self._recent.clear()
+            return False
+        if self.ended_by_patient:
+            return True
+        expected_nm, *arm_nm = self._curves_at(movement.position_s).tolist()
+        beyond_nm = state.torque_nm[self._axis] - expected_nm
+        if self._weighed_s[0] <= movement.position_s <= self._weighed_s[1]:
+            self._arm.add(arm_nm, beyond_nm)
+        self._recent.append(float(self._outward * (beyond_nm - self._arm.weight_nm(arm_nm))))
+        if len(self._recent) < len(self._weights):
+            return False
+        recent = np.array(self._recent)
+        return bool(max(self._weights @ recent, recent.mean()) >= self._torque_nm - _MARGIN_NM)
+
+    def _curves_at(self, position_s: float) -> Floats:
+        place = position_s * self._places_a_s
+        before = min(int(place), self._curves_nm.shape[1] - 2)
+        share = place - before
+        found: Floats = self._curves_nm[:, before] * (1.0 - share) + self._curves_nm[:, before + 1] * share
+        return found
+
+    def end_repetition(self) -> bool:
+        """Count a repetition. Return True if another one follows."""
+        self.repetitions_left -= 1
+        return self.repetitions_left > 0 and not self.ended_by_patient
+
+
+class _ArmWeight:
+    """Finds the factors of the arm's weight, relative to the baseline's, by recursive least squares.
+
+    The last factor is a constant: what the relaxed patient's muscles oppose. It must not be taken for weight, because the weight grows on
+    the way. Its torque acts between apparatus and shoulder and is not subtracted.
+    """
+
+    def __init__(self, number: int) -> None:
+        self._products = np.diag([_KNOWN_NM**2] * number + [_KNOWN_TONE_NM**2])
+        self._sums = np.zeros(number + 1)
+        self.factors: Floats = np.zeros(number + 1)
+
+    def weight_nm(self, growth_nm: list[float]) -> float:
+        return float(self.factors[:-1] @ np.array(growth_nm))
+
+    def add(self, growth_nm: list[float], beyond_nm: float) -> None:
+        row = np.array([*growth_nm, 1.0])
+        self._products += np.outer(row, row)
+        self._sums += row * beyond_nm
+        self.factors = np.asarray(np.linalg.solve(self._products, self._sums), dtype=np.float64)
+
+
+def _continued(rows: int, ahead: float) -> Floats:
+    """Return the weights of evenly spaced values whose sum is their straight line's value ``ahead`` steps after the last one."""
+    steps = np.arange(rows) - (rows - 1) / 2
+    weights: Floats = 1 / rows + steps * ((rows - 1) / 2 + ahead) / np.sum(steps**2)
+    return weights

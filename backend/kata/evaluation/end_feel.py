@@ -1,0 +1,432 @@
+"""How well the end-feel test measures a simulated shoulder whose truth is known: ``python -m kata.evaluation.end_feel``.
+
+Each case: a test weight in the fixers (the day's baseline), then a patient's arm with the three repetitions, both by the control loop that
+treats patients, on virtual time. docs/explanation/end-feel.md has the figures.
+"""
+
+import argparse
+import json
+import logging
+import math
+import multiprocessing
+from collections import Counter
+from collections.abc import Callable, Sequence
+from concurrent.futures import ProcessPoolExecutor
+from dataclasses import asdict, dataclass, replace
+from functools import cache
+from pathlib import Path
+from random import Random
+from typing import Any, Final, Literal, get_args
+
+import numpy as np
+from rich.console import Console
+from rich.table import Table
+
+from kata.commissioning.direct_station import PlaybackError
+from kata.device.config import StationConfig, simulated
+from kata.device.journal import PHASE_PLAYING, Journal
+from kata.device.messages import EndFeel, Load
+from kata.evaluation.excitation import identified
+from kata.evaluation.station import VirtualStation
+from kata.motion.edit import Motion
+from kata.motion.end_feel import (
+    SPEED_DEG_S,
+    Curve,
+    GuardingError,
+    TooFewWaysError,
+    arm_growth,
+    curves,
+    figures_of,
+    measured,
+    together,
+    way_out,
+)
+from kata.motion.end_feel import EndFeel as Result
+from kata.motion.linkage import Floats
+from kata.simulator.independent.patients import PatientName
+from kata.simulator.mechanics import Mechanics, PlantName
+from kata.simulator.parameters import REST_DEG
+from kata.simulator.plant import Plant
+
+STAGES: Final[tuple[PatientName, ...]] = ("frozen", "freezing", "thawing", "healthy")
+BALANCER_KG: Final = 3.0
+"""With the paper's 2 kg most arms of the independent plant leave the drives too little torque for a test."""
+CHOSEN_NM: Final = {3: 2.0, 4: 2.0, 5: 1.0}
+"""Chosen torque of each motor's test."""
+ENDS_DEG: Final = {3: 118.0, 4: 188.0, 5: 38.0}
+"""Farthest angle of each motor's way, just within the apparatus' range."""
+STARTS_DEG: Final = {3: 8.0, 4: 0.0, 5: -40.0}
+_FELT_NM: Final = 0.5
+"""At this passive torque a therapist feels the first resistance and ends the taught motion."""
+_FREE_SHARE: Final = 0.5
+"""The arm is weighed on this share of the taught range."""
+_EXPECTED_ROWS: Final = 400
+_REST_MARGIN_DEG: Final = 20.0
+"""The simple plant's stiff shoulder moves this far from rest before its capsule is stretched to the end."""
+_BASELINE_SHARE: Final = 0.9
+"""Share of the drive's torque that the baseline may use, because a test weight feels no pain."""
+_GUARD_SHARE: Final = 0.01 / 0.3
+"""A patient's torque rises and falls with a time constant of 0.3 s."""
+
+Kind = Literal["relaxed", "guarding"]
+
+
+@dataclass(frozen=True)
+class Case:
+    """One test of one patient."""
+
+    plant: PlantName
+    seed: int
+    patient: PatientName
+    motor: int
+    kind: Kind = "relaxed"
+    speed_deg_s: float = SPEED_DEG_S
+
+
+@dataclass(frozen=True)
+class Judged:
+    """What the test said beside the truth. Errors: measured minus true; None: not measured."""
+
+    case: Case
+    outcome: str
+    """measured, guarding, torque_not_reached, resistance_from_start, or the refusal of the station."""
+    peak_over_nm: float | None = None
+    """Largest torque between apparatus and shoulder above the chosen one."""
+    range_error_deg: float | None = None
+    onset_error_deg: float | None = None
+    stiffness_error: float | None = None
+    """As a share of the truth."""
+    last_third_error: float | None = None
+    interval_deg: float | None = None
+    disagreement_nm: float | None = None
+
+
+# -- patients ---------------------------------------------------------------------------------------------------------
+
+
+class StiffPlant(Plant):
+    """The simple plant with a capsule that ends a motion earlier: torque grows with the square of the way."""
+
+    def __init__(self, seed: int | None = None, *, turned: bool = False, dummy: bool = False, motor: int = 3) -> None:
+        """``dummy``: a test weight of the nominal arm instead of the patient."""
+        super().__init__(seed, turned=turned)
+        draw = Random(f"stiff {seed} {motor}").uniform
+        for joint, nominal in zip(self.joints, Plant().joints, strict=True):
+            if dummy:
+                weight_nm = nominal.parameters.weight_nm
+                joint.parameters = replace(joint.parameters, stiffness_nm=0.0, tone_nm=0.0, weight_nm=weight_nm)
+        joint = self.joints[motor - 1]
+        low, high = joint.rom
+        if not dummy:
+            stiffness_nm = draw(1.5, 3.0) * CHOSEN_NM[motor]
+            far_deg = math.degrees(high) - _REST_MARGIN_DEG - REST_DEG[motor - 1]
+            joint.rom = (low, high - math.radians(draw(15.0, min(60.0, far_deg))))
+            joint.parameters = replace(joint.parameters, stiffness_nm=stiffness_nm)
+
+
+class _Guarding:
+    """Bursts of a patient who works with or against the apparatus, at random times and with random strength."""
+
+    def __init__(self, case: Case) -> None:
+        self._random = Random(f"guarding {case}")
+        self._next_s: float | None = None
+        self._until_s = 0.0
+        self.strength_nm = 0.0
+        self._goal_nm = 0.0
+
+    def at(self, time_s: float) -> float:
+        """Return the torque at a time; call it every 10 ms."""
+        draw = self._random.uniform
+        if self._next_s is None:
+            self._next_s = time_s + draw(1.0, 4.0)
+        elif time_s >= self._next_s:
+            self._goal_nm = self._random.choice((-1, 1)) * draw(0.5, 2.0)
+            self._until_s = time_s + draw(0.5, 2.5)
+            self._next_s = self._until_s + draw(1.0, 5.0)
+        elif time_s >= self._until_s:
+            self._goal_nm = 0.0
+        self.strength_nm += (self._goal_nm - self.strength_nm) * _GUARD_SHARE
+        return self.strength_nm
+
+
+class _Patient(VirtualStation):
+    """A station with a patient whose torque on one axis is noted in every cycle."""
+
+    def __init__(self, case: Case, config: StationConfig) -> None:
+        self._axis = case.motor - 1
+        self._guarding = _Guarding(case) if case.kind == "guarding" else None
+        self.against_nm: list[float] = []
+        self.mechanics: Any = None
+
+        def make(seed: int | None = None, *, turned: bool = False) -> Mechanics:
+            self.mechanics = _mechanics(case, dummy=False)(seed, turned=turned)
+            made: Mechanics = self.mechanics
+            return made
+
+        super().__init__(config, case.seed, make_mechanics=make)
+
+    def after_cycle(self) -> None:
+        """Note the torque between apparatus and shoulder, and let the patient guard."""
+        super().after_cycle()
+        joint = self.mechanics.joints[self._axis]
+        hand_nm = 0.0
+        if self._guarding:
+            hand_nm = self._guarding.at(self.t_ns / 1e9)
+            joint.hand = (math.copysign(1000.0, hand_nm), 0.0, 1000.0, 0.0, abs(hand_nm))
+        if isinstance(self.mechanics, Plant):
+            tone_nm = joint.parameters.tone_nm * 0.5 * math.tanh(joint.arm_speed / math.radians(5.0))
+            self.against_nm.append(-joint.stiffness_nm() + tone_nm - hand_nm)
+        else:
+            tone_nm = joint.resistance_nm * math.tanh(joint.arm_speed / self.mechanics._tone_speed)
+            passive_nm = self.mechanics.shoulder.passive_nm(self._axis - 2, joint.arm_angle, joint.arm_speed)
+            self.against_nm.append(-passive_nm + tone_nm - hand_nm)
+
+    def elastic_nm(self, angles_deg: Floats) -> Floats:
+        """Return the true elastic torque at angles of the arm."""
+        if isinstance(self.mechanics, Plant):
+            joint = self.mechanics.joints[self._axis]
+            was, found = joint.arm_angle, []
+            for angle in angles_deg:
+                joint.arm_angle = math.radians(angle)
+                found.append(-joint.stiffness_nm())
+            joint.arm_angle = was
+            return np.array(found)
+        shoulder = self.mechanics.shoulder
+        return np.array([-shoulder.passive_nm(self._axis - 2, math.radians(angle), 0.0) for angle in angles_deg])
+
+
+def _mechanics(case: Case, *, dummy: bool) -> Callable[..., Mechanics]:
+    if case.plant == "simple":
+        return lambda seed, turned=False: StiffPlant(seed, turned=turned, dummy=dummy, motor=case.motor)
+    from kata.simulator.independent.plant import IndependentPlant
+
+    return lambda seed, turned=False: IndependentPlant(
+        seed, turned=turned, patient=case.patient, balancer_kg=BALANCER_KG, dummy=dummy
+    )
+
+
+@cache
+def _config(plant: PlantName, seed: int) -> StationConfig:
+    """Return the station as after its commissioning, with the test weight in the fixers."""
+    config = simulated("virtual")
+    if plant == "simple":
+        return config
+    return identified(config, seed, _mechanics(Case(plant, seed, "healthy", 3), dummy=True))
+
+
+# -- one test ---------------------------------------------------------------------------------------------------------
+
+
+def judge(case: Case) -> Judged:
+    """Run one test."""
+    try:
+        return _judged(case)
+    except PlaybackError as error:
+        return Judged(case, str(error))
+
+
+def _judged(case: Case) -> Judged:
+    motor = case.motor
+    station = _Patient(case, _config(case.plant, case.seed))
+    grid = np.arange(STARTS_DEG[motor], ENDS_DEG[motor], 0.1)
+    truth = station.elastic_nm(grid)
+    felt_deg = float(grid[np.argmax(truth > _FELT_NM)]) if truth[-1] > _FELT_NM else float(grid[-1])
+    weighed_deg = (STARTS_DEG[motor] + 4.0, STARTS_DEG[motor] + _FREE_SHARE * (felt_deg - STARTS_DEG[motor]))
+    out = _way(motor, case.speed_deg_s)
+    baseline = _baseline(case.plant, case.seed, motor, case.speed_deg_s)
+    growth = arm_growth(_postures(motor, baseline.places_deg), motor, "right", 1.0)
+    weighed_s = [(angle - STARTS_DEG[motor]) / case.speed_deg_s for angle in weighed_deg]
+    test = EndFeel(
+        motor=motor,
+        torque_nm=CHOSEN_NM[motor],
+        expected_nm=_on_path(out, motor, baseline, baseline.out_nm),
+        arm_nm=tuple(_on_path(out, motor, baseline, column) for column in growth.T),
+        weighed_s=(weighed_s[0], weighed_s[1]),
+    )
+    run = station.play(_load(out, test), 6 * out.duration_s)
+    peak_over_nm = max(station.against_nm) - CHOSEN_NM[motor]
+    try:
+        found = measured(_curves(run, motor), baseline, growth, weighed_deg, CHOSEN_NM[motor])
+    except GuardingError as error:
+        return Judged(case, "guarding", peak_over_nm, disagreement_nm=error.disagreement_nm)
+    except TooFewWaysError as error:
+        return Judged(case, str(error), peak_over_nm)
+    return _compared(case, found, Curve(grid, truth, truth), peak_over_nm)
+
+
+def _compared(case: Case, found: Result, truth: Curve, peak_over_nm: float) -> Judged:
+    disagreement_nm = found.disagreement_nm
+    if found.figures is None or found.interval is None:
+        return Judged(case, str(found.unmeasured), peak_over_nm, disagreement_nm=disagreement_nm)
+    true = figures_of(truth, found.stated_nm, found.onset_nm)
+    if isinstance(true, str):
+        return Judged(case, f"measured, but {true}", peak_over_nm, disagreement_nm=disagreement_nm)
+    return Judged(
+        case,
+        "measured",
+        peak_over_nm,
+        found.figures.range_deg - true.range_deg,
+        found.figures.onset_deg - true.onset_deg,
+        found.figures.stiffness_nm_deg / true.stiffness_nm_deg - 1,
+        found.figures.last_third_nm_deg / true.last_third_nm_deg - 1,
+        found.interval.range_deg,
+        disagreement_nm,
+    )
+
+
+@cache
+def _baseline(plant: PlantName, seed: int, motor: int, speed_deg_s: float) -> Curve:
+    """Play the way out and back once with the test weight."""
+    config = _config(plant, seed)
+    station = VirtualStation(config, seed, make_mechanics=_mechanics(Case(plant, seed, "healthy", motor), dummy=True))
+    strong_nm = _BASELINE_SHARE * config.axes[motor - 1].max_torque_nm
+    out = _way(motor, speed_deg_s)
+    test = EndFeel(motor=motor, torque_nm=strong_nm, expected_nm=(0.0, 0.0), repetitions=1)
+    return together(_curves(station.play(_load(out, test), 2 * out.duration_s), motor))
+
+
+def _way(motor: int, speed_deg_s: float) -> Motion:
+    """Return the way from rest to the end of the apparatus' range."""
+    ends = np.array([STARTS_DEG[motor], ENDS_DEG[motor]])
+    out, moved = way_out(Motion(np.array([0.0, 10.0]), _postures(motor, ends)), speed_deg_s)
+    assert moved == motor
+    return out
+
+
+def _load(out: Motion, test: EndFeel) -> Load:
+    return Load(
+        run_id="test",
+        recording_id="recording",
+        times_s=out.times_s.astype("<f8").tobytes(),
+        angles_deg=out.angles_deg.astype("<f8").tobytes(),
+        end_feel=test,
+    )
+
+
+def _curves(run: Journal, motor: int) -> list[Curve]:
+    playing = run.phase == PHASE_PLAYING
+    return curves(
+        run.path_s[playing], run.measured_deg[playing][:, motor - 1], run.torque_nm[playing][:, motor - 1], 1.0
+    )
+
+
+def _postures(motor: int, angles_deg: Floats) -> Floats:
+    """Return the rest posture with these angles of one motor, ``(n, 5)``."""
+    postures = np.tile(np.array(REST_DEG), (len(angles_deg), 1))
+    postures[:, motor - 1] = angles_deg
+    return postures
+
+
+def _on_path(out: Motion, motor: int, baseline: Curve, values: Floats) -> tuple[float, ...]:
+    at = np.linspace(0.0, out.duration_s, _EXPECTED_ROWS)
+    angles = np.interp(at, out.times_s, out.angles_deg[:, motor - 1])
+    return tuple(np.interp(angles, baseline.places_deg, values).tolist())
+
+
+# -- goals ------------------------------------------------------------------------------------------------------------
+
+
+@dataclass(frozen=True)
+class Goal:
+    """A figure and the largest absolute value that it may have."""
+
+    name: str
+    field: str
+    limit: float
+
+    def shown(self, found: Sequence[Judged]) -> str:
+        """Return the median and the worst absolute value, and the share within the goal. An excess below 0 is none."""
+        values = [value for one in found if (value := getattr(one, self.field)) is not None]
+        if not values:
+            return ""
+        sizes = np.maximum(values, 0.0) if self.field == "peak_over_nm" else np.abs(values)
+        inside = np.mean(sizes <= self.limit)
+        return f"{np.median(sizes):.2f}, {sizes.max():.2f}; {100 * inside:.0f} %"
+
+
+GOALS: Final = (
+    Goal("torque above, Nm", "peak_over_nm", 0.2),
+    Goal("range, deg", "range_error_deg", 2.0),
+    Goal("onset, deg", "onset_error_deg", 4.0),
+    Goal("stiffness", "stiffness_error", 0.1),
+    Goal("last third", "last_third_error", 0.1),
+)
+
+# -- many tests -------------------------------------------------------------------------------------------------------
+
+
+def cases(plant: PlantName, seeds: Sequence[int], kinds: Sequence[Kind], motors: Sequence[int]) -> list[Case]:
+    """Return the cases: on the independent plant every stage, one motor for each seed; on the simple plant every motor."""
+    if plant == "simple":
+        return [Case(plant, seed, "healthy", motor, kind) for seed in seeds for kind in kinds for motor in motors]
+    return [
+        Case(plant, seed, patient, motors[seed % len(motors)], kind)
+        for seed in seeds
+        for kind in kinds
+        for patient in STAGES
+    ]
+
+
+def main() -> None:
+    """Print the figures beside the goals."""
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("--plant", choices=get_args(PlantName), default="mujoco")
+    parser.add_argument("--seed", type=int, default=0)
+    parser.add_argument("--seeds", type=int, default=1)
+    parser.add_argument("--kinds", default="relaxed,guarding")
+    parser.add_argument("--motors", default="3,4,5")
+    parser.add_argument("--processes", type=int, default=1)
+    parser.add_argument("--json", type=Path)
+    asked = parser.parse_args()
+    kinds = [kind for kind in get_args(Kind) if kind in asked.kinds.split(",")]
+    motors = [int(motor) for motor in asked.motors.split(",")]
+    chosen = cases(asked.plant, range(asked.seed, asked.seed + asked.seeds), kinds, motors)
+    found = []
+    spawning = multiprocessing.get_context("spawn")
+    with ProcessPoolExecutor(asked.processes, mp_context=spawning, initializer=_settle) as pool:
+        for one in pool.map(_shown, chosen, chunksize=len(chosen) // asked.seeds):
+            found.append(one)
+            if asked.json:
+                asked.json.write_text(json.dumps([asdict(each) for each in found], indent=1) + "\n")
+    Console(width=120).print(summary(found))
+
+
+def _settle() -> None:
+    logging.disable(logging.INFO)
+
+
+def _shown(case: Case) -> Judged:
+    one = judge(case)
+    Console(stderr=True, width=200, highlight=False).print(_line(one))
+    return one
+
+
+def _line(one: Judged) -> str:
+    figures = (
+        ("over", one.peak_over_nm, "Nm"),
+        ("range", one.range_error_deg, "deg"),
+        ("onset", one.onset_error_deg, "deg"),
+        ("stiffness", one.stiffness_error, ""),
+        ("last third", one.last_third_error, ""),
+        ("repetitions differ", one.disagreement_nm, "Nm"),
+    )
+    shown = ", ".join(f"{name} {value:+.2f} {unit}".rstrip() for name, value, unit in figures if value is not None)
+    case = one.case
+    return f"{case.plant} seed {case.seed}, {case.patient}, motor {case.motor}, {case.kind}: {one.outcome}; {shown}"
+
+
+def summary(found: Sequence[Judged]) -> Table:
+    """Return the figures beside the goals, for each motor."""
+    table = Table("motor", "tests", "outcomes", *(f"{goal.name} (goal {goal.limit:g})" for goal in GOALS))
+    for motor in sorted({one.case.motor for one in found}):
+        for kind in get_args(Kind):
+            own = [one for one in found if (one.case.motor, one.case.kind) == (motor, kind)]
+            if own:
+                outcomes = Counter(one.outcome[:30] for one in own)
+                shown = ", ".join(f"{count} {outcome}" for outcome, count in outcomes.most_common())
+                table.add_row(f"{motor} {kind}", str(len(own)), shown, *(goal.shown(own) for goal in GOALS))
+    return table
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,318 @@
+"""The end-feel of a shoulder: passive range, onset of resistance, stiffness and hysteresis from slow ways out and back.
+
+Friction, muscle tone and the capsule's viscosity oppose movement, so they cancel on the mean of the way out and the way back. Weight and
+elastic torque remain. A baseline with a test weight instead of an arm measures the apparatus' part of the weight at every place. The
+arm differs from the test weight by two moments, whose torques are known functions of posture (:mod:`kata.motion.weight`). The moments are
+fitted where the shoulder is free. docs/explanation/end-feel.md has definitions, reasons and figures.
+
+Outward angles and torques are positive away from rest.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from itertools import pairwise
+from typing import Final, Literal, NamedTuple
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from kata.motion.axes import Side
+from kata.motion.edit import Motion
+from kata.motion.linkage import Floats
+from kata.motion.weight import weight_terms
+
+MOTORS: Final = (3, 4, 5)
+"""Motors of the shoulder joint: abduction, flexion and rotation."""
+REPETITIONS: Final = 3
+SPEED_DEG_S: Final = 5.0
+STATED_SHARE: Final = 0.6
+"""The range is stated at this share of the chosen torque, because out and back must both have passed the place."""
+ONSET_SHARE: Final = 0.25
+"""The onset of resistance is at this share of the chosen torque."""
+TURN_DEG: Final = 1.5
+"""Curves end this much before a turn. Friction changes its sign there, and play and soft tissue are reloaded."""
+START_DEG: Final = 3.0
+"""Curves begin this much after the start, where the arm gains speed."""
+DISAGREEMENT_NM: Final = 0.2
+"""Largest difference of a relaxed patient's repetitions: RMS over :data:`_SPAN_PLACES` of a way."""
+_SPAN_PLACES: Final = 6
+_SMOOTH_PLACES: Final = 7
+"""An encoder's count of 0.09 deg makes a position loop give 0.25 Nm more or less."""
+_LEAST_SAMPLES: Final = 3
+_KNOWN_NM: Final = 1.0
+"""Draws the arm's moments to those of the test weight, as the device does (:mod:`kata.device.end_feel`)."""
+_T_95: Final = {2: 12.706, 3: 4.303, 4: 3.182, 5: 2.776}
+"""Student's t of a two-sided interval of 95 %, by the number of values."""
+_PATH_STEP_S: Final = 0.02
+_SHORTEST_S: Final = 1.0
+"""A shorter way, in the path's time, is not a stroke."""
+_POINTS: Final = 31
+"""Points of the straight line through a part of the curve."""
+
+Unmeasured = Literal["torque_not_reached", "resistance_from_start"]
+
+
+class GuardingError(ValueError):
+    """The repetitions do not agree: the patient worked with or against the apparatus."""
+
+    def __init__(self, disagreement_nm: float) -> None:
+        super().__init__(f"the repetitions differ by {disagreement_nm:.2f} Nm")
+        self.disagreement_nm = disagreement_nm
+
+
+class TooFewWaysError(ValueError):
+    """There are fewer than two complete repetitions."""
+
+
+@dataclass(frozen=True)
+class Curve:
+    """Outward torque of one repetition, or the mean of several, at outward angles 1 deg apart: ``(n,)`` each."""
+
+    places_deg: Floats
+    out_nm: Floats
+    back_nm: Floats
+
+    @property
+    def mean_nm(self) -> Floats:
+        """Mean torque of both ways, in which what opposes movement cancels."""
+        mean: Floats = (self.out_nm + self.back_nm) / 2
+        return mean
+
+    @property
+    def opposing_nm(self) -> Floats:
+        """Torque that opposes movement: half of the difference of both ways."""
+        half: Floats = (self.out_nm - self.back_nm) / 2
+        return half
+
+    def between(self, low_deg: float, high_deg: float) -> "Curve":
+        """Return the part of the curve between two angles."""
+        inside = (self.places_deg >= low_deg) & (self.places_deg <= high_deg)
+        return Curve(self.places_deg[inside], self.out_nm[inside], self.back_nm[inside])
+
+
+class Figures(NamedTuple):
+    """Figures of a curve; also half the widths of their intervals."""
+
+    range_deg: float
+    """Outward angle at the stated torque."""
+    onset_deg: float
+    """Outward angle at which resistance begins."""
+    stiffness_nm_deg: float
+    """Of the straight line from onset to range."""
+    last_third_nm_deg: float
+    """The same over the last third of that way."""
+    hysteresis_nm: float
+    """Mean difference of way out and way back between onset and range, without the apparatus' friction."""
+
+
+@dataclass(frozen=True)
+class EndFeel:
+    """The result of one test."""
+
+    stated_nm: float
+    onset_nm: float
+    figures: Figures | None
+    """Means of the repetitions; None if :attr:`unmeasured` says why not."""
+    interval: Figures | None
+    """Half of the width of their 95 % intervals."""
+    unmeasured: Unmeasured | None
+    curve: Curve
+    """Mean of the repetitions without the weight: its mean is the elastic torque."""
+    disagreement_nm: float
+
+
+def way_out(motion: Motion, speed_deg_s: float, further_deg: float = 0.0) -> tuple[Motion, int]:
+    """Return a recorded motion from its start to its farthest place at constant speed, and the motor that is measured.
+
+    That motor is the one of :data:`MOTORS` with the largest range. The other motors follow its angle as recorded. It alone moves
+    ``further_deg`` beyond the recorded end.
+    """
+    axis = max(MOTORS, key=lambda motor: float(np.ptp(motion.angles_deg[:, motor - 1]))) - 1
+    away = np.abs(motion.angles_deg[:, axis] - motion.angles_deg[0, axis])
+    top = int(np.argmax(away))
+    outward = np.sign(motion.angles_deg[top, axis] - motion.angles_deg[0, axis])
+    # A guiding hand strays back by parts of a degree. The way out must not.
+    reached = np.maximum.accumulate(outward * (motion.angles_deg[: top + 1, axis] - motion.angles_deg[0, axis]))
+    new = np.concatenate([[True], np.diff(reached) > 0])
+    whole_deg = float(reached[-1]) + further_deg
+    times = np.linspace(0.0, whole_deg / speed_deg_s, max(2, round(whole_deg / speed_deg_s / _PATH_STEP_S) + 1))
+    gone = times * speed_deg_s
+    angles = np.column_stack(
+        [np.interp(gone, reached[new], motion.angles_deg[: top + 1, n][new]) for n in range(motion.angles_deg.shape[1])]
+    )
+    angles[:, axis] = motion.angles_deg[0, axis] + outward * gone
+    return Motion(times, angles), axis + 1
+
+
+def curves(path_s: ArrayLike, angle_deg: ArrayLike, torque_nm: ArrayLike, outward: float) -> list[Curve]:
+    """Return the curve of each complete repetition from samples ``(n,)``: place on the path, motor angle and torque."""
+    path = np.asarray(path_s, dtype=np.float64)
+    angle, torque = (outward * np.asarray(values, dtype=np.float64) for values in (angle_deg, torque_nm))
+    moving = np.flatnonzero(np.diff(path) != 0.0)
+    forward = np.diff(path)[moving] > 0.0
+    parts = np.split(moving, np.flatnonzero(np.diff(forward)) + 1)
+    strokes = [(part, path[part[-1]] > path[part[0]]) for part in parts if np.ptp(path[part]) >= _SHORTEST_S]
+    found = []
+    for (out, is_out), (back, back_is_out) in pairwise(strokes):
+        if is_out and not back_is_out:
+            top_deg = min(angle[out].max(), angle[back].max())
+            curve = _curve((angle[out], torque[out]), (angle[back], torque[back]))
+            found.append(curve.between(angle[out[0]] + START_DEG, top_deg - TURN_DEG))
+    return found
+
+
+def _curve(out: tuple[Floats, Floats], back: tuple[Floats, Floats]) -> Curve:
+    """Return the curve of the angles and torques of a way out and a way back."""
+    first, last = round(float(min(out[0].min(), back[0].min()))), round(float(max(out[0].max(), back[0].max())))
+    places = np.arange(first, last + 1, dtype=np.float64)
+    at_out, at_back = (_at_places(places, *way) for way in (out, back))
+    known = ~np.isnan(at_out) & ~np.isnan(at_back)
+    return Curve(places[known], at_out[known], at_back[known])
+
+
+def _at_places(places_deg: Floats, angle_deg: Floats, torque_nm: Floats) -> Floats:
+    """Return the torque at the places, NaN where there are too few samples."""
+    place = np.rint(angle_deg - places_deg[0]).astype(int)
+    count, angles, torques = (np.bincount(place, values, len(places_deg)) for values in (None, angle_deg, torque_nm))
+    known = count >= _LEAST_SAMPLES
+    # An encoder's counts are unevenly spread over the places: a mean torque belongs to the mean angle.
+    values = np.interp(places_deg, (angles[known] / count[known]), torques[known] / count[known])
+    found: Floats = np.where(known, values, np.nan)
+    return found
+
+
+def together(repetitions: Sequence[Curve]) -> Curve:
+    """Return the mean of the repetitions at the places that all have.
+
+    :raises TooFewWaysError: without any.
+    """
+    if not repetitions:
+        raise TooFewWaysError("no complete repetition")
+    common = [_at_common(one, repetitions) for one in repetitions]
+    return Curve(
+        common[0].places_deg,
+        np.mean([one.out_nm for one in common], axis=0),
+        np.mean([one.back_nm for one in common], axis=0),
+    )
+
+
+def _at_common(one: Curve, others: Sequence[Curve]) -> Curve:
+    places = one.places_deg
+    keep = np.all([np.isin(places, other.places_deg) for other in others], axis=0)
+    return Curve(places[keep], one.out_nm[keep], one.back_nm[keep])
+
+
+def arm_growth(angles_deg: ArrayLike, motor: int, side: Side, outward: float) -> Floats:
+    """Return how a motor's torque grows with both moments of the arm, for postures ``(n, 5)``: ``(n, 2)``."""
+    growth: Floats = outward * weight_terms(angles_deg, side)[..., motor - 1, :2]
+    return growth
+
+
+def measured(
+    repetitions: Sequence[Curve],
+    baseline: Curve,
+    growth: Floats,
+    weighed_deg: tuple[float, float],
+    chosen_nm: float,
+) -> EndFeel:
+    """Return the end-feel.
+
+    :param baseline: with the test weight, at least as far as the repetitions.
+    :param growth: ``(n, 2)``, :func:`arm_growth` at the baseline's places.
+    :param weighed_deg: outward angles between which the shoulder is free.
+    :raises TooFewWaysError: without two repetitions.
+    :raises GuardingError: when they do not agree.
+    """
+    if len(repetitions) < 2:
+        raise TooFewWaysError("two repetitions or more are needed")
+    common = [_at_common(one, [*repetitions, baseline]) for one in repetitions]
+    base = _at_common(baseline, common)
+    grows = growth[np.isin(baseline.places_deg, base.places_deg)]
+    places = base.places_deg
+    free = (places >= weighed_deg[0]) & (places <= weighed_deg[1])
+    left = [one.mean_nm - base.mean_nm for one in common]
+    factors = _arm_factors(np.tile(grows[free], (len(left), 1)), np.concatenate([one[free] for one in left]))
+    disagreement_nm = _disagreement_nm(common)
+    if disagreement_nm > DISAGREEMENT_NM:
+        raise GuardingError(disagreement_nm)
+    stated_nm, onset_nm = STATED_SHARE * chosen_nm, ONSET_SHARE * chosen_nm
+    weight_nm = grows @ factors
+    net = [
+        Curve(
+            places,
+            one.out_nm - base.out_nm - weight_nm,
+            one.back_nm - base.back_nm - weight_nm,
+        )
+        for one in common
+    ]
+    values = [figures_of(one, stated_nm, onset_nm) for one in net]
+    reason = next((value for value in values if isinstance(value, str)), None)
+    figures = [value for value in values if not isinstance(value, str)]
+    return EndFeel(
+        stated_nm,
+        onset_nm,
+        None if reason else Figures(*np.mean(figures, axis=0).tolist()),
+        None
+        if reason
+        else Figures(*(_T_95[len(figures)] * np.std(figures, axis=0, ddof=1) / np.sqrt(len(figures))).tolist()),
+        reason,
+        together(net),
+        disagreement_nm,
+    )
+
+
+def _arm_factors(growth: Floats, torque_nm: Floats) -> Floats:
+    products = growth.T @ growth + _KNOWN_NM**2 * np.eye(growth.shape[1])
+    return np.asarray(np.linalg.solve(products, growth.T @ torque_nm), dtype=np.float64)
+
+
+def _disagreement_nm(common: Sequence[Curve]) -> float:
+    """Return the largest RMS difference of the repetitions from their mean, over some neighbouring places of a way."""
+    worst = 0.0
+    for side in ("out_nm", "back_nm"):
+        ways = np.array([getattr(one, side) for one in common])
+        square = np.sum((ways - ways.mean(axis=0)) ** 2, axis=0) / (len(ways) - 1)
+        span = min(_SPAN_PLACES, len(square))
+        worst = max(worst, float(np.sqrt(np.convolve(square, np.full(span, 1 / span), "valid").max())))
+    return worst
+
+
+def figures_of(curve: Curve, stated_nm: float, onset_nm: float) -> Figures | Unmeasured:
+    """Return the figures of a curve without weight, or why there are none."""
+    places, elastic_nm = curve.places_deg, _smooth(curve.mean_nm)
+    if elastic_nm[-1] < stated_nm:
+        return "torque_not_reached"
+    range_deg, onset_deg = (_last_crossing(places, elastic_nm, level) for level in (stated_nm, onset_nm))
+    if range_deg is None or onset_deg is None:
+        return "resistance_from_start"
+    inside = curve.between(onset_deg, range_deg).opposing_nm
+    return Figures(
+        range_deg,
+        onset_deg,
+        _slope(places, elastic_nm, onset_deg, range_deg),
+        _slope(places, elastic_nm, onset_deg + 2 / 3 * (range_deg - onset_deg), range_deg),
+        2 * float(np.mean(inside if len(inside) else curve.opposing_nm[-1:])),
+    )
+
+
+def _smooth(torque_nm: Floats) -> Floats:
+    """Return the values of parabolas through :data:`_SMOOTH_PLACES` neighbouring places."""
+    # Imported here: the service starts without scipy.
+    from scipy.signal import savgol_filter
+
+    if len(torque_nm) < _SMOOTH_PLACES:
+        return torque_nm
+    return np.asarray(savgol_filter(torque_nm, _SMOOTH_PLACES, 2), dtype=np.float64)
+
+
+def _last_crossing(places_deg: Floats, torque_nm: Floats, level_nm: float) -> float | None:
+    below = np.flatnonzero(torque_nm < level_nm)
+    if len(below) == 0:
+        return None
+    n = below[-1]
+    return float(np.interp(level_nm, torque_nm[n : n + 2], places_deg[n : n + 2]))
+
+
+def _slope(places_deg: Floats, torque_nm: Floats, low_deg: float, high_deg: float) -> float:
+    at = np.linspace(low_deg, high_deg, _POINTS)
+    return float(np.polyfit(at, np.interp(at, places_deg, torque_nm), 1)[0])

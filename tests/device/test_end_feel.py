@@ -1,0 +1,257 @@
+"""The end-feel test: the arm is taken back before the chosen torque, three times, and whoever holds the pedal ends it."""
+
+import msgspec
+import numpy as np
+import pytest
+
+from kata.device.config import StationConfig
+from kata.device.messages import Approach, EndFeel, Less, Load, Pause, Play, Refusal
+from kata.device.references import build
+from kata.motion.linkage import Floats
+from kata.motion.trajectory import Trajectory
+from tests.support.stepped import REST_DEG, Stepped
+from tests.support.trajectories import LOAD
+
+AXIS = 3
+SPEED_DEG_S = 5.0
+END_DEG = 60.0
+TIMES_S = np.arange(0.0, END_DEG / SPEED_DEG_S + 0.001, 0.02)
+CHOSEN_NM = 2.0
+FRICTION_NM = 0.5
+TEST = EndFeel(motor=AXIS + 1, torque_nm=CHOSEN_NM, expected_nm=(FRICTION_NM, FRICTION_NM))
+
+
+def way(speed_deg_s: float = SPEED_DEG_S) -> Floats:
+    angles = np.tile(np.array(REST_DEG), (len(TIMES_S), 1))
+    angles[:, AXIS] = speed_deg_s * TIMES_S
+    return angles
+
+
+class Shoulder:
+    """A capsule that resists from an angle on, and an arm that is heavier than the baseline's by ``heavier_nm`` at 90 deg."""
+
+    def __init__(self, stepped: Stepped, onset_deg: float = 30.0, nm_deg: float = 0.3, heavier_nm: float = 0.0) -> None:
+        self._stepped = stepped
+        self._onset_deg, self._nm_deg, self._heavier_nm = onset_deg, nm_deg, heavier_nm
+        self.largest_nm = 0.0
+        self.farthest_deg = 0.0
+        self.guarding_nm = 0.0
+
+    def cycle(self) -> None:
+        apparatus = self._stepped.apparatus
+        before_deg = apparatus.angles_deg[AXIS]
+        self._stepped.cycle()
+        angle_deg = apparatus.angles_deg[AXIS]
+        capsule_nm = max(0.0, angle_deg - self._onset_deg) * self._nm_deg + self.guarding_nm
+        weight_nm = self._heavier_nm * np.sin(np.radians(angle_deg))
+        apparatus.torques_nm[AXIS] = capsule_nm + weight_nm + FRICTION_NM * np.sign(angle_deg - before_deg)
+        self.largest_nm = max(self.largest_nm, capsule_nm)
+        self.farthest_deg = max(self.farthest_deg, angle_deg)
+
+    def until(self, mode: str, within_s: float = 120.0) -> None:
+        for n in range(round(within_s * 100)):
+            if self._stepped.mode == mode:
+                return
+            self.cycle()
+            if n % 1000 == 0:
+                self._stepped.exchange.journals[-1].write()
+        raise AssertionError(f"{mode} was not reached; the mode is {self._stepped.mode}")
+
+    def forward(self, seconds: float) -> None:
+        for _ in range(round(seconds * 100)):
+            self.cycle()
+
+
+def started(stepped: Stepped, test: EndFeel = TEST) -> None:
+    assert stepped.send(msgspec.structs.replace(LOAD, end_feel=test), Trajectory(TIMES_S, way())) is None
+    assert stepped.send(Approach()) is None
+    stepped.until("paused")
+    assert stepped.send(Play()) is None
+
+
+def turns(stepped: Stepped) -> list[float]:
+    """Return the angles at which the arm turned back, from the journal."""
+    journal = stepped.journal()
+    path = journal.path_s[journal.phase == 2]
+    angles = journal.setpoint_deg[journal.phase == 2][:, AXIS]
+    back = np.flatnonzero((path[1:-1] > path[:-2]) & (path[1:-1] >= path[2:]))
+    return [float(angles[n]) for n in back]
+
+
+def test_three_repetitions_stay_below_the_chosen_torque(stepped: Stepped) -> None:
+    started(stepped)
+    shoulder = Shoulder(stepped)
+    shoulder.until("idle")
+    assert CHOSEN_NM - 0.4 < shoulder.largest_nm < CHOSEN_NM
+    assert len(turns(stepped)) == 3
+    end = stepped.journal().end
+    assert end is not None and end.reason == "completed"
+
+
+def test_shoulder_that_resists_nowhere_is_measured_to_the_end(stepped: Stepped) -> None:
+    started(stepped)
+    shoulder = Shoulder(stepped, onset_deg=90.0)
+    shoulder.until("idle")
+    assert shoulder.farthest_deg == pytest.approx(END_DEG, abs=0.3)
+    assert len(turns(stepped)) == 3
+
+
+def test_patient_ends_the_test_by_the_pedal(stepped: Stepped) -> None:
+    started(stepped)
+    shoulder = Shoulder(stepped)
+    shoulder.forward(3.0)
+    stepped.apparatus.pedal_down = True
+    shoulder.forward(0.2)
+    stepped.apparatus.pedal_down = False
+    shoulder.until("idle")
+    assert shoulder.farthest_deg < 3.0 * SPEED_DEG_S + 0.5
+    assert len(turns(stepped)) == 1
+    end = stepped.journal().end
+    assert end is not None and end.reason == "returned"
+
+
+def test_pedal_on_the_way_back_ends_the_test_too(stepped: Stepped) -> None:
+    started(stepped)
+    shoulder = Shoulder(stepped, onset_deg=20.0)
+    while shoulder.largest_nm < 1.5:
+        shoulder.cycle()
+    shoulder.forward(2.0)
+    stepped.apparatus.pedal_down = True
+    shoulder.until("idle")
+    assert len(turns(stepped)) == 1
+
+
+def growth(places: int = 100) -> tuple[float, ...]:
+    return tuple(np.sin(np.radians(np.linspace(0.0, END_DEG, places))).tolist())
+
+
+def with_weighing(**changes: object) -> EndFeel:
+    expected = tuple([FRICTION_NM] * 100)
+    return msgspec.structs.replace(TEST, expected_nm=expected, arm_nm=(growth(),), weighed_s=(0.6, 5.6), **changes)
+
+
+@pytest.mark.parametrize("heavier_nm", [-1.5, 1.5])
+def test_arm_of_another_weight_is_weighed_on_the_way(stepped: Stepped, heavier_nm: float) -> None:
+    started(stepped, with_weighing())
+    shoulder = Shoulder(stepped, heavier_nm=heavier_nm)
+    shoulder.until("idle")
+    assert CHOSEN_NM - 0.4 < shoulder.largest_nm < CHOSEN_NM + 0.1
+
+
+def test_heavier_arm_without_weighing_is_taken_back_early(stepped: Stepped) -> None:
+    started(stepped)
+    shoulder = Shoulder(stepped, heavier_nm=1.5)
+    shoulder.until("idle")
+    assert 0.5 < shoulder.largest_nm < CHOSEN_NM - 0.7
+
+
+@pytest.mark.parametrize("guarding_nm", [2.5, 3.0])
+def test_sudden_guarding_is_answered_within_50_ms(stepped: Stepped, guarding_nm: float) -> None:
+    started(stepped)
+    shoulder = Shoulder(stepped, onset_deg=90.0)
+    shoulder.forward(3.0)
+    shoulder.guarding_nm = guarding_nm
+    highest_deg = stepped.apparatus.angles_deg[AXIS]
+    cycles = 0
+    while stepped.apparatus.angles_deg[AXIS] >= highest_deg:
+        highest_deg = stepped.apparatus.angles_deg[AXIS]
+        shoulder.cycle()
+        cycles += 1
+    # The first cycle brings the torque, and the last one shows that the arm came back.
+    assert cycles - 2 <= 5
+
+
+def test_paused_test_goes_on_and_still_turns(stepped: Stepped) -> None:
+    started(stepped)
+    shoulder = Shoulder(stepped)
+    shoulder.forward(2.0)
+    assert stepped.send(Pause()) is None
+    shoulder.until("paused")
+    assert stepped.send(Play()) is None
+    shoulder.until("idle")
+    assert CHOSEN_NM - 0.4 < shoulder.largest_nm < CHOSEN_NM
+
+
+def test_range_of_a_test_is_not_reduced(stepped: Stepped) -> None:
+    started(stepped)
+    refusal = stepped.send(Less())
+    assert refusal is not None and refusal.code == "is_end_feel_test"
+
+
+def test_resistance_above_the_patients_level_still_holds_the_arm(stepped: Stepped) -> None:
+    started(stepped)
+    shoulder = Shoulder(stepped)
+    shoulder.forward(2.0)
+    stepped.apparatus.torques_nm[2] = 3.95
+    shoulder.forward(0.15)
+    stepped.apparatus.torques_nm[2] = 0.0
+    shoulder.until("paused")
+    assert stepped.snapshot.run is not None and stepped.snapshot.run.reversals == 1
+
+
+# -- the check before ------------------------------------------------------------------------------------------------
+
+
+def checked(test: EndFeel, speed_deg_s: float = SPEED_DEG_S, **changes: object) -> Refusal | None:
+    load = Load(
+        run_id="r",
+        recording_id="a",
+        times_s=TIMES_S.astype("<f8").tobytes(),
+        angles_deg=way(speed_deg_s).astype("<f8").tobytes(),
+        end_feel=test,
+    )
+    built = build(msgspec.structs.replace(load, **changes), StationConfig())
+    return built if isinstance(built, Refusal) else None
+
+
+def test_a_slow_way_out_is_accepted() -> None:
+    assert checked(TEST) is None
+    assert checked(with_weighing()) is None
+
+
+@pytest.mark.parametrize(
+    "changes",
+    [
+        {"motor": 6},
+        {"repetitions": 0},
+        {"expected_nm": (0.0,)},
+        {"expected_nm": (0.0, float("nan"))},
+        {"arm_nm": ((0.0, 1.0, 2.0),)},
+        {"arm_nm": ((0.0, float("inf")),)},
+        {"torque_nm": 0.0},
+        {"torque_nm": float("nan")},
+    ],
+)
+def test_incomplete_settings_are_refused(changes: dict[str, object]) -> None:
+    refusal = checked(msgspec.structs.replace(TEST, **changes))
+    assert refusal is not None and "the settings of its end-feel test are incomplete" in refusal.message
+
+
+def up_and_down() -> bytes:
+    angles = way()
+    angles[:, AXIS] = SPEED_DEG_S * np.minimum(TIMES_S, 10.0 - np.maximum(TIMES_S - 2.0, 0.0))
+    return angles.astype("<f8").tobytes()
+
+
+@pytest.mark.parametrize(
+    ("speed_deg_s", "changes"),
+    [(1.0, {}), (11.0, {}), (SPEED_DEG_S, {"method": "paper"}), (SPEED_DEG_S, {"angles_deg": up_and_down()})],
+)
+def test_another_way_is_refused(speed_deg_s: float, changes: dict[str, object]) -> None:
+    refusal = checked(TEST, speed_deg_s, **changes)
+    assert refusal is not None and "motor 4 must move one way, by at least 10 deg, at 2 to 10 deg/s" in refusal.message
+
+
+def test_motor_that_stands_is_refused() -> None:
+    assert checked(msgspec.structs.replace(TEST, motor=3)) is not None
+
+
+def test_torque_above_the_patients_level_is_refused() -> None:
+    refusal = checked(TEST, load_level=12)
+    assert refusal is not None and "arm and test need 2.0 Nm of motor 4" in refusal.message
+    assert "allows 1.9 Nm" in refusal.message
+
+
+def test_arm_that_leaves_no_torque_for_a_test_is_refused() -> None:
+    refusal = checked(msgspec.structs.replace(TEST, expected_nm=(0.5, 3.6, 2.0)))
+    assert refusal is not None and "arm and test need 4.1 Nm of motor 4" in refusal.message

@@ -1,0 +1,50 @@
+"""The end-feel test by the real control loop on a simulated shoulder whose truth is known."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from kata.evaluation.end_feel import GOALS, Case, Judged, cases, judge, summary
+from kata.simulator.independent.plant import IndependentPlant
+
+CASE = Case("simple", 1, "healthy", 5, speed_deg_s=10.0)
+
+
+@pytest.fixture(scope="module")
+def relaxed() -> Judged:
+    return judge(CASE)
+
+
+def test_relaxed_shoulder_is_measured_within_the_goals(relaxed: Judged) -> None:
+    assert relaxed.outcome == "measured"
+    for goal in GOALS:
+        assert abs(getattr(relaxed, goal.field)) <= goal.limit or getattr(relaxed, goal.field) < 0, goal.name
+
+
+def test_guarding_patient_is_refused() -> None:
+    assert judge(replace(CASE, kind="guarding")).outcome == "guarding"
+
+
+def test_summary_shows_each_goal_beside_its_figures(relaxed: Judged) -> None:
+    table = summary([relaxed, replace(relaxed, range_error_deg=-3.0)])
+    shown = {str(column.header): next(iter(column.cells)) for column in table.columns}
+    assert shown["outcomes"] == "2 measured"
+    assert shown["range, deg (goal 2)"].endswith("3.00; 50 %")
+
+
+def test_cases_of_the_independent_plant_have_every_stage() -> None:
+    found = cases("mujoco", [0, 1], ["relaxed"], [3, 4, 5])
+    assert [(case.seed, case.patient, case.motor) for case in found][:4] == [
+        (0, "frozen", 3), (0, "freezing", 3), (0, "thawing", 3), (0, "healthy", 3),
+    ]  # fmt: skip
+    assert {case.motor for case in found} == {3, 4}
+
+
+def test_test_weight_is_the_same_on_every_apparatus() -> None:
+    weights = [IndependentPlant(seed, dummy=True) for seed in (1, 2)]
+    assert weights[0].parameters.upper_arm_kg == weights[1].parameters.upper_arm_kg == 2.0
+    assert weights[0].parameters.link_kg != weights[1].parameters.link_kg
+    for weight in weights:
+        torques = [weight.shoulder.passive_nm(n, angle, 1.0) for n in range(3) for angle in np.radians([-90, 90])]
+        assert torques == pytest.approx([0.0] * 6, abs=1e-9)
