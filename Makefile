@@ -160,7 +160,7 @@ WHEELS = rm -rf .cache/wheels && $(BIN)/python -m pip wheel --quiet --no-deps --
 VERSION = $$(sed -n 's/^__version__ = "\(.*\)"/\1/p' backend/kata/__init__.py)
 deb: dist ## Debian package of the last commit with all Python packages, in the folder dist
 	@$(WHEELS)
-	@deploy/debian/build.sh $(VERSION) .cache/wheels dist
+	@SOURCE_DATE_EPOCH=$$(git log -1 --format=%ct) deploy/debian/build.sh $(VERSION) .cache/wheels dist
 
 bundle: dist ## the same for `kata update`, signed: make bundle KEY=private.pem
 	@test -n "$(KEY)" || { echo "Name the private key: make bundle KEY=private.pem"; exit 1; }

@@ -14,6 +14,8 @@ put 0644 "$here/../systemd/kata.service" usr/lib/systemd/system/kata.service
 put 0644 "$here/60-kata.rules" usr/lib/udev/rules.d/60-kata.rules
 put 0644 "$here/environment" etc/kata/environment
 put 0644 "$here/limits.conf" etc/security/limits.d/kata.conf
+install -d "$made/usr/bin"
+ln -s /opt/kata/current/bin/kata "$made/usr/bin/kata"
 for wheel in "$wheels"/*.whl; do
     put 0644 "$wheel" "usr/share/kata/wheels/$(basename "$wheel")"
 done
@@ -40,4 +42,5 @@ find "$made" -type d -exec chmod 0755 {} +
 chmod 0644 "$made/DEBIAN/control" "$made/DEBIAN/conffiles"
 chmod 0755 "$made/DEBIAN/postinst" "$made/DEBIAN/prerm" "$made/DEBIAN/postrm"
 mkdir -p "$out"
-dpkg-deb --root-owner-group --build "$made" "$out" >/dev/null
+# Wheels are compressed already.
+dpkg-deb --root-owner-group -Znone --build "$made" "$out" >/dev/null
