@@ -54,6 +54,17 @@ def test_a_signed_bundle_is_unpacked_as_it_was(bundle: Path, tmp_path: Path) -> 
     assert len(unpacked) == 2
 
 
+def test_a_wheel_with_a_long_name_is_bundled(tmp_path: Path) -> None:
+    name = "charset_normalizer-3.5.2-cp311-cp311-manylinux2014_x86_64.manylinux_2_17_x86_64.manylinux_2_28_x86_64.whl"
+    wheel = tmp_path / name
+    wheel.write_bytes(b"numbers")
+    write_bundle(tmp_path / "kata.bundle", "1.1.0", [wheel], KEY)
+    target = tmp_path / "unpacked"
+    target.mkdir()
+    (unpacked,) = unpack_bundle(tmp_path / "kata.bundle", public(tmp_path), target)
+    assert (unpacked.name, unpacked.read_bytes()) == (name, b"numbers")
+
+
 def test_two_bundles_of_the_same_wheels_are_equal(bundle: Path, tmp_path: Path) -> None:
     again = tmp_path / "again.bundle"
     write_bundle(again, "1.1.0", list(tmp_path.glob("*.whl")), KEY)

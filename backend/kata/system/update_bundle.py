@@ -54,7 +54,7 @@ def write_bundle(out: Path, version: str, wheels: list[Path], key: Ed25519Privat
     files = {wheel.name: wheel for wheel in sorted(wheels)}
     manifest = Manifest(version, {name: _sha256(file) for name, file in files.items()})
     encoded = msgspec.json.encode(manifest)
-    with tarfile.open(out, "w", format=tarfile.USTAR_FORMAT) as archive:
+    with tarfile.open(out, "w", format=tarfile.PAX_FORMAT) as archive:
         for name, content in ((_MANIFEST, encoded), (_SIGNATURE, key.sign(encoded))):
             archive.addfile(_member(name, len(content)), io.BytesIO(content))
         for name, file in files.items():
