@@ -16,7 +16,7 @@ class Actor:
 
     account_id: UUID
     login_session_id: UUID
-    """Identifies the browser, which holds the lease; of a program, its access token."""
+    """Identifies the browser, to which the lease belongs. For a program, identifies its access token."""
     name: str
     """The user's name in records, for example as therapist, examiner or signer."""
     role: Role
@@ -27,7 +27,7 @@ class Actor:
     enrolling: bool = False
     """The account needs a second factor and has none yet: the user may only set it up."""
     by_token: bool = False
-    """A program acts with an access token: it may only read (``TOKEN_PERMISSIONS``)."""
+    """True if a program acts with an access token. It may then only read (``TOKEN_PERMISSIONS``)."""
 
 
 CURRENT_ACTOR: Final[ContextVar[Actor | None]] = ContextVar("current_actor", default=None)
@@ -47,9 +47,9 @@ class RequestContext:
     address: str = ""
     """Address of the browser, from the connection or a trusted proxy."""
     audits_views: bool = False
-    """True if a read request is recorded in the audit trail."""
+    """True if read requests for this action are recorded in the audit trail."""
     is_command: bool = False
-    """True for a command to the apparatus, whose answer does not wait for the audit trail."""
+    """True if the action is a command to the apparatus. Its answer does not wait for the audit trail."""
     account_id: UUID | None = None
     """The account of an attempted login; None otherwise."""
     why: str = ""

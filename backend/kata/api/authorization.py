@@ -59,7 +59,7 @@ _MIN_TOKEN_CHARACTERS: Final = 20
 async def authorize(connection: HTTPConnection) -> None:
     """Authorize a request or WebSocket, and set CURRENT_ACTOR and REQUEST_CONTEXT.
 
-    :raises ProblemError: 401, 403 or 423; of a WebSocket, WebSocketException.
+    :raises ProblemError: 401, 403 or 423. For a WebSocket, WebSocketException is raised instead.
     """
     try:
         await _authorize(connection, await _body(connection))
@@ -74,7 +74,7 @@ async def authorize(connection: HTTPConnection) -> None:
 
 
 async def authorize_before_validation(request: Request) -> None:
-    """Authorize before reporting validation errors: FastAPI parses the body before it calls :func:`authorize`.
+    """Authorize before validation errors are reported. This runs earlier than :func:`authorize`, because FastAPI parses the body first.
 
     :raises ProblemError: 401, 403 or 423.
     """
@@ -191,13 +191,13 @@ async def _read_actor(connection: HTTPConnection, rule: RouteRule, cookie: str) 
 
 
 def _bearer_token(connection: HTTPConnection) -> str:
-    """Return the access token of the request, empty without one. A browser sends none: its cookie then counts."""
+    """Return the access token of the request, or an empty text. A browser sends no token; its cookie is then used."""
     scheme, _, sent = connection.headers.get("authorization", "").partition(" ")
     return sent.strip() if scheme.lower() == "bearer" and sent.strip().startswith(access_tokens.PREFIX) else ""
 
 
 def _read_token_owner(services: Services, token: str, address: str) -> Actor:
-    """Return the owner of an access token. An address that sends invented ones must wait.
+    """Return the owner of an access token. An address that sends many invented tokens must wait before it may try again.
 
     :raises ProblemError: 401; 429 after too many attempts.
     """
@@ -212,7 +212,7 @@ def _read_token_owner(services: Services, token: str, address: str) -> Actor:
 
 
 def _check_only_reads(connection: HTTPConnection, rule: RouteRule) -> None:
-    """Check that a request with an access token only reads. A WebSocket has no method: it is refused.
+    """Check that a request with an access token only reads. A WebSocket has no HTTP method, so it is refused.
 
     :raises ProblemError: 403.
     """

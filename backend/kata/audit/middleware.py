@@ -11,14 +11,14 @@ from kata.audit.entries import entry
 from kata.database.availability import DATABASE_UNAVAILABLE
 
 _REFUSED: Final = frozenset({401, 403, 404, 409, 410, 423, 429, 503})
-"""Statuses of a refusal. A validation error (422) is none."""
+"""Statuses that are recorded as a refusal. A validation error (422) is not."""
 _READING: Final = frozenset({"GET", "HEAD", "OPTIONS"})
 _AUDITED_SOCKETS: Final = frozenset({"live", "live_stations"})
-"""These WebSockets show which patient is on an apparatus."""
+"""WebSockets that are recorded, because they show which patient is on an apparatus."""
 _HEALTH_CHECKS: Final = frozenset({"get_health_live", "get_health_ready", "get_health_idle"})
-"""Never recorded: programs request them every few seconds."""
+"""Routes that are never recorded, because programs request them every few seconds."""
 _REFRESH: Final = b"x-kata-refresh"
-"""The header by which a page marks a request that refreshes what it shows."""
+"""Header by which a page marks a request that refreshes what it shows."""
 _UNAUTHENTICATED: Final = "at_the_door"
 """Action code of requests that were refused before their route was known. Stored rows contain it."""
 _SOCKET_STATUS: Final = {"websocket.accept": 101, "websocket.close": 403}
@@ -92,7 +92,7 @@ async def _record_outcome(audit_log: AuditLog, scope: Scope, status: int) -> Non
 
 
 async def _record_view(audit_log: AuditLog, scope: Scope, view: Entry) -> None:
-    """Record a view, unless it refreshes one that is in the trail."""
+    """Record a view, unless it refreshes a view that is already in the trail."""
     address = scope["path"].encode(errors="replace") + b"?" + scope["query_string"]
     is_refresh = any(name == _REFRESH for name, _ in scope["headers"])
     if is_refresh and (view, address) in audit_log.recorded_views:
@@ -102,7 +102,7 @@ async def _record_view(audit_log: AuditLog, scope: Scope, view: Entry) -> None:
 
 
 def _is_recorded(context: RequestContext, method: str, status: int) -> bool:
-    # Refusals during an outage of the database are not recorded: the outage has its own entry.
+    # Refusals during an outage of the database are not recorded, because the outage has its own entry.
     if context.why == DATABASE_UNAVAILABLE or context.action in _HEALTH_CHECKS:
         return False
     if status >= 500:

@@ -1,6 +1,6 @@
-"""Access tokens: a user's program reads with the user's permissions, and changes nothing. The caller commits.
+"""Access tokens, with which a user's program reads with the user's permissions and changes nothing. The caller commits.
 
-A token is a secret of 256 bits behind a prefix that scanners of published code recognize. Only its hash is stored.
+A token is a secret of 256 bits after a prefix, by which scanners of published code recognize it. Only its hash is stored.
 """
 
 from collections.abc import Sequence
@@ -18,7 +18,7 @@ from kata.errors import ProblemError, not_found
 
 PREFIX: Final = "kata_"
 MAX_TOKENS: Final = 20
-"""Valid tokens of one account."""
+"""Maximum number of valid tokens of one account."""
 
 
 def create(
@@ -45,7 +45,7 @@ def create(
 
 
 def list_valid(session: Session, now: datetime, account_id: UUID | None = None) -> Sequence[AccessTokenRow]:
-    """Return the tokens that are accepted now, newest first. ``account_id``: only those of one account."""
+    """Return the tokens that are valid now, newest first. ``account_id``: return only those of this account."""
     query = select(AccessTokenRow).where(AccessTokenRow.revoked_at.is_(None), AccessTokenRow.expires_at > now)
     if account_id is not None:
         query = query.where(AccessTokenRow.account_id == account_id)
@@ -55,7 +55,7 @@ def list_valid(session: Session, now: datetime, account_id: UUID | None = None) 
 def revoke(session: Session, token_id: UUID, now: datetime, owner_id: UUID | None = None) -> None:
     """Revoke a token.
 
-    :param owner_id: the account that must own it.
+    :param owner_id: account to which the token must belong.
     :raises ProblemError: 404 when there is no such token.
     """
     row = session.get(AccessTokenRow, token_id)
@@ -74,7 +74,7 @@ def revoke_all(session: Session, account_id: UUID, now: datetime) -> None:
 
 
 def find_actor(session: Session, token: str, now: datetime) -> Actor | None:
-    """Return the owner of a token, limited to reading; None for a token that never existed.
+    """Return the owner of a token, limited to reading, or None for a token that never existed.
 
     :raises ProblemError: 401 when the token has expired or was revoked, or its owner's account is disabled.
     """

@@ -1,4 +1,4 @@
-"""Routes for access tokens: those of the user, and for administrators those of all accounts."""
+"""Routes for access tokens. Users manage their own tokens, administrators those of all accounts."""
 
 from datetime import timedelta
 from typing import Annotated
@@ -20,29 +20,33 @@ router = APIRouter(tags=["access tokens"])
 class AccessTokenCreate(Schema):
     """A new access token."""
 
-    name: Name = Field(description="What the token is for.", examples=["Nightly export"])
+    name: Name = Field(description="Purpose of the token.", examples=["Nightly export"])
     valid_days: Annotated[int, Field(ge=1, le=366, description="Days until the token expires.")]
-    password: Password | None = Field(None, description="Not needed within ten minutes after the last authentication.")
+    password: Password | None = Field(
+        None, description="The user's password. It is not needed within ten minutes after the last authentication."
+    )
 
 
 class AccessToken(Schema):
-    """An access token that is accepted now, without its secret."""
+    """An access token that is valid now, without its secret."""
 
     id: UUID
     name: str
     created_at: Moment
     expires_at: Moment
-    last_used_at: Moment | None = Field(description="To the minute; null: never. UTC.")
+    last_used_at: Moment | None = Field(
+        description="Time of the last use, to the minute, UTC; null: the token was never used."
+    )
 
 
 class CreatedAccessToken(AccessToken):
-    """A new access token. The service does not store the token itself, so this is the only answer that contains it."""
+    """A new access token. Only this answer contains the token itself, because the service does not store it."""
 
-    token: str = Field(description="For the header `Authorization: Bearer`.")
+    token: str = Field(description="The token, to be sent in the header `Authorization: Bearer`.")
 
 
 class AccountAccessToken(AccessToken):
-    """An access token, with its owner."""
+    """An access token and its owner."""
 
     account_id: UUID
     owner: str = Field(description="Name of the account.")
@@ -50,7 +54,7 @@ class AccountAccessToken(AccessToken):
 
 @router.get("/api/me/access-tokens", responses=PROBLEMS.of(401), summary="List the own access tokens")
 def list_own_access_tokens(database: TheDatabase, auth: TheAuthentication, actor: TheActor) -> Page[AccessToken]:
-    """Return the user's valid access tokens, the newest first. There are few, so the list has no pages."""
+    """Return the user's valid access tokens, newest first. They are few, so the list has no pages."""
     with database.read() as session:
         rows = access_tokens.list_valid(session, auth.now(), actor.account_id)
         return Page[AccessToken].complete([AccessToken.model_validate(row) for row in rows])
@@ -65,9 +69,10 @@ def list_own_access_tokens(database: TheDatabase, auth: TheAuthentication, actor
 def create_access_token(
     database: TheDatabase, auth: TheAuthentication, actor: TheActor, given: AccessTokenCreate
 ) -> CreatedAccessToken:
-    """Create a token with which the user's programs read what the user may read. It never changes anything, and never stops the apparatus.
+    """Create a token with which the user's programs can read what the user may read. A token can neither change anything nor stop the
+    apparatus.
 
-    It sees neither accounts nor the audit trail.
+    It can read neither accounts nor the audit trail.
     """
     require_reauthentication(database, auth, actor, given.password)
     with database.write() as session:
@@ -86,14 +91,14 @@ def create_access_token(
 def revoke_own_access_token(
     database: TheDatabase, auth: TheAuthentication, actor: TheActor, access_token_id: UUID
 ) -> None:
-    """Revoke an access token of the user. The next request with it is refused."""
+    """Revoke an access token of the user. Later requests with it are refused."""
     with database.write() as session:
         access_tokens.revoke(session, access_token_id, auth.now(), actor.account_id)
 
 
 @router.get("/api/access-tokens", responses=PROBLEMS.of(401, 403), summary="List the access tokens of all accounts")
 def list_access_tokens(database: TheDatabase, auth: TheAuthentication) -> Page[AccountAccessToken]:
-    """Return all valid access tokens, the newest first. A clinic has few, so the list has no pages."""
+    """Return all valid access tokens, newest first. A clinic has few, so the list has no pages."""
     with database.read() as session:
         return Page[AccountAccessToken].complete(
             [
@@ -114,6 +119,6 @@ def list_access_tokens(database: TheDatabase, auth: TheAuthentication) -> Page[A
     summary="Revoke an access token of any account",
 )
 def revoke_access_token(database: TheDatabase, auth: TheAuthentication, access_token_id: UUID) -> None:
-    """Revoke an access token of any account. The next request with it is refused."""
+    """Revoke an access token of any account. Later requests with it are refused."""
     with database.write() as session:
         access_tokens.revoke(session, access_token_id, auth.now())

@@ -111,7 +111,7 @@ def issue_code(row: AccountRow, now: datetime) -> str:
 
 
 def reset(session: Session, row: AccountRow, now: datetime, *, with_second_factor: bool) -> str:
-    """Remove the password, the login sessions and access tokens, and the second factor if ``with_second_factor``. Return a one-time code
+    """Remove the password, all login sessions and access tokens and, if ``with_second_factor``, the second factor. Return a one-time code
     for setting a new password.
     """
     row.password_hash = None
@@ -141,7 +141,7 @@ def set_password(
 
 
 def disable(session: Session, row: AccountRow, now: datetime, *, disabled: bool) -> None:
-    """Disable the account, end its login sessions and revoke its access tokens, or enable it again without them."""
+    """Disable the account, end its login sessions and revoke its access tokens; or enable it again. Enabling brings none of them back."""
     row.disabled_at = (row.disabled_at or now) if disabled else None
     if disabled:
         row.code_hash = row.code_until = None
@@ -152,7 +152,7 @@ def disable(session: Session, row: AccountRow, now: datetime, *, disabled: bool)
 def check_administrators_left(session: Session) -> None:
     """Check that an enabled administrator remains.
 
-    :raises ProblemError: 409 when this change would leave none.
+    :raises ProblemError: 409 when no enabled administrator would remain.
     """
     session.flush()
     if not count_administrators(session):

@@ -105,10 +105,10 @@ def create_account(database: TheDatabase, auth: TheAuthentication, given: Accoun
 def update_account(
     request: Request, database: TheDatabase, auth: TheAuthentication, account_id: UUID, change: AccountUpdate
 ) -> Account:
-    """Change name, role, stations or identity of an account, or disable or enable it. A change of rights ends its login sessions and
-    access tokens.
+    """Change name, role, stations or identity of an account, or disable or enable it. A change of rights ends the account's login sessions
+    and access tokens.
     """
-    # The real clock: the time is the account's version and must differ between changes.
+    # Use the real clock, because the time is the account's version and must differ between changes.
     now = utc_now()
     with database.write() as session:
         row = accounts.get(session, account_id)

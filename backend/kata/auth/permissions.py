@@ -44,11 +44,15 @@ ROLE_PERMISSIONS: Final[Mapping[Role, frozenset[Permission]]] = MappingProxyType
 UNAUDITED_VIEWS: Final[frozenset[Permission]] = frozenset(
     {"public", "own_account", "see_station", "diagnose", "see_operation"}
 )
-"""Permissions whose read requests the audit trail does not record, because no answer is a patient's record. It records those of all others."""
+"""Permissions whose read requests the audit trail does not record, because their answers contain no patient's record. Read requests of
+all other permissions are recorded.
+"""
 COMMANDS: Final[frozenset[Permission]] = frozenset({"stop", "operate"})
-"""Permissions of commands to the apparatus, whose answers do not wait for the audit trail."""
+"""Permissions of commands to the apparatus. The answer to a command does not wait for the audit trail."""
 TOKEN_PERMISSIONS: Final[frozenset[Permission]] = frozenset({"see_station", "see_operation", "read_records"})
-"""Permissions that an access token leaves to its owner, for requests that only read. A program sees neither accounts nor the audit trail."""
+"""Permissions that an access token keeps of its owner's, for requests that only read. A program can read neither accounts nor the audit
+trail.
+"""
 
 
 @dataclass(frozen=True, slots=True)
@@ -69,7 +73,9 @@ class RouteRule:
     name only records of patients in the offline cache (:mod:`kata.clinic.sessions.offline_cache`).
     """
     token: bool = False
-    """Allowed without a login for programs that send the token of ``KATA_METRICS_TOKEN_FILE``, which is no user's access token."""
+    """True if programs that send the token of ``KATA_METRICS_TOKEN_FILE`` may use the route without a login. That token is no user's
+    access token.
+    """
     file: str = ""
     """Media type of the body if it is a file. The file may be large, names no record, and is parsed outside the service's process."""
 

@@ -60,7 +60,7 @@ class RecoveryCodeRow(Base):
 
 
 class AccessTokenRow(Base):
-    """A token with which a program reads for its owner. It is revoked, never deleted, because the audit trail names it."""
+    """A token with which a program reads for its owner. It can be revoked but is never deleted, because the audit trail names it."""
 
     __tablename__ = "access_tokens"
 

@@ -98,7 +98,7 @@ def verify_and_record(settings: Settings, file: Path, key: Path) -> VerifiedBack
     """Verify a backup like :func:`verify_backup`. On a computer with a clinic, also write a record for its administrator.
 
     :raises BackupError: as :func:`verify_backup`, or when another backup is being made.
-    :raises DatabaseError: as :func:`verify_backup`.
+    :raises DatabaseError: as for :func:`verify_backup`.
     """
     keys = identities(key)
     database = Database(settings.effective_database_url)
@@ -211,8 +211,8 @@ def _with_audit_result(copy: Database, contents: Contents, anchor: Path) -> Veri
 
 
 def revoke_access(settings: Settings, copy: Database, file: Path, folder: Path, now: datetime) -> None:
-    """End all login sessions, access tokens and one-time codes, which may have been revoked since the backup. Record the restore in the
-    audit trail.
+    """End all login sessions and invalidate all access tokens and one-time codes, because they may have been revoked since the backup.
+    Record the restore in the audit trail.
     """
     AuditHook(copy)
     with copy.write() as session:

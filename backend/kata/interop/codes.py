@@ -95,11 +95,11 @@ LOCAL_CODES: Final[dict[str, str]] = {
     **_ROM_LOCAL,
     **{f"contraindication-{kind.code}": str(kind.name) for kind in CONTRAINDICATIONS.values()},
 }
-"""Our own codes with their meaning, besides those of :func:`local_codes`."""
+"""Our own codes and their meaning, except those that :func:`local_codes` adds."""
 
 
 def local_codes() -> dict[str, str]:
-    """Return every code of our own with its meaning. Those of totals depend on the clinic's questionnaires."""
+    """Return every code of our own with its meaning. The codes of totals depend on the clinic's questionnaires."""
     return LOCAL_CODES | {
         f"{one.code}-total": f"{one.title}, {_total(one)}, {one.better} is better)"
         for one in DEFINITIONS.values()

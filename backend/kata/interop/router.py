@@ -153,9 +153,10 @@ def get_recording_mcap(database: TheDatabase, worker: TheFigures, recording_id: 
     responses=PROBLEMS.of(404, 409, 410, 422) | _CSV,
 )
 def get_run_samples(database: TheDatabase, worker: TheFigures, run_id: UUID) -> StreamingResponse:
-    """Return a run's samples as CSV: time, phase, place and real time on the motion, and each motor's setpoint, angle and torque.
+    """Return a run's samples as CSV: time, phase, position on the motion, real time on the motion, and setpoint, angle and torque of each
+    motor.
 
-    A simulated apparatus adds the column ``simulated``.
+    For a simulated apparatus the file also has the column ``simulated``.
     """
     with database.read() as session:
         series, origin = service.of_run(session, run_id)

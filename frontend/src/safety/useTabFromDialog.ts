@@ -3,22 +3,22 @@ import { type RefObject, useEffect } from "react";
 const DIALOG = '[role="dialog"][aria-modal="true"]';
 
 /**
- * Let Tab reach Stop from an open dialog: past its last control to Stop, and from Stop back to its first one. With Shift, the other way
- * round. A dialog alone would keep Tab within itself.
+ * Let Tab reach Stop from an open dialog, which otherwise keeps Tab within itself. Tab goes from the dialog's last
+ * control to Stop, and from Stop to the first control. With Shift, it goes in the opposite direction.
  */
 export function useTabFromDialog(stop: RefObject<HTMLElement | null>) {
   useEffect(() => {
     let before: Element | null = null;
 
-    // Before the dialog handles the key.
+    // This runs before the dialog handles the key.
     const onCapture = (event: KeyboardEvent) => {
       before = event.key === "Tab" ? document.activeElement : null;
-      // From itself, the dialog moves the focus to its first or last control.
+      // If the dialog itself has the focus, it moves the focus to its first or last control.
       if (before && before === stop.current)
         [...document.querySelectorAll<HTMLElement>(DIALOG)].at(-1)?.focus();
     };
 
-    // After the dialog has moved the focus.
+    // This runs after the dialog has moved the focus.
     const onBubble = (event: KeyboardEvent) => {
       const now = document.activeElement;
       if (!before || !now || !event.defaultPrevented || !before.closest(DIALOG)?.contains(now)) return;

@@ -5,12 +5,13 @@ measurement of the range of motion of joints" (1995, revised 2022): Jpn J Rehabi
 rotation with the arm raised sideways is from the section on other methods. For rotation with the arm raised forward the publication has no
 reference, so its value is that of the apparatus's motion 6 (Sun et al., Robotics 2025, 14, 12, Table 2).
 
-The zero of rotation is the Association's with the arm at the side and raised sideways: the forearm points forward, along its basic axis,
-the perpendicular to the frontal plane. With the arm raised forward that axis is the upper arm itself, so the Association's table defines no
-zero. Kata's zero there is the Association's zero with the arm at the side, carried forward without rotation: the elbow bent to 90 deg, the
-forearm straight up. We infer that Table 2 counts from it too: Section 2.2 of the article gives about 10 deg of external rotation with the arm
-raised sideways, where the Association counts 90 deg to the forearm that points up. The other zero in use carries the arm that is raised
-sideways forward: the forearm lies level across the chest, and every angle differs by 90 deg (:class:`OtherZero`).
+For rotation with the arm at the side and with the arm raised sideways, zero is that of the Association: the forearm points forward, along
+its basic axis, the perpendicular to the frontal plane. With the arm raised forward that axis is the upper arm itself, so the Association's
+table defines no zero. Kata then uses the Association's zero with the arm at the side, raised forward without rotation: the elbow is bent to
+90 deg and the forearm points straight up. We infer that Table 2 uses the same zero: Section 2.2 of the article gives about 10 deg of
+external rotation with the arm raised sideways, where the Association counts 90 deg for the forearm that points up. Another zero is also in
+use. It raises the arm sideways and then moves it forward: the forearm is level across the chest, and every angle differs by 90 deg
+(:class:`OtherZero`).
 
 The bounds detect typing errors. The upper bound lies beyond the most supple shoulder. The lower bound is as far below zero as a contracture
 can keep an arm from neutral.
@@ -56,12 +57,12 @@ class Loinc:
 
 @dataclass(frozen=True)
 class OtherZero:
-    """A second zero that is in use for the same measurement."""
+    """A second zero that is also in use for the same measurement."""
 
     adds_deg: float
-    """An angle counted from it is larger by this."""
+    """An angle that is counted from the second zero is larger by this."""
     fits_from_deg: float
-    """An angle beyond this, towards the other zero's angles, fits the other zero better."""
+    """An angle beyond this, in the direction of the second zero's angles, fits the second zero better."""
 
 
 @dataclass(frozen=True)
@@ -78,7 +79,7 @@ class Measure:
     reference_deg: float
     loinc: Loinc | None = None
     source: str = _JOA
-    """Of the reference."""
+    """Source of the reference."""
     other_zero: OtherZero | None = None
 
     def loinc_of(self, kind: str) -> str:
@@ -94,9 +95,11 @@ _HORIZONTAL_ADDUCTION: Final = Loinc("", "56046-6")
 """Horizontal flexion is LOINC's horizontal adduction: 56046-6, Shoulder Horizontal adduction Passive Range of Motion. Of the active codes we
 have verified only the right shoulder's (56044-1)."""
 _LEVEL_FOREARM_OUT: Final = OtherZero(adds_deg=90.0, fits_from_deg=45.0)
-"""20 deg beyond the reference. We chose this margin: a stiff shoulder does not turn further out than a healthy one."""
+"""20 deg beyond the reference. We chose this margin, because a stiff shoulder does not turn farther outwards than a healthy one."""
 _LEVEL_FOREARM_IN: Final = OtherZero(adds_deg=-90.0, fits_from_deg=35.0)
-"""From here on an angle is nearer to the reference of the other zero (-10) than to Kata's (80). A stiff shoulder can be here too."""
+"""From this angle on, an angle is nearer to the reference of the other zero (-10) than to Kata's (80). A stiff shoulder can also have
+such an angle.
+"""
 
 MEASURES: Final = (
     Measure("flexion", "", texts.ROM_FLEXION(), "屈曲", -20, 200, 180, Loinc("41389-8", "41390-6")),
@@ -122,7 +125,7 @@ MEASURES: Final = (
     Measure("scapular_elevation", "", texts.ROM_SCAPULAR_ELEVATION(), "肩甲帯 挙上", -20, 60, 20),
     Measure("scapular_depression", "", texts.ROM_SCAPULAR_DEPRESSION(), "肩甲帯 引き下げ", -20, 60, 10),
 )  # fmt: skip
-"""In the order in which the form asks for them."""
+"""All measures, in the order of the form."""
 
 _BY_KEY: Final[dict[tuple[str, str], Measure]] = {(measure.motion, measure.position): measure for measure in MEASURES}
 _PLACES: Final[dict[tuple[str, str], int]] = {key: place for place, key in enumerate(_BY_KEY)}

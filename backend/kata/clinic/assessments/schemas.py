@@ -161,7 +161,7 @@ class QuestionnaireScore(Schema):
     total_points: float | None = Field(description="Null if too many items are unanswered.")
     highest_points: float | None = Field(description="The highest total.")
     is_t_score: bool = Field(
-        description="True if the total is a T-score: 50 is the mean of a reference population, 10 its standard deviation."
+        description="True if the total is a T-score. 50 is the mean of a reference population, and 10 is its standard deviation."
     )
 
 
@@ -192,11 +192,11 @@ class EpisodeAssessments(Page[Assessment]):
 
 
 class RomZero(Schema):
-    """A second zero that is in use for the same measurement."""
+    """A second zero that is also in use for the same measurement."""
 
-    adds_deg: float = Field(description="An angle counted from it is larger by this, degrees.")
+    adds_deg: float = Field(description="Degrees by which an angle counted from this zero is larger.")
     fits_from_deg: float = Field(
-        description="An angle beyond this, in the direction of `adds_deg`, fits the other zero better, degrees."
+        description="Degrees; an angle beyond this, in the direction of `adds_deg`, fits this zero better."
     )
 
 
@@ -210,7 +210,7 @@ class RomMeasure(Schema):
     lowest_deg: float = Field(description="Lowest plausible angle, degrees.")
     highest_deg: float = Field(description="Highest plausible angle, degrees.")
     reference_deg: float = Field(description="Reference of a healthy shoulder, degrees.")
-    other_zero: RomZero | None = Field(description="Null if one zero is in use.")
+    other_zero: RomZero | None = Field(description="The second zero; null if only one zero is in use.")
 
 
 class SpadiItem(Schema):

@@ -89,7 +89,7 @@ def of_episode(
 ) -> tuple[Sequence[AssessmentRow], str | None, AssessmentRow | None]:
     """Return a page of an episode's assessments (newest first), the next cursor and the first assessment that was not withdrawn.
 
-    :raises ProblemError: 404; 422 when ``after`` is damaged.
+    :raises ProblemError: 404; 422 when ``after`` is not a valid cursor.
     """
     episode_of(session, episode_id)
     rows, further = _find(session, AssessmentRow.episode_id == episode_id, limit, after)
@@ -107,7 +107,7 @@ def of_patient(
 ) -> tuple[Sequence[AssessmentRow], str | None]:
     """Return a page of the assessments of all of a patient's episodes (newest first) and the next cursor.
 
-    :raises ProblemError: 404; 422 when ``after`` is damaged.
+    :raises ProblemError: 404; 422 when ``after`` is not a valid cursor.
     """
     episodes = [episode.id for episode in patients.get(session, patient_id).episodes]
     return _find(session, AssessmentRow.episode_id.in_(episodes), limit, after)

@@ -111,7 +111,7 @@ def find(
 ) -> tuple[Sequence[CommissioningRow], str | None]:
     """Return a page of a station's commissionings and checks (newest first) and the next cursor.
 
-    :raises ProblemError: 422 when ``after`` is damaged.
+    :raises ProblemError: 422 when ``after`` is not a valid cursor.
     """
     query = select(CommissioningRow).where(CommissioningRow.station == station)
     rows = list(session.scalars(_NEWEST_FIRST.page(query, after, limit)))

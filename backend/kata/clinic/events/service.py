@@ -46,7 +46,7 @@ def find(
 ) -> tuple[Sequence[DeviceEventRow], str | None]:
     """Return a page of events (newest first) and the next cursor.
 
-    :raises ProblemError: 422 when ``after`` is damaged.
+    :raises ProblemError: 422 when ``after`` is not a valid cursor.
     """
     columns = (
         (DeviceEventRow.station, wanted.station),

@@ -28,7 +28,7 @@ def find(
 
     Patients in ``hidden`` (a query of ids) are found only by their complete number.
 
-    :raises ProblemError: 422 when ``after`` is damaged.
+    :raises ProblemError: 422 when ``after`` is not a valid cursor.
     """
     # Find the ids first, which needs only one index; then load one page of records.
     query = select(PatientRow.id)

@@ -1,10 +1,11 @@
-"""Definitions of questionnaires: one file each, with structure, score and the changes that matter.
+"""Definitions of questionnaires. Each is a file with structure, score and the changes that are important.
 
-Kata's own files are in ``definitions/``, a clinic's in the folder ``questionnaires`` of its data. A new file adds a questionnaire without code.
+Kata's own files are in ``definitions/``, a clinic's files in the folder ``questionnaires`` of its data. A new file adds a questionnaire
+without any code.
 
-A definition has no item texts: most questionnaires are protected by copyright. A clinic imports the texts that it has a licence for
-(:mod:`kata.clinic.questionnaires.licensed_texts`). For the same reason Kata brings no table of T-scores: a clinic adds the definition of a PROMIS
-short form with the table of its own manual.
+A definition has no item texts, because most questionnaires are protected by copyright. A clinic imports the texts for which it has a
+licence (:mod:`kata.clinic.questionnaires.licensed_texts`). For the same reason Kata contains no table of T-scores: a clinic adds the
+definition of a PROMIS short form with the table in its own manual.
 """
 
 import logging
@@ -48,7 +49,7 @@ class Definition(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     code: Annotated[str, Meta(pattern=r"^[a-z][a-z0-9_]{0,31}$")]
     title: Annotated[str, Meta(min_length=1, max_length=200)]
     total: Literal["mean", "sum", "t_score"]
-    """Of the scales' scores. ``t_score``: from the sum of all answers by ``conversion``."""
+    """How the total is computed from the scores of the scales. ``t_score``: from the sum of all answers by ``conversion``."""
     highest_total: float
     better: Literal["lower", "higher"]
     most_unanswered: int
@@ -61,13 +62,14 @@ class Definition(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     detectable: Threshold
     """A change of one patient up to this may be chance."""
     conversion: tuple[float, ...] = ()
-    """T-score of each sum of the answers, from the lowest sum to the highest. A T-score of 50 is the mean of a reference population, 10 its
-    standard deviation."""
+    """T-score of each sum of the answers, from the lowest sum to the highest. A T-score of 50 is the mean of a reference population, and
+    10 is its standard deviation.
+    """
 
     def __post_init__(self) -> None:
-        """Check that every answered questionnaire has a score.
+        """Check that every answered questionnaire gets a score.
 
-        :raises ValueError: with what is wrong.
+        :raises ValueError: when the definition is wrong. The message says what is wrong.
         """
         if not self.scales or any(scale.items < 1 or scale.lowest >= scale.highest for scale in self.scales):
             raise ValueError("every scale must have an item, and a highest answer above the lowest")
@@ -127,9 +129,9 @@ def score(definition: Definition, answers: Sequence[int | None]) -> Scores:
 
 
 def read_definition(file: Path) -> Definition:
-    """Read a definition.
+    """Return the definition in a file.
 
-    :raises ValueError: with what is wrong.
+    :raises ValueError: when the definition is wrong. The message says what is wrong.
     :raises OSError: when the file cannot be read.
     """
     return msgspec.toml.decode(file.read_bytes(), type=Definition)
@@ -143,17 +145,19 @@ def _by_code(folder: Path) -> dict[str, Definition]:
 _ours: Final = _by_code(_FOLDER)
 _known: Final = dict(_ours)
 DEFINITIONS: Final[Mapping[str, Definition]] = MappingProxyType(_known)
-"""Every questionnaire by its code: Kata's, and those of the clinic's folder (:func:`use_folder`)."""
+"""Every questionnaire by its code: those of Kata and those of the clinic's folder (:func:`use_folder`)."""
 SPADI: Final = _ours["spadi"]
 
 
 def clinic_folder(data: Path) -> Path:
-    """Return the folder of the clinic's own definitions. Backups contain it."""
+    """Return the folder of the clinic's own definitions. Backups contain this folder."""
     return data / "questionnaires"
 
 
 def use_folder(folder: Path) -> None:
-    """Use the definitions of a clinic's folder besides Kata's, in place of those of an earlier call. An unusable file is logged and left out."""
+    """Use the definitions of a clinic's folder in addition to Kata's. They replace those of an earlier call. An unusable file is logged
+    and left out.
+    """
     _known.clear()
     _known.update(_ours)
     for file in sorted(folder.glob("*.toml")):
@@ -167,9 +171,9 @@ def use_folder(folder: Path) -> None:
 
 
 def check_new(definition: Definition) -> None:
-    """Check that a clinic's definition replaces none of Kata's.
+    """Check that a clinic's definition does not replace one of Kata's.
 
-    :raises ValueError: if it does.
+    :raises ValueError: when its code is that of one of Kata's definitions.
     """
     if definition.code in _ours:
         raise ValueError(f"Kata has its own definition of {definition.code}; choose another code")

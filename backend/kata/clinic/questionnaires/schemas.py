@@ -19,7 +19,7 @@ class Questionnaire(Schema):
 
     code: str = Field(examples=["quickdash"])
     title: str
-    highest_points: float = Field(description="The highest total. The lowest is 0, except of a T-score.")
+    highest_points: float = Field(description="Highest total. The lowest total is 0, except for a T-score.")
     better: str = Field(description="lower or higher: which total is better.", examples=["lower"])
     items: int = Field(ge=1)
     most_unanswered: int = Field(ge=0, description="Maximum number of unanswered items; with more there is no score.")

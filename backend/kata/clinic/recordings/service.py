@@ -58,7 +58,7 @@ def of_patient(
 ) -> tuple[Sequence[RecordingRow], str | None]:
     """Return a page of a patient's recordings (newest first, archived ones last) and the next cursor.
 
-    :raises ProblemError: 422 when ``after`` is damaged.
+    :raises ProblemError: 422 when ``after`` is not a valid cursor.
     """
     query = select(RecordingRow).where(RecordingRow.patient_id == patient_id)
     rows = list(session.scalars(_NEWEST_FIRST.page(query, after, limit)))

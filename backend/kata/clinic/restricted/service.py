@@ -34,9 +34,9 @@ _UNREVIEWED_FIRST: Final = Keyset(
 
 
 def hidden(actor: Actor) -> Select[UUID]:
-    """Return a query of the patients whose records this actor may not see. A list excludes them within its own query.
+    """Return a query of the patients whose records this actor may not see. Queries of lists use it to exclude these patients.
 
-    A break-glass access opens a record to the person who gave the reason, not to that person's programs.
+    A break-glass access opens a record only to the person who gave the reason, not to that person's programs.
     """
     team = select(CareTeamRow.patient_id).where(CareTeamRow.account_id == actor.account_id)
     opened = _open_glass(actor).with_only_columns(BreakGlassAccessRow.patient_id)
@@ -122,7 +122,7 @@ def break_glass(session: Session, actor: Actor, patient_id: UUID, reason: str) -
 def break_glass_accesses(session: Session, limit: int, after: str | None) -> tuple[list[BreakGlassAccess], str | None]:
     """Return a page of the break-glass accesses, unreviewed ones first, then newest first, and the next cursor.
 
-    :raises ProblemError: 422 when ``after`` is damaged.
+    :raises ProblemError: 422 when ``after`` is not a valid cursor.
     """
     query = select(BreakGlassAccessRow, AccountRow.name).join(
         AccountRow, AccountRow.id == BreakGlassAccessRow.account_id

@@ -133,7 +133,9 @@ def _sound(session: Session, row: RecordingRow) -> _Sound:
 
 
 def _rhythm(stored: StoredMotion) -> ApparatusRhythm | _NoPose | None:
-    """Return the rhythm, or why there is none; None if a run played nothing. An exception would not leave the worker whole."""
+    """Return the rhythm, or the reason why there is none, or None if a run played nothing. The reason is returned instead of raised,
+    because an exception would lose its parts on the way from the worker.
+    """
     try:
         motions = _motions(stored)
         return _compared(stored, motions) if motions else None
@@ -142,7 +144,7 @@ def _rhythm(stored: StoredMotion) -> ApparatusRhythm | _NoPose | None:
 
 
 def _motions(stored: StoredMotion) -> dict[CurveOf, MotionRhythm]:
-    """Return the taught motion of a recording; of a run the played one, too, or nothing if it played nothing."""
+    """Return the taught motion and, for a run, the played motion. Return nothing if the run played nothing."""
     taught = _taught(stored.taught, stored.side)
     if stored.played is None:
         return {"taught": taught}

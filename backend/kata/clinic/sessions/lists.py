@@ -74,7 +74,7 @@ def find(
 ) -> tuple[list[SessionSummary], str | None]:
     """Return a page of sessions (newest first) and the next cursor.
 
-    :raises ProblemError: 422 when ``after`` is damaged.
+    :raises ProblemError: 422 when ``after`` is not a valid cursor.
     """
     # Find the ids first, which needs only an index; then load one page of rows.
     order = _BY_TIME if wanted.stop is None else _BY_STOP

@@ -138,7 +138,7 @@ describe("entering an assessment", () => {
     type(inwards, "−5");
     expect(notes()[1]).toContain(`${inwards}: −5° fits`);
     expect(notes()[1]).toContain("the same rotation is 85°");
-    // A stiff shoulder, whose rotation outwards is counted from Kata's zero.
+    // The rotation outwards of a stiff shoulder is counted from Kata's zero.
     type(outwards, "10");
     expect(notes()).toEqual([]);
     type(outwards, "");

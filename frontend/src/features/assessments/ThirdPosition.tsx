@@ -2,7 +2,7 @@ import { Group, Text } from "@mantine/core";
 import { t } from "../../lib/i18n";
 import picture from "./third-position.svg";
 
-/** The zero of rotation with the arm raised forward, as a picture and in words. */
+/** Shows the zero of rotation with the arm raised forward, as a picture and in words. */
 export function ThirdPosition() {
   return (
     <Group align="start" wrap="wrap" component="figure" m={0}>

@@ -72,8 +72,8 @@ export function angleProblem(measure: Measure, text: string): string | null {
 }
 
 /**
- * Return a sentence if the typed angle fits the other zero of its measurement better, else null. A rotation
- * inwards that a stiff shoulder can have too is taken as meant when the rotation outwards fits Kata's zero.
+ * Return a sentence if the typed angle fits the other zero of its measurement better, else null. A stiff shoulder
+ * can also have such a rotation inwards, so there is no sentence if the rotation outwards fits Kata's zero.
  */
 export function otherZeroNote(
   measures: Measure[],

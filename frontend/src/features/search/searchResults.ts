@@ -17,10 +17,10 @@ export type ResultGroup = { title: string; results: Result[] };
 const [PATIENTS, OF_PATIENT, SESSIONS] = [6, 3, 8];
 const DEBOUNCE_MS = 150;
 
-/** The pages that every user finds by their names; those without the permission are left out. */
+/** Pages that users find by name. Those for which the user lacks the permission are left out. */
 const FOUND_PAGES: Page[] = [...PAGES, ...ADMINISTRATION_PAGES];
 
-/** Return the pages whose name contains every typed word; all of them if nothing is typed. */
+/** Return the pages whose name contains every typed word. If nothing is typed, return all. */
 export function findPages(typed: string, permissions: readonly Permission[]): Result[] {
   const wanted = typed.normalize("NFKC").toLocaleLowerCase().split(/\s+/);
   return FOUND_PAGES.filter(({ label, needs }) => {
