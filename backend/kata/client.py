@@ -1,10 +1,10 @@
-"""A client for scripts: reads a clinic's records with an access token.
+"""Client for scripts. It reads a clinic's records with an access token.
 
     with Kata("https://station-1.clinic.example", token) as kata:
         for patient in kata.patients():
             print(patient.clinic_number, patient.name)
 
-The structures have the fields of the API of the same version that scripts need, not all. ``tests/api/test_client.py`` compares them with the
+The structures contain only those fields of the same version's API that scripts need. ``tests/api/test_client.py`` compares them with the
 OpenAPI document.
 """
 
@@ -27,7 +27,7 @@ Side = Literal["left", "right"]
 Chart = Literal["rom", "pain", "spadi", "tracking", "correction", "adherence"]
 _Read = TypeVar("_Read")
 _LIMIT_S: Final = 60.0
-"""An export of a record with hours of samples takes tens of seconds."""
+"""Longest wait for an answer in seconds. An export of a record with hours of samples takes tens of seconds."""
 _PAGE: Final = 200
 _CHUNK: Final = 1 << 20
 
@@ -36,13 +36,13 @@ class KataError(Exception):
     """The service has refused a request. The message is the service's sentence and its next step."""
 
     def __init__(self, status: int, code: str, message: str) -> None:
-        """``status``: of HTTP; ``code``: of the problem, such as ``restricted``."""
+        """``status``: HTTP status. ``code``: code of the problem, such as ``restricted``."""
         super().__init__(message)
         self.status, self.code = status, code
 
 
 class Patient(msgspec.Struct, frozen=True):
-    """A patient. Of a restricted record only number and name are given to users outside its team."""
+    """A patient. If the record is restricted, users outside its team get only number and name."""
 
     id: UUID
     clinic_number: str
@@ -52,7 +52,7 @@ class Patient(msgspec.Struct, frozen=True):
     sex: str
     affected_side: Side | None
     episode_id: UUID | None
-    """The open episode."""
+    """Id of the open episode, else of the last one."""
     archived_at: datetime | None
     restricted: bool
 
@@ -74,7 +74,7 @@ class ProgressColumn(msgspec.Struct, frozen=True):
     """A column of a progress table."""
 
     name: str
-    """With its unit."""
+    """Name of the column with its unit."""
     kind: Literal["text", "moment", "number"]
 
 
@@ -127,7 +127,7 @@ class Assessment(msgspec.Struct, frozen=True):
     spadi_score: SpadiScore | None
     note: str
     withdrawn_at: datetime | None
-    """When it was marked as entered by mistake."""
+    """Time at which the assessment was marked as entered by mistake."""
 
 
 class SessionPatient(msgspec.Struct, frozen=True):
@@ -238,7 +238,7 @@ class Kata:
     """A service of Kata, read with an access token of one of its users (*My account, Access tokens for scripts*)."""
 
     def __init__(self, url: str, token: str, certificate: Path | None = None) -> None:
-        """Make a client. Nothing is sent yet.
+        """Make a client. This sends nothing.
 
         :param url: the address of the page, such as ``https://station-1.clinic.example``.
         :param certificate: file (PEM) of the service's own certificate, if no authority that this computer knows has signed it.
@@ -284,7 +284,7 @@ class Kata:
         return self._pages(Assessment, f"/api/patients/{patient_id}/assessments")
 
     def sessions(self, since: datetime | None = None, until: datetime | None = None) -> Iterator[SessionSummary]:
-        """Yield the sessions of the clinic, newest first. The times need a time zone."""
+        """Yield the sessions of the clinic, newest first. ``since`` and ``until`` need a time zone."""
         return self._pages(
             SessionSummary,
             "/api/sessions",
@@ -317,7 +317,7 @@ class Kata:
         return _columns(self._get(f"/api/recordings/{recording_id}/samples.parquet").content)
 
     def save_export(self, patient_id: UUID, file: Path) -> None:
-        """Save a patient's complete record as a ZIP file. An interrupted export leaves the former file."""
+        """Save a patient's complete record as a ZIP file. If the export is interrupted, an existing file stays unchanged."""
         made = file.with_name(f"{file.name}.part")
         with self._get(f"/api/patients/{patient_id}/export.zip", stream=True) as answer, made.open("wb") as opened:
             for chunk in answer.iter_content(_CHUNK):
@@ -328,7 +328,7 @@ class Kata:
         return msgspec.json.decode(self._get(path).content, type=kind)
 
     def _pages(self, kind: type[_Read], path: str, limit: int | None = _PAGE, **query: Any) -> Iterator[_Read]:
-        """Yield the items of all pages. ``limit``: None for a list without pages."""
+        """Yield the items of all pages. ``limit``: items per page; None for a list without pages."""
         page = _Page[kind]([], "")  # type: ignore[valid-type]
         while page.next is not None:
             answer = self._get(path, query | {"limit": limit, "after": page.next or None})

@@ -138,7 +138,7 @@ def _sent(value: Any, spec: str) -> Param:
         case "d":
             return int(value)
         case _:
-            # JSON has no infinity and no NaN.
+            # Infinity and NaN are sent as text, because JSON has neither.
             return float(value) if math.isfinite(value) else str(float(value))
 
 

@@ -45,7 +45,7 @@ class RunConfirmation(Schema):
 class RunInstruction(Schema):
     """What the technician is asked to do."""
 
-    number: int = Field(ge=1, description="Counts the instructions of this run.")
+    number: int = Field(ge=1, description="Number of the instruction within this run.")
     kind: str = Field(examples=["press_estop"])
     text: str
     text_key: OptionalKey = None

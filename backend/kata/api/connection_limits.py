@@ -251,8 +251,8 @@ class LimitedProtocol(HttpToolsProtocol):
 class LimitedListener(socket.socket):
     """Listening socket that closes connections above the limits by itself.
 
-    Under a flood a user's connection waits behind refused ones. Closing a connection here takes a tenth of the time of creating a transport
-    and a protocol for it.
+    During a flood of connections, a user's connection waits behind those that are refused. Closing a connection here takes a tenth of the
+    time of creating a transport and a protocol for it.
     """
 
     def __init__(self, listening: socket.socket, open_connections: OpenConnections) -> None:

@@ -1,4 +1,4 @@
-"""Dependencies of the lease: the browser that a request comes from, and whether it may operate the apparatus."""
+"""Dependencies that return the browser of a request, and that check whether it may operate the apparatus."""
 
 from collections.abc import Callable
 from typing import Annotated

@@ -95,8 +95,12 @@ class SeenState(Schema):
     old.
     """
 
-    stops: Annotated[StrictInt, Field(ge=0, le=2**53)] = Field(description="`live.stops` of that state.", examples=[3])
-    seen_at: AwareDatetime = Field(description="`live.at` of that state.", examples=["2026-11-21T09:30:00.125Z"])
+    stops: Annotated[StrictInt, Field(ge=0, le=2**53)] = Field(
+        description="`live.stops` of the state that the sender saw.", examples=[3]
+    )
+    seen_at: AwareDatetime = Field(
+        description="`live.at` of the state that the sender saw.", examples=["2026-11-21T09:30:00.125Z"]
+    )
 
 
 async def guarded(station: TheStation, seen: SeenState) -> Guard:

@@ -151,7 +151,7 @@ class AuditLog(AuditHook):
         self._thread.start()
 
     async def record(self, entry: Entry) -> None:
-        """Record a view or a refusal; equal entries at most once a minute. While the disk is full, wait, which delays the answer."""
+        """Record a view or a refusal; equal entries at most once a minute. While the disk is full, this waits and so delays the answer."""
         while not self._spool.has_room:  # noqa: ASYNC110 - a disk does not signal free space
             await asyncio.sleep(_FULL_POLL_S)
         with self._changed:

@@ -220,7 +220,7 @@ class Me(Schema):
     enrolling: bool = Field(description="A second factor must be set up before anything else is allowed.")
     second_factor: bool = Field(description="True if the account has a second factor.")
     password: bool = Field(
-        description="True if the account has a password. Others sign in by OpenID Connect or a link."
+        description="True if the account has a password. Accounts without a password sign in by OpenID Connect or a link."
     )
     openid: str | None = Field(
         description="Name of the clinic's OpenID provider if this account is linked with it, else null."

@@ -162,17 +162,13 @@ def messages(out: Annotated[Path | None, typer.Option(help="Write them to this f
 
 @app.command()
 def mjcf(
-    side: Annotated[
-        Side, typer.Option(help="The shoulder. The apparatus is turned over for the other one.")
-    ] = CANONICAL_SIDE,
-    seed: Annotated[
-        int | None, typer.Option(help="Another patient and other gears; the nominal ones without it.")
-    ] = None,
+    side: Annotated[Side, typer.Option(help="Shoulder for which the apparatus is set up.")] = CANONICAL_SIDE,
+    seed: Annotated[int | None, typer.Option(help="Varies patient and gears; by default they are nominal.")] = None,
     out: Annotated[Path | None, typer.Option(help="Write it to this file.")] = None,
 ) -> None:
     """Print the model of apparatus and arm as MJCF, for MuJoCo and its viewers.
 
-    Masses, links, friction and play are in it. The drives, the patient's resistance and the balancer act through its motors.
+    The model contains masses, links, friction and play. The drives, the patient's resistance and the balancer act through its motors.
     """
     from kata.simulator.independent import model
     from kata.simulator.independent.parameters import independent_parameters
@@ -208,7 +204,7 @@ def doctor(
     data: Annotated[Path | None, typer.Option(help="Folder for database and journals.")] = None,
     json_out: Annotated[bool, typer.Option("--json", help="Print JSON instead.")] = False,
 ) -> None:
-    """Check whether this computer is fit for the work, and print what to do where it is not. Status 1 when there is a problem."""
+    """Check whether this computer can run Kata, and print a remedy for each problem. Status 1 when there is a problem."""
     from kata.cli.doctor import as_json, examine
 
     # The printed lines already contain the content of the warnings.
@@ -254,7 +250,9 @@ def support_bundle(
     station: Annotated[Path | None, typer.Option(help="The station's TOML file.")] = None,
     data: Annotated[Path | None, typer.Option(help="Folder for database and journals.")] = None,
 ) -> None:
-    """Write a ZIP file that describes this installation to its maintainers, without patient data and secrets. The service may run meanwhile."""
+    """Write a ZIP file that describes this installation to its maintainers. It contains no patient data and no secrets. The service may
+    run meanwhile.
+    """
     from kata.cli.support_bundle import write
 
     logging.basicConfig(level=logging.ERROR)
@@ -272,7 +270,7 @@ def update(
     bundle: Annotated[
         Path | None, typer.Option("--from", help="The signed bundle of the new version.", exists=True, dir_okay=False)
     ] = None,
-    key: Annotated[Path, typer.Option(help="Public key of those who sign bundles (PEM, Ed25519).")] = Path(
+    key: Annotated[Path, typer.Option(help="Public key of the people who sign bundles (PEM, Ed25519).")] = Path(
         "/etc/kata/update-key.pem"
     ),
     unit: Annotated[
@@ -284,9 +282,9 @@ def update(
     installed: Annotated[str, typer.Option(help="A version that a package has installed beside this one.")] = "",
     resume: Annotated[bool, typer.Option("--resume", help="Finish or undo an interrupted update.")] = False,
 ) -> None:
-    """Update Kata on this computer without the internet, and go back when the new version does not become ready.
+    """Update Kata on this computer without the internet. The update is undone if the new version does not become ready.
 
-    It is refused while a motor has torque or a session is open.
+    The update is refused while a motor has torque or a session is open.
     """
     from kata.cli.update import update
 
@@ -297,7 +295,7 @@ def update(
 
 @app.command("data-before-update", hidden=True)
 def data_before_update(step: Literal["save", "put-back"]) -> None:
-    """Save the data of before an update, or put it back (a step of kata update)."""
+    """Save the data before an update, or put them back (a step of kata update)."""
     from kata.cli.update import data_before_update
 
     data_before_update(step, _settings())

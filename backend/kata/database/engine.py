@@ -155,7 +155,7 @@ class Database:
                 yield session
                 for hook in hooks:
                     session.flush()
-                    # Each adds its rows to this transaction.
+                    # Each hook adds its rows to this transaction.
                     hook.about_to_commit(session)
             for hook in hooks:
                 hook.committed(session)

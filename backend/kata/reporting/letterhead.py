@@ -133,7 +133,7 @@ def _is_external(name: str, value: str) -> bool:
     if name.startswith("xmlns"):
         return False
     if name.rpartition(":")[2] in ("href", "src", "base"):
-        # An SVG inside the SVG would have to be checked as well.
+        # An SVG inside the SVG is refused, because it would also have to be checked.
         return not value.startswith(("#", "data:image/png;", "data:image/jpeg;"))
     return _style_fetches(value)
 
