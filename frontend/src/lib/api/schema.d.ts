@@ -100,15 +100,16 @@ export interface paths {
         };
         /**
          * List the own access tokens
-         * @description Return the user's valid access tokens, the newest first. There are few, so the list has no pages.
+         * @description Return the user's valid access tokens, newest first. They are few, so the list has no pages.
          */
         get: operations["list_own_access_tokens"];
         put?: never;
         /**
          * Create an access token
-         * @description Create a token with which the user's programs read what the user may read. It never changes anything, and never stops the apparatus.
+         * @description Create a token with which the user's programs can read what the user may read. A token can neither change anything nor stop the
+         *     apparatus.
          *
-         *     It sees neither accounts nor the audit trail.
+         *     It can read neither accounts nor the audit trail.
          */
         post: operations["create_access_token"];
         delete?: never;
@@ -129,7 +130,7 @@ export interface paths {
         post?: never;
         /**
          * Revoke one of the own access tokens
-         * @description Revoke an access token of the user. The next request with it is refused.
+         * @description Revoke an access token of the user. Later requests with it are refused.
          */
         delete: operations["revoke_own_access_token"];
         options?: never;
@@ -146,7 +147,7 @@ export interface paths {
         };
         /**
          * List the access tokens of all accounts
-         * @description Return all valid access tokens, the newest first. A clinic has few, so the list has no pages.
+         * @description Return all valid access tokens, newest first. A clinic has few, so the list has no pages.
          */
         get: operations["list_access_tokens"];
         put?: never;
@@ -169,7 +170,7 @@ export interface paths {
         post?: never;
         /**
          * Revoke an access token of any account
-         * @description Revoke an access token of any account. The next request with it is refused.
+         * @description Revoke an access token of any account. Later requests with it are refused.
          */
         delete: operations["revoke_access_token"];
         options?: never;
@@ -216,8 +217,8 @@ export interface paths {
         head?: never;
         /**
          * Change an account
-         * @description Change name, role, stations or identity of an account, or disable or enable it. A change of rights ends its login sessions and
-         *     access tokens.
+         * @description Change name, role, stations or identity of an account, or disable or enable it. A change of rights ends the account's login sessions
+         *     and access tokens.
          */
         patch: operations["update_account"];
         trace?: never;
@@ -826,9 +827,10 @@ export interface paths {
         };
         /**
          * Download a run's samples as CSV
-         * @description Return a run's samples as CSV: time, phase, place and real time on the motion, and each motor's setpoint, angle and torque.
+         * @description Return a run's samples as CSV: time, phase, position on the motion, real time on the motion, and setpoint, angle and torque of each
+         *     motor.
          *
-         *     A simulated apparatus adds the column ``simulated``.
+         *     For a simulated apparatus the file also has the column ``simulated``.
          */
         get: operations["get_run_samples"];
         put?: never;
@@ -3271,7 +3273,7 @@ export interface components {
         };
         /**
          * AccessToken
-         * @description An access token that is accepted now, without its secret.
+         * @description An access token that is valid now, without its secret.
          */
         AccessToken: {
             /**
@@ -3297,7 +3299,7 @@ export interface components {
             expires_at: string;
             /**
              * Last Used At
-             * @description To the minute; null: never. UTC.
+             * @description Time of the last use, to the minute, UTC; null: the token was never used.
              */
             last_used_at: string | null;
         };
@@ -3308,7 +3310,7 @@ export interface components {
         AccessTokenCreate: {
             /**
              * Name
-             * @description What the token is for.
+             * @description Purpose of the token.
              * @example Nightly export
              */
             name: string;
@@ -3319,7 +3321,7 @@ export interface components {
             valid_days: number;
             /**
              * Password
-             * @description Not needed within ten minutes after the last authentication.
+             * @description The user's password. It is not needed within ten minutes after the last authentication.
              */
             password?: string | null;
         };
@@ -3378,7 +3380,7 @@ export interface components {
         };
         /**
          * AccountAccessToken
-         * @description An access token, with its owner.
+         * @description An access token and its owner.
          */
         AccountAccessToken: {
             /**
@@ -3404,7 +3406,7 @@ export interface components {
             expires_at: string;
             /**
              * Last Used At
-             * @description To the minute; null: never. UTC.
+             * @description Time of the last use, to the minute, UTC; null: the token was never used.
              */
             last_used_at: string | null;
             /**
@@ -4820,7 +4822,7 @@ export interface components {
         };
         /**
          * CreatedAccessToken
-         * @description A new access token. The service does not store the token itself, so this is the only answer that contains it.
+         * @description A new access token. Only this answer contains the token itself, because the service does not store it.
          */
         CreatedAccessToken: {
             /**
@@ -4846,12 +4848,12 @@ export interface components {
             expires_at: string;
             /**
              * Last Used At
-             * @description To the minute; null: never. UTC.
+             * @description Time of the last use, to the minute, UTC; null: the token was never used.
              */
             last_used_at: string | null;
             /**
              * Token
-             * @description For the header `Authorization: Bearer`.
+             * @description The token, to be sent in the header `Authorization: Bearer`.
              */
             token: string;
         };
@@ -6161,7 +6163,7 @@ export interface components {
             second_factor: boolean;
             /**
              * Password
-             * @description True if the account has a password. Others sign in by OpenID Connect or a link.
+             * @description True if the account has a password. Accounts without a password sign in by OpenID Connect or a link.
              */
             password: boolean;
             /**
@@ -8111,7 +8113,7 @@ export interface components {
             title: string;
             /**
              * Highest Points
-             * @description The highest total. The lowest is 0, except of a T-score.
+             * @description Highest total. The lowest total is 0, except for a T-score.
              */
             highest_points: number;
             /**
@@ -8170,7 +8172,7 @@ export interface components {
             highest_points: number | null;
             /**
              * Is T Score
-             * @description True if the total is a T-score: 50 is the mean of a reference population, 10 its standard deviation.
+             * @description True if the total is a T-score. 50 is the mean of a reference population, and 10 is its standard deviation.
              */
             is_t_score: boolean;
         };
@@ -8839,22 +8841,22 @@ export interface components {
              * @description Reference of a healthy shoulder, degrees.
              */
             reference_deg: number;
-            /** @description Null if one zero is in use. */
+            /** @description The second zero; null if only one zero is in use. */
             other_zero: components["schemas"]["RomZero"] | null;
         };
         /**
          * RomZero
-         * @description A second zero that is in use for the same measurement.
+         * @description A second zero that is also in use for the same measurement.
          */
         RomZero: {
             /**
              * Adds Deg
-             * @description An angle counted from it is larger by this, degrees.
+             * @description Degrees by which an angle counted from this zero is larger.
              */
             adds_deg: number;
             /**
              * Fits From Deg
-             * @description An angle beyond this, in the direction of `adds_deg`, fits the other zero better, degrees.
+             * @description Degrees; an angle beyond this, in the direction of `adds_deg`, fits this zero better.
              */
             fits_from_deg: number;
         };
@@ -9021,7 +9023,7 @@ export interface components {
         RunInstruction: {
             /**
              * Number
-             * @description Counts the instructions of this run.
+             * @description Number of the instruction within this run.
              */
             number: number;
             /**
@@ -9328,14 +9330,14 @@ export interface components {
         SeenState: {
             /**
              * Stops
-             * @description `live.stops` of that state.
+             * @description `live.stops` of the state that the sender saw.
              * @example 3
              */
             stops: number;
             /**
              * Seen At
              * Format: date-time
-             * @description `live.at` of that state.
+             * @description `live.at` of the state that the sender saw.
              * @example 2026-11-21T09:30:00.125Z
              */
             seen_at: string;
