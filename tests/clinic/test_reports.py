@@ -170,7 +170,7 @@ def test_episode_report_matches_the_database_rows(signed: tuple[SessionContent, 
     text = " ".join(Parsed(rendering.episode_page(care, how())).text.split())
     for said in (
         "Onset 1 June 2026", "Freezing 1 June 2026", "Frozen 20 October 2026", "4 Abduction / adduction – 95",
-        "Highest load level: 12 of 25", "Highest speed: 35 °/s", "Set by Sato Ken", "Flexion Active 95 2026-10-31 116 2026-11-11 +21 141 180",
+        "Highest resistance level: 12 of 25", "Highest speed: 35 °/s", "Set by Sato Ken", "Flexion Active 95 2026-10-31 116 2026-11-11 +21 141 180",
         "External rotation, arm at the side Passive 23 2026-10-31 44 2026-11-11 +21 69 60", "At rest 3 2 −1", "SPADI 60.0 40.0 −20.0",
         "3 sessions, 2 November 2026 to 8 November 2026.", "Planned repetitions played to their end: 3 of 18.",
         "Runs that were stopped: 3.", "Motor 3 does not answer. 3", "2026-11-02 Sato Ken Yes 6 1 1 7 5", "A change of 8 to 13 points",

@@ -10,7 +10,7 @@ import pytest
 
 from kata.device.config import StationConfig
 from kata.device.ipc import QueuedCommand
-from kata.device.messages import LOAD_LEVELS, Load, Refusal
+from kata.device.messages import RESISTANCE_LEVELS, Load, Refusal
 from kata.device.references import build
 from kata.motion.ilc import MAX_CORRECTION_DEG, rows
 from kata.motion.trajectory import Trajectory, ZeroOrderHold
@@ -244,8 +244,8 @@ def test_overload_is_refused_by_motor_time_and_torque(loading: Loading, method: 
 
 
 def test_a_lower_resistance_level_carries_less(loading: Loading) -> None:
-    assert loading(raised(load_level=LOAD_LEVELS), carrying(2.0)).refusal is None
-    assert loading(raised(load_level=LOAD_LEVELS // 4), carrying(2.0)).refusal is not None
+    assert loading(raised(load_level=RESISTANCE_LEVELS), carrying(2.0)).refusal is None
+    assert loading(raised(load_level=RESISTANCE_LEVELS // 4), carrying(2.0)).refusal is not None
 
 
 def test_unidentified_load_refuses_nothing(loading: Loading) -> None:

@@ -50,7 +50,7 @@ def test_same_seed_gives_the_same_samples_and_other_seeds_differ(short: Taught) 
 def test_station_refusal_is_reported_in_its_words(short: Taught) -> None:
     station = VirtualStation(simulated("virtual"))
     taught = station.teach(short)
-    with pytest.raises(PlaybackError, match="cannot be played: its load level must be"):
+    with pytest.raises(PlaybackError, match="cannot be played: its resistance level must be"):
         station.play(load(taught, load_level=0), short.duration_s)
 
 

@@ -11,7 +11,16 @@ import pytest
 
 from kata.device import journal
 from kata.device.config import Inputs
-from kata.device.messages import LOAD_LEVELS, Acknowledge, Approach, FinishTeaching, Load, Play, ReleaseTorque, Teach
+from kata.device.messages import (
+    RESISTANCE_LEVELS,
+    Acknowledge,
+    Approach,
+    FinishTeaching,
+    Load,
+    Play,
+    ReleaseTorque,
+    Teach,
+)
 from kata.motion.builtin import built_in_motions
 from kata.motion.linkage import Floats
 from kata.motion.taught import Taught
@@ -59,7 +68,7 @@ def load(
     rig: Rig,
     recording: Samples,
     run_id: str = "run",
-    load_level: int = LOAD_LEVELS,
+    load_level: int = RESISTANCE_LEVELS,
     until: tuple[str, ...] = ("paused",),
 ) -> None:
     """Load the recording and move to its start."""

@@ -158,7 +158,7 @@ def test_jammed_shaft_stays_while_its_drive_pulls_at_full_torque() -> None:
 
 @pytest.mark.parametrize("seed", [None, 0, 1, 2, 3])
 def test_built_in_motions_need_at_most_half_the_rated_torque(seed: int | None) -> None:
-    """A greater torque is a patient's resistance for the load level."""
+    """A greater torque is a patient's resistance for the resistance level."""
     apparatus = SimulatedApparatus(seed, 0)
     for drive, own in zip(apparatus.drives, DRIVES, strict=True):
         drive.tune(own.p_nm_rad, own.i_nm_rad_s, own.d_nm_s_rad, own.rated_nm)

@@ -53,7 +53,7 @@ from kata.motion.ilc import Correction
 from kata.motion.method import Method
 from kata.station.guard import Guard
 from kata.station.lease import Browser
-from kata.station.schemas import DriveTrendPoint, LeaseLive, Live, LoadLevel, PatientRef, StationInfo
+from kata.station.schemas import DriveTrendPoint, LeaseLive, Live, PatientRef, ResistanceLevel, StationInfo
 from kata.station.snapshot_tracker import Occupation
 from kata.station.station import NO_ANSWER, Station
 from kata.types import By, Name, Schema, Side, side_of
@@ -164,7 +164,7 @@ class LoadRequest(PlaybackSettings):
         le=1000,
         description="Position in the session's programme; null: the recording was chosen outside the programme.",
     )
-    load_level: LoadLevel
+    load_level: ResistanceLevel
     method: Method = Field(
         "smooth",
         description="paper: 10 Hz, each sample held until the next, as in Sun et al. (2025). smooth: interpolated. learned: smooth, with a "

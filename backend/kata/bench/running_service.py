@@ -22,7 +22,7 @@ from kata.bench.account import ACTIVE_HEADER
 from kata.bench.commissioned import write_commissioned
 from kata.bench.records import BenchRecords, make_records
 from kata.device import config
-from kata.device.messages import LOAD_LEVELS
+from kata.device.messages import RESISTANCE_LEVELS
 from kata.simulator.process import SimulatorProcess
 from kata.station.schemas import Live
 
@@ -179,7 +179,7 @@ class RunningService:
         """Load the recording and approach its start, which switches torque on. The apparatus must be idle."""
         self._go_through_checklist(records)
         session_id, recording_id = str(records.session_id), str(records.recording_id)
-        self.insist("load", session_id=session_id, recording_id=recording_id, load_level=LOAD_LEVELS)
+        self.insist("load", session_id=session_id, recording_id=recording_id, load_level=RESISTANCE_LEVELS)
         self.insist("approach")
 
     def play(self, records: BenchRecords) -> None:

@@ -19,7 +19,7 @@ OPEN_EPISODE_FIRST: Final = message(
     "open_episode_first", "Open an episode of that shoulder on the patient's page first."
 )
 LOAD_LEVEL_ABOVE_LIMIT: Final = message(
-    "load_level_above_limit", "Load level {level:d} is above {highest:d}, the highest that {doctor:name} allows."
+    "load_level_above_limit", "Resistance level {level:d} is above {highest:d}, the highest that {doctor:name} allows."
 )
 CHOOSE_LOAD_LEVEL: Final = message("choose_load_level", "Choose level {highest:d} or lower.")
 MOTION_BEYOND_HIGHEST: Final = message(

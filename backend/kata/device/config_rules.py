@@ -347,7 +347,7 @@ RANGES: Final[tuple[Range, ...]] = (
         low=0.5,
         high=4.0,
         unit="Nm",
-        reason="4 Nm is the motors' rated torque; below 0.5 Nm the lowest of 25 resistance levels is smaller than what a drive can measure",
+        reason="4 Nm is the motors' rated torque; below 0.5 Nm the lowest resistance level is smaller than what a drive can measure",
     ),
     Range(
         field="axes.lag_s",

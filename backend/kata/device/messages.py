@@ -54,7 +54,7 @@ CommandName = Literal[
     "release_torque",
     "acknowledge",
 ]
-LOAD_LEVELS: Final = 25
+RESISTANCE_LEVELS: Final = 25
 
 COMMAND_NAMES: Final[tuple[CommandName, ...]] = (
     "teach",
@@ -159,7 +159,7 @@ class Load(_Message, frozen=True, kw_only=True, tag="load"):
     angles_deg: bytes
     side: Side = CANONICAL_SIDE
     """The recording's side. The command is refused unless the apparatus is set up for this side."""
-    load_level: int = LOAD_LEVELS
+    load_level: int = RESISTANCE_LEVELS
     """The patient's level from 1 (light resistance makes the arm move back) to 25 (the motors' rated torque)."""
     limits_deg: tuple[tuple[float, float], ...] = ()
     """Limits of the patient and the session: lowest and highest angle of each axis. Empty: no limits."""

@@ -19,8 +19,8 @@ import numpy as np
 from kata.device import texts
 from kata.device.config import ConfigError, StationConfig
 from kata.device.end_feel import FASTEST_DEG_S, SLOWEST_DEG_S
-from kata.device.messages import LOAD_LEVELS, SAMPLE_FIELDS, Load, LoadPart, Refusal, Request
-from kata.device.resistance import RESISTS_NS, resistance_nm
+from kata.device.messages import RESISTANCE_LEVELS, SAMPLE_FIELDS, Load, LoadPart, Refusal, Request
+from kata.device.resistance import RESISTS_NS, resistance_thresholds_nm
 from kata.messages import Text, text_of
 from kata.motion import texts as motion_texts
 from kata.motion.axes import N_AXES
@@ -112,8 +112,8 @@ def _trajectory(load: Load, config: StationConfig) -> Trajectory:
     if config.cycle_hz % rate_hz(load.method, config.rate_hz):
         raise _UnusableError(texts.NOT_PLAYABLE_PAPER_RATE())
     trajectory = reference(load.method, times, angles)
-    if not 1 <= load.load_level <= LOAD_LEVELS:
-        raise TrajectoryError(texts.NOT_PLAYABLE_LOAD_LEVEL(levels=LOAD_LEVELS))
+    if not 1 <= load.load_level <= RESISTANCE_LEVELS:
+        raise TrajectoryError(texts.NOT_PLAYABLE_LOAD_LEVEL(levels=RESISTANCE_LEVELS))
     if not 0 <= load.repetition_s < math.inf:
         raise TrajectoryError(texts.NOT_PLAYABLE_REPETITION())
     config.check_reference(load.method, trajectory, load.side)
@@ -157,7 +157,7 @@ def _check_torque(load: Load, config: StationConfig, trajectory: Trajectory) -> 
     load_model = config.servo_model.load
     if not load_model.known:
         return
-    limits_nm = _CARRIED_SHARE * np.array(resistance_nm(config, load.load_level))
+    limits_nm = _CARRIED_SHARE * np.array(resistance_thresholds_nm(config, load.load_level))
     times = np.arange(0.0, trajectory.duration_s, _TORQUE_STEP_S)
     torque = np.cumsum(load_model.torque_nm(trajectory.motions(times)), axis=0)
     rows = min(round(RESISTS_NS / 1e9 / _TORQUE_STEP_S), len(times) - 1)
@@ -203,7 +203,7 @@ def _check_end_feel(load: Load, config: StationConfig, trajectory: Trajectory) -
                 motor=test.motor, least_deg=_SHORTEST_WAY_DEG, slowest=SLOWEST_DEG_S, fastest=FASTEST_DEG_S
             )
         )
-    limit_nm = resistance_nm(config, load.load_level)[axis]
+    limit_nm = resistance_thresholds_nm(config, load.load_level)[axis]
     needed_nm = max(test.torque_nm, float(np.max(expected_nm * outward)) + _LEAST_LEFT_NM)
     if needed_nm > limit_nm:
         raise TrajectoryError(

@@ -10,7 +10,7 @@ import numpy as np
 
 from kata.device.config import StationConfig
 from kata.device.cycle_state import CycleState
-from kata.device.messages import LOAD_LEVELS
+from kata.device.messages import RESISTANCE_LEVELS
 from kata.motion.linkage import Floats
 
 RESISTS_NS: Final = 100_000_000
@@ -35,12 +35,13 @@ _RESUME_DEG_S: Final = 5.0
 
 _FULL_TORQUE_SHARE: Final = 0.98
 """Share of a drive's torque limit that the highest level uses, because a drive reports slightly less than its limit."""
+_LEAST_SHARE: Final = _FULL_TORQUE_SHARE / RESISTANCE_LEVELS
+"""Share of a drive's torque limit that the lowest level uses. Each level adds the same share."""
 
 
-def resistance_nm(config: StationConfig, load_level: int) -> list[float]:
+def resistance_thresholds_nm(config: StationConfig, load_level: int) -> list[float]:
     """Return for each axis the torque in N m that counts as resistance at a patient's level."""
-    share = load_level / LOAD_LEVELS * _FULL_TORQUE_SHARE
-    return [axis.max_torque_nm * share for axis in config.axes]
+    return [axis.max_torque_nm * load_level * _LEAST_SHARE for axis in config.axes]
 
 
 class ResistanceMonitor:

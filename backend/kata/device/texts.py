@@ -131,7 +131,7 @@ DRIVE_ANSWERS_DAMAGED: Final = message(
 NOT_PLAYABLE_PAPER_RATE: Final = message(
     "not_playable_paper_rate", "this station's cycles do not divide into the paper's 10 Hz"
 )
-NOT_PLAYABLE_LOAD_LEVEL: Final = message("not_playable_load_level", "its load level must be 1 to {levels:d}")
+NOT_PLAYABLE_LOAD_LEVEL: Final = message("not_playable_load_level", "its resistance level must be 1 to {levels:d}")
 NOT_PLAYABLE_SOME_LIMITS: Final = message("not_playable_some_limits", "it has limits for some motors only")
 NOT_PLAYABLE_CORRECTION_METHOD: Final = message(
     "not_playable_correction_method", "a correction belongs to the learned method only"

@@ -30,7 +30,7 @@ from kata.clinic.sessions.checklist import CheckName, CheckState
 from kata.clinic.sessions.schemas import CheckConfirmation, Run
 from kata.database.base import utc_now
 from kata.device.journal import Journal, JournalEnd, JournalHeader, synthetic_journal
-from kata.device.messages import LOAD_LEVELS, Mode
+from kata.device.messages import RESISTANCE_LEVELS, Mode
 from kata.errors import ProblemError
 from kata.motion.axes import CANONICAL_SIDE, Side
 from kata.motion.linkage import Floats
@@ -133,7 +133,7 @@ class ServiceDriver:
         """Load a recording, approach its start, play it and move back. Return the run. ``learned`` uses the earlier playbacks."""
         await self._go_through_checklist(recording)
         wanted = commands.LoadRequest(
-            session_id=self._session_id, recording_id=recording.id, load_level=LOAD_LEVELS, method=method
+            session_id=self._session_id, recording_id=recording.id, load_level=RESISTANCE_LEVELS, method=method
         )
         run = await commands.load(
             self.station, self.database, self._event_spool, self._offline_sessions, self.browser, wanted

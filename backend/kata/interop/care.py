@@ -11,7 +11,7 @@ from kata.clinic.programmes.tables import ProgrammeItemRow, ProgrammeVersionRow
 from kata.clinic.questionnaires.definitions import SPADI as SPADI_DEFINITION
 from kata.clinic.questionnaires.definitions import Definition
 from kata.clinic.questionnaires.tables import QuestionnaireTextsRow
-from kata.device.messages import LOAD_LEVELS
+from kata.device.messages import RESISTANCE_LEVELS
 from kata.interop.codes import (
     HL7,
     LOCAL,
@@ -180,7 +180,7 @@ def _limits(row: EpisodeRow) -> str:
         for limit in row.limits
     ]
     if row.max_load_level is not None:
-        limits.append(f"load level at most {row.max_load_level} of {LOAD_LEVELS}")
+        limits.append(f"resistance level at most {row.max_load_level} of {RESISTANCE_LEVELS}")
     if row.max_speed_deg_s is not None:
         limits.append(f"speed at most {row.max_speed_deg_s:g} deg/s")
     return f"Limits set by the doctor: {'; '.join(limits)}." if limits else ""
@@ -223,7 +223,7 @@ def care_plan(row: ProgrammeVersionRow, patient_id: UUID, reason: UUID | None) -
 def _activity(item: ProgrammeItemRow, status: str) -> Resource:
     description = (
         f"{item.recording.name}: {item.repetitions} times, {item.speed_percent:g} % speed, {item.range_percent:g} % range, "
-        f"pause {item.pause_s:g} s, load level {item.load_level} of {LOAD_LEVELS}, {item.method}"
+        f"pause {item.pause_s:g} s, resistance level {item.load_level} of {RESISTANCE_LEVELS}, {item.method}"
     )
     return {
         "detail": {

@@ -5,6 +5,7 @@ from typing import Final, Literal
 from zoneinfo import ZoneInfo
 
 from kata.clinic.assessments import rom
+from kata.device.messages import RESISTANCE_LEVELS
 
 Language = Literal["en", "ja"]
 LANGUAGES: Final[tuple[Language, ...]] = ("en", "ja")
@@ -170,7 +171,7 @@ WORDS: Final[dict[str, tuple[str, str]]] = {
     "repetitions": ("repetitions\u00a0{count}", "反復{count}回"),
     "pause": ("pause {seconds}\u00a0s", "休止{seconds}秒"),
     "range": ("range {percent}\u00a0%", "可動範囲{percent}%"),
-    "level": ("load level\u00a0{level}", "抵抗許容レベル{level}"),
+    "level": ("resistance level\u00a0{level}", "抵抗許容レベル{level}"),
     "method.paper": ("as in the paper, 10 Hz", "論文方式（10 Hz）"),
     "method.smooth": ("smooth", "平滑"),
     "method.learned": ("smooth, learned", "平滑・学習"),
@@ -282,7 +283,10 @@ WORDS: Final[dict[str, tuple[str, str]]] = {
     "from_deg": ("From, °", "下限(°)"),
     "up_to_deg": ("Up to, °", "上限(°)"),
     "max_speed": ("Highest speed: {speed} °/s", "最高速度：{speed}°/s"),
-    "max_load_level": ("Highest load level: {level} of 25", "抵抗許容レベル上限：25段階中{level}"),
+    "max_load_level": (
+        f"Highest resistance level: {{level}} of {RESISTANCE_LEVELS}",
+        f"抵抗許容レベル上限：{RESISTANCE_LEVELS}段階中{{level}}",
+    ),
     "assessments": ("Assessments", "評価"),
     "no_assessments": ("Nothing has been assessed yet.", "評価はまだ行われていない。"),
     "rom": ("Range of motion", "関節可動域"),

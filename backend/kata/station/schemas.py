@@ -6,17 +6,17 @@ from uuid import UUID
 
 from pydantic import BaseModel, ConfigDict, Field
 
-from kata.device.messages import LOAD_LEVELS, CommandName, EstopState, Mode, PedalState, TorqueState
+from kata.device.messages import RESISTANCE_LEVELS, CommandName, EstopState, Mode, PedalState, TorqueState
 from kata.messages import key_of
 from kata.motion.axes import Side
 
 DeviceState = Literal["starting", "running", "restarting"]
 Motor = Annotated[int, Field(ge=1, le=5, description="Motor number, 1 to 5.", examples=[3])]
-LoadLevel = Annotated[
+ResistanceLevel = Annotated[
     int,
     Field(
         ge=1,
-        le=LOAD_LEVELS,
+        le=RESISTANCE_LEVELS,
         description="Resistance at which the arm moves back, from 1 (light) to 25 (the motors' rated torque).",
         examples=[8],
     ),
@@ -167,7 +167,7 @@ class RunLive(_Schema):
     duration_s: float = Field(ge=0, description="Length of the playback in this run, seconds.")
     left_s: float = Field(description="Remaining time of approach or return, else of the recording, seconds.")
     at_start: bool = Field(description="The arm is held at the recording's start and ready to play.")
-    load_level: LoadLevel
+    load_level: ResistanceLevel
     reversals: int = Field(ge=0, description="Number of times that the arm met resistance and moved back.")
     reversing: bool = Field(description="The arm moves back from resistance, or waits after it.")
     range_percent: float = Field(

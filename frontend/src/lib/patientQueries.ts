@@ -29,7 +29,7 @@ export function useAssessments(episodeId: string) {
 }
 
 /** Return the highest resistance level allowed in an episode, or null without a limit. */
-export function useMaxLoadLevel(patientId: string, episodeId: string | null): number | null {
+export function useMaxResistanceLevel(patientId: string, episodeId: string | null): number | null {
   const episodes = useEpisodes(patientId);
   return episodes.data?.items.find((episode) => episode.id === episodeId)?.max_load_level ?? null;
 }

@@ -87,7 +87,7 @@ class DoctorLimits:
         return _of_motors(self._by_motion)
 
     def check_path(self, motion: Motion, method: Method) -> None:
-        """Check only angles and speeds, for an item of a programme. Its load level is checked separately, without samples.
+        """Check only angles and speeds, for an item of a programme. Its resistance level is checked separately, without samples.
 
         :raises ProblemError: 422 when a limit is exceeded. The message names motion or motor, time, and both angles or speeds.
         """

@@ -8,7 +8,7 @@ from pydantic_core import PydanticCustomError
 
 from kata.clinic.episodes.diagnoses import DiagnosisCode, Verification
 from kata.motion.axes import BASIC_MOTIONS
-from kata.station.schemas import LoadLevel
+from kata.station.schemas import ResistanceLevel
 from kata.types import NO_NUL, Doer, Moment, Note, PastDay, Schema, Side
 
 StageName = Literal["freezing", "frozen", "thawing"]
@@ -58,7 +58,7 @@ class _Given(Schema):
 
 
 _LIMITS: Final = "What the doctor allows, one entry a motion; motions without one go as far as the apparatus does."
-_LEVEL: Final = "The highest load level that the doctor allows; null: any."
+_LEVEL: Final = "The highest resistance level that the doctor allows; null: any."
 _SPEED: Final = (
     "The highest speed that the doctor allows, degrees a second; no motor is moved faster, approach and return included. null: as fast as "
     "the station allows."
@@ -86,7 +86,7 @@ class EpisodeCreate(_Given):
     onset_on: PastDay | None = Field(None, description="Day on which the complaint began.", examples=["2026-05-01"])
     contraindications: Note = Field("", examples=["No abduction beyond 90 degrees."])
     limits: Limits = Field(default_factory=list)
-    max_load_level: LoadLevel | None = Field(None, description=_LEVEL)
+    max_load_level: ResistanceLevel | None = Field(None, description=_LEVEL)
     max_speed_deg_s: SpeedLimit | None = Field(None, description=_SPEED, examples=[20.0])
     limits_by: Doer = Field("", description=_DOCTOR, examples=["Dr. Mori"])
 
@@ -100,7 +100,7 @@ class EpisodeUpdate(_Given):
     onset_on: PastDay | None = None
     contraindications: Note | None = None
     limits: Limits | None = None
-    max_load_level: LoadLevel | None = Field(None, description=_LEVEL)
+    max_load_level: ResistanceLevel | None = Field(None, description=_LEVEL)
     max_speed_deg_s: SpeedLimit | None = Field(None, description=_SPEED)
     limits_by: Doer | None = Field(None, description=_DOCTOR)
     updated_at: Moment | None = None
@@ -139,7 +139,7 @@ class Episode(Schema):
     onset_on: PastDay | None
     contraindications: str
     limits: Limits
-    max_load_level: LoadLevel | None = Field(description=_LEVEL)
+    max_load_level: ResistanceLevel | None = Field(description=_LEVEL)
     max_speed_deg_s: SpeedLimit | None = Field(description=_SPEED)
     limits_by: str = Field(description=_DOCTOR)
     opened_at: Moment

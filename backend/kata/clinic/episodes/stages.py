@@ -3,7 +3,7 @@
 The order of the stages is that of Kelley MJ et al., "Shoulder pain and mobility deficits: adhesive capsulitis", clinical practice guideline,
 J Orthop Sports Phys Ther 2013; 43(5): A1-A31: the more irritable the shoulder, the gentler and shorter the stretching; and of Diercks RL,
 Stevens M, "Gentle thawing of the frozen shoulder", J Shoulder Elbow Surg 2004; 13: 499-502: exercise within the limits of pain. Neither
-publication gives a load level, a speed, a range or a number of repetitions for this apparatus, so the numbers are the clinic's decision.
+publication gives a resistance level, a speed, a range or a number of repetitions for this apparatus, so the numbers are the clinic's decision.
 
 A proposal changes no setting. The page warns about a setting that exceeds it, and the audit trail names the exceeded settings of a load.
 """
@@ -15,7 +15,7 @@ from pydantic import Field
 
 from kata.clinic import texts
 from kata.clinic.episodes.schemas import StageName
-from kata.station.schemas import LoadLevel, OptionalKey, TextKey
+from kata.station.schemas import OptionalKey, ResistanceLevel, TextKey
 from kata.types import Schema
 
 ProposedSetting = Literal["load_level", "speed_percent", "range_percent", "repetitions"]
@@ -25,7 +25,7 @@ class StageProposal(Schema):
     """The highest settings that a stage proposes."""
 
     stage: StageName
-    load_level: LoadLevel
+    load_level: ResistanceLevel
     speed_percent: float = Field(description="Percent of the taught speed.", examples=[50.0])
     range_percent: float = Field(description="Percent of the taught range.", examples=[80.0])
     repetitions: int = Field(description="Repetitions of one recording.", examples=[5])

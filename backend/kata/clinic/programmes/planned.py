@@ -16,7 +16,7 @@ from kata.clinic.sessions.schemas import Outcome, PlaybackSettings
 from kata.clinic.sessions.tables import RunRow, SessionRow
 from kata.errors import ProblemError, not_found
 from kata.motion.method import Method
-from kata.station.schemas import LoadLevel
+from kata.station.schemas import ResistanceLevel
 from kata.types import Moment, Schema
 
 Setting = Literal["speed_percent", "repetitions", "pause_s", "range_percent", "load_level", "method"]
@@ -35,7 +35,7 @@ class PlannedRun(PlaybackSettings):
     recording_name: str
     started_at: Moment
     outcome: Outcome
-    load_level: LoadLevel | None
+    load_level: ResistanceLevel | None
     method: Method | None
     least_range_percent: float | None = Field(
         description="Smallest share of the range that was played after the range was reduced; null if it was not reduced."

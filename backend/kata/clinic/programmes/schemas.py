@@ -7,7 +7,7 @@ from pydantic import Field, StrictBool
 
 from kata.clinic.sessions.schemas import PlaybackSettings
 from kata.motion.method import Method
-from kata.station.schemas import LoadLevel, OptionalKey
+from kata.station.schemas import OptionalKey, ResistanceLevel
 from kata.types import By, Moment, Name, Note, Schema, Side
 
 MOST_ITEMS = 50
@@ -33,7 +33,7 @@ class ProgrammeItemRequest(PlaybackSettings):
     """One recording and its settings. By default the recording is played once, as taught."""
 
     recording_id: UUID
-    load_level: LoadLevel
+    load_level: ResistanceLevel
     method: Method = "smooth"
 
 

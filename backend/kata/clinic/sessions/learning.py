@@ -19,7 +19,7 @@ from kata.clinic.stations import service as stations
 from kata.database import arrays
 from kata.device.config import StationConfig
 from kata.device.journal import Journal
-from kata.device.messages import LOAD_LEVELS
+from kata.device.messages import RESISTANCE_LEVELS
 from kata.messages import Text, sent_key
 from kata.motion.axes import N_AXES
 from kata.motion.edit import Motion, PlaybackSettings
@@ -96,7 +96,7 @@ def learn_from_run(
     if journal.station != config.name:
         row.learning = _stored([texts.NOT_LEARNED_OTHER_STATION()])
         return
-    level = (row.load_level or LOAD_LEVELS) / LOAD_LEVELS
+    level = (row.load_level or RESISTANCE_LEVELS) / RESISTANCE_LEVELS
     try:
         learned = next_correction(
             correction(session, row.corrected_by),

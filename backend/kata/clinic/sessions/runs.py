@@ -38,7 +38,7 @@ from kata.database.base import utc_now
 from kata.database.series import Series, pack, unpack
 from kata.device.config import StationConfig
 from kata.device.journal import PHASE_PLAYING, PHASE_REDUCED_RANGE, Journal
-from kata.device.messages import LOAD_LEVELS
+from kata.device.messages import RESISTANCE_LEVELS
 from kata.errors import ProblemError, not_found
 from kata.messages import text_of
 from kata.motion import edit
@@ -67,7 +67,7 @@ class RunRequest:
 
     session_id: UUID
     recording_id: UUID
-    load_level: int = LOAD_LEVELS
+    load_level: int = RESISTANCE_LEVELS
     settings: edit.PlaybackSettings = edit.AS_TAUGHT
     method: Method = "smooth"
     programme_position: int | None = None

@@ -10,7 +10,7 @@ from kata.clinic.sessions.checklist import CheckName
 from kata.clinic.sessions.identity import Identifiers, PatientIdentity
 from kata.motion import edit
 from kata.motion.method import Method
-from kata.station.schemas import LoadLevel, OptionalKey
+from kata.station.schemas import OptionalKey, ResistanceLevel
 from kata.types import By, Moment, Motor, Name, Note, Pain, Schema, Side
 
 EndReason = Literal["completed", "shortened", "stopped", "patient_request", "other"]
@@ -186,7 +186,7 @@ class Run(PlaybackSettings):
         [],
         description="Messages of the learned method about this run. Empty: it learned from every motor, or another method was used.",
     )
-    load_level: LoadLevel | None = Field(
+    load_level: ResistanceLevel | None = Field(
         description="Resistance at which the arm is taken back; null for a run of a version without levels."
     )
     programme_position: int | None = Field(
@@ -386,7 +386,7 @@ class SessionItem(PlaybackSettings):
     position: int = Field(ge=1)
     recording_id: UUID
     recording_name: str
-    load_level: LoadLevel
+    load_level: ResistanceLevel
     method: Method
 
 

@@ -15,7 +15,7 @@ import { type FormEvent, useState } from "react";
 import { api, type Episode, ProblemError } from "../../lib/api/client";
 import { forgetDrafts, useDraft } from "../../lib/draft";
 import { t } from "../../lib/i18n";
-import { LOAD_LEVELS } from "../station/loadLevels";
+import { RESISTANCE_LEVELS } from "../station/resistanceLevels";
 import { CERTAINTIES, DIAGNOSES, MOTIONS, minus, type Side } from "./messages";
 
 type Limits = { lowest: number | null; highest: number | null };
@@ -259,7 +259,7 @@ function LevelField({ value, error, onChange }: NumberFieldProps) {
       label={t("episodes:form.level")}
       placeholder={t("episodes:form.noLimit")}
       min={1}
-      max={LOAD_LEVELS}
+      max={RESISTANCE_LEVELS}
       allowDecimal={false}
       value={value ?? ""}
       error={error}

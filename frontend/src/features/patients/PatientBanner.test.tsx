@@ -107,7 +107,7 @@ describe("the stage's proposal", () => {
         patientId="p"
         episodeId="e"
         settings={{ ...settings, range_percent: 100 }}
-        loadLevel={8}
+        resistanceLevel={8}
       />,
     );
     const warning = await screen.findByRole("status");

@@ -13,9 +13,9 @@ const NAMES = ["load_level", "speed_percent", "range_percent", "repetitions"] as
 export function exceededSettings(
   proposal: Schemas["StageProposal"],
   settings: Settings,
-  loadLevel: number | null,
+  resistanceLevel: number | null,
 ): (typeof NAMES)[number][] {
-  const given = { ...settings, load_level: loadLevel ?? 0 };
+  const given = { ...settings, load_level: resistanceLevel ?? 0 };
   return NAMES.filter((name) => given[name] > proposal[name]);
 }
 
@@ -24,7 +24,7 @@ export function StageWarning(props: {
   patientId: string;
   episodeId: string | null;
   settings: Settings;
-  loadLevel: number | null;
+  resistanceLevel: number | null;
 }) {
   const shoulders = usePatientBanner(props.patientId).data?.shoulders ?? [];
   const proposal = shoulders.find(({ episode_id }) => episode_id === props.episodeId)?.proposal;
@@ -35,7 +35,7 @@ export function StageWarning(props: {
     range: proposal.range_percent,
     repetitions: proposal.repetitions,
   };
-  const exceeded = exceededSettings(proposal, props.settings, props.loadLevel);
+  const exceeded = exceededSettings(proposal, props.settings, props.resistanceLevel);
   const stage = t(`episodes:stages.${proposal.stage}`);
   return (
     <div data-testid="stage-proposal">

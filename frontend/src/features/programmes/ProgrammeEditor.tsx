@@ -6,13 +6,13 @@ import { api, ProblemError, type Schemas } from "../../lib/api/client";
 import { forgetDrafts, useDraft } from "../../lib/draft";
 import { formatSpan } from "../../lib/format";
 import { t } from "../../lib/i18n";
-import { useMaxLoadLevel, useRecordings } from "../../lib/patientQueries";
+import { useMaxResistanceLevel, useRecordings } from "../../lib/patientQueries";
 import { ProblemNote } from "../../ui/ProblemNote";
 import { isWithin, Stepper, type Steps } from "../../ui/Stepper";
 import { useUserName } from "../auth/hooks";
 import { StageWarning } from "../patients/StageWarning";
-import { LoadLevel } from "../station/LoadLevel";
 import { arePlayable, PlaySettings } from "../station/PlaySettings";
+import { ResistanceLevel } from "../station/ResistanceLevel";
 import { timerWords } from "./describeProgramme";
 import { added, type Draft, type DraftItem, itemsOf, type Wanted } from "./draft";
 import { EditableItems } from "./EditableItems";
@@ -114,7 +114,7 @@ function RecordingsEditor(props: {
       ...draft,
       items: draft.items.map((item) => (item.key === key ? { ...item, ...given } : item)),
     });
-  const highest = useMaxLoadLevel(patientId, episode.id);
+  const highest = useMaxResistanceLevel(patientId, episode.id);
   const edited = draft.items.find((item) => item.key === editedKey);
   return (
     <>
@@ -135,7 +135,7 @@ function RecordingsEditor(props: {
             patientId={patientId}
             episodeId={episode.id}
             settings={item}
-            loadLevel={item.load_level}
+            resistanceLevel={item.load_level}
           />
         )}
         onChange={change}
@@ -230,7 +230,7 @@ function ItemDialog(props: {
       {item && (
         <Stack>
           <PlaySettings value={item} last={null} onChange={(given) => onChange(item.key, given)} />
-          <LoadLevel
+          <ResistanceLevel
             value={item.load_level}
             last={null}
             highest={highest}

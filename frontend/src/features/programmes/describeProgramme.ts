@@ -1,8 +1,8 @@
 import type { ProgrammeItem, ProgrammeVersion, Schemas } from "../../lib/api/client";
 import { formatSpan } from "../../lib/format";
 import { t } from "../../lib/i18n";
-import { LOAD_LEVELS } from "../station/loadLevels";
 import { settingsWords } from "../station/playSettingsModel";
+import { RESISTANCE_LEVELS } from "../station/resistanceLevels";
 
 /** A playback setting that a programme prescribes. */
 export type Setting = Schemas["PlannedRun"]["changed"][number];
@@ -23,7 +23,7 @@ export function itemWords(item: PlayedSettings): string {
   const settings = settingsWords(item) ?? t("programmes:played.asTaught");
   return item.load_level === null
     ? settings
-    : t("programmes:played.atLevel", { settings, level: item.load_level, levels: LOAD_LEVELS });
+    : t("programmes:played.atLevel", { settings, level: item.load_level, levels: RESISTANCE_LEVELS });
 }
 
 /** Describe a version's settings. */

@@ -1,6 +1,6 @@
 import type { ProgrammeVersion, Recording, Schemas } from "../../lib/api/client";
-import { firstLevel } from "../station/loadLevels";
 import { AS_TAUGHT } from "../station/playSettingsModel";
+import { firstResistanceLevel } from "../station/resistanceLevels";
 import type { ItemSettings } from "./describeProgramme";
 
 /** An item during editing. Its key does not change when it moves. */
@@ -35,7 +35,7 @@ export function draftOf(version: ProgrammeVersion): Draft {
 export function added(draft: Draft, recording: Recording, key: string, highest: number | null): Draft {
   const { speed_percent, repetitions, pause_s, range_percent, method, load_level } = draft.items.at(-1) ?? {
     ...AS_TAUGHT,
-    load_level: firstLevel(null, highest),
+    load_level: firstResistanceLevel(null, highest),
   };
   const settings = { speed_percent, repetitions, pause_s, range_percent, method, load_level };
   const item = { ...settings, key, recording_id: recording.id, recording_name: recording.name };

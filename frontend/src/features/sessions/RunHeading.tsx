@@ -5,15 +5,15 @@ import { t } from "../../lib/i18n";
 import { translateServerText } from "../../lib/serverText";
 import { InlineSlot } from "../../ui/InlineSlot";
 import { PageLink } from "../../ui/links";
-import { LOAD_LEVELS } from "../station/loadLevels";
 import { settingsWords } from "../station/playSettingsModel";
+import { RESISTANCE_LEVELS } from "../station/resistanceLevels";
 
 /** The recording, the time, the outcome and the settings of a playback. */
 export function RunHeading({ run, number }: { run: Run; number: number }) {
   const level =
     run.load_level === null
       ? []
-      : [t("sessions:session.level", { level: run.load_level, most: LOAD_LEVELS })];
+      : [t("sessions:session.level", { level: run.load_level, most: RESISTANCE_LEVELS })];
   const changes = settingsWords(run);
   return (
     <div>

@@ -13,8 +13,8 @@ import { useAlive, useLive } from "../../lib/live/hooks";
 import { store } from "../../lib/live/store";
 import { translateServerText } from "../../lib/serverText";
 import { CommandButton } from "./CommandButton";
-import { LOAD_LEVELS } from "./loadLevels";
 import { pathWords, ReversalNotice } from "./ReversalNotice";
+import { RESISTANCE_LEVELS } from "./resistanceLevels";
 
 type RunState = { mode: Live["mode"]; run: Schemas["RunLive"] };
 
@@ -27,7 +27,7 @@ export function LoadedRun({ run }: { run: Schemas["RunLive"] }) {
       <Text size="lg" fw={600}>
         {run.recording_name ?? t("station:play.unnamed")}
         <Text span size="md" fw={400}>
-          {t("station:play.level", { level: run.load_level, most: LOAD_LEVELS })}
+          {t("station:play.level", { level: run.load_level, most: RESISTANCE_LEVELS })}
         </Text>
       </Text>
       {run.changes.length > 0 && (

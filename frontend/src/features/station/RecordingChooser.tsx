@@ -5,16 +5,16 @@ import { api, type Schemas, type Session } from "../../lib/api/client";
 import { formatSpan, sideWord } from "../../lib/format";
 import { t } from "../../lib/i18n";
 import { useLive } from "../../lib/live/hooks";
-import { useMaxLoadLevel, useRecordings } from "../../lib/patientQueries";
+import { useMaxResistanceLevel, useRecordings } from "../../lib/patientQueries";
 import { Margin } from "../../ui/Margin";
 import { ProblemNote } from "../../ui/ProblemNote";
 import { SimulatedBadge } from "../../ui/SimulatedBadge";
 import { StageWarning } from "../patients/StageWarning";
 import { CommandButton } from "./CommandButton";
-import { LoadLevel, lastLevel, useLastRuns } from "./LoadLevel";
-import { firstLevel } from "./loadLevels";
 import { arePlayable, PlaySettings } from "./PlaySettings";
 import { AS_TAUGHT, lastSettings, type Settings, settingsOf } from "./playSettingsModel";
+import { lastLevel, ResistanceLevel, useLastRuns } from "./ResistanceLevel";
+import { firstResistanceLevel } from "./resistanceLevels";
 import { PreflightChecklist, useChecklist } from "./session-wizard/PreflightChecklist";
 import { isDone, nextItem } from "./session-wizard/steps";
 
@@ -87,9 +87,9 @@ function useChoice(session: Session, wanted: string | null) {
 export function RecordingChooser({ session, wanted, level, onLevel }: ChooserProps) {
   const queries = useQueryClient();
   const { recordings, last, choices, value, item, recordingId, setChosen } = useChoice(session, wanted);
-  const highest = useMaxLoadLevel(session.patient.id, session.episode_id);
+  const highest = useMaxResistanceLevel(session.patient.id, session.episode_id);
   const levelOfLast = lastLevel(last.data ?? []);
-  const shownLevel = level ?? item?.load_level ?? firstLevel(levelOfLast, highest);
+  const shownLevel = level ?? item?.load_level ?? firstResistanceLevel(levelOfLast, highest);
   // Settings are kept per recording, because a slow speed for one motion need not fit another.
   const [settings, setSettings] = useState<Record<string, Settings>>({});
   const settingsOfLast = item ? null : lastSettings(last.data ?? [], recordingId);
@@ -128,12 +128,12 @@ export function RecordingChooser({ session, wanted, level, onLevel }: ChooserPro
         last={settingsOfLast}
         onChange={(given) => value && setSettings({ ...settings, [value]: given })}
       />
-      <LoadLevel value={shownLevel} last={levelOfLast} highest={highest} onChange={onLevel} />
+      <ResistanceLevel value={shownLevel} last={levelOfLast} highest={highest} onChange={onLevel} />
       <StageWarning
         patientId={session.patient.id}
         episodeId={session.episode_id}
         settings={shownSettings}
-        loadLevel={shownLevel}
+        resistanceLevel={shownLevel}
       />
       <CommandButton command="load" disabled={!isReady || complete !== true} send={load}>
         {t("station:play.load")}

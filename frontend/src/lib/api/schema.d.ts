@@ -5092,7 +5092,7 @@ export interface components {
             limits: components["schemas"]["MotionLimit"][];
             /**
              * Max Load Level
-             * @description The highest load level that the doctor allows; null: any.
+             * @description The highest resistance level that the doctor allows; null: any.
              */
             max_load_level: number | null;
             /**
@@ -5211,7 +5211,7 @@ export interface components {
             limits?: components["schemas"]["MotionLimit"][];
             /**
              * Max Load Level
-             * @description The highest load level that the doctor allows; null: any.
+             * @description The highest resistance level that the doctor allows; null: any.
              */
             max_load_level?: number | null;
             /**
@@ -5253,7 +5253,7 @@ export interface components {
             limits?: components["schemas"]["MotionLimit"][] | null;
             /**
              * Max Load Level
-             * @description The highest load level that the doctor allows; null: any.
+             * @description The highest resistance level that the doctor allows; null: any.
              */
             max_load_level?: number | null;
             /**

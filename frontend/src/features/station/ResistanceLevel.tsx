@@ -4,9 +4,9 @@ import { useId } from "react";
 import type { Run } from "../../lib/api/client";
 import { t } from "../../lib/i18n";
 import { useNewestSession } from "../../lib/patientQueries";
-import { LOAD_LEVELS } from "./loadLevels";
+import { RESISTANCE_LEVELS } from "./resistanceLevels";
 
-const MARKS = [1, 5, 10, 15, 20, LOAD_LEVELS];
+const MARKS = [1, 5, 10, 15, 20, RESISTANCE_LEVELS];
 
 /** Return the level of the newest run that has a level. */
 export function lastLevel(runs: Pick<Run, "load_level">[]): number | null {
@@ -17,7 +17,7 @@ export function lastLevel(runs: Pick<Run, "load_level">[]): number | null {
 export const useLastRuns = (patientId: string) => useNewestSession(patientId, (newest) => newest?.runs ?? []);
 
 /** Sets the resistance at which the arm is taken back, by finger, mouse or arrow keys. */
-export function LoadLevel(props: {
+export function ResistanceLevel(props: {
   value: number | null;
   last: number | null;
   /** The highest level that the doctor allows; null without a limit. */
@@ -26,7 +26,7 @@ export function LoadLevel(props: {
 }) {
   const { value, onChange } = props;
   const label = useId();
-  const highest = props.highest ?? LOAD_LEVELS;
+  const highest = props.highest ?? RESISTANCE_LEVELS;
   const marks = [...MARKS.filter((mark) => mark < highest), highest];
   const step = (by: number) => onChange(Math.min(highest, Math.max(1, (value ?? 0) + by)));
   return (
@@ -68,7 +68,7 @@ export function LoadLevel(props: {
       {props.highest !== null && (
         <Text size="sm">{t("station:level.maximum", { highest: props.highest })}</Text>
       )}
-      <Text size="sm">{t("station:level.explanation", { most: LOAD_LEVELS })}</Text>
+      <Text size="sm">{t("station:level.explanation", { most: RESISTANCE_LEVELS })}</Text>
     </Stack>
   );
 }
@@ -82,7 +82,7 @@ function LevelHeader({ id, value, last }: { id: string; value: number | null; la
       <Text size="lg" fw={700} data-testid="level">
         {value === null
           ? t("station:level.choose")
-          : t("station:level.value", { level: value, most: LOAD_LEVELS })}
+          : t("station:level.value", { level: value, most: RESISTANCE_LEVELS })}
         {value !== null && value === last && (
           <Text span size="sm" fw={400}>
             {t("station:level.asLast")}

@@ -1,7 +1,7 @@
 import { MantineProvider } from "@mantine/core";
 import { cleanup, fireEvent, render, screen } from "@testing-library/react";
 import { afterEach, describe, expect, it, vi } from "vitest";
-import { LoadLevel, lastLevel } from "./LoadLevel";
+import { lastLevel, ResistanceLevel } from "./ResistanceLevel";
 
 afterEach(cleanup);
 
@@ -9,7 +9,7 @@ function show(value: number, last: number | null = null, highest: number | null 
   const onChange = vi.fn();
   render(
     <MantineProvider>
-      <LoadLevel value={value} last={last} highest={highest} onChange={onChange} />
+      <ResistanceLevel value={value} last={last} highest={highest} onChange={onChange} />
     </MantineProvider>,
   );
   return onChange;
