@@ -271,6 +271,22 @@ def test_clinic_sets_identifier_system_and_profiles_and_reimports_them(database:
     assert [path for path in left_out if "meta" in path] == []
 
 
+def test_observations_that_claim_jp_core_have_its_category(database: Database, tmp_path: Path) -> None:
+    profile = "http://jpfhir.jp/fhir/core/StructureDefinition/JP_Observation_Common"
+    told = exported(
+        database,
+        treated(database, sessions=1),
+        tmp_path / "bundle.json",
+        ClinicNames(profiles={"Observation": profile}),
+    )
+    assert judged({"bundle": told}) == {"bundle": []}
+    for one in of_kind(told, "Observation"):
+        systems = {coding["system"]: coding["code"] for part in one["category"] for coding in part["coding"]}
+        assert len(systems) == 2
+        assert len(set(systems.values())) == 1
+        assert any("JP_SimpleObservationCategory_CS" in system for system in systems)
+
+
 ODD: dict[str, tuple[Json, Json | None]] = {
     "nothing written": ({"diagnosis": "", "onset_on": None}, None),
     "spaces and signs": ({"diagnosis": "? <b>&#0;", "onset_on": None}, {"code": {"text": "? <b>&#0;"}}),

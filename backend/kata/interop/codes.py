@@ -39,6 +39,8 @@ SNOMED: Final = "http://snomed.info/sct"
 UCUM: Final = "http://unitsofmeasure.org"
 HL7: Final = "http://terminology.hl7.org/CodeSystem/"
 PAIN: Final = "72514-3"
+_JP_CORE: Final = "http://jpfhir.jp/fhir/core/StructureDefinition/"
+_JP_CATEGORY: Final = "http://jpfhir.jp/fhir/core/CodeSystem/JP_SimpleObservationCategory_CS"
 
 _ROM_LOCAL: Final = {
     f"rom-{measure.motion.replace('_', '-')}-{kind}": f"{measure.english.partition(',')[0]}, {kind} range of motion"
@@ -132,9 +134,16 @@ class ClinicNames:
     """By type of resource, the canonical address of the profile that the resource claims to follow."""
 
     def profiled(self, resource: Resource) -> Resource:
-        """Return the resource with the profile of its type, if there is one."""
+        """Return the resource with the profile of its type, if there is one, and with what that profile demands."""
         profile = self.profiles.get(resource["resourceType"])
-        return resource | {"meta": resource.get("meta", {}) | {"profile": [profile]}} if profile else resource
+        if not profile:
+            return resource
+        made = resource | {"meta": resource.get("meta", {}) | {"profile": [profile]}}
+        if profile.startswith(_JP_CORE) and "category" in resource and resource["resourceType"] == "Observation":
+            # JP Core repeats HL7's categories in a system of its own, and every observation must have one of it.
+            own = [coding | {"system": _JP_CATEGORY} for one in resource["category"] for coding in one["coding"]]
+            made["category"] = [*resource["category"], *({"coding": [coding]} for coding in own)]
+        return made
 
 
 def local_concept(code: str) -> Resource:
