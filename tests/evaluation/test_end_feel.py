@@ -5,10 +5,10 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from kata.evaluation.end_feel import GOALS, Case, Judged, cases, judge, summary
+from kata.evaluation.end_feel import GOALS, EndFeelCase, Judged, cases, judge, summary
 from kata.simulator.independent.plant import IndependentPlant
 
-CASE = Case("simple", 1, "healthy", 5, speed_deg_s=10.0)
+CASE = EndFeelCase("simple", 1, "healthy", 5, speed_deg_s=10.0)
 
 
 @pytest.fixture(scope="module")

@@ -6,9 +6,9 @@ import pytest
 from kata.motion.edit import Motion
 from kata.motion.end_feel import (
     DISAGREEMENT_NM,
-    Curve,
     GuardingError,
     TooFewWaysError,
+    TorqueAngleCurve,
     arm_growth,
     curves,
     figures_of,
@@ -40,14 +40,16 @@ def growth() -> Floats:
     return arm_growth(postures, 3, "right", 1.0)
 
 
-BASELINE = Curve(PLACES, weight_nm(PLACES) + FRICTION_NM, weight_nm(PLACES) - FRICTION_NM)
+BASELINE = TorqueAngleCurve(PLACES, weight_nm(PLACES) + FRICTION_NM, weight_nm(PLACES) - FRICTION_NM)
 
 
-def repetition(tone_nm: float = 0.1, heavier: float = 0.6, shift_deg: float = 0.0, wide_nm: float = 0.0) -> Curve:
+def repetition(
+    tone_nm: float = 0.1, heavier: float = 0.6, shift_deg: float = 0.0, wide_nm: float = 0.0
+) -> TorqueAngleCurve:
     """Return a repetition of an arm of another weight whose muscles and capsule oppose the movement."""
     mean = weight_nm(PLACES) + growth() @ np.array([0.0, heavier]) + elastic_nm(PLACES - shift_deg)
     half = FRICTION_NM + tone_nm + wide_nm * elastic_nm(PLACES)
-    return Curve(PLACES, mean + half, mean - half)
+    return TorqueAngleCurve(PLACES, mean + half, mean - half)
 
 
 def test_weight_friction_and_tone_are_taken_from_the_torque() -> None:
@@ -74,21 +76,21 @@ def test_interval_holds_the_spread_of_three_repetitions() -> None:
 def test_patient_who_works_during_one_repetition_is_refused(against_nm: float) -> None:
     worked = repetition()
     burst = np.where((PLACES > 30.0) & (PLACES < 40.0), against_nm, 0.0)
-    worked = Curve(PLACES, worked.out_nm + burst, worked.back_nm)
+    worked = TorqueAngleCurve(PLACES, worked.out_nm + burst, worked.back_nm)
     with pytest.raises(GuardingError, match=r"the repetitions differ by 0\.4") as refused:
         measured([repetition(), worked, repetition()], BASELINE, growth(), FREE_DEG, CHOSEN_NM)
     assert refused.value.disagreement_nm > DISAGREEMENT_NM
 
 
 def test_shoulder_that_does_not_reach_the_torque_has_no_figures() -> None:
-    soft = [Curve(one.places_deg, one.out_nm, one.back_nm) for one in [repetition(shift_deg=15.0)] * 3]
+    soft = [TorqueAngleCurve(one.places_deg, one.out_nm, one.back_nm) for one in [repetition(shift_deg=15.0)] * 3]
     found = measured(soft, BASELINE, growth(), FREE_DEG, CHOSEN_NM)
     assert (found.unmeasured, found.figures, found.interval) == ("torque_not_reached", None, None)
     assert found.curve.places_deg[-1] == 94.0
 
 
 def test_resistance_from_the_first_place_on_has_no_onset() -> None:
-    stiff = Curve(PLACES, np.full(len(PLACES), 1.5), np.full(len(PLACES), 1.5))
+    stiff = TorqueAngleCurve(PLACES, np.full(len(PLACES), 1.5), np.full(len(PLACES), 1.5))
     assert figures_of(stiff, 1.2, 0.5) == "resistance_from_start"
 
 

@@ -70,16 +70,18 @@ def opened(tabs: tuple[Page, Page], clinic: Clinic, pages: dict[str, str]) -> It
     coming = iter(pages.items())
 
     def begin(tab: Page) -> tuple[str, Page] | None:
-        if (following := next(coming, None)) is None:
+        name, address = next(coming, ("", ""))
+        if not name:
             return None
-        tab.goto(clinic.url + following[1], wait_until="commit")
-        return following[0], tab
+        tab.goto(clinic.url + address, wait_until="commit")
+        return name, tab
 
     current, other = begin(tabs[0]), tabs[1]
     while current:
-        following = begin(other)
-        yield current
-        current, other = following, current[1]
+        shown = current
+        current = begin(other)
+        yield shown
+        other = shown[1]
 
 
 def wrong(page: Page) -> list[str]:

@@ -31,9 +31,10 @@ from kata.evaluation.station import VirtualStation
 from kata.motion.edit import Motion
 from kata.motion.end_feel import (
     SPEED_DEG_S,
-    Curve,
+    EndFeelResult,
     GuardingError,
     TooFewWaysError,
+    TorqueAngleCurve,
     arm_growth,
     curves,
     figures_of,
@@ -41,7 +42,6 @@ from kata.motion.end_feel import (
     together,
     way_out,
 )
-from kata.motion.end_feel import EndFeel as Result
 from kata.motion.linkage import Floats
 from kata.simulator.independent.patients import PatientName
 from kata.simulator.mechanics import Mechanics, PlantName
@@ -72,7 +72,7 @@ Kind = Literal["relaxed", "guarding"]
 
 
 @dataclass(frozen=True)
-class Case:
+class EndFeelCase:
     """One test of one patient."""
 
     plant: PlantName
@@ -87,7 +87,7 @@ class Case:
 class Judged:
     """What the test said beside the truth. Errors: measured minus true; None: not measured."""
 
-    case: Case
+    case: EndFeelCase
     outcome: str
     """measured, guarding, torque_not_reached, resistance_from_start, or the refusal of the station."""
     peak_over_nm: float | None = None
@@ -127,7 +127,7 @@ class StiffPlant(Plant):
 class _Guarding:
     """Bursts of a patient who works with or against the apparatus, at random times and with random strength."""
 
-    def __init__(self, case: Case) -> None:
+    def __init__(self, case: EndFeelCase) -> None:
         self._random = Random(f"guarding {case}")
         self._next_s: float | None = None
         self._until_s = 0.0
@@ -152,7 +152,7 @@ class _Guarding:
 class _Patient(VirtualStation):
     """A station with a patient whose torque on one axis is noted in every cycle."""
 
-    def __init__(self, case: Case, config: StationConfig) -> None:
+    def __init__(self, case: EndFeelCase, config: StationConfig) -> None:
         self._axis = case.motor - 1
         self._guarding = _Guarding(case) if case.kind == "guarding" else None
         self.against_nm: list[float] = []
@@ -195,7 +195,7 @@ class _Patient(VirtualStation):
         return np.array([-shoulder.passive_nm(self._axis - 2, math.radians(angle), 0.0) for angle in angles_deg])
 
 
-def _mechanics(case: Case, *, dummy: bool) -> Callable[..., Mechanics]:
+def _mechanics(case: EndFeelCase, *, dummy: bool) -> Callable[..., Mechanics]:
     if case.plant == "simple":
         return lambda seed, turned=False: StiffPlant(seed, turned=turned, dummy=dummy, motor=case.motor)
     from kata.simulator.independent.plant import IndependentPlant
@@ -211,13 +211,13 @@ def _config(plant: PlantName, seed: int) -> StationConfig:
     config = simulated("virtual")
     if plant == "simple":
         return config
-    return identified(config, seed, _mechanics(Case(plant, seed, "healthy", 3), dummy=True))
+    return identified(config, seed, _mechanics(EndFeelCase(plant, seed, "healthy", 3), dummy=True))
 
 
 # -- one test ---------------------------------------------------------------------------------------------------------
 
 
-def judge(case: Case) -> Judged:
+def judge(case: EndFeelCase) -> Judged:
     """Run one test."""
     try:
         return _judged(case)
@@ -225,7 +225,7 @@ def judge(case: Case) -> Judged:
         return Judged(case, str(error))
 
 
-def _judged(case: Case) -> Judged:
+def _judged(case: EndFeelCase) -> Judged:
     motor = case.motor
     station = _Patient(case, _config(case.plant, case.seed))
     grid = np.arange(STARTS_DEG[motor], ENDS_DEG[motor], 0.1)
@@ -251,10 +251,10 @@ def _judged(case: Case) -> Judged:
         return Judged(case, "guarding", peak_over_nm, disagreement_nm=error.disagreement_nm)
     except TooFewWaysError as error:
         return Judged(case, str(error), peak_over_nm)
-    return _compared(case, found, Curve(grid, truth, truth), peak_over_nm)
+    return _compared(case, found, TorqueAngleCurve(grid, truth, truth), peak_over_nm)
 
 
-def _compared(case: Case, found: Result, truth: Curve, peak_over_nm: float) -> Judged:
+def _compared(case: EndFeelCase, found: EndFeelResult, truth: TorqueAngleCurve, peak_over_nm: float) -> Judged:
     disagreement_nm = found.disagreement_nm
     if found.figures is None or found.interval is None:
         return Judged(case, str(found.unmeasured), peak_over_nm, disagreement_nm=disagreement_nm)
@@ -275,10 +275,12 @@ def _compared(case: Case, found: Result, truth: Curve, peak_over_nm: float) -> J
 
 
 @cache
-def _baseline(plant: PlantName, seed: int, motor: int, speed_deg_s: float) -> Curve:
+def _baseline(plant: PlantName, seed: int, motor: int, speed_deg_s: float) -> TorqueAngleCurve:
     """Play the way out and back once with the test weight."""
     config = _config(plant, seed)
-    station = VirtualStation(config, seed, make_mechanics=_mechanics(Case(plant, seed, "healthy", motor), dummy=True))
+    station = VirtualStation(
+        config, seed, make_mechanics=_mechanics(EndFeelCase(plant, seed, "healthy", motor), dummy=True)
+    )
     strong_nm = _BASELINE_SHARE * config.axes[motor - 1].max_torque_nm
     out = _way(motor, speed_deg_s)
     test = EndFeel(motor=motor, torque_nm=strong_nm, expected_nm=(0.0, 0.0), repetitions=1)
@@ -303,7 +305,7 @@ def _load(out: Motion, test: EndFeel) -> Load:
     )
 
 
-def _curves(run: Journal, motor: int) -> list[Curve]:
+def _curves(run: Journal, motor: int) -> list[TorqueAngleCurve]:
     playing = run.phase == PHASE_PLAYING
     return curves(
         run.path_s[playing], run.measured_deg[playing][:, motor - 1], run.torque_nm[playing][:, motor - 1], 1.0
@@ -317,7 +319,7 @@ def _postures(motor: int, angles_deg: Floats) -> Floats:
     return postures
 
 
-def _on_path(out: Motion, motor: int, baseline: Curve, values: Floats) -> tuple[float, ...]:
+def _on_path(out: Motion, motor: int, baseline: TorqueAngleCurve, values: Floats) -> tuple[float, ...]:
     at = np.linspace(0.0, out.duration_s, _EXPECTED_ROWS)
     angles = np.interp(at, out.times_s, out.angles_deg[:, motor - 1])
     return tuple(np.interp(angles, baseline.places_deg, values).tolist())
@@ -327,7 +329,7 @@ def _on_path(out: Motion, motor: int, baseline: Curve, values: Floats) -> tuple[
 
 
 @dataclass(frozen=True)
-class Goal:
+class EndFeelGoal:
     """A figure and the largest absolute value that it may have."""
 
     name: str
@@ -345,22 +347,24 @@ class Goal:
 
 
 GOALS: Final = (
-    Goal("torque above, Nm", "peak_over_nm", 0.2),
-    Goal("range, deg", "range_error_deg", 2.0),
-    Goal("onset, deg", "onset_error_deg", 4.0),
-    Goal("stiffness", "stiffness_error", 0.1),
-    Goal("last third", "last_third_error", 0.1),
+    EndFeelGoal("torque above, Nm", "peak_over_nm", 0.2),
+    EndFeelGoal("range, deg", "range_error_deg", 2.0),
+    EndFeelGoal("onset, deg", "onset_error_deg", 4.0),
+    EndFeelGoal("stiffness", "stiffness_error", 0.1),
+    EndFeelGoal("last third", "last_third_error", 0.1),
 )
 
 # -- many tests -------------------------------------------------------------------------------------------------------
 
 
-def cases(plant: PlantName, seeds: Sequence[int], kinds: Sequence[Kind], motors: Sequence[int]) -> list[Case]:
+def cases(plant: PlantName, seeds: Sequence[int], kinds: Sequence[Kind], motors: Sequence[int]) -> list[EndFeelCase]:
     """Return the cases: on the independent plant every stage, one motor for each seed; on the simple plant every motor."""
     if plant == "simple":
-        return [Case(plant, seed, "healthy", motor, kind) for seed in seeds for kind in kinds for motor in motors]
+        return [
+            EndFeelCase(plant, seed, "healthy", motor, kind) for seed in seeds for kind in kinds for motor in motors
+        ]
     return [
-        Case(plant, seed, patient, motors[seed % len(motors)], kind)
+        EndFeelCase(plant, seed, patient, motors[seed % len(motors)], kind)
         for seed in seeds
         for kind in kinds
         for patient in STAGES
@@ -395,7 +399,7 @@ def _settle() -> None:
     logging.disable(logging.INFO)
 
 
-def _shown(case: Case) -> Judged:
+def _shown(case: EndFeelCase) -> Judged:
     one = judge(case)
     Console(stderr=True, width=200, highlight=False).print(_line(one))
     return one

@@ -65,7 +65,7 @@ class TooFewWaysError(ValueError):
 
 
 @dataclass(frozen=True)
-class Curve:
+class TorqueAngleCurve:
     """Outward torque of one repetition, or the mean of several, at outward angles 1 deg apart: ``(n,)`` each."""
 
     places_deg: Floats
@@ -84,10 +84,10 @@ class Curve:
         half: Floats = (self.out_nm - self.back_nm) / 2
         return half
 
-    def between(self, low_deg: float, high_deg: float) -> "Curve":
+    def between(self, low_deg: float, high_deg: float) -> "TorqueAngleCurve":
         """Return the part of the curve between two angles."""
         inside = (self.places_deg >= low_deg) & (self.places_deg <= high_deg)
-        return Curve(self.places_deg[inside], self.out_nm[inside], self.back_nm[inside])
+        return TorqueAngleCurve(self.places_deg[inside], self.out_nm[inside], self.back_nm[inside])
 
 
 class Figures(NamedTuple):
@@ -106,7 +106,7 @@ class Figures(NamedTuple):
 
 
 @dataclass(frozen=True)
-class EndFeel:
+class EndFeelResult:
     """The result of one test."""
 
     stated_nm: float
@@ -116,7 +116,7 @@ class EndFeel:
     interval: Figures | None
     """Half of the width of their 95 % intervals."""
     unmeasured: Unmeasured | None
-    curve: Curve
+    curve: TorqueAngleCurve
     """Mean of the repetitions without the weight: its mean is the elastic torque."""
     disagreement_nm: float
 
@@ -144,7 +144,7 @@ def way_out(motion: Motion, speed_deg_s: float, further_deg: float = 0.0) -> tup
     return Motion(times, angles), axis + 1
 
 
-def curves(path_s: ArrayLike, angle_deg: ArrayLike, torque_nm: ArrayLike, outward: float) -> list[Curve]:
+def curves(path_s: ArrayLike, angle_deg: ArrayLike, torque_nm: ArrayLike, outward: float) -> list[TorqueAngleCurve]:
     """Return the curve of each complete repetition from samples ``(n,)``: place on the path, motor angle and torque."""
     path = np.asarray(path_s, dtype=np.float64)
     angle, torque = (outward * np.asarray(values, dtype=np.float64) for values in (angle_deg, torque_nm))
@@ -161,13 +161,13 @@ def curves(path_s: ArrayLike, angle_deg: ArrayLike, torque_nm: ArrayLike, outwar
     return found
 
 
-def _curve(out: tuple[Floats, Floats], back: tuple[Floats, Floats]) -> Curve:
+def _curve(out: tuple[Floats, Floats], back: tuple[Floats, Floats]) -> TorqueAngleCurve:
     """Return the curve of the angles and torques of a way out and a way back."""
     first, last = round(float(min(out[0].min(), back[0].min()))), round(float(max(out[0].max(), back[0].max())))
     places = np.arange(first, last + 1, dtype=np.float64)
     at_out, at_back = (_at_places(places, *way) for way in (out, back))
     known = ~np.isnan(at_out) & ~np.isnan(at_back)
-    return Curve(places[known], at_out[known], at_back[known])
+    return TorqueAngleCurve(places[known], at_out[known], at_back[known])
 
 
 def _at_places(places_deg: Floats, angle_deg: Floats, torque_nm: Floats) -> Floats:
@@ -181,7 +181,7 @@ def _at_places(places_deg: Floats, angle_deg: Floats, torque_nm: Floats) -> Floa
     return found
 
 
-def together(repetitions: Sequence[Curve]) -> Curve:
+def together(repetitions: Sequence[TorqueAngleCurve]) -> TorqueAngleCurve:
     """Return the mean of the repetitions at the places that all have.
 
     :raises TooFewWaysError: without any.
@@ -189,17 +189,17 @@ def together(repetitions: Sequence[Curve]) -> Curve:
     if not repetitions:
         raise TooFewWaysError("no complete repetition")
     common = [_at_common(one, repetitions) for one in repetitions]
-    return Curve(
+    return TorqueAngleCurve(
         common[0].places_deg,
         np.mean([one.out_nm for one in common], axis=0),
         np.mean([one.back_nm for one in common], axis=0),
     )
 
 
-def _at_common(one: Curve, others: Sequence[Curve]) -> Curve:
+def _at_common(one: TorqueAngleCurve, others: Sequence[TorqueAngleCurve]) -> TorqueAngleCurve:
     places = one.places_deg
     keep = np.all([np.isin(places, other.places_deg) for other in others], axis=0)
-    return Curve(places[keep], one.out_nm[keep], one.back_nm[keep])
+    return TorqueAngleCurve(places[keep], one.out_nm[keep], one.back_nm[keep])
 
 
 def arm_growth(angles_deg: ArrayLike, motor: int, side: Side, outward: float) -> Floats:
@@ -209,12 +209,12 @@ def arm_growth(angles_deg: ArrayLike, motor: int, side: Side, outward: float) ->
 
 
 def measured(
-    repetitions: Sequence[Curve],
-    baseline: Curve,
+    repetitions: Sequence[TorqueAngleCurve],
+    baseline: TorqueAngleCurve,
     growth: Floats,
     weighed_deg: tuple[float, float],
     chosen_nm: float,
-) -> EndFeel:
+) -> EndFeelResult:
     """Return the end-feel.
 
     :param baseline: with the test weight, at least as far as the repetitions.
@@ -238,7 +238,7 @@ def measured(
     stated_nm, onset_nm = STATED_SHARE * chosen_nm, ONSET_SHARE * chosen_nm
     weight_nm = grows @ factors
     net = [
-        Curve(
+        TorqueAngleCurve(
             places,
             one.out_nm - base.out_nm - weight_nm,
             one.back_nm - base.back_nm - weight_nm,
@@ -248,7 +248,7 @@ def measured(
     values = [figures_of(one, stated_nm, onset_nm) for one in net]
     reason = next((value for value in values if isinstance(value, str)), None)
     figures = [value for value in values if not isinstance(value, str)]
-    return EndFeel(
+    return EndFeelResult(
         stated_nm,
         onset_nm,
         None if reason else Figures(*np.mean(figures, axis=0).tolist()),
@@ -266,7 +266,7 @@ def _arm_factors(growth: Floats, torque_nm: Floats) -> Floats:
     return np.asarray(np.linalg.solve(products, growth.T @ torque_nm), dtype=np.float64)
 
 
-def _disagreement_nm(common: Sequence[Curve]) -> float:
+def _disagreement_nm(common: Sequence[TorqueAngleCurve]) -> float:
     """Return the largest RMS difference of the repetitions from their mean, over some neighbouring places of a way."""
     worst = 0.0
     for side in ("out_nm", "back_nm"):
@@ -277,7 +277,7 @@ def _disagreement_nm(common: Sequence[Curve]) -> float:
     return worst
 
 
-def figures_of(curve: Curve, stated_nm: float, onset_nm: float) -> Figures | Unmeasured:
+def figures_of(curve: TorqueAngleCurve, stated_nm: float, onset_nm: float) -> Figures | Unmeasured:
     """Return the figures of a curve without weight, or why there are none."""
     places, elastic_nm = curve.places_deg, _smooth(curve.mean_nm)
     if elastic_nm[-1] < stated_nm:

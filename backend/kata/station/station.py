@@ -90,9 +90,7 @@ class Station:
         on_due: Callable[[Browser, Due], None] = lambda browser, due: None,
         not_commissioned: Refusal | None = None,
     ) -> None:
-        """Prepare the station without starting it.
-
-        ``on_journal`` is called with each complete journal, and with None when a device process has ended and may have left journals
+        """``on_journal`` is called with each complete journal, and with None when a device process has ended and may have left journals
         behind. ``on_due`` is called when the station pauses or stops because the operator's browser is unreachable.
         ``not_commissioned``: a refusal of every motion for a patient, or None.
         """
@@ -235,10 +233,9 @@ class Station:
     def _side_refusal(self) -> Refusal | None:
         """Return the refusal to restart the device process now; None if it may be restarted.
 
-        Offline with unknown torque the apparatus may be turned, because an apparatus that is switched off has this state. No
-        stop is latched
-        in this state, and ending or starting a device process does not change the torque of a drive that it has not switched on. If drives
-        hold an arm when the next process connects, it reports the fault ``torque_found``.
+        Offline with unknown torque the apparatus may be turned, because an apparatus that is switched off has this state. No stop
+        is latched in this state, and ending or starting a device process does not change the torque of a drive that it has not switched
+        on. If drives hold an arm when the next process connects, it reports the fault ``torque_found``.
         """
         snapshot = self._tracker.snapshot
         if snapshot is None or not self._process.running:
