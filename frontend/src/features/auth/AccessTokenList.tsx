@@ -7,7 +7,7 @@ import { ProblemNote } from "../../ui/ProblemNote";
 
 type Token = Schemas["AccessToken"] | Schemas["AccountAccessToken"];
 
-/** Access tokens, each with a button that revokes it. `queryKey`: of the list, which is then loaded again. */
+/** Access tokens, each with a button that revokes it. `queryKey`: key of the list's query, which is loaded again after a revocation. */
 export function AccessTokenList(props: {
   tokens: Token[];
   queryKey: string;
