@@ -81,7 +81,7 @@ def test_two_builds_of_the_package_are_byte_equal(tmp_path: Path) -> None:
     made = []
     for name, at in (("first", 1.6e9), ("second", 1.7e9)):
         os.utime(next(tmp_path.glob("*.whl")), (at, at))
-        command = [DEBIAN / "build.sh", "1.0.0", tmp_path, tmp_path / name]
+        command: list[str | Path] = [DEBIAN / "build.sh", "1.0.0", tmp_path, tmp_path / name]
         subprocess.run(command, check=True, env=os.environ | {"SOURCE_DATE_EPOCH": "1500000000"})
         made.append(next((tmp_path / name).iterdir()).read_bytes())
     assert made[0] == made[1]

@@ -336,12 +336,16 @@ class EndFeelGoal:
     field: str
     limit: float
 
+    def size(self, value: float) -> float:
+        """Return the absolute value. An excess below 0 is none."""
+        return max(value, 0.0) if self.field == "peak_over_nm" else abs(value)
+
     def shown(self, found: Sequence[Judged]) -> str:
-        """Return the median and the worst absolute value, and the share within the goal. An excess below 0 is none."""
+        """Return the median and the worst absolute value, and the share within the goal."""
         values = [value for one in found if (value := getattr(one, self.field)) is not None]
         if not values:
             return ""
-        sizes = np.maximum(values, 0.0) if self.field == "peak_over_nm" else np.abs(values)
+        sizes = np.array([self.size(value) for value in values])
         inside = np.mean(sizes <= self.limit)
         return f"{np.median(sizes):.2f}, {sizes.max():.2f}; {100 * inside:.0f} %"
 
