@@ -67,21 +67,14 @@ def addresses(page: Page, clinic: Clinic) -> dict[str, str]:
 
 def opened(tabs: tuple[Page, Page], clinic: Clinic, pages: dict[str, str]) -> Iterator[tuple[str, Page]]:
     """Yield every page by name. The next one loads in the other tab meanwhile."""
-    coming = iter(pages.items())
-
-    def begin(tab: Page) -> tuple[str, Page] | None:
-        name, address = next(coming, ("", ""))
-        if not name:
-            return None
-        tab.goto(clinic.url + address, wait_until="commit")
-        return name, tab
-
-    current, other = begin(tabs[0]), tabs[1]
-    while current:
-        shown = current
-        current = begin(other)
-        yield shown
-        other = shown[1]
+    shown, coming = tabs
+    names = [*pages]
+    shown.goto(clinic.url + pages[names[0]], wait_until="commit")
+    for name, following in zip(names, [*names[1:], None], strict=True):
+        if following:
+            coming.goto(clinic.url + pages[following], wait_until="commit")
+        yield name, shown
+        shown, coming = coming, shown
 
 
 def wrong(page: Page) -> list[str]:
