@@ -24,6 +24,7 @@ GIVEN: Final[dict[str, tuple[str, ...]]] = {
     "demo": ("--taught", "motion.csv"),
     "doctor": (),
     "openapi": (),
+    "questionnaires add": ("motion.csv",),
     "questionnaires import": ("spadi", "motion.csv"),
     "restore": ("clinic.age",),
     "seed": (),

@@ -161,7 +161,7 @@ def test_the_package_refers_to_the_unit_and_its_paths() -> None:
     assert "ExecStart=/opt/kata/current/bin/kata serve" in unit
     assert "EnvironmentFile=-/etc/kata/environment" in unit
     assert "root=/opt/kata" in postinst
-    assert "[ ! -e /etc/kata/station.toml ]" in postinst
+    assert "[ -e /etc/kata/station.toml ]; then" in postinst
     assert "KATA_STATION=/etc/kata/station.toml" in unit
 
 
