@@ -16,11 +16,11 @@ from kata.station.fleet import (
     StationStatus,
     as_json,
 )
-from kata.station.lease import Moment
+from kata.station.lease import ClockReading
 from kata.station.schemas import PatientRef, StopCauseLive
 
 ID = UUID(int=7)
-BEGIN = Moment(1000.0, datetime(2026, 3, 1, 9, 0, tzinfo=UTC))
+BEGIN = ClockReading(1000.0, datetime(2026, 3, 1, 9, 0, tzinfo=UTC))
 
 
 def state(station: str = "Station 2", service: int = 1, **fields: Any) -> StationReport:
@@ -31,7 +31,7 @@ def state(station: str = "Station 2", service: int = 1, **fields: Any) -> Statio
     return StationReport(station=station, service=UUID(int=service), **(given | fields))
 
 
-def one(roster: Roster, now: Moment, name: str = "Station 2") -> StationStatus:
+def one(roster: Roster, now: ClockReading, name: str = "Station 2") -> StationStatus:
     return next(shown for shown in roster.statuses(now) if shown.name == name)
 
 

@@ -6,18 +6,18 @@ from uuid import UUID
 import pytest
 
 from kata.device.messages import Mode, TorqueState
-from kata.station.lease import Browser, Due, Lease, Moment
+from kata.station.lease import AbsenceAction, Browser, ClockReading, Lease
 
 SATO = Browser(UUID(int=1), "Sato")
 KATO = Browser(UUID(int=2), "Kato")
-NOON = Moment(0.0, datetime(2026, 5, 1, 12, tzinfo=UTC))
+NOON = ClockReading(0.0, datetime(2026, 5, 1, 12, tzinfo=UTC))
 TORQUE: dict[Mode, TorqueState] = {
     "offline": "off", "idle": "off", "teaching": "off", "ready": "off", "approaching": "on", "playing": "on",
     "paused": "on", "returning": "on", "stopped": "off",
 }  # fmt: skip
 
 
-def at(s: float) -> Moment:
+def at(s: float) -> ClockReading:
     return NOON.later(s)
 
 
@@ -30,8 +30,8 @@ def lease() -> Lease:
     return made
 
 
-def due(lease: Lease, s: float, mode: Mode, torque: TorqueState | None = None) -> Due | None:
-    return lease.due(at(s), mode, torque or TORQUE[mode])
+def due(lease: Lease, s: float, mode: Mode, torque: TorqueState | None = None) -> AbsenceAction | None:
+    return lease.absence_action(at(s), mode, torque or TORQUE[mode])
 
 
 # -- who operates -----------------------------------------------------------------------------------------------------

@@ -19,7 +19,7 @@ from pydantic import ValidationError
 
 from kata.database.engine import Database
 from kata.station.fleet import SILENT_AFTER_S, Roster, StationReport, StationStatus, as_json, state_of
-from kata.station.lease import Moment
+from kata.station.lease import ClockReading
 from kata.station.station import Station
 
 log = logging.getLogger(__name__)
@@ -30,8 +30,8 @@ _RECONNECT_AFTER_S: Final = 1.0
 _STATEMENT_LIMIT_S: Final = 3.0
 
 
-def _now() -> Moment:
-    return Moment(time.monotonic(), datetime.now(UTC))
+def _now() -> ClockReading:
+    return ClockReading(time.monotonic(), datetime.now(UTC))
 
 
 @dataclass
@@ -42,7 +42,7 @@ class Fleet:
     database: Database
     names: Callable[[], list[str]]
     """Returns the names of the registered stations; queries the database."""
-    now: Callable[[], Moment] = _now
+    now: Callable[[], ClockReading] = _now
     service: UUID = field(default_factory=uuid4)
     changes: int = 0
     """Incremented by every received state."""

@@ -11,7 +11,7 @@ from fastapi import APIRouter, FastAPI, WebSocket, WebSocketDisconnect
 from pydantic import BaseModel, ConfigDict, Field, ValidationError
 
 from kata.actor import CURRENT_ACTOR, Actor
-from kata.api.lease import browser
+from kata.api.lease_dependencies import browser
 from kata.api.live_view import LiveStateView
 from kata.api.redaction import Redaction
 from kata.api.services import Services, services_of

@@ -16,7 +16,7 @@ import msgspec
 
 from kata import __version__
 from kata.actor import by_program
-from kata.api import lease
+from kata.api import lease_dependencies
 from kata.api.commissioning_run import PRACTICE_FILE, CommissioningRun
 from kata.api.commissioning_watch import CommissioningWatch
 from kata.api.fleet import Fleet
@@ -334,7 +334,7 @@ async def set_up_station(settings: Settings, storage: Storage, apparatus: Appara
         DeviceLaunch(apparatus.config_file, settings.journal, settings.real_time),
         simulated=settings.simulate,
         on_journal=import_journal,
-        on_due=lease.record_due_actions(storage.audit_log, apparatus.config.name),
+        on_absence_action=lease_dependencies.record_absence_actions(storage.audit_log, apparatus.config.name),
         not_commissioned=watch.refusal,
     )
 

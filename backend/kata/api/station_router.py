@@ -15,7 +15,7 @@ from sqlalchemy.orm import Session
 from kata.actor import note_detail
 from kata.api import texts
 from kata.api.errors import refused
-from kata.api.lease import Operator, Watcher, record_takeover
+from kata.api.lease_dependencies import Operator, Watcher, record_takeover
 from kata.api.live_view import LiveStateView
 from kata.api.redaction import Redaction
 from kata.api.services import services_of

@@ -12,7 +12,7 @@ from uuid import UUID
 from pydantic import Field
 
 from kata.device.messages import EstopState, Mode, TorqueState
-from kata.station.lease import Moment
+from kata.station.lease import ClockReading
 from kata.station.schemas import DeviceState, Live, PatientRef, StationInfo, StopCauseLive, _Schema
 
 SILENT_AFTER_S: Final = 3.0
@@ -108,7 +108,7 @@ def as_json(state: StationReport) -> str:
 @dataclass(slots=True)
 class _Heard:
     state: StationReport
-    at: Moment
+    at: ClockReading
     before: UUID | None = None
     """Id of the previous service with the same name."""
     doubled_s: float | None = None
@@ -128,7 +128,7 @@ class Roster:
         for name in names:
             self._heard.setdefault(name, None)
 
-    def take(self, state: StationReport, now: Moment) -> None:
+    def take(self, state: StationReport, now: ClockReading) -> None:
         """Store a report that has just arrived."""
         before = self._heard.get(state.station)
         heard = self._heard[state.station] = _Heard(state, now)
@@ -139,12 +139,12 @@ class Roster:
                 if state.service == before.before:
                     heard.doubled_s = now.s
 
-    def statuses(self, now: Moment) -> list[StationStatus]:
+    def statuses(self, now: ClockReading) -> list[StationStatus]:
         """Return all stations by name, this service's own first."""
         names = sorted(self._heard, key=lambda name: (name != self._here, name))
         return [self._status(name, now) for name in names]
 
-    def _status(self, name: str, now: Moment) -> StationStatus:
+    def _status(self, name: str, now: ClockReading) -> StationStatus:
         heard = self._heard[name]
         silent = heard is None or now.s - heard.at.s > SILENT_AFTER_S
         return StationStatus(

@@ -21,22 +21,22 @@ RELEASE_AFTER_S: Final = 30.0
 NOT_OPERATING: Final = "not_operating"
 """Code of the refusal of a command from a browser without the lease."""
 
-Due = Literal["pause", "stop"]
+AbsenceAction = Literal["pause", "stop"]
 _NOTHING_TO_STOP: Final[tuple[Mode, ...]] = ("idle", "offline", "returning")
 """Modes in which the holder's absence causes no Stop. A return ends with torque off at the place where the approach began."""
 
 
-class Moment(NamedTuple):
-    """A time on the monotonic clock and on the wall clock."""
+class ClockReading(NamedTuple):
+    """One time, read on the monotonic clock and on the wall clock."""
 
     s: float
     """Seconds of a monotonic clock."""
     at: datetime
     """UTC."""
 
-    def later(self, s: float) -> "Moment":
-        """Return the moment ``s`` seconds later."""
-        return Moment(self.s + s, self.at + timedelta(seconds=s))
+    def later(self, s: float) -> "ClockReading":
+        """Return the reading ``s`` seconds later."""
+        return ClockReading(self.s + s, self.at + timedelta(seconds=s))
 
 
 @dataclass(frozen=True, slots=True)
@@ -54,7 +54,7 @@ class _Held:
     browser: Browser
     since: datetime
     taken_from: str | None
-    seen: Moment
+    present_until: ClockReading
     """Time of the last sign of life. Not used while a page of the browser listens."""
     listened: bool = False
     """True if a page of the browser has listened. A browser that only sends requests is present for a while after each request."""
@@ -76,18 +76,18 @@ class Lease:
         if held := self._of(browser):
             held.listened = True
 
-    def page_closed(self, browser: Browser, now: Moment) -> None:
+    def page_closed(self, browser: Browser, now: ClockReading) -> None:
         """Note that a page of the browser has stopped listening."""
         self._listening[browser.id] -= 1
         if self._listening[browser.id] <= 0:
             del self._listening[browser.id]
             if held := self._of(browser):
-                held.seen = max(held.seen, now)
+                held.present_until = max(held.present_until, now)
 
-    def note_request(self, browser: Browser, now: Moment) -> None:
+    def note_request(self, browser: Browser, now: ClockReading) -> None:
         """Note a request of the browser, which shows that it is present now."""
         if held := self._of(browser):
-            held.seen = max(held.seen, now if held.listened else now.later(PAUSE_AFTER_S))
+            held.present_until = max(held.present_until, now if held.listened else now.later(PAUSE_AFTER_S))
 
     # -- the holder ----------------------------------------------------------------------------------------------
 
@@ -102,7 +102,7 @@ class Lease:
             next_step=texts.WATCH_OR_TAKE_OVER(operator=name),
         )
 
-    def take(self, browser: Browser, now: Moment, *, take_over: bool = False) -> Refusal | None:
+    def take(self, browser: Browser, now: ClockReading, *, take_over: bool = False) -> Refusal | None:
         """Give the lease to the browser. Refused while another browser holds it, unless this one takes over."""
         if held := self._of(browser):
             held.paused = False
@@ -143,7 +143,7 @@ class Lease:
 
     # -- the holder's absence --------------------------------------------------------------------------------------
 
-    def due(self, now: Moment, mode: Mode, torque: TorqueState) -> Due | None:
+    def absence_action(self, now: ClockReading, mode: Mode, torque: TorqueState) -> AbsenceAction | None:
         """Return the action that is due because the holder's browser is absent. Call it repeatedly until the action is done.
 
         Without a holder no action is due, because a motion begins with a lease and the lease is released only without torque. In idle and
@@ -166,7 +166,7 @@ class Lease:
         if self._held:
             self._held.paused = True
 
-    def live(self, browser: Browser | None, now: Moment) -> LeaseLive:
+    def live(self, browser: Browser | None, now: ClockReading) -> LeaseLive:
         """Return the lease as ``browser`` sees it. With None, no lease counts as the caller's own."""
         held = self._held
         if held is None:
@@ -176,15 +176,15 @@ class Lease:
             mine=browser is not None and held.browser.id == browser.id,
             since=held.since,
             taken_from=held.taken_from,
-            unreachable_since=held.seen.at if self._absent_s(now) > 0 else None,
+            unreachable_since=held.present_until.at if self._absent_s(now) > 0 else None,
             paused=held.paused,
         )
 
     def _of(self, browser: Browser) -> _Held | None:
         return self._held if self._held and self._held.browser.id == browser.id else None
 
-    def _absent_s(self, now: Moment) -> float:
+    def _absent_s(self, now: ClockReading) -> float:
         held = self._held
         if held is None or self._listening[held.browser.id] > 0:
             return 0.0
-        return max(0.0, now.s - held.seen.s)
+        return max(0.0, now.s - held.present_until.s)

@@ -8,14 +8,14 @@ from contextlib import contextmanager
 from datetime import UTC, datetime
 
 from kata.device.messages import Command, Pause, Refusal, Snapshot, Stop, TorqueState
-from kata.station.lease import Browser, Due, Lease, Moment
+from kata.station.lease import AbsenceAction, Browser, ClockReading, Lease
 from kata.station.schemas import LeaseLive
 
 log = logging.getLogger(__name__)
 
 
-def _now() -> Moment:
-    return Moment(time.monotonic(), datetime.now(UTC))
+def _now() -> ClockReading:
+    return ClockReading(time.monotonic(), datetime.now(UTC))
 
 
 class Operating:
@@ -25,15 +25,15 @@ class Operating:
         self,
         command: Callable[[Command], Awaitable[Refusal | None]],
         changed: Callable[[], None],
-        on_due: Callable[[Browser, Due], None],
-        now: Callable[[], Moment] = _now,
+        on_absence_action: Callable[[Browser, AbsenceAction], None],
+        now: Callable[[], ClockReading] = _now,
     ) -> None:
-        """``command`` sends a command to the device. ``changed`` is called when the holder or its presence changes. ``on_due`` is
+        """``command`` sends a command to the device. ``changed`` is called when the holder or its presence changes. ``on_absence_action`` is
         called after a pause or stop because the holder's browser is absent.
         """
         self._command = command
         self._changed = changed
-        self._on_due = on_due
+        self._on_absence_action = on_absence_action
         self._now = now
         self._lease = Lease()
         self._action: asyncio.Task[None] | None = None
@@ -83,24 +83,24 @@ class Operating:
     def act_if_due(self, snapshot: Snapshot) -> None:
         """Pause or stop if this is due because the holder's browser is absent. Call it with every snapshot."""
         holder = self._lease.holder
-        due = self._lease.due(self._now(), snapshot.mode, snapshot.torque)
-        if holder is None or due is None or (self._action and not self._action.done()):
+        action = self._lease.absence_action(self._now(), snapshot.mode, snapshot.torque)
+        if holder is None or action is None or (self._action and not self._action.done()):
             return
         # Pause and Stop take time. Send the command once, and again only if it had no effect.
-        if "pause" in snapshot.refusals if due == "pause" else _ends_with_torque_off(snapshot):
+        if "pause" in snapshot.refusals if action == "pause" else _ends_with_torque_off(snapshot):
             return
-        self._action = asyncio.create_task(self._act(due, holder), name=f"{due} without a browser")
+        self._action = asyncio.create_task(self._act(action, holder), name=f"{action} without a browser")
 
-    async def _act(self, due: Due, holder: Browser) -> None:
-        refusal = await self._command(Pause() if due == "pause" else Stop(because="browser_lost"))
+    async def _act(self, action: AbsenceAction, holder: Browser) -> None:
+        refusal = await self._command(Pause() if action == "pause" else Stop(because="browser_lost"))
         log.warning(
-            "the browser with login session %s is absent: %s %s", holder.id, due, refusal.code if refusal else "done"
+            "the browser with login session %s is absent: %s %s", holder.id, action, refusal.code if refusal else "done"
         )
         if refusal is None:
-            if due == "pause":
+            if action == "pause":
                 self._lease.note_pause()
                 self._changed()
-            self._on_due(holder, due)
+            self._on_absence_action(holder, action)
 
 
 def _ends_with_torque_off(snapshot: Snapshot) -> bool:

@@ -34,7 +34,7 @@ from kata.station import texts
 from kata.station.device_process import DeviceLaunch, DeviceProcess
 from kata.station.drive_trend import DriveTrend
 from kata.station.guard import StateClock
-from kata.station.lease import Browser, Due
+from kata.station.lease import Browser, AbsenceAction
 from kata.station.operating import Operating
 from kata.station.schemas import AxisInfo, EventLive, Live, StationInfo
 from kata.station.snapshot_tracker import Occupation, SnapshotTracker
@@ -87,11 +87,11 @@ class Station:
         *,
         simulated: bool,
         on_journal: Callable[[Path | None], None],
-        on_due: Callable[[Browser, Due], None] = lambda browser, due: None,
+        on_absence_action: Callable[[Browser, AbsenceAction], None] = lambda browser, action: None,
         not_commissioned: Refusal | None = None,
     ) -> None:
         """``on_journal`` is called with each complete journal, and with None when a device process has ended and may have left journals
-        behind. ``on_due`` is called when the station pauses or stops because the operator's browser is unreachable.
+        behind. ``on_absence_action`` is called when the station pauses or stops because the operator's browser is unreachable.
         ``not_commissioned``: a refusal of every motion for a patient, or None.
         """
         self.config = config
@@ -110,7 +110,7 @@ class Station:
         self._subscriptions = Subscriptions()
         self.drive_trend = DriveTrend()
         self.clock = StateClock()
-        self.operating = Operating(self.command, self._subscriptions.note_change, on_due)
+        self.operating = Operating(self.command, self._subscriptions.note_change, on_absence_action)
         self.set_not_commissioned(not_commissioned)
 
     def set_not_commissioned(self, refusal: Refusal | None) -> None:

@@ -10,7 +10,7 @@ from kata.api.errors import refused
 from kata.audit.audit_log import AuditLog
 from kata.audit.entries import entry
 from kata.dependencies import TheStation
-from kata.station.lease import Browser, Due
+from kata.station.lease import AbsenceAction, Browser
 
 
 def browser() -> Browser:
@@ -28,11 +28,11 @@ async def _watcher(station: TheStation) -> Browser:
 
 
 async def _operator(station: TheStation) -> Browser:
-    watcher = browser()
-    refusal = station.operating.take(watcher)
+    requesting = browser()
+    refusal = station.operating.take(requesting)
     if refusal:
         raise refused(refusal)
-    return watcher
+    return requesting
 
 
 Watcher = Annotated[Browser, Depends(_watcher)]
@@ -41,11 +41,11 @@ Operator = Annotated[Browser, Depends(_operator)]
 """The browser that operates the apparatus. The request takes a free lease; it is refused with 409 while another browser holds it."""
 
 
-def record_due_actions(audit_log: AuditLog, station: str) -> Callable[[Browser, Due], None]:
+def record_absence_actions(audit_log: AuditLog, station: str) -> Callable[[Browser, AbsenceAction], None]:
     """Return a callback that records in the audit trail what the station does when the operating browser is lost."""
 
-    def record(browser: Browser, due: Due) -> None:
-        action = "pause_without_browser" if due == "pause" else "stop_without_browser"
+    def record(browser: Browser, absence_action: AbsenceAction) -> None:
+        action = "pause_without_browser" if absence_action == "pause" else "stop_without_browser"
         with by_program(action, station):
             audit_log.record_at_once(
                 entry(action, "done", subject=f"sign_in {browser.id}", detail={"operator": browser.name})
