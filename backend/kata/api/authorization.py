@@ -120,7 +120,7 @@ async def _authorize(connection: HTTPConnection, body: Any) -> None:
     REQUEST_CONTEXT.set(context)
     if rule.needs == "public":
         return
-    if rule.token and await run_in_threadpool(_has_token, connection):
+    if rule.accepts_metrics_token and await run_in_threadpool(_has_token, connection):
         return
     services = services_of(connection)
     context.station = services.station_name
@@ -263,7 +263,7 @@ def check_user(actor: Actor, rule: RouteRule, station: str, named: Sequence[tupl
     # Without permission to read records, no route may name one.
     if rule.needs not in granted or (named and "read_records" not in granted):
         raise ProblemError(403, "not_allowed", texts.ROLE_NOT_ALLOWED(), texts.ASK_PERMITTED_PERSON())
-    if rule.here and actor.stations and station not in actor.stations:
+    if rule.own_station_only and actor.stations and station not in actor.stations:
         raise ProblemError(
             403,
             "other_station",
@@ -290,14 +290,14 @@ def _check_records(
     with services.database.read() as session:
         patients = patients_of(session, named)
         context.patient_id = patients[0] if patients else None
-        if not rule.restricted and not restricted.may_see(session, actor, patients):
+        if not rule.allowed_for_restricted and not restricted.may_see(session, actor, patients):
             raise ProblemError(
                 403,
                 "restricted",
                 texts.RECORD_RESTRICTED(),
                 texts.OPEN_IN_EMERGENCY(),
             )
-    if context.patient_id and not rule.restricted and not actor.by_token:
+    if context.patient_id and not rule.allowed_for_restricted and not actor.by_token:
         services.offline_cache.note_opened(context.patient_id)
 
 
@@ -335,7 +335,7 @@ async def _body(connection: HTTPConnection) -> Any:
 
     Return None for an uploaded file: it names no record, and parsing it would block the event loop.
     """
-    if not isinstance(connection, Request) or RULES[connection.scope["route"].name].file:
+    if not isinstance(connection, Request) or RULES[connection.scope["route"].name].upload_media_type:
         return None
     if "json" not in connection.headers.get("content-type", "").lower():
         return None

@@ -64,6 +64,6 @@ def _limit(scope: Scope) -> int:
 def _is_file(scope: Scope) -> bool:
     """Return whether the body is a file of the type that its route takes. FastAPI would parse a CSV file that is sent as JSON."""
     route = scope.get("route")
-    file = RULES[route.name].file if isinstance(route, APIRoute) else ""
+    file = RULES[route.name].upload_media_type if isinstance(route, APIRoute) else ""
     sent = Headers(scope=scope).get("content-type", "").partition(";")[0].strip().lower()
     return bool(file) and (sent == file or "json" not in sent)

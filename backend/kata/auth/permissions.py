@@ -60,9 +60,9 @@ class RouteRule:
     """What a user needs to use a route."""
 
     needs: Permission
-    here: bool = False
+    own_station_only: bool = False
     """True if only accounts that work at this service's station may use the route."""
-    restricted: bool = False
+    allowed_for_restricted: bool = False
     """True if the route is allowed for restricted records: it requests or manages access to them."""
     locked: bool = False
     """True if the route is allowed while the screen is locked."""
@@ -72,23 +72,23 @@ class RouteRule:
     """True if users whom the database has confirmed before may use the route while the database does not answer. The request may then
     name only records of patients in the offline cache (:mod:`kata.clinic.sessions.offline_cache`).
     """
-    token: bool = False
+    accepts_metrics_token: bool = False
     """True if programs that send the token of ``KATA_METRICS_TOKEN_FILE`` may use the route without a login. That token is no user's
     access token.
     """
-    file: str = ""
+    upload_media_type: str = ""
     """Media type of the body if it is a file. The file may be large, names no record, and is parsed outside the service's process."""
 
 
 _PUBLIC: Final = RouteRule("public")
-_OWN: Final = RouteRule("own_account", locked=True, enrolling=True, offline=True)
+_OWN_ACCOUNT: Final = RouteRule("own_account", locked=True, enrolling=True, offline=True)
 _READ: Final = RouteRule("read_records")
 _WRITE: Final = RouteRule("write_records")
-_OPERATE: Final = RouteRule("operate", here=True)
-_CONTINUE: Final = RouteRule("operate", here=True, offline=True)
-_DIAGNOSE: Final = RouteRule("diagnose", here=True, offline=True)
+_OPERATE: Final = RouteRule("operate", own_station_only=True)
+_OPERATE_OFFLINE: Final = RouteRule("operate", own_station_only=True, offline=True)
+_DIAGNOSE: Final = RouteRule("diagnose", own_station_only=True, offline=True)
 _ADMINISTER: Final = RouteRule("administer")
-_WATCH: Final = RouteRule("see_station", locked=True, offline=True)
+_SEE_STATION: Final = RouteRule("see_station", locked=True, offline=True)
 
 _RENAMED: Final[Mapping[str, str]] = MappingProxyType(
     {
@@ -137,9 +137,9 @@ RULES: Final[Mapping[str, RouteRule]] = MappingProxyType(
         "set_up_clinic": _PUBLIC,
         "set_password_by_code": _PUBLIC,
         "sign_out": _PUBLIC,
-        "get_me": _OWN,
-        "lock_screen": _OWN,
-        "unlock_screen": _OWN,
+        "get_me": _OWN_ACCOUNT,
+        "lock_screen": _OWN_ACCOUNT,
+        "unlock_screen": _OWN_ACCOUNT,
         "begin_second_factor": RouteRule("own_account", enrolling=True),
         "confirm_second_factor": RouteRule("own_account", enrolling=True),
         "remove_second_factor": RouteRule("own_account"),
@@ -168,9 +168,9 @@ RULES: Final[Mapping[str, RouteRule]] = MappingProxyType(
         "add_contraindication": _WRITE,
         "sign_off_contraindication": _WRITE,
         "resolve_contraindication": _WRITE,
-        "get_record_access": RouteRule("read_records", restricted=True),
-        "change_record_access": RouteRule("administer", restricted=True),
-        "break_glass": RouteRule("read_records", restricted=True),
+        "get_record_access": RouteRule("read_records", allowed_for_restricted=True),
+        "change_record_access": RouteRule("administer", allowed_for_restricted=True),
+        "break_glass": RouteRule("read_records", allowed_for_restricted=True),
         "list_break_glass_accesses": _ADMINISTER,
         "review_break_glass_access": _ADMINISTER,
         # Episodes, assessments, progress.
@@ -215,13 +215,13 @@ RULES: Final[Mapping[str, RouteRule]] = MappingProxyType(
         "list_sessions": _READ,
         "get_session_filter_options": _READ,
         "list_patient_sessions": _READ,
-        "create_session": RouteRule("write_records", here=True, offline=True),
+        "create_session": RouteRule("write_records", own_station_only=True, offline=True),
         "get_session": RouteRule("read_records", offline=True),
         "update_session": RouteRule("write_records", offline=True),
         "get_session_plan": _READ,
-        "list_ready_patients": RouteRule("read_records", here=True, offline=True),
+        "list_ready_patients": RouteRule("read_records", own_station_only=True, offline=True),
         "get_checklist": RouteRule("read_records", offline=True),
-        "confirm_check": RouteRule("write_records", here=True, offline=True),
+        "confirm_check": RouteRule("write_records", own_station_only=True, offline=True),
         "get_teaching_checklist": _READ,
         "end_session": RouteRule("write_records", offline=True),
         "get_note_draft": _READ,
@@ -254,9 +254,9 @@ RULES: Final[Mapping[str, RouteRule]] = MappingProxyType(
         "get_run_mcap": _READ,
         "get_patient_fhir": _READ,
         "export_patient": _READ,
-        "preview_imported_motion": RouteRule("write_records", file="text/csv"),
-        "import_motion": RouteRule("write_records", file="text/csv"),
-        "import_fhir_patients": RouteRule("write_records", file="application/fhir+json"),
+        "preview_imported_motion": RouteRule("write_records", upload_media_type="text/csv"),
+        "import_motion": RouteRule("write_records", upload_media_type="text/csv"),
+        "import_fhir_patients": RouteRule("write_records", upload_media_type="application/fhir+json"),
         # Requests for erasure: recorded by a therapist, decided by an administrator.
         "list_erasures": _READ,
         "list_patient_erasures": _READ,
@@ -268,50 +268,50 @@ RULES: Final[Mapping[str, RouteRule]] = MappingProxyType(
         "list_backups": _ADMINISTER,
         "make_backup": _ADMINISTER,
         # Administrators must be able to search the audit trail for a restricted record without access to that record.
-        "list_audit": RouteRule("administer", restricted=True),
+        "list_audit": RouteRule("administer", allowed_for_restricted=True),
         # The state of the service.
         "list_station_versions": RouteRule("see_operation"),
         "list_commissionings": RouteRule("see_operation"),
         "get_commissioning": RouteRule("see_operation"),
         "get_commissioning_report_pdf": RouteRule("see_operation"),
         "get_station_settings": RouteRule("see_operation"),
-        "preview_station_settings": RouteRule("commission", here=True),
-        "import_station_settings": RouteRule("commission", here=True),
+        "preview_station_settings": RouteRule("commission", own_station_only=True),
+        "import_station_settings": RouteRule("commission", own_station_only=True),
         "get_commissioning_run": RouteRule("see_operation"),
-        "start_commissioning": RouteRule("commission", here=True),
-        "confirm_commissioning": RouteRule("commission", here=True, offline=True),
-        "get_metrics": RouteRule("see_operation", token=True),
+        "start_commissioning": RouteRule("commission", own_station_only=True),
+        "confirm_commissioning": RouteRule("commission", own_station_only=True, offline=True),
+        "get_metrics": RouteRule("see_operation", accepts_metrics_token=True),
         "get_support_bundle": RouteRule("see_operation"),
         # The apparatus.
-        "live": _WATCH,
-        "live_stations": _WATCH,
-        "list_stations": _WATCH,
-        "get_station": _WATCH,
+        "live": _SEE_STATION,
+        "live_stations": _SEE_STATION,
+        "list_stations": _SEE_STATION,
+        "get_station": _SEE_STATION,
         "get_drive_trend": RouteRule("see_station", offline=True),
         "get_commissioning_status": RouteRule("see_station", offline=True),
         "list_events": RouteRule("see_station"),
         # Counts and ids. Pages request them at intervals.
         "list_notifications": RouteRule("see_station"),
         "stop": RouteRule("stop", locked=True, enrolling=True, offline=True),
-        "take_lease": _CONTINUE,
-        "release_lease": _CONTINUE,
+        "take_lease": _OPERATE_OFFLINE,
+        "release_lease": _OPERATE_OFFLINE,
         "set_side": _OPERATE,
         "teach": _OPERATE,
-        "finish_teaching": _CONTINUE,
-        "load": _CONTINUE,
-        "unload": _CONTINUE,
-        "approach": _CONTINUE,
-        "play": _CONTINUE,
-        "pause": _CONTINUE,
-        "reduce_range": _CONTINUE,
-        "return_to_rest": _CONTINUE,
-        "release_torque": _CONTINUE,
-        "acknowledge": _CONTINUE,
+        "finish_teaching": _OPERATE_OFFLINE,
+        "load": _OPERATE_OFFLINE,
+        "unload": _OPERATE_OFFLINE,
+        "approach": _OPERATE_OFFLINE,
+        "play": _OPERATE_OFFLINE,
+        "pause": _OPERATE_OFFLINE,
+        "reduce_range": _OPERATE_OFFLINE,
+        "return_to_rest": _OPERATE_OFFLINE,
+        "release_torque": _OPERATE_OFFLINE,
+        "acknowledge": _OPERATE_OFFLINE,
         "get_simulator": RouteRule("diagnose", offline=True),
         "set_pedal": _DIAGNOSE,
         "set_estop": _DIAGNOSE,
         "guide_arm": _DIAGNOSE,
         "release_arm": _DIAGNOSE,
-        "upload_motion": RouteRule("diagnose", here=True, offline=True, file="text/csv"),
+        "upload_motion": RouteRule("diagnose", own_station_only=True, offline=True, upload_media_type="text/csv"),
     }
 )
