@@ -81,13 +81,13 @@ const patientsRoute = createRoute({
   path: "/patients",
   component: lazyRouteComponent(() => import("../features/patients/PatientsPage"), "PatientsPage"),
 });
-const patient = createRoute({
+const patientRoute = createRoute({
   getParentRoute: () => rootRoute,
   path: "/patients/$patientId",
   component: lazyRouteComponent(() => import("../features/patients/PatientPage"), "PatientPage"),
   validateSearch: readPatientTab,
 });
-const recording = createRoute({
+const recordingRoute = createRoute({
   getParentRoute: () => rootRoute,
   path: "/recordings/$recordingId",
   component: lazyRouteComponent(() => import("../features/recordings/RecordingPage"), "RecordingPage"),
@@ -230,8 +230,8 @@ export const router = createRouter({
     stationsRoute,
     commissioningRoute,
     patientsRoute,
-    patient,
-    recording,
+    patientRoute,
+    recordingRoute,
     sessionsRoute,
     sessionRoute,
     progressRoute,

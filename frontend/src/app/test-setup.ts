@@ -1,7 +1,7 @@
 import { cleanup } from "@testing-library/react";
 import { afterAll, beforeEach, vi } from "vitest";
 import { authStore } from "../features/auth/authState";
-import { ME } from "../features/auth/examples";
+import { ME } from "../features/auth/testUsers";
 
 // Define browser functions that Mantine calls and jsdom lacks.
 Object.defineProperty(window, "matchMedia", {

@@ -3,7 +3,7 @@ import { QueryClient, QueryClientProvider } from "@tanstack/react-query";
 import { cleanup, fireEvent, render, screen } from "@testing-library/react";
 import { afterEach, describe, expect, it, vi } from "vitest";
 import { authStore } from "../features/auth/authState";
-import { ME } from "../features/auth/examples";
+import { ME } from "../features/auth/testUsers";
 import { api, type Live } from "../lib/api/client";
 import { type LiveState, store } from "../lib/live/store";
 import { StopBanner } from "./StopBanner";

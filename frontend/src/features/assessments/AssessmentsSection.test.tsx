@@ -4,8 +4,8 @@ import { cleanup, fireEvent, render, screen, waitFor } from "@testing-library/re
 import { afterEach, beforeEach, describe, expect, it, vi } from "vitest";
 import { api, type Patient, ProblemError } from "../../lib/api/client";
 import { AssessmentsSection } from "./AssessmentsSection";
+import { describeSpadi } from "./describeFindings";
 import { ASSESSMENT, BASELINE, FORM } from "./examples";
-import { describeSpadi } from "./findings";
 
 vi.mock("../../ui/links", () => ({
   ButtonLink: ({ to, children }: { to: string; children: string }) => <a href={to}>{children}</a>,

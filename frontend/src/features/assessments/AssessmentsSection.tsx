@@ -24,8 +24,8 @@ import { StartPatientMode } from "../patient-mode/StartPatientMode";
 import { ProgressChart } from "../progress/ProgressChart";
 import { AssessmentForm } from "./AssessmentForm";
 import { AssessmentTable } from "./AssessmentTable";
+import { describePain, describeQuestionnaires, describeRom, describeSpadi } from "./describeFindings";
 import type { Side } from "./draft";
-import { describePain, describeQuestionnaires, describeRom, describeSpadi } from "./findings";
 
 /**
  * The newest findings compared with the first ones, with actions to enter, change and withdraw assessments.

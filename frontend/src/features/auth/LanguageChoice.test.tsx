@@ -6,8 +6,8 @@ import { afterEach, expect, it, vi } from "vitest";
 import { api } from "../../lib/api/client";
 import { switchLanguage } from "../../lib/language";
 import { store } from "../../lib/live/store";
-import { ME } from "./examples";
 import { LanguageChoice } from "./LanguageChoice";
+import { ME } from "./testUsers";
 
 vi.mock("../../lib/language", async (original) => ({
   ...(await original<object>()),

@@ -4,8 +4,8 @@ import { cleanup, render, screen } from "@testing-library/react";
 import userEvent from "@testing-library/user-event";
 import { afterEach, expect, it, vi } from "vitest";
 import { api, ProblemError } from "../../lib/api/client";
-import { ME } from "./examples";
 import { SecondFactor } from "./SecondFactor";
+import { ME } from "./testUsers";
 
 const onChanged = vi.fn();
 

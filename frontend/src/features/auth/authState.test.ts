@@ -1,6 +1,6 @@
 import { afterEach, beforeEach, describe, expect, it, vi } from "vitest";
 import { AuthStore } from "./authState";
-import { ME, VIEWER } from "./examples";
+import { ME, VIEWER } from "./testUsers";
 
 const me = vi.fn();
 const lock = vi.fn();

@@ -3,8 +3,8 @@ import createClient from "openapi-fetch";
 import { afterEach, beforeEach, describe, expect, it, vi } from "vitest";
 import { LiveStore } from "../../lib/live/store";
 import { AuthStore } from "./authState";
-import { ME, VIEWER } from "./examples";
 import { ActivityTracker, authMiddleware, startSessionGuard } from "./sessionGuard";
+import { ME, VIEWER } from "./testUsers";
 
 const me = vi.fn();
 const nothing = async () => undefined;

@@ -5,7 +5,7 @@ import type { ReactElement } from "react";
 import { afterEach, describe, expect, it, vi } from "vitest";
 import { api, type Patient, ProblemError, type Schemas } from "../../lib/api/client";
 import { authStore } from "../auth/authState";
-import { ME } from "../auth/examples";
+import { ME } from "../auth/testUsers";
 import { ErasureRequests } from "./ErasureRequests";
 import { ImportMotion } from "./ImportMotion";
 import { ImportPatients } from "./ImportPatients";

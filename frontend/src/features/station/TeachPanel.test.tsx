@@ -4,7 +4,7 @@ import { cleanup, fireEvent, render, screen, waitFor, within } from "@testing-li
 import { afterEach, beforeEach, describe, expect, it, vi } from "vitest";
 import { api, type Check } from "../../lib/api/client";
 import { type LiveState, store } from "../../lib/live/store";
-import { ME } from "../auth/examples";
+import { ME } from "../auth/testUsers";
 import { PATIENT } from "./session-wizard/examples";
 import { TeachPanel } from "./TeachPanel";
 

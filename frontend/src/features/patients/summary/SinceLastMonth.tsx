@@ -4,7 +4,7 @@ import type { Schemas } from "../../../lib/api/client";
 import { formatDayOf, formatDeg, formatDegrees } from "../../../lib/format";
 import { t } from "../../../lib/i18n";
 import { Metric, Metrics } from "../../../ui/Metric";
-import { rateSpadiChange } from "../../assessments/findings";
+import { rateSpadiChange } from "../../assessments/describeFindings";
 import { formatScore } from "../../assessments/messages";
 import { angleChange, type Change, type Compared, painChange, spadiChange } from "./sinceLastMonth";
 

@@ -5,7 +5,7 @@ import type { ReactNode } from "react";
 import { afterEach, beforeEach, describe, expect, it, vi } from "vitest";
 import { api, type Check, ProblemError, type Session } from "../../../lib/api/client";
 import { authStore } from "../../auth/authState";
-import { VIEWER } from "../../auth/examples";
+import { VIEWER } from "../../auth/testUsers";
 import { NoteCard } from "../../sessions/NoteCard";
 import { PATIENT } from "./examples";
 import { NrsScale } from "./NrsScale";
