@@ -171,14 +171,10 @@ def _journal_fault(state: CycleState, config: StationConfig) -> Iterable[None]:
     return () if state.context.journal_ok else (None,)
 
 
-def _raised_by_an_act(state: CycleState, config: StationConfig) -> Iterable[None]:
+def _raised_by_code(state: CycleState, config: StationConfig) -> Iterable[None]:
     """Return no axis, because the code raises this fault directly, for a command or before sending a setpoint."""
     return ()
 
-
-_CHECK_AND_ACKNOWLEDGE: Final = texts.CHECK_PATIENT_AND_ARM
-
-_REPORT: Final = texts.REPORT_IMPOSSIBLE
 
 FAULTS: Final = (
     Fault(
@@ -248,7 +244,7 @@ FAULTS: Final = (
         "drive_watchdog",
         0,
         texts.DRIVE_WATCHDOG,
-        _CHECK_AND_ACKNOWLEDGE,
+        texts.CHECK_PATIENT_AND_ARM,
         _drive_watchdog,
     ),
     Fault(
@@ -286,32 +282,32 @@ FAULTS: Final = (
         texts.HAVE_LIMITS_CHECKED,
         _overtorque,
     ),
-    Fault("overacceleration", 0, texts.OVERACCELERATION, _CHECK_AND_ACKNOWLEDGE, _overacceleration),
-    Fault("position_limit", 1, texts.POSITION_LIMIT, _CHECK_AND_ACKNOWLEDGE, _position_limit),
-    Fault("overspeed", 0, texts.OVERSPEED, _CHECK_AND_ACKNOWLEDGE, _overspeed),
+    Fault("overacceleration", 0, texts.OVERACCELERATION, texts.CHECK_PATIENT_AND_ARM, _overacceleration),
+    Fault("position_limit", 1, texts.POSITION_LIMIT, texts.CHECK_PATIENT_AND_ARM, _position_limit),
+    Fault("overspeed", 0, texts.OVERSPEED, texts.CHECK_PATIENT_AND_ARM, _overspeed),
     Fault(
         "following_error",
         1,
         texts.FOLLOWING_ERROR,
-        _CHECK_AND_ACKNOWLEDGE,
+        texts.CHECK_PATIENT_AND_ARM,
         _following_error,
     ),
     Fault(
         "setpoint_step",
         0,
         texts.SETPOINT_STEP,
-        _REPORT,
-        _raised_by_an_act,
+        texts.REPORT_IMPOSSIBLE,
+        _raised_by_code,
     ),
-    Fault("setpoint_limit", 0, texts.SETPOINT_LIMIT, _REPORT, _raised_by_an_act),
-    Fault("setpoint_acceleration", 0, texts.SETPOINT_ACCELERATION, _REPORT, _raised_by_an_act),
-    Fault("setpoint_frozen", 1, texts.SETPOINT_FROZEN, _REPORT, _setpoint_frozen),
-    Fault("overrun", 1, texts.OVERRUN, _CHECK_AND_ACKNOWLEDGE, _overrun),
+    Fault("setpoint_limit", 0, texts.SETPOINT_LIMIT, texts.REPORT_IMPOSSIBLE, _raised_by_code),
+    Fault("setpoint_acceleration", 0, texts.SETPOINT_ACCELERATION, texts.REPORT_IMPOSSIBLE, _raised_by_code),
+    Fault("setpoint_frozen", 1, texts.SETPOINT_FROZEN, texts.REPORT_IMPOSSIBLE, _setpoint_frozen),
+    Fault("overrun", 1, texts.OVERRUN, texts.CHECK_PATIENT_AND_ARM, _overrun),
     Fault(
         "service_silent",
         1,
         texts.SERVICE_SILENT,
-        _CHECK_AND_ACKNOWLEDGE,
+        texts.CHECK_PATIENT_AND_ARM,
         _service_silent,
     ),
     Fault(
@@ -333,36 +329,36 @@ FAULTS: Final = (
         2,
         texts.LOAD_REPEATED,
         texts.SUPPORT_THEN_ACKNOWLEDGE,
-        _raised_by_an_act,
+        _raised_by_code,
     ),
     Fault(
         "load_on_the_way",
         2,
         texts.LOAD_ON_THE_WAY,
         texts.SUPPORT_THEN_ACKNOWLEDGE,
-        _raised_by_an_act,
+        _raised_by_code,
     ),
     Fault(
         "load_while_held",
         2,
         texts.LOAD_WHILE_HELD,
         texts.SUPPORT_THEN_ACKNOWLEDGE,
-        _raised_by_an_act,
+        _raised_by_code,
     ),
-    Fault("operator_stop", 1, texts.OPERATOR_STOP, texts.ACKNOWLEDGE_WHEN_SAFE, _raised_by_an_act),
+    Fault("operator_stop", 1, texts.OPERATOR_STOP, texts.ACKNOWLEDGE_WHEN_SAFE, _raised_by_code),
     Fault(
         "browser_lost",
         1,
         texts.BROWSER_LOST,
         texts.CHECK_PATIENT,
-        _raised_by_an_act,
+        _raised_by_code,
     ),
     Fault(
         "unexpected_error",
         0,
         texts.UNEXPECTED_ERROR,
         texts.REPORT_WITH_DEVICE_LOG,
-        _raised_by_an_act,
+        _raised_by_code,
     ),
 )
 """The fault table. The most informative faults come first."""
