@@ -129,8 +129,8 @@ _SUBJECTS: Final[dict[str, tuple[tuple[str, str, str], ...]]] = {
         ("clinic/recordings/service.py", "SHORTEST_TAKE_S", "Shortest take."),
         ("clinic/programmes/schemas.py", "MOST_ITEMS", "Items in a programme."),
         ("interop/fhir_import.py", "MOST_PATIENTS", "Patients in one FHIR import."),
-        ("backups/create.py", "_KEEP_ALL_DAYS", "Days for which every backup is kept."),
-        ("backups/create.py", "_KEEP_MONTHLY_MONTHS", "Months for which the first backup is kept."),
+        ("backups/create.py", "KEEP_EVERY_BACKUP_DAYS", "Days for which every backup is kept."),
+        ("backups/create.py", "KEEP_MONTHLY_BACKUP_MONTHS", "Months for which the first backup is kept."),
         ("settings.py", "Settings.backup_time", "Time of the nightly backup."),
     ),
 }
@@ -205,7 +205,7 @@ def _assigned(body: list[ast.stmt]) -> Iterator[tuple[str, str]]:
 
 _UNITS: Final = {
     "_S": "s", "_PER_S": "a second", "_MS": "ms", "_HZ": "Hz", "_DEG": "deg", "_BYTES": "bytes", "_S2": "deg/s²", "_NM": "Nm", "_V": "V", "_C": "°C", "_NS": "ms", "_MINUTES": "minutes",
-    "_HOURS": "hours", "_DEG_S": "deg/s", "_KEEP_ALL_DAYS": "days", "_KEEP_MONTHLY_MONTHS": "months", "_CYCLES": "cycles",
+    "_HOURS": "hours", "_DEG_S": "deg/s", "KEEP_EVERY_BACKUP_DAYS": "days", "KEEP_MONTHLY_BACKUP_MONTHS": "months", "_CYCLES": "cycles",
 }  # fmt: skip
 
 

@@ -26,8 +26,8 @@ from kata.database.engine import Database, DatabaseError
 from kata.settings import Settings
 
 NOT_VERIFIED: Final = "The key is not on this computer, so the backup was not verified. Where the key is: kata restore FILE --verify --key KEY."
-_KEEP_ALL_DAYS: Final = 14
-_KEEP_MONTHLY_MONTHS: Final = 12
+KEEP_EVERY_BACKUP_DAYS: Final = 14
+KEEP_MONTHLY_BACKUP_MONTHS: Final = 12
 _DAYS_OF_MONTH: Final = 31
 _FILE_NAME_FORMAT: Final = "kata-%Y%m%dT%H%M%SZ"
 _DISK_SPACE_FACTOR: Final = 2
@@ -65,7 +65,7 @@ def expired_backups(folder: Path, now: datetime) -> list[Path]:
     for at, file in sorted(_list_backups(folder)):
         month = (at.year, at.month)
         first, months = month not in months, months | {month}
-        days = timedelta(days=_DAYS_OF_MONTH * _KEEP_MONTHLY_MONTHS if first else _KEEP_ALL_DAYS)
+        days = timedelta(days=_DAYS_OF_MONTH * KEEP_MONTHLY_BACKUP_MONTHS if first else KEEP_EVERY_BACKUP_DAYS)
         if at < now - days:
             expired.append(file)
     return expired
