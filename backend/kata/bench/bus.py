@@ -47,7 +47,7 @@ _VERIFIED_BYTES: Final = 14 + 11 + sum(len(block) for block in VERIFIED_BLOCKS) 
 _MODBUS_ANSWER_BYTES: Final = 5
 """Bytes of an answer without the registers, which have two bytes each."""
 
-Protocol = Literal["dynamixel", "modbus"]
+ProtocolName = Literal["dynamixel", "modbus"]
 
 
 @dataclass(frozen=True)
@@ -128,7 +128,9 @@ class DisturbanceCost:
 class BusBench:
     """One simulated bus on which the libraries are measured in turn."""
 
-    def __init__(self, folder: Path, simulator: SimulatorProcess, protocol: Protocol, baud: int, delay_us: int) -> None:
+    def __init__(
+        self, folder: Path, simulator: SimulatorProcess, protocol: ProtocolName, baud: int, delay_us: int
+    ) -> None:
         """Configure the drives with our own driver, so that all libraries find the same return delay."""
         # Use the highest rate at which the whole cycle fits on the bus. The drivers derive their time-outs from it.
         hz = 100 if baud == _FAST else 20
@@ -228,7 +230,7 @@ def run(seconds: float, rounds: int, delay_us: int, progress: Callable[[str], No
         ),
     )
     cycles = max(5, min(_DISTURBED_CYCLES, round(seconds * _CYCLES_A_SECOND)))
-    buses: tuple[tuple[Protocol, int, Sequence[Contender]], ...] = (
+    buses: tuple[tuple[ProtocolName, int, Sequence[Contender]], ...] = (
         ("dynamixel", _FAST, DYNAMIXEL),
         ("dynamixel", _SLOW, DYNAMIXEL),
         ("modbus", _SLOW, MODBUS),
