@@ -14,7 +14,7 @@ from kata.clinic.progress import numbers
 from kata.clinic.progress.series import PAIN_CONTEXTS, LineSeries
 from kata.database.base import Base
 from kata.database.engine import Database
-from kata.interop import samples
+from kata.interop import sample_table
 from kata.reporting.phrases import WORDS
 from tests.support.fhir_bundle import Json, everything, exported, of_kind
 from tests.support.fhir_patient import treated
@@ -161,7 +161,7 @@ def test_columns_of_exported_tables_have_units() -> None:
 
 
 def test_columns_of_samples_have_their_unit() -> None:
-    for name, unit in (*samples._OF_RECORDING.values(), *samples._OF_RUN.values()):
+    for name, unit in (*sample_table._RECORDING_COLUMNS.values(), *sample_table._RUN_COLUMNS.values()):
         assert unit.lower() == name.rpartition("_")[2], name
 
 

@@ -21,7 +21,7 @@ from kata.clinic.questionnaires.definitions import DEFINITIONS, SPADI
 from kata.clinic.questionnaires.tables import QuestionnaireTextsRow
 from kata.clinic.sessions import patient_angles
 from kata.clinic.sessions.tables import SessionRow
-from kata.interop import care, findings
+from kata.interop import fhir_care, fhir_observations
 from kata.interop.codes import ClinicNames, Resource, simulated
 
 MEDIA_TYPE: Final = "application/fhir+json"
@@ -51,32 +51,32 @@ def entry(resource: Resource) -> Resource:
 
 def resources(session: Session, patient: PatientRow, identifier_system: str) -> Iterator[Resource]:
     """Yield all resources. A resource comes after the resources to which it refers."""
-    yield care.code_system()
+    yield fhir_care.code_system()
     yield from _questionnaires(session, patient)
-    yield care.patient(patient, identifier_system)
+    yield fhir_care.patient(patient, identifier_system)
     sides = {episode.id: episode.side for episode in patient.episodes}
     # A Condition has the id of its episode.
     conditions: dict[UUID, UUID] = {}
     for episode in patient.episodes:
-        if condition := care.condition(episode):
+        if condition := fhir_care.condition(episode):
             conditions[episode.id] = episode.id
             yield condition
-        yield from care.episode(episode, has_condition=condition is not None)
+        yield from fhir_care.episode(episode, has_condition=condition is not None)
     warnings = select(ContraindicationRow).where(ContraindicationRow.patient_id == patient.id)
     for warning in session.scalars(warnings.order_by(ContraindicationRow.noted_at)):
-        yield care.contraindication(warning, sides[warning.episode_id] if warning.episode_id else None)
+        yield fhir_care.contraindication(warning, sides[warning.episode_id] if warning.episode_id else None)
     stations = select(SessionRow.station, SessionRow.simulated)
     stations = stations.where(SessionRow.patient_id == patient.id, SessionRow.station != "").distinct()
     for station, is_simulated in session.execute(stations.order_by(SessionRow.station)):
-        device = care.device(station, is_simulated=is_simulated)
+        device = fhir_care.device(station, is_simulated=is_simulated)
         yield simulated(device) if is_simulated else device
     programmes = select(ProgrammeRow).where(ProgrammeRow.episode_id.in_(sides)).order_by(ProgrammeRow.created_at)
     for programme in session.scalars(programmes):
         for version in programme.versions:
-            yield care.care_plan(version, patient.id, conditions.get(programme.episode_id))
+            yield fhir_care.care_plan(version, patient.id, conditions.get(programme.episode_id))
     assessments = select(AssessmentRow).where(AssessmentRow.episode_id.in_(sides))
     for found in session.scalars(assessments.order_by(AssessmentRow.assessed_at, AssessmentRow.id)):
-        yield from findings.assessment(found, patient.id, sides[found.episode_id])
+        yield from fhir_observations.assessment(found, patient.id, sides[found.episode_id])
     for visit in visits(session, patient):
         side = sides.get(visit.episode_id) if visit.episode_id else None
         reason = conditions.get(visit.episode_id) if visit.episode_id else None
@@ -93,20 +93,20 @@ def _questionnaires(session: Session, patient: PatientRow) -> Iterator[Resource]
     free = {row.questionnaire: row for row in session.scalars(words.order_by(QuestionnaireTextsRow.language))}
     for code, definition in DEFINITIONS.items():
         if code in codes:
-            yield care.questionnaire(definition, free.get(code))
+            yield fhir_care.questionnaire(definition, free.get(code))
 
 
 def _visit(visit: SessionRow, side: str | None, reason: UUID | None) -> Iterator[Resource]:
-    yield findings.procedure(visit, side, reason)
+    yield fhir_observations.procedure(visit, side, reason)
     if visit.station:
-        yield findings.device_use(visit, side, reason)
-    yield from findings.session_pain(visit, side)
+        yield fhir_observations.device_use(visit, side, reason)
+    yield from fhir_observations.session_pain(visit, side)
     for reading in visit.goniometer_readings:
-        yield findings.goniometer_reading(reading, visit.patient_id, side)
+        yield fhir_observations.goniometer_reading(reading, visit.patient_id, side)
     angles = patient_angles.of_session(visit)
     for run in visit.runs:
-        yield findings.run_tracking(run, visit.patient_id)
-        yield from findings.patient_angles(run, visit, angles)
+        yield fhir_observations.run_tracking(run, visit.patient_id)
+        yield from fhir_observations.patient_angles(run, visit, angles)
 
 
 def visits(session: Session, patient: PatientRow) -> Iterator[SessionRow]:

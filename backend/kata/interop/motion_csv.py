@@ -13,7 +13,7 @@ from kata.clinic.recordings.tables import SAMPLE_COLUMNS
 from kata.database.series import Series, pack, unpack
 from kata.device.config import StationConfig
 from kata.interop import texts
-from kata.interop.samples import SIMULATED
+from kata.interop.sample_table import SIMULATED
 from kata.messages import text_of
 from kata.motion.axes import AXES, Side
 from kata.motion.csv_table import Complaint, CsvTable, TableError, read_table
@@ -26,7 +26,7 @@ from kata.plotting import downsampling
 
 Layout = Literal["poses", "motors"]
 MOTOR_LAYOUT: Final = ("time_s", *(f"motor_{motor}_deg" for motor in AXES))
-"""The columns of exported samples (:mod:`kata.interop.samples`)."""
+"""The columns of exported samples (:mod:`kata.interop.sample_table`)."""
 DONE: Final = texts.IMPORTED_FROM_CSV()
 _LIKE_RADIANS: Final = 3.5
 """Degrees that a useful motion exceeds in at least one motor. A motion in radians never does."""

@@ -10,7 +10,6 @@ from kata.clinic.questionnaires import definitions
 from kata.clinic.questionnaires.definitions import DEFINITIONS, SPADI
 from kata.clinic.sessions.patient_angles import PatientAngles
 from kata.clinic.sessions.tables import COMPARED_PERCENT, GoniometerReadingRow, RunRow, SessionRow
-from kata.interop.care import device_key
 from kata.interop.codes import (
     HL7,
     Resource,
@@ -27,6 +26,7 @@ from kata.interop.codes import (
     shoulder,
     without_empty,
 )
+from kata.interop.fhir_care import device_key
 from kata.motion.axes import BASIC_MOTIONS
 
 _EXAM = concept(f"{HL7}observation-category", "exam", "Exam")

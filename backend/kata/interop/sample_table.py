@@ -26,8 +26,8 @@ SIMULATED: Final = "simulated"
 SCHEMA_VERSION: Final = "kata-samples-table/1"
 _DECIMALS: Final = {"s": 6, "deg": 4, "Nm": 4}
 """Decimals by unit. They match the resolution of stored samples."""
-_OF_RECORDING: Final = {"angle_deg": ("motor_{}_deg", "deg")}
-_OF_RUN: Final = {
+_RECORDING_COLUMNS: Final = {"angle_deg": ("motor_{}_deg", "deg")}
+_RUN_COLUMNS: Final = {
     "setpoint_deg": ("motor_{}_setpoint_deg", "deg"),
     "measured_deg": ("motor_{}_measured_deg", "deg"),
     "torque_nm": ("motor_{}_torque_nm", "Nm"),
@@ -110,7 +110,7 @@ def _table(samples: dict[str, NDArray[np.float64]], origin: Origin) -> Table:
         fields.append(Field("phase", DataType.int8(), nullable=True, metadata={"values": _PHASES}))
         add("path_s", "s", samples["path_s"])
         add("wall_s", "s", _wall_s(samples))
-    for column, (name, unit) in (_OF_RECORDING if "angle_deg" in samples else _OF_RUN).items():
+    for column, (name, unit) in (_RECORDING_COLUMNS if "angle_deg" in samples else _RUN_COLUMNS).items():
         for axis, motor in enumerate(AXES):
             add(name.format(motor), unit, np.ascontiguousarray(samples[column][:, axis]))
     if origin.simulated:
