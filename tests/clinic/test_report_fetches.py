@@ -11,7 +11,7 @@ import pytest
 from kata.database.engine import Database
 from kata.reporting import letterhead, rendering
 from kata.reporting.letterhead import Letterhead, LetterheadError
-from kata.reporting.rendering import Print
+from kata.reporting.rendering import PrintOptions
 from tests.support.databases import upgraded_file
 from tests.support.reports import AT, contents
 from tests.support.service import running
@@ -126,7 +126,7 @@ def test_a_report_fetches_nothing_even_with_a_hostile_logo(sqlite: Database, ser
         for content in _CONTENT[:16]:
             image = base64.b64encode(_SVG.format(content).replace("ADDRESS", address).encode()).decode()
             head = Letterhead(logo=f"data:image/svg+xml;base64,{image}")
-            assert b"canary" not in rendering.episode_pdf(care, Print(head, "en", "", AT))
+            assert b"canary" not in rendering.episode_pdf(care, PrintOptions(head, "en", "", AT))
     assert not server.was_asked()
 
 
@@ -135,7 +135,7 @@ def test_texts_that_look_like_markup_fetch_nothing(sqlite: Database, server: _Se
     text = f"</td><img src={there}><link rel=stylesheet href={there}><style>@import '{there}'</style>"
     hostile = Texts(text[:100], text[:100], text[:100], text, text[:100], text)
     visit, care = contents(sqlite, hostile)
-    how = Print(Letterhead(text, (text,), text), "en", "", AT)
+    how = PrintOptions(Letterhead(text, (text,), text), "en", "", AT)
     for page in (rendering.session_page(visit, how), rendering.episode_page(care, how)):
         assert "&lt;img src=" in page.html
         assert "<img" not in page.html

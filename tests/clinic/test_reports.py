@@ -27,7 +27,7 @@ from kata.reporting import charts, episode, letterhead, rendering, session
 from kata.reporting.content import EpisodeContent, SessionContent
 from kata.reporting.letterhead import Letterhead, LetterheadError
 from kata.reporting.phrases import LANGUAGES, STOPS_JA, WORDS, Language, Phrases
-from kata.reporting.rendering import Print, ReportPage
+from kata.reporting.rendering import PrintOptions, ReportPage
 from tests.support.databases import upgraded_file
 from tests.support.paths import ROOT
 from tests.support.reports import AT, CLINIC, contents, how
@@ -186,7 +186,7 @@ def test_an_episode_without_anything_yet_has_a_report_too(signed: tuple[SessionC
     bare = replace(
         care, onset_on=None, diagnosis="", contraindications="", limits=(), max_load_level=None, max_speed_deg_s=None,
         limits_by="", stages=(),
-        assessed_at=(), rom=(), pain=(), spadi=(), visits=(), stops=(), closing_note="",
+        assessed_at=(), rom=(), pain=(), spadi=(), sessions=(), stops=(), closing_note="",
     )  # fmt: skip
     text = Parsed(rendering.episode_page(bare, how())).text
     assert "Nothing has been assessed yet." in text
@@ -214,7 +214,7 @@ def test_every_database_gives_the_same_report(database: Database) -> None:
         ("flexion", "passive"),
         ("abduction", "active"),
     ]
-    assert [(visit.planned, visit.done, visit.stops) for visit in care.visits] == [(6, 1, 1), (6, 1, 1)]
+    assert [(visit.planned, visit.done, visit.stops) for visit in care.sessions] == [(6, 1, 1), (6, 1, 1)]
     assert [(stop.code, count) for stop, count in care.stops] == [("drive_silent", 2)]
 
 
@@ -312,7 +312,7 @@ def test_whatever_people_write_is_only_text(sqlite: Database, language: Language
     """In the page, in the margins that a style sheet makes, in the head, and on paper."""
     hostile = Texts(HOSTILE[:100], HOSTILE[:100], HOSTILE[:100], HOSTILE, HOSTILE[:100], HOSTILE)
     visit, care = contents(sqlite, hostile, signed=True)
-    letters = Print(Letterhead(HOSTILE, (HOSTILE,), HOSTILE), language, "Asia/Tokyo", AT)
+    letters = PrintOptions(Letterhead(HOSTILE, (HOSTILE,), HOSTILE), language, "Asia/Tokyo", AT)
     harmless, its_care = contents(sqlite)
     for page, plain in (
         (rendering.session_page(visit, letters), rendering.session_page(harmless, how(language))),
@@ -421,7 +421,7 @@ def test_letterhead_appears_on_both_reports(
     ours = letterhead.read("Midori Clinic", "1-2-3 Aoba| Sendai |", "022", logo)
     assert ours.address == ("1-2-3 Aoba", "Sendai")
     visit, care = signed
-    printed = Print(ours, "en", "", AT)
+    printed = PrintOptions(ours, "en", "", AT)
     for page in (rendering.session_page(visit, printed), rendering.episode_page(care, printed)):
         parsed = Parsed(page)
         assert [one["src"] for one in parsed.all("img")] == [
@@ -433,7 +433,7 @@ def test_letterhead_appears_on_both_reports(
 
 
 def test_report_without_a_letterhead_has_none(signed: tuple[SessionContent, EpisodeContent]) -> None:
-    nobody = Print(letterhead.read("", "", "", None), "en", "", AT)
+    nobody = PrintOptions(letterhead.read("", "", "", None), "en", "", AT)
     assert not Parsed(rendering.session_page(signed[0], nobody)).all("header")
 
 

@@ -46,7 +46,7 @@ from kata.motion.builtin import built_in_motions
 from kata.motion.identify import excitation
 from kata.reporting.letterhead import Letterhead
 from kata.reporting.phrases import LANGUAGES
-from kata.reporting.rendering import Print, commissioning_page, commissioning_pdf
+from kata.reporting.rendering import PrintOptions, commissioning_page, commissioning_pdf
 from kata.simulator.control_table import BAUD, ID
 from kata.simulator.fault_injector import SimulatedFault
 
@@ -345,7 +345,7 @@ def test_the_record_is_printed() -> None:
     record = commissioned(FactoryNewApparatus(3), Mistakes(jams_before_torque=2))
     record = structs.replace(record, station="<Station 3>")
     for language in LANGUAGES:
-        how = Print(Letterhead("The clinic"), language, "UTC", CLOCK_BEGIN)
+        how = PrintOptions(Letterhead("The clinic"), language, "UTC", CLOCK_BEGIN)
         page = commissioning_page(record, how)
         assert "&lt;Station 3&gt;" in page.html and "<Station 3>" not in page.html
         assert record.digest in page.html and record.configuration_digest in page.html

@@ -8,7 +8,7 @@ from kata.reporting import episode, session
 from kata.reporting.content import EpisodeContent, SessionContent
 from kata.reporting.letterhead import Letterhead
 from kata.reporting.phrases import Language
-from kata.reporting.rendering import Print
+from kata.reporting.rendering import PrintOptions
 from tests.support.treatment import PLAIN, Texts, treat
 
 CLINIC = Letterhead("みどり整形外科", ("宮城県仙台市青葉区1-2-3",), "022-000-0000")
@@ -17,8 +17,8 @@ CLINIC = Letterhead("みどり整形外科", ("宮城県仙台市青葉区1-2-3"
 AT = datetime(2026, 11, 30, 3, 4, tzinfo=UTC)
 
 
-def how(language: Language = "en") -> Print:
-    return Print(CLINIC, language, "Asia/Tokyo", AT)
+def how(language: Language = "en") -> PrintOptions:
+    return PrintOptions(CLINIC, language, "Asia/Tokyo", AT)
 
 
 def contents(database: Database, texts: Texts = PLAIN, **kinds: Any) -> tuple[SessionContent, EpisodeContent]:

@@ -38,7 +38,7 @@ from kata.device.bus.serial_transport import SerialTransport
 from kata.device.config import StationConfig
 from kata.evaluation.factory_new import FactoryNewApparatus, SimulatedTechnician
 from kata.reporting import letterhead
-from kata.reporting.rendering import Print, commissioning_pdf
+from kata.reporting.rendering import PrintOptions, commissioning_pdf
 from kata.settings import Settings
 from kata.system import realtime
 from kata.system.console import console, fail
@@ -246,4 +246,4 @@ def _report_of(record: CommissioningRecord) -> bytes:
         )
     except letterhead.LetterheadError as error:
         fail(str(error))
-    return commissioning_pdf(record, Print(head, "en", settings.clinic_time_zone, datetime.now(UTC)))
+    return commissioning_pdf(record, PrintOptions(head, "en", settings.clinic_time_zone, datetime.now(UTC)))

@@ -229,7 +229,7 @@ class ScoreSeries:
 
 
 @dataclass(frozen=True)
-class PrintedVisit:
+class PrintedSession:
     """A session in the episode's list."""
 
     started_at: datetime
@@ -285,7 +285,7 @@ class EpisodeContent:
     rom: tuple[RomSeries, ...]
     pain: tuple[ScoreSeries, ...]
     spadi: tuple[DatedValue, ...]
-    visits: tuple[PrintedVisit, ...]
+    sessions: tuple[PrintedSession, ...]
     stops: tuple[tuple[PrintedStop, int], ...]
     """Each cause of a stop, with the number of sessions in which it occurred."""
     closing_note: str

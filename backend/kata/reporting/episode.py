@@ -22,9 +22,9 @@ from kata.reporting.content import (
     EpisodeContent,
     Limit,
     PrintedContraindication,
+    PrintedSession,
     PrintedStage,
     PrintedStop,
-    PrintedVisit,
     RomSeries,
     ScoreSeries,
     motor_of,
@@ -78,7 +78,7 @@ def content(session: DatabaseSession, episode_id: UUID) -> EpisodeContent:
             for assessment in found
             if (total := spadi.total(assessment.spadi)) is not None
         ),
-        visits=_visits(session, episode_id),
+        sessions=_sessions(session, episode_id),
         stops=_stops(session, episode_id),
         closing_note=row.closing_note,
     )
@@ -133,9 +133,9 @@ def _pain(found: Iterable[AssessmentRow]) -> tuple[ScoreSeries, ...]:
     return tuple(courses)
 
 
-def _visits(session: DatabaseSession, episode_id: UUID) -> tuple[PrintedVisit, ...]:
+def _sessions(session: DatabaseSession, episode_id: UUID) -> tuple[PrintedSession, ...]:
     """Return the sessions without their tracking data, because an episode may have a hundred sessions."""
-    visits = session.execute(
+    session_rows = session.execute(
         select(
             SessionRow.id, SessionRow.started_at, SessionRow.therapist, SessionRow.programme_version_id,
             SessionRow.stop_count, SessionRow.pain_before, SessionRow.pain_after, SessionRow.signed_at, SessionRow.simulated,
@@ -154,23 +154,23 @@ def _visits(session: DatabaseSession, episode_id: UUID) -> tuple[PrintedVisit, .
     ):  # fmt: skip
         played = _Played(run.programme_position, run.recording_id, run.repetitions_done or 0, run.worst_rmse_deg)
         runs.setdefault(run.session_id, []).append(played)
-    versions = {visit.programme_version_id for visit in visits if visit.programme_version_id}
+    versions = {session_row.programme_version_id for session_row in session_rows if session_row.programme_version_id}
     items: dict[UUID, list[ProgrammeItemRow]] = {}
     for item in session.scalars(select(ProgrammeItemRow).where(ProgrammeItemRow.version_id.in_(versions))):
         items.setdefault(item.version_id, []).append(item)
     return tuple(
-        PrintedVisit(
-            visit.started_at,
-            visit.therapist,
-            *_planned_and_done(items.get(visit.programme_version_id), runs.get(visit.id, [])),
-            visit.stop_count,
-            visit.pain_before,
-            visit.pain_after,
-            max((run.rmse_deg for run in runs.get(visit.id, []) if run.rmse_deg is not None), default=None),
-            visit.signed_at is not None,
-            visit.simulated,
+        PrintedSession(
+            session_row.started_at,
+            session_row.therapist,
+            *_planned_and_done(items.get(session_row.programme_version_id), runs.get(session_row.id, [])),
+            session_row.stop_count,
+            session_row.pain_before,
+            session_row.pain_after,
+            max((run.rmse_deg for run in runs.get(session_row.id, []) if run.rmse_deg is not None), default=None),
+            session_row.signed_at is not None,
+            session_row.simulated,
         )
-        for visit in visits
+        for session_row in session_rows
     )
 
 

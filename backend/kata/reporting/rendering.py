@@ -32,7 +32,7 @@ _FONT_STYLE: Final = f'@font-face {{ font-family: "Kata Sans"; src: url("{_FONT}
 
 
 @dataclass(frozen=True)
-class Print:
+class PrintOptions:
     """How a report is printed: letterhead, language, time zone and time."""
 
     letterhead: Letterhead
@@ -49,23 +49,23 @@ class ReportPage:
     policy: str
 
 
-def session_page(content: SessionContent, how: Print) -> ReportPage:
+def session_page(content: SessionContent, options: PrintOptions) -> ReportPage:
     """Return the report of one session as a page."""
-    phrases = Phrases(how.language, how.zone)
+    phrases = Phrases(options.language, options.zone)
     title = phrases.text("comma").join([phrases.text("session_report"), phrases.day(content.started_at)])
     curves = {run.number: _curves(run) for run in content.runs}
-    return _page("session.html", title, content, how, draft=content.signed_at is None, curves=curves)
+    return _page("session.html", title, content, options, draft=content.signed_at is None, curves=curves)
 
 
-def episode_page(content: EpisodeContent, how: Print) -> ReportPage:
+def episode_page(content: EpisodeContent, options: PrintOptions) -> ReportPage:
     """Return the report of one episode as a page."""
-    phrases = Phrases(how.language, how.zone)
+    phrases = Phrases(options.language, options.zone)
     drawn = trends.draw(content, phrases)
     return _page(
         "episode.html",
         phrases.text("episode_report"),
         content,
-        how,
+        options,
         draft=False,
         trends=drawn,
         important=IMPORTANT_CHANGE,
@@ -73,35 +73,35 @@ def episode_page(content: EpisodeContent, how: Print) -> ReportPage:
     )
 
 
-def commissioning_page(record: CommissioningRecord, how: Print) -> ReportPage:
+def commissioning_page(record: CommissioningRecord, options: PrintOptions) -> ReportPage:
     """Return the record of a commissioning (the acceptance report) as a page."""
-    phrases = Phrases(how.language, how.zone)
+    phrases = Phrases(options.language, options.zone)
     times = {step.ended_at: datetime.fromisoformat(step.ended_at) for step in record.steps}
     responses = [charts.step_responses(step.curves) for step in record.steps]
     return _page(
         "commissioning.html",
         phrases.text("commissioning_report"),
         record,
-        how,
+        options,
         draft=not record.passed,
         times=times,
         responses=responses,
     )
 
 
-def commissioning_pdf(record: CommissioningRecord, how: Print) -> bytes:
+def commissioning_pdf(record: CommissioningRecord, options: PrintOptions) -> bytes:
     """Return the record of a commissioning as PDF on A4."""
-    return _pdf(commissioning_page(record, how), how)
+    return _pdf(commissioning_page(record, options), options)
 
 
-def session_pdf(content: SessionContent, how: Print) -> bytes:
+def session_pdf(content: SessionContent, options: PrintOptions) -> bytes:
     """Return the report of one session as PDF on A4."""
-    return _pdf(session_page(content, how), how)
+    return _pdf(session_page(content, options), options)
 
 
-def episode_pdf(content: EpisodeContent, how: Print) -> bytes:
+def episode_pdf(content: EpisodeContent, options: PrintOptions) -> bytes:
     """Return the report of one episode as PDF on A4."""
-    return _pdf(episode_page(content, how), how)
+    return _pdf(episode_page(content, options), options)
 
 
 def css_string(text: str) -> Markup:
@@ -113,22 +113,22 @@ def _page(
     template: str,
     title: str,
     content: SessionContent | EpisodeContent | CommissioningRecord,
-    how: Print,
+    options: PrintOptions,
     *,
     draft: bool,
     **more: object,
 ) -> ReportPage:
-    phrases = Phrases(how.language, how.zone)
+    phrases = Phrases(options.language, options.zone)
     environment = _environment()
     given = {
         "title": title,
         "report": content,
         "about": _about(content, phrases),
-        "letterhead": how.letterhead,
-        "language": how.language,
+        "letterhead": options.letterhead,
+        "language": options.language,
         "draft": draft,
-        "at": how.at,
-        "printed": f"{phrases.moment(how.at)} {phrases.zone(how.at)}".strip(),
+        "at": options.at,
+        "printed": f"{phrases.moment(options.at)} {phrases.zone(options.at)}".strip(),
         "version": __version__,
         "phrases": phrases,
         "w": phrases.text,
@@ -184,13 +184,13 @@ class _OnlyOurs(plutoprint.ResourceFetcher):
         raise ValueError("a report fetches nothing")
 
 
-def _pdf(page: ReportPage, how: Print) -> bytes:
+def _pdf(page: ReportPage, options: PrintOptions) -> bytes:
     book = plutoprint.Book(plutoprint.PAGE_SIZE_A4, plutoprint.PAGE_MARGINS_NONE, plutoprint.MEDIA_TYPE_PRINT)
     book.custom_resource_fetcher = _OnlyOurs()
     book.load_html(page.html, user_style=_FONT_STYLE)
     book.set_metadata(plutoprint.PDF_METADATA_CREATOR, f"Kata {__version__}")
-    book.set_metadata(plutoprint.PDF_METADATA_AUTHOR, how.letterhead.name)
-    book.set_metadata(plutoprint.PDF_METADATA_CREATION_DATE, how.at.strftime("%Y-%m-%dT%H:%M:%SZ"))
+    book.set_metadata(plutoprint.PDF_METADATA_AUTHOR, options.letterhead.name)
+    book.set_metadata(plutoprint.PDF_METADATA_CREATION_DATE, options.at.strftime("%Y-%m-%dT%H:%M:%SZ"))
     written = io.BytesIO()
     book.write_to_pdf_stream(written)
     return written.getvalue()

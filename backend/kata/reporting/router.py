@@ -17,7 +17,7 @@ from kata.reporting import episode, rendering, session
 from kata.reporting.letterhead import Letterhead
 from kata.reporting.note_draft import draft
 from kata.reporting.phrases import Language
-from kata.reporting.rendering import Print, ReportPage
+from kata.reporting.rendering import PrintOptions, ReportPage
 from kata.settings import Settings
 
 router = APIRouter(tags=["reports"])
@@ -47,19 +47,19 @@ class ReportServices(Protocol):
         """Return the settings."""
 
 
-def _how(
+def _print_options(
     request: Request,
     database: TheDatabase,
     language: Annotated[Language, Query(description="en: English. ja: Japanese.")] = "en",
-) -> Print:
+) -> PrintOptions:
     services: ReportServices = request.app.state.services
     with database.read() as reading:
         clinic = profile.read(reading, services.settings)
     head = Letterhead(clinic.name, tuple(clinic.address.splitlines()), clinic.phone, services.letterhead.logo)
-    return Print(head, language, clinic.time_zone, utc_now())
+    return PrintOptions(head, language, clinic.time_zone, utc_now())
 
 
-ThePrint = Annotated[Print, Depends(_how)]
+ThePrintOptions = Annotated[PrintOptions, Depends(_print_options)]
 
 
 @router.get(
@@ -68,11 +68,13 @@ ThePrint = Annotated[Print, Depends(_how)]
     response_class=HTMLResponse,
     responses=_HTML,
 )
-def get_session_report_html(database: TheDatabase, worker: TheFigures, how: ThePrint, session_id: UUID) -> HTMLResponse:
+def get_session_report_html(
+    database: TheDatabase, worker: TheFigures, options: ThePrintOptions, session_id: UUID
+) -> HTMLResponse:
     """Return a session's report as HTML for reading and printing. Every page says if the note is not signed."""
     with database.read() as reading:
         content = session.content(reading, session_id)
-    return _shown(worker.build(rendering.session_page, content, how))
+    return _shown(worker.build(rendering.session_page, content, options))
 
 
 @router.get(
@@ -81,11 +83,13 @@ def get_session_report_html(database: TheDatabase, worker: TheFigures, how: TheP
     response_class=Response,
     responses=_PDF,
 )
-def get_session_report_pdf(database: TheDatabase, worker: TheFigures, how: ThePrint, session_id: UUID) -> Response:
+def get_session_report_pdf(
+    database: TheDatabase, worker: TheFigures, options: ThePrintOptions, session_id: UUID
+) -> Response:
     """Return a session's report as PDF on A4."""
     with database.read() as reading:
         content = session.content(reading, session_id)
-    return _printed(worker.build(rendering.session_pdf, content, how), f"session-{content.started_at:%Y-%m-%d}")
+    return _printed(worker.build(rendering.session_pdf, content, options), f"session-{content.started_at:%Y-%m-%d}")
 
 
 @router.get(
@@ -94,11 +98,13 @@ def get_session_report_pdf(database: TheDatabase, worker: TheFigures, how: ThePr
     response_class=HTMLResponse,
     responses=_HTML,
 )
-def get_episode_report_html(database: TheDatabase, worker: TheFigures, how: ThePrint, episode_id: UUID) -> HTMLResponse:
+def get_episode_report_html(
+    database: TheDatabase, worker: TheFigures, options: ThePrintOptions, episode_id: UUID
+) -> HTMLResponse:
     """Return an episode's report as HTML with assessments, trends and sessions."""
     with database.read() as reading:
         content = episode.content(reading, episode_id)
-    return _shown(worker.build(rendering.episode_page, content, how))
+    return _shown(worker.build(rendering.episode_page, content, options))
 
 
 @router.get(
@@ -107,11 +113,13 @@ def get_episode_report_html(database: TheDatabase, worker: TheFigures, how: TheP
     response_class=Response,
     responses=_PDF,
 )
-def get_episode_report_pdf(database: TheDatabase, worker: TheFigures, how: ThePrint, episode_id: UUID) -> Response:
+def get_episode_report_pdf(
+    database: TheDatabase, worker: TheFigures, options: ThePrintOptions, episode_id: UUID
+) -> Response:
     """Return an episode's report as PDF on A4."""
     with database.read() as reading:
         content = episode.content(reading, episode_id)
-    return _printed(worker.build(rendering.episode_pdf, content, how), f"episode-{how.at:%Y-%m-%d}")
+    return _printed(worker.build(rendering.episode_pdf, content, options), f"episode-{options.at:%Y-%m-%d}")
 
 
 @drafts.get("/api/sessions/{session_id}/draft", summary="Draft a session's note", responses=PROBLEMS.of(404, 422))
@@ -134,13 +142,15 @@ def get_note_draft(
     responses=_PDF,
 )
 def get_commissioning_report_pdf(
-    database: TheDatabase, worker: TheFigures, how: ThePrint, commissioning_id: UUID
+    database: TheDatabase, worker: TheFigures, options: ThePrintOptions, commissioning_id: UUID
 ) -> Response:
     """Return the record of a commissioning or periodic check as PDF on A4."""
     with database.read() as reading:
         row = commissionings.get(reading, commissioning_id)
         record = structs.replace(commissionings.record_of(row), steps=commissionings.steps_of(row), by=row.done_by)
-    return _printed(worker.build(rendering.commissioning_pdf, record, how), f"commissioning-{row.ended_at:%Y-%m-%d}")
+    return _printed(
+        worker.build(rendering.commissioning_pdf, record, options), f"commissioning-{row.ended_at:%Y-%m-%d}"
+    )
 
 
 def _shown(page: ReportPage) -> HTMLResponse:

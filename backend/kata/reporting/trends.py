@@ -31,8 +31,8 @@ class Trends:
 
 def draw(content: EpisodeContent, phrases: Phrases) -> Trends:
     """Return a chart of every value that was measured on at least two days."""
-    visited = [visit.started_at for visit in content.visits]
-    moments = sorted([*content.assessed_at, *visited])
+    treated_at = [session.started_at for session in content.sessions]
+    moments = sorted([*content.assessed_at, *treated_at])
     if not moments:
         return Trends((), None, None)
     axis = _Axis(moments[0], moments[-1], phrases)
@@ -41,8 +41,8 @@ def draw(content: EpisodeContent, phrases: Phrases) -> Trends:
         chart = _rom(motion, position, list(lines), axis, phrases)
         if chart:
             rom.append(chart)
-    before = [DatedValue(v.started_at, v.pain_before) for v in content.visits if v.pain_before is not None]
-    after = [DatedValue(v.started_at, v.pain_after) for v in content.visits if v.pain_after is not None]
+    before = [DatedValue(v.started_at, v.pain_before) for v in content.sessions if v.pain_before is not None]
+    after = [DatedValue(v.started_at, v.pain_after) for v in content.sessions if v.pain_after is not None]
     pain = None
     if max(len(before), len(after)) >= _SHORTEST_TREND:
         series = [axis.series("before", before), axis.series("after", after)]
