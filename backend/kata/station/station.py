@@ -34,7 +34,7 @@ from kata.station import texts
 from kata.station.device_process import DeviceLaunch, DeviceProcess
 from kata.station.drive_trend import DriveTrend
 from kata.station.guard import StateClock
-from kata.station.lease import Browser, AbsenceAction
+from kata.station.lease import AbsenceAction, Browser
 from kata.station.operating import Operating
 from kata.station.schemas import AxisInfo, EventLive, Live, StationInfo
 from kata.station.snapshot_tracker import Occupation, SnapshotTracker
