@@ -10,7 +10,7 @@ from kata.database.arrays import SampleColumn, UnreadableError, decode, encode
 from tests.support.array_formats import FIRST_FORMAT
 
 COUNT_DEG = 360 / 4096
-COLUMNS = (SampleColumn("time_s", "s", 1e-6), SampleColumn("angle_deg", "deg", 1e-4, counted=True))
+COLUMNS = (SampleColumn("time_s", "s", 1e-6), SampleColumn("angle_deg", "deg", 1e-4, in_encoder_counts=True))
 angles = numpy_arrays(np.float64, st.tuples(st.integers(0, 50), st.just(5)), elements=st.floats(-360, 360))
 
 
@@ -28,7 +28,7 @@ def test_decoded_values_are_within_the_resolution(angle_deg: np.ndarray) -> None
 def test_counts_of_a_drive_come_back_as_they_were(counts: np.ndarray) -> None:
     """Counts are restored exactly for every offset, although the journal stores them in 32 bits."""
     angle_deg = (0.0123 + counts * COUNT_DEG).astype(np.float32).astype(np.float64)
-    back = decode(encode({"angle_deg": angle_deg}, (SampleColumn("angle_deg", "deg", 1e-4, counted=True),)))[
+    back = decode(encode({"angle_deg": angle_deg}, (SampleColumn("angle_deg", "deg", 1e-4, in_encoder_counts=True),)))[
         "angle_deg"
     ]
     assert np.abs(back - angle_deg).max(initial=0) <= 0.5001e-4
@@ -38,7 +38,7 @@ def test_counts_of_a_drive_come_back_as_they_were(counts: np.ndarray) -> None:
 @pytest.mark.parametrize("resolution", [1e-6, 1e-3])
 def test_a_missing_value_stays_missing(resolution: float) -> None:
     path_s = np.array([np.nan, 0.0, 0.01, np.nan, 5.0])
-    columns = (SampleColumn("time_s", "s", resolution), SampleColumn("path_s", "s", resolution, along="time_s"))
+    columns = (SampleColumn("time_s", "s", resolution), SampleColumn("path_s", "s", resolution, difference_to="time_s"))
     back = decode(encode({"time_s": np.arange(5) * 0.01, "path_s": path_s}, columns))["path_s"]
     assert back == pytest.approx(path_s, nan_ok=True)
     nowhere = decode(encode({"time_s": np.arange(5) * 0.01, "path_s": np.full(5, np.nan)}, columns))["path_s"]
@@ -54,7 +54,7 @@ def test_a_minute_of_motion_is_small() -> None:
 
 def test_columns_beside_a_jittering_clock_compress_to_nothing() -> None:
     time_s = np.cumsum(np.random.default_rng(1).normal(0.01, 0.0003, 6000))
-    columns = (SampleColumn("time_s", "s", 1e-6), SampleColumn("path_s", "s", 1e-6, along="time_s"))
+    columns = (SampleColumn("time_s", "s", 1e-6), SampleColumn("path_s", "s", 1e-6, difference_to="time_s"))
     alone = encode({"time_s": time_s}, columns[:1])
     assert len(encode({"time_s": time_s, "path_s": time_s - 7.0}, columns)) < len(alone) + 200
 

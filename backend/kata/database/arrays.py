@@ -46,9 +46,9 @@ class SampleColumn:
     name: str
     unit: str
     resolution: float
-    counted: bool = False
+    in_encoder_counts: bool = False
     """True if the values are whole encoder counts of a drive. They are stored as counts if a count is larger than the resolution."""
-    along: str | None = None
+    difference_to: str | None = None
     """Name of an earlier column with the same resolution. Only the difference from that column is stored."""
 
 
@@ -56,7 +56,7 @@ def encode(arrays: Mapping[str, NDArray[Any]], columns: tuple[SampleColumn, ...]
     """Compress arrays of equal length, shapes ``(n,)`` or ``(n, k)``. NaN marks a missing value."""
     values = {column.name: np.asarray(arrays[column.name], dtype=np.float64) for column in columns}
     parts = [
-        _compress_column(values[column.name], column, values[column.along] if column.along else None)
+        _compress_column(values[column.name], column, values[column.difference_to] if column.difference_to else None)
         for column in columns
     ]
     header = {
@@ -66,7 +66,7 @@ def encode(arrays: Mapping[str, NDArray[Any]], columns: tuple[SampleColumn, ...]
                 "name": column.name,
                 "unit": column.unit,
                 "resolution": column.resolution,
-                "along": column.along,
+                "along": column.difference_to,
                 "shape": list(values[column.name].shape),
                 "bytes": len(part),
             }
@@ -131,7 +131,7 @@ def _compress_column(values: Floats, column: SampleColumn, along: Floats | None)
 def _encode_axis(values: Floats, column: SampleColumn, along: Floats | None) -> bytes:
     missing = np.isnan(values)
     known = values[~missing]
-    step, offset = _detect_grid(known, column.resolution) if column.counted else (column.resolution, 0.0)
+    step, offset = _detect_grid(known, column.resolution) if column.in_encoder_counts else (column.resolution, 0.0)
     steps = np.rint((known - offset) / step).astype(np.int64)
     if along is not None:
         steps = steps - _to_steps(along, step)[~missing]

@@ -22,9 +22,9 @@ _MINMAX: Final = MinMaxDownsampler()  # type: ignore[no-untyped-call]
 Lines = dict[str, Floats]
 """Lines by name. ``..._s`` and ``..._deg`` are ``(k, 5)``, with one column for each motor. Each column has its own points."""
 
-_OF_RECORDING: Final = (SampleColumn("taught_s", "s", 1e-3), SampleColumn("taught_deg", "deg", 1e-3))
-_OF_RUN: Final = (
-    *_OF_RECORDING,
+_RECORDING_COLUMNS: Final = (SampleColumn("taught_s", "s", 1e-3), SampleColumn("taught_deg", "deg", 1e-3))
+_RUN_COLUMNS: Final = (
+    *_RECORDING_COLUMNS,
     SampleColumn("played_s", "s", 1e-3),
     SampleColumn("played_deg", "deg", 1e-3),
     SampleColumn("error_deg", "deg", 1e-3),
@@ -33,14 +33,14 @@ _OF_RUN: Final = (
 
 def of_recording(times_s: Floats, angles_deg: Floats) -> bytes | None:
     """Return the lines to be stored with a recording; None if it is short enough to be drawn from its samples."""
-    return encode(recording_lines(times_s, angles_deg), _OF_RECORDING) if len(times_s) > BLOCK_SAMPLES else None
+    return encode(recording_lines(times_s, angles_deg), _RECORDING_COLUMNS) if len(times_s) > BLOCK_SAMPLES else None
 
 
 def of_run(motion: Motion, compared: Comparison) -> bytes | None:
     """Return the lines to be stored with a run; None if it is short enough to be drawn from its samples."""
     if compared.samples <= BLOCK_SAMPLES:
         return None
-    return encode(run_lines(motion, compared.times_s, compared.played_deg, compared.error_deg), _OF_RUN)
+    return encode(run_lines(motion, compared.times_s, compared.played_deg, compared.error_deg), _RUN_COLUMNS)
 
 
 def recording_lines(times_s: Floats, angles_deg: Floats) -> Lines:

@@ -11,7 +11,7 @@ from kata.database.arrays import SampleColumn
 from kata.database.base import Base, UtcDateTime, utc_now
 from kata.database.samples import SampleBlockColumns, SamplesColumns, SampleTables
 
-SAMPLE_COLUMNS = (SampleColumn("time_s", "s", 1e-6), SampleColumn("angle_deg", "deg", 1e-4, counted=True))
+SAMPLE_COLUMNS = (SampleColumn("time_s", "s", 1e-6), SampleColumn("angle_deg", "deg", 1e-4, in_encoder_counts=True))
 """``time_s`` (n,) from 0 at the first sample; ``angle_deg`` (n, 5) motor angles in axis order."""
 
 

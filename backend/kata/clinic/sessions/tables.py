@@ -26,10 +26,10 @@ publication.
 SAMPLE_COLUMNS = (
     SampleColumn("time_s", "s", 1e-6),
     SampleColumn("phase", "", 1.0),
-    SampleColumn("path_s", "s", 1e-6, along="time_s"),
+    SampleColumn("path_s", "s", 1e-6, difference_to="time_s"),
     SampleColumn("setpoint_deg", "deg", 2e-3),
-    SampleColumn("measured_deg", "deg", 1e-4, counted=True),
-    SampleColumn("torque_nm", "Nm", 1e-4, counted=True),
+    SampleColumn("measured_deg", "deg", 1e-4, in_encoder_counts=True),
+    SampleColumn("torque_nm", "Nm", 1e-4, in_encoder_counts=True),
 )
 """``(n,)``: time since the run's first sample, phase (device.journal), position on the recording. ``(n, 5)``: the others, in axis order.
 
