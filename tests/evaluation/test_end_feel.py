@@ -8,7 +8,7 @@ import pytest
 from kata.evaluation.end_feel import GOALS, EndFeelCase, Judged, cases, judge, summary
 from kata.simulator.independent.plant import IndependentPlant
 
-CASE = EndFeelCase("simple", 1, "healthy", 5, speed_deg_s=10.0)
+CASE = EndFeelCase("simple", 0, "healthy", 3)
 
 
 @pytest.fixture(scope="module")
