@@ -220,9 +220,9 @@ def test_every_database_gives_the_same_report(database: Database) -> None:
 
 def test_missing_session_has_no_report(sqlite: Database) -> None:
     with sqlite.read() as reading:
-        for content in (session.content, episode.content):
+        for read_content in (session.read_content, episode.read_content):
             with pytest.raises(ProblemError) as told:
-                content(reading, uuid4())
+                read_content(reading, uuid4())
             assert told.value.status == 404
 
 

@@ -41,7 +41,7 @@ class _Played(NamedTuple):
     rmse_deg: float | None
 
 
-def content(session: DatabaseSession, episode_id: UUID) -> EpisodeContent:
+def read_content(session: DatabaseSession, episode_id: UUID) -> EpisodeContent:
     """Return the content of the report.
 
     :raises ProblemError: 404.

@@ -73,7 +73,7 @@ def get_session_report_html(
 ) -> HTMLResponse:
     """Return a session's report as HTML for reading and printing. Every page says if the note is not signed."""
     with database.read() as reading:
-        content = session.content(reading, session_id)
+        content = session.read_content(reading, session_id)
     return _shown(worker.build(rendering.session_page, content, options))
 
 
@@ -88,7 +88,7 @@ def get_session_report_pdf(
 ) -> Response:
     """Return a session's report as PDF on A4."""
     with database.read() as reading:
-        content = session.content(reading, session_id)
+        content = session.read_content(reading, session_id)
     return _printed(worker.build(rendering.session_pdf, content, options), f"session-{content.started_at:%Y-%m-%d}")
 
 
@@ -103,7 +103,7 @@ def get_episode_report_html(
 ) -> HTMLResponse:
     """Return an episode's report as HTML with assessments, trends and sessions."""
     with database.read() as reading:
-        content = episode.content(reading, episode_id)
+        content = episode.read_content(reading, episode_id)
     return _shown(worker.build(rendering.episode_page, content, options))
 
 
@@ -118,7 +118,7 @@ def get_episode_report_pdf(
 ) -> Response:
     """Return an episode's report as PDF on A4."""
     with database.read() as reading:
-        content = episode.content(reading, episode_id)
+        content = episode.read_content(reading, episode_id)
     return _printed(worker.build(rendering.episode_pdf, content, options), f"episode-{options.at:%Y-%m-%d}")
 
 

@@ -31,7 +31,7 @@ from kata.reporting.content import (
 )
 
 
-def content(session: DatabaseSession, session_id: UUID) -> SessionContent:
+def read_content(session: DatabaseSession, session_id: UUID) -> SessionContent:
     """Return the content of the report.
 
     :raises ProblemError: 404.
