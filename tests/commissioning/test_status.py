@@ -64,9 +64,12 @@ def test_anything_less_is_not_commissioned(
 
 
 def former_release(config_fields: set[str], axis_fields: set[str]) -> str:
-    """Return CONFIG as a release without these fields wrote it."""
+    """Return CONFIG as a release without these fields, and with a weight of each axis, wrote it."""
     fields = msgspec.toml.decode(as_toml(CONFIG))
-    axes = [{name: value for name, value in axis.items() if name not in axis_fields} for axis in fields["axes"]]
+    axes = [
+        {name: value for name, value in axis.items() if name not in axis_fields} | {"weight_nm": [0.0] * 6}
+        for axis in fields["axes"]
+    ]
     kept = {name: value for name, value in fields.items() if name not in config_fields}
     return msgspec.toml.encode(kept | {"axes": axes}).decode()
 
@@ -74,7 +77,7 @@ def former_release(config_fields: set[str], axis_fields: set[str]) -> str:
 def test_a_record_stays_valid_when_a_release_adds_configuration_fields(tmp_path: Path) -> None:
     station = tmp_path / "station.toml"
     record = write_commissioned(CONFIG, station, AT)
-    former = former_release({"reversal_s", "service_silence_ms"}, {"coulomb_nm"})
+    former = former_release({"reversal_s", "service_silence_ms", "arm"}, {"coulomb_nm", "torque_share"})
     digest = hashlib.sha256(former.encode()).hexdigest()
     write_record(
         sealed(structs.replace(record, configuration=former, configuration_digest=digest)), record_path(station)

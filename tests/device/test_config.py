@@ -9,8 +9,20 @@ import numpy as np
 import pytest
 
 from kata.device.bus.bandwidth import max_cycle_hz
-from kata.device.config import NO_REGISTER, Axis, ConfigError, Inputs, ModbusMap, StationConfig, at_rate, read, write
+from kata.device.config import (
+    NO_REGISTER,
+    Axis,
+    ConfigError,
+    Inputs,
+    ModbusMap,
+    StationConfig,
+    as_toml,
+    at_rate,
+    read,
+    write,
+)
 from kata.device.config_rules import RANGES
+from kata.motion.arm_load import ArmLoad
 from kata.motion.axes import AXES
 
 MODBUS: dict[str, Any] = {"protocol": "modbus", "baud": 115_200}
@@ -172,7 +184,13 @@ def test_every_number_has_a_range_for_each_protocol() -> None:
     """A new field needs a row in the table."""
     for protocol in ("dynamixel", "modbus"):
         ranged = {row.field for row in RANGES if row.protocol in (None, protocol)}
-        for holder, struct in (("", StationConfig), ("inputs.", Inputs), ("axes.", Axis), ("modbus.", ModbusMap)):
+        for holder, struct in (
+            ("", StationConfig),
+            ("inputs.", Inputs),
+            ("axes.", Axis),
+            ("arm.", ArmLoad),
+            ("modbus.", ModbusMap),
+        ):
             for field in msgspec.structs.fields(struct):
                 if field.type in (int, float, int | None, float | None):
                     names = {f"{holder}{field.name}"}
@@ -200,6 +218,10 @@ def test_widest_axis_spans_less_than_one_turn() -> None:
         ("[[axes]]\nid = true\nmin_deg = 0\nmax_deg = 1", r"axes\[1\].id: Expected `int`, got `bool`"),
         ("[[axes]]\nid = 1\nmin_deg = -10.0\nmax_deg = inf", r"axes\[1\].max_deg: inf is not within -29 to 53 deg"),
         ("axes = []", "axes: 5 are needed, 0 given"),
+        (f"[arm]\ninertia = {[0.0] * 9 + [21.0]}", "arm.inertia: number 10, 21, is beyond 20"),
+        ("[arm]\ngirdle_nm_rad = [61.0, 0.0]", "arm.girdle_nm_rad: number 1, 61, is beyond 60"),
+        ("[arm]\nbalancer_m = [0.0, 0.0, nan]", "arm.balancer_m: number 3, nan, is beyond 2"),
+        (f"[[axes]]\nid = 1\nmin_deg = 0\nmax_deg = 1\nweight_nm = {[1.0] * 6}", "unknown field `weight_nm`"),
         ("rate = 100", "unknown field `rate`"),
         ("baud = ", "station.toml: "),
     ],
@@ -249,6 +271,15 @@ def test_drive_lag_is_given_axis_by_axis() -> None:
     assert lag.first_s.tolist() == [a1 for a1, _, _ in lags]
     assert lag.second_s2.tolist() == [a2 for _, a2, _ in lags]
     assert lag.friction_deg.tolist() == [friction for _, _, friction in lags]
+
+
+def test_a_file_with_the_former_weight_stays_valid(tmp_path: Path) -> None:
+    """Earlier releases wrote six zeros for each axis."""
+    fields = msgspec.toml.decode(as_toml(StationConfig()))
+    for axis in fields["axes"]:
+        axis["weight_nm"] = [0.0] * 6
+    (tmp_path / "station.toml").write_bytes(msgspec.toml.encode(fields))
+    assert read(tmp_path / "station.toml") == StationConfig()
 
 
 def test_unidentified_station_has_no_known_lag() -> None:

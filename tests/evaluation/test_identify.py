@@ -11,7 +11,7 @@ from kata.simulator.parameters import DRIVES, GOAL_SMOOTHING_S, JOINTS
 
 @pytest.mark.parametrize("seed", [None, 3])
 def test_lag_of_simulated_drives_depends_only_on_their_control(seed: int | None) -> None:
-    found = identify_station(simulated("virtual"), exercise(15.0, 7), seed)
+    found = identify_station(simulated("virtual"), exercise(15.0, 7), seed).axes
     for axis, drive, joint in zip(found, DRIVES, JOINTS, strict=True):
         # Friction at the reversals reduces the identified lag a little.
         assert axis.lag_s == pytest.approx(drive.d_nm_s_rad / drive.p_nm_rad + GOAL_SMOOTHING_S, rel=0.12)
@@ -24,7 +24,7 @@ def test_lag_of_simulated_drives_depends_only_on_their_control(seed: int | None)
 def test_the_simulated_station_knows_the_lag_of_its_drives() -> None:
     for axis, found in zip(
         simulated("virtual").axes,
-        identify_station(simulated("virtual"), exercise(20.0, 1, 2, 4, 5, 6), None),
+        identify_station(simulated("virtual"), exercise(20.0, 1, 2, 4, 5, 6), None).axes,
         strict=True,
     ):
         assert axis.lag_s == pytest.approx(found.lag_s, abs=0.003)

@@ -5,10 +5,19 @@ import math
 import numpy as np
 import pytest
 
+from kata.motion.arm_load import ArmLoad
 from kata.motion.identify_load import identify_load
 from kata.motion.linkage import Floats
-from kata.motion.method import TURNING_DEG_S, without_taken_up
-from kata.motion.weight import N_TERMS, weight_terms
+from kata.motion.method import LoadModel, without_taken_up
+from kata.motion.path import PathPoint
+
+ARM = ArmLoad(
+    inertia=(0.08, 0.0, 0.24, 0.0, -0.09, 0.0, 0.22, 0.0, -0.8, 3.0),
+    link_nm=-0.4,
+    girdle_nm_rad=(5.0, 4.0),
+    balancer_n=17.0,
+    balancer_m=(0.07, -0.28, 1.1),
+)
 
 
 def movement(seconds: float) -> Floats:
@@ -26,42 +35,48 @@ def test_known_drive_and_load_are_identified() -> None:
     measured = movement(30.0)
     speed = np.gradient(measured, 0.01, axis=0)
     acceleration = np.gradient(speed, 0.01, axis=0)
-    friction = np.tanh(speed / TURNING_DEG_S)
-    weight = np.zeros((5, N_TERMS))
-    weight[2, 1], weight[3, :2] = -4.0, (1.5, -4.0)
-    load = np.sum(weight_terms(measured, "right") * weight, axis=-1)
-    torque = 0.005 * speed + 0.002 * acceleration + 0.3 * friction + load
-    share = np.full(5, 1 - math.exp(-0.01 / 0.5))
-    lag = without_taken_up(0.07 * speed + 0.001 * acceleration + 2.0 * torque, share)
-    noise = np.random.default_rng(1).uniform(-0.044, 0.044, measured.shape)
+    share = np.array([1.0, 1.0, 1.06, 0.97, 1.0])
+    model = LoadModel(np.full(5, 0.005), np.full(5, 0.002), np.full(5, 0.3), share, ARM)
+    torque = model.torque_nm(PathPoint(measured, speed, acceleration))
+    taken = np.full(5, 1 - math.exp(-0.01 / 0.5))
+    lag = without_taken_up(0.07 * speed + 0.001 * acceleration + 2.0 * torque, taken)
+    random = np.random.default_rng(1)
+    noise = random.uniform(-0.044, 0.044, measured.shape)
     times = np.arange(len(measured)) * 0.01
-    for axis, found in enumerate(identify_load(times, measured + lag, measured + noise, torque)):
-        assert found.lag_s == pytest.approx(0.08, abs=0.003)
-        assert found.lag2_s2 == pytest.approx(0.005, abs=0.0006)
+    found = identify_load(times, measured + lag, measured + noise, torque)
+    for axis in found.axes:
+        assert axis.lag_s == pytest.approx(0.08, abs=0.003)
+        assert axis.lag2_s2 == pytest.approx(0.005, abs=0.001)
         # The filter smooths the reversals of friction.
-        assert found.friction_deg == pytest.approx(0.6, abs=0.1)
-        assert found.droop_deg_nm == pytest.approx(2.0, rel=0.02)
-        assert found.integral_s == pytest.approx(0.5, rel=0.05)
-        assert found.damping_nm_s_deg == pytest.approx(0.005, abs=0.001)
-        assert found.inertia_nm_s2_deg == pytest.approx(0.002, abs=0.0003)
-        assert found.coulomb_nm == pytest.approx(0.3, abs=0.05)
-        assert found.residual_deg < 0.1
-        assert found.residual_nm < 0.1
-        if axis in (2, 3):
-            carried = weight_terms(measured, "right")[:, axis] @ np.array(found.weight_nm)
-            assert np.abs(carried - load[:, axis]).max() < 0.2
+        assert axis.friction_deg == pytest.approx(0.6, abs=0.1)
+        assert axis.droop_deg_nm == pytest.approx(2.0, rel=0.02)
+        assert axis.integral_s == pytest.approx(0.5, rel=0.05)
+        assert axis.damping_nm_s_deg == pytest.approx(0.005, abs=0.001)
+        assert axis.coulomb_nm == pytest.approx(0.3, abs=0.05)
+        assert axis.residual_deg < 0.1
+        assert axis.residual_nm < 0.1
+    assert found.axes[2].torque_share / found.axes[3].torque_share == pytest.approx(1.06 / 0.97, abs=0.03)
+    # What other postures and movements need is known, too.
+    rest = np.array([15.0, 109.0, 0.0, 0.0, 0.0])
+    there = rest + random.uniform((-15.0, -10.0, 10.0, 0.0, -60.0), (15.0, 10.0, 100.0, 100.0, 20.0), (50, 5))
+    other = PathPoint(there, random.normal(0.0, 20.0, (50, 5)), random.normal(0.0, 60.0, (50, 5)))
+    parts = ("damping_nm_s_deg", "inertia_nm_s2_deg", "coulomb_nm", "torque_share")
+    identified = LoadModel(*np.array([[getattr(axis, part) for axis in found.axes] for part in parts]), found.arm)
+    error = identified.torque_nm(other) - model.torque_nm(other)
+    assert np.all(np.sqrt(np.mean(error**2, axis=0)) < 0.25)
 
 
 def test_integral_that_leaves_the_lag_is_not_identified() -> None:
     times = np.arange(0, 30, 0.01)
     wave = 20 * np.sin(math.tau * 0.2 * times) + 5 * np.sin(math.tau * 0.9 * times)
     measured = np.column_stack([np.roll(wave, 500 * axis) for axis in range(5)])
+    measured += np.array([15.0, 109.0, 55.0, 50.0, -20.0])
     speed = np.gradient(measured, 0.01, axis=0)
     acceleration = np.gradient(speed, 0.01, axis=0)
-    lag = 0.08 * speed + 0.004 * acceleration + 0.3 * np.tanh(speed / TURNING_DEG_S) + 1.5
+    lag = 0.08 * speed + 0.004 * acceleration + 0.3 * np.tanh(speed / 5.0) + 1.5
     noise = np.random.default_rng(1).uniform(-0.044, 0.044, measured.shape)
     torque = 0.01 * speed + np.random.default_rng(2).normal(0.0, 0.3, measured.shape)
-    for found in identify_load(times, measured + lag, measured + noise, torque):
+    for found in identify_load(times, measured + lag, measured + noise, torque).axes:
         assert found.lag_s == pytest.approx(0.08, abs=0.001)
         assert found.lag2_s2 == pytest.approx(0.004, abs=0.0003)
         assert found.friction_deg == pytest.approx(0.3, abs=0.03)

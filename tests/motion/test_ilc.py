@@ -7,12 +7,12 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from kata.motion.arm_load import ArmLoad
 from kata.motion.ilc import MAX_CORRECTION_DEG, STEP_S, Correction, next_correction, rows
 from kata.motion.linkage import Floats
 from kata.motion.measured import Repetition
 from kata.motion.method import LoadModel, ServoModel
 from kata.motion.trajectory import Trajectory
-from kata.motion.weight import N_TERMS
 
 TIMES_S = np.arange(0.0, 6.0, 0.01)
 TRAJECTORY = Trajectory(TIMES_S, np.tile(20 * (1 - np.cos(2 * np.pi * TIMES_S / 3))[:, None], 5))
@@ -223,13 +223,10 @@ def test_correction_is_linear_between_rows_and_constant_beyond_its_ends() -> Non
 
 
 def test_the_arms_own_weight_is_not_taken_for_resistance() -> None:
-    """Motor 3 carries up to 1.4 Nm of the 2 Nm that take the arm back: it must learn as without the weight."""
-    weight = np.zeros((5, N_TERMS))
-    weight[2, 1] = -2.2
-    known = replace(LAG, load=LoadModel(factors_nm=weight))
+    """Motor 3 carries more than half of the 2 Nm that take the arm back: it must learn as without the weight."""
+    known = replace(LAG, load=LoadModel(arm=ArmLoad(inertia=(0.0,) * 8 + (-0.2, 0.0))))
     one = behind()
-    torque = one.torque_nm.copy()
-    torque[:, 2] = known.load.torque_nm(TRAJECTORY.motions(one.path_s))[:, 2]
+    torque = one.torque_nm + known.load.torque_nm(TRAJECTORY.motions(one.path_s))
     carried = replace(one, torque_nm=torque)
     assert np.abs(torque[:, 2]).max() > 1.0
 

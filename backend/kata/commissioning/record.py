@@ -8,7 +8,7 @@ from typing import Any, Final
 import msgspec
 from msgspec import structs
 
-from kata.device.config import StationConfig, as_toml
+from kata.device.config import ConfigError, StationConfig, as_toml, decode
 from kata.messages import MessageKey
 from kata.system.files import replace_file
 
@@ -97,8 +97,8 @@ def configuration_of(record: CommissioningRecord) -> StationConfig:
     :raises RecordError: when this release does not accept the configuration.
     """
     try:
-        return msgspec.toml.decode(record.configuration, type=StationConfig)
-    except msgspec.MsgspecError as error:
+        return decode(record.configuration.encode())
+    except ConfigError as error:
         raise RecordError(f"the record's configuration cannot be used: {error}") from error
 
 

@@ -180,7 +180,7 @@ def identified(samples: list[LiveSample]) -> tuple[IdentifiedAxis, ...]:
     times, setpoints, angles, torques = _evenly(samples)
     inner = (times > times[0] + _ENDS_S) & (times < times[-1] - _ENDS_S)
     try:
-        return identify_load(times[inner], setpoints[inner], angles[inner], torques[inner])
+        return identify_load(times[inner], setpoints[inner], angles[inner], torques[inner]).axes
     except ValueError as error:
         raise StepError(texts.NOT_IDENTIFIABLE(reason=str(error))) from error
 

@@ -15,6 +15,7 @@ from kata.device import texts
 from kata.device.bus.registry import find_driver
 from kata.device.config_rules import MOTOR_RANGES_DEG, problems
 from kata.device.config_rules import NO_REGISTER as NO_REGISTER
+from kata.motion.arm_load import ArmLoad
 from kata.motion.axes import APPARATUS_SIGNS, CANONICAL_SIDE, N_AXES, Side
 from kata.motion.method import LoadModel, Method, ServoModel
 from kata.motion.reach import check_poses_of, reachable_set
@@ -74,17 +75,15 @@ class Axis(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True
     integral_s: float = 0.0
     """Time constant with which the drive's integral gain removes the lag; 0 if it does not."""
     droop_deg_nm: float = 0.0
-    """Lag for each Nm of weight before the integral gain has removed it."""
+    """Lag for each Nm of the arm before the integral gain has removed it."""
     damping_nm_s_deg: float = 0.0
     """Damping: torque for each deg/s of speed."""
     inertia_nm_s2_deg: float = 0.0
     """Inertia: torque for each deg/s2 of acceleration."""
     coulomb_nm: float = 0.0
     """Torque of dry friction, which does not depend on the speed."""
-    weight_nm: tuple[float, float, float, float, float, float] = (0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
-    """Factors of weight and springs by posture, as identified on the canonical side (:mod:`kata.motion.weight`). If all are 0,
-    they have not been identified, and no motion is refused because of its torque.
-    """
+    torque_share: float = 1.0
+    """Torque that the drive reports for 1 Nm of load, relative to the station's other drives."""
     position_p_gain: int = 1600
     position_i_gain: int = 800
     position_d_gain: int = 720
@@ -242,6 +241,8 @@ class StationConfig(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fi
     cycle_hz: int = 100
     """Bus cycles per second; a multiple of ``rate_hz``. The rate determines how soon the emergency stop is detected."""
     axes: tuple[Axis, ...] = msgspec.field(default_factory=_default_axes)
+    arm: ArmLoad = ArmLoad()
+    """What the motors carry besides themselves."""
     inputs: Inputs = Inputs()
     modbus: ModbusMap = ModbusMap()
     driver: dict[str, Any] = {}
@@ -285,7 +286,7 @@ class StationConfig(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fi
     @property
     def servo_model(self) -> ServoModel:
         """The identified model of the drives: their lag behind their setpoints and their load."""
-        first_s, second_s2, friction_deg, integral_s, droop_deg_nm, damping, inertia, coulomb = np.array(
+        first_s, second_s2, friction_deg, integral_s, droop_deg_nm, damping, inertia, coulomb, share = np.array(
             [
                 (
                     axis.lag_s,
@@ -296,11 +297,12 @@ class StationConfig(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fi
                     axis.damping_nm_s_deg,
                     axis.inertia_nm_s2_deg,
                     axis.coulomb_nm,
+                    axis.torque_share,
                 )
                 for axis in self.axes
             ]
         ).T
-        load = LoadModel(damping, inertia, coulomb, np.array([axis.weight_nm for axis in self.axes]), self.side)
+        load = LoadModel(damping, inertia, coulomb, share, self.arm, self.side)
         return ServoModel(first_s, second_s2, friction_deg, integral_s, droop_deg_nm, load)
 
     def with_speed_limit(self, max_speed_deg_s: float | None) -> "StationConfig":
@@ -402,9 +404,16 @@ def decode(toml: bytes) -> StationConfig:
     :raises ConfigError: when it is not TOML, or a value is out of range.
     """
     try:
-        return msgspec.toml.decode(toml, type=StationConfig)
+        return msgspec.convert(_without_removed(msgspec.toml.decode(toml)), StationConfig, str_keys=True)
     except (msgspec.DecodeError, msgspec.ValidationError) as error:
         raise ConfigError(_field_first(str(error))) from error
+
+
+def _without_removed(value: Any) -> Any:
+    """Remove ``weight_nm``, which earlier releases wrote for each axis; they never identified it, so it is all zeros."""
+    if isinstance(value, dict):
+        return {key: _without_removed(part) for key, part in value.items() if key != "weight_nm" or part != [0.0] * 6}
+    return [_without_removed(part) for part in value] if isinstance(value, list) else value
 
 
 def _field_first(message: str) -> str:

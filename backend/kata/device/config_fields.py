@@ -10,8 +10,8 @@ from kata.device.config import StationConfig
 from kata.device.config_rules import RANGES, Range
 
 _AXES: Final = "axes"
-_AXIS_UNITS: Final = {"weight_nm": "Nm"}
-"""Units of axis fields that have no range of their own."""
+_UNITS: Final = {"inertia": "kg m2, kg m, kg", "girdle_nm_rad": "Nm/rad", "balancer_m": "m"}
+"""Of fields that have no range of their own."""
 
 
 @dataclass(frozen=True)
@@ -41,7 +41,7 @@ def fields_of(config: StationConfig) -> list[ConfigField]:
         if name.startswith("modbus.") and config.protocol != "modbus":
             continue
         accepted = _range_of(name, config.protocol)
-        unit = accepted.unit if accepted else _AXIS_UNITS.get(name.rpartition(".")[2], "")
+        unit = accepted.unit if accepted else _UNITS.get(name.rpartition(".")[2], "")
         fields.append(ConfigField(name, _shown(value), unit, accepted))
     return fields
 

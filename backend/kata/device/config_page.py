@@ -6,11 +6,13 @@ import msgspec
 
 from kata.device.config import Axis, Inputs, ModbusMap, StationConfig
 from kata.device.config_rules import RANGES, RULES, Range
+from kata.motion.arm_load import ArmLoad
 
 _HOLDERS: Final[dict[str, type[msgspec.Struct]]] = {
     "": StationConfig,
     "inputs": Inputs,
     "axes": Axis,
+    "arm": ArmLoad,
     "modbus": ModbusMap,
 }
 

@@ -35,8 +35,13 @@ LARGEST_DROOP_DEG_NM: Final = 10.0
 LARGEST_DAMPING_NM_S_DEG: Final = 0.1
 LARGEST_INERTIA_NM_S2_DEG: Final = 0.05
 LARGEST_COULOMB_NM: Final = 4.0
-LARGEST_WEIGHT_NM: Final = 40.0
-"""Corresponds to an arm of 8 kg at half a metre."""
+LARGEST_INERTIA: Final = (*[4.0] * 6, *[8.0] * 3, 20.0)
+"""kg m2, kg m and kg; order as in :class:`kata.motion.arm_load.ArmLoad`."""
+LARGEST_GIRDLE_NM_RAD: Final = 60.0
+LARGEST_BALANCER_M: Final = (0.5, 0.6, 2.0)
+LARGEST_BALANCER_N: Final = 60.0
+LARGEST_LINK_NM: Final = 5.0
+"""An arm of 8 kg at half a metre."""
 
 _LOST_CYCLES: Final = 2
 """Minimum length of a timeout in cycles. One lost answer is noise, so a timeout must last at least two cycles."""
@@ -405,6 +410,26 @@ RANGES: Final[tuple[Range, ...]] = (
         unit="Nm",
         reason="a drive that needs its rated torque for friction is out of order",
     ),
+    Range(
+        field="axes.torque_share",
+        low=0.7,
+        high=1.4,
+        reason="drives of one model differ by some percent; one that differs by more is out of order",
+    ),
+    Range(
+        field="arm.link_nm",
+        low=-LARGEST_LINK_NM,
+        high=LARGEST_LINK_NM,
+        unit="Nm",
+        reason="motor 3's link weighs less than an arm; more was not measured",
+    ),
+    Range(
+        field="arm.balancer_n",
+        low=-LARGEST_BALANCER_N,
+        high=LARGEST_BALANCER_N,
+        unit="N",
+        reason="the paper's balancer pulls with 10 to 20 N (Table 1); more was not measured",
+    ),
     *(Range(field=f"axes.position_{gain}_gain", low=0, high=16_383, reason=_GAIN) for gain in ("p", "i", "d")),
     Range(
         field="modbus.silence_characters",
@@ -506,11 +531,16 @@ def _inputs_at_an_axis(config: "StationConfig") -> Iterator[str]:
         yield f"inputs.drive_id: {config.inputs.drive_id} must be the id of one of the axes"
 
 
-def _weight_is_an_arms(config: "StationConfig") -> Iterator[str]:
-    for motor, axis in enumerate(config.axes, start=1):
-        for factor in axis.weight_nm:
-            if not abs(factor) <= LARGEST_WEIGHT_NM:
-                yield f"axes[{motor}].weight_nm: {factor:g} is beyond {LARGEST_WEIGHT_NM:g} Nm"
+def _load_is_an_arms(config: "StationConfig") -> Iterator[str]:
+    arm = config.arm
+    for name, values, largest in (
+        ("inertia", arm.inertia, LARGEST_INERTIA),
+        ("girdle_nm_rad", arm.girdle_nm_rad, (LARGEST_GIRDLE_NM_RAD,) * 2),
+        ("balancer_m", arm.balancer_m, LARGEST_BALANCER_M),
+    ):
+        for number, (value, limit) in enumerate(zip(values, largest, strict=True), start=1):
+            if not abs(value) <= limit:
+                yield f"arm.{name}: number {number}, {value:g}, is beyond {limit:g}"
 
 
 def _ends_in_order(config: "StationConfig") -> Iterator[str]:
@@ -670,9 +700,10 @@ RULES: Final[tuple[FieldRule, ...]] = (
     ),
     FieldRule("`axes.min_deg` is below `axes.max_deg`.", "Otherwise no angle is allowed.", _ends_in_order),
     FieldRule(
-        "The six numbers of `axes.weight_nm` are at most 40 Nm.",
-        "An arm of 8 kg at half a metre has less; a larger number was not measured.",
-        _weight_is_an_arms,
+        "The numbers of `arm.inertia` are at most 4 kg m2 (six), 8 kg m (three) and 20 kg; those of `arm.girdle_nm_rad` 60 Nm/rad; those of "
+        "`arm.balancer_m` 0.5, 0.6 and 2 m.",
+        "An arm of 8 kg at half a metre has half of that inertia, a relaxed girdle a tenth of that stiffness; the apparatus is 2 m high.",
+        _load_is_an_arms,
     ),
     FieldRule("`rate_hz` divides `cycle_hz`.", "Setpoints are sent every so many cycles.", _rates_divide),
     FieldRule(

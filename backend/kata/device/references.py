@@ -37,8 +37,9 @@ LARGEST_MESSAGE: Final = 1 << 18
 smaller.
 """
 _TORQUE_STEP_S: Final = 0.02
-_CARRIED_SHARE: Final = 0.95
-"""A motion may need this share of the torque that counts as resistance. The rest is for muscle tone and for model errors."""
+_CARRIED_SHARE: Final = 0.85
+"""A motion may need this share of the torque that counts as resistance. The rest is for muscle tone and for model errors, which reach 0.6 Nm
+near a drive's limit."""
 _ONE_WAY_DEG: Final = 0.02
 """A way out may stray back by this in a step of the check: less than an encoder's count."""
 _SHORTEST_WAY_DEG: Final = 10.0

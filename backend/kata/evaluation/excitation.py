@@ -11,9 +11,10 @@ from kata.device.journal import PHASE_PLAYING
 from kata.device.messages import Load
 from kata.evaluation.station import VirtualStation
 from kata.motion.approach import MinimumJerkMove
+from kata.motion.arm_load import ArmLoad
 from kata.motion.builtin import built_in_motions
 from kata.motion.identify import excitation
-from kata.motion.identify_load import IdentifiedAxis, identify_load
+from kata.motion.identify_load import IdentifiedLoad, identify_load
 from kata.motion.linkage import Floats, motor_angles_deg
 from kata.motion.trajectory import Trajectory
 from kata.simulator.mechanics import MakeMechanics
@@ -23,8 +24,8 @@ from kata.simulator.plant import Plant
 STEP_S: Final = 0.01
 _APPROACH_DEG_S: Final = 20.0
 _SECONDS: Final = 20.0
-_REACH_SHARES: Final = (1.0, 0.5, 0.25, 0.12)
-"""Shares of the range that are tried. The drives can carry a heavy arm only near its rest."""
+_MOVEMENTS: Final = ((1.0, 1), (1.0, 2), (0.5, 2), (0.25, 2), (0.12, 2))
+"""Share and slope of the movements that are tried. The drives can move a heavy arm only gently, and a very heavy arm only near its rest."""
 _IDENTIFIED: Final = (
     "lag_s",
     "lag2_s2",
@@ -53,14 +54,14 @@ def exercise(seconds: float, *motions: int) -> Floats:
 
 def identify_station(
     config: StationConfig, setpoint_deg: Floats, seed: int | None, make_mechanics: MakeMechanics = Plant
-) -> tuple[IdentifiedAxis, ...]:
+) -> IdentifiedLoad:
     """Play setpoints (n, 5) at 100 Hz without compensation, and return drive and load of each axis.
 
     The first and the last second are omitted, because the speed override makes their samples uneven.
 
     :raises PlaybackError: when the drives cannot carry the movement.
     """
-    unknown = tuple(structs.replace(axis, **dict.fromkeys(_IDENTIFIED, 0.0)) for axis in config.axes)
+    unknown = tuple(structs.replace(axis, torque_share=1.0, **dict.fromkeys(_IDENTIFIED, 0.0)) for axis in config.axes)
     times = np.arange(len(setpoint_deg)) * STEP_S
     load = Load(
         run_id="run",
@@ -69,7 +70,7 @@ def identify_station(
         angles_deg=setpoint_deg.astype("<f8").tobytes(),
         method="smooth",
     )
-    station = VirtualStation(structs.replace(config, axes=unknown), seed, make_mechanics=make_mechanics)
+    station = VirtualStation(structs.replace(config, axes=unknown, arm=ArmLoad()), seed, make_mechanics=make_mechanics)
     run = station.play(load, float(times[-1]))
     even = (run.phase == PHASE_PLAYING) & (run.path_s > 1.0) & (run.path_s < times[-1] - 1.0)
     places = run.path_s[even]
@@ -80,24 +81,27 @@ def identify_station(
 def identified(config: StationConfig, seed: int | None, make_mechanics: MakeMechanics) -> StationConfig:
     """Return the configuration with drives and load as identified on this seed's apparatus, as after commissioning.
 
-    A movement that the drives cannot carry is repeated with a smaller range.
+    A movement that the drives cannot carry is repeated more gently, and then with a smaller range.
 
     :raises PlaybackError: when the drives cannot carry the smallest movement either.
     """
-    for share in _REACH_SHARES:
+    for share, slope in _MOVEMENTS:
         try:
-            found = identify_station(config, excitation(REST_DEG, _SECONDS, STEP_S, share=share), seed, make_mechanics)
+            movement = excitation(REST_DEG, _SECONDS, STEP_S, share=share, slope=slope)
+            found = identify_station(config, movement, seed, make_mechanics)
             break
         except PlaybackError:
-            if share == _REACH_SHARES[-1]:
+            if (share, slope) == _MOVEMENTS[-1]:
                 raise
     return with_identified(config, found)
 
 
-def with_identified(config: StationConfig, found: tuple[IdentifiedAxis, ...]) -> StationConfig:
+def with_identified(config: StationConfig, found: IdentifiedLoad) -> StationConfig:
     """Return the configuration with identified axes. A negative lag becomes 0."""
     axes = tuple(
-        structs.replace(axis, weight_nm=one.weight_nm, **{name: max(0.0, getattr(one, name)) for name in _IDENTIFIED})
-        for axis, one in zip(config.axes, found, strict=True)
+        structs.replace(
+            axis, torque_share=one.torque_share, **{name: max(0.0, getattr(one, name)) for name in _IDENTIFIED}
+        )
+        for axis, one in zip(config.axes, found.axes, strict=True)
     )
-    return structs.replace(config, axes=axes)
+    return structs.replace(config, axes=axes, arm=found.arm)

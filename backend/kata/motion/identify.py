@@ -18,6 +18,8 @@ _REACH_DEG: Final = (18.0, 12.0, 40.0, 60.0, 35.0)
 _WAVES_HZ: Final = (0.1, 0.2, 0.3, 0.5, 0.8, 1.2, 1.8)
 _FASTEST_DEG_S: Final = 50.0
 _RISE_S: Final = 4.0
+_RAISING: Final = (3, 4)
+"""Motors that raise the arm."""
 
 
 def excitation(
@@ -26,12 +28,15 @@ def excitation(
     step_s: float,
     ranges_deg: Sequence[tuple[float, float]] | None = None,
     share: float = 1.0,
+    slope: int = 1,
 ) -> Floats:
     """Return a movement of all axes, slow and fast, that begins and ends at rest: ``(n, 5)`` in degrees.
 
     :param rest_deg: ``(5,)``, angles at which the movement begins and ends.
     :param ranges_deg: lowest and highest angle of each axis; None: no other limit than the designed movement.
-    :param share: factor for the distance from rest to the middle, and for the range around the middle.
+    :param share: factor for the way and the range in which motors 3 and 4 raise the arm.
+    :param slope: 1: waves of all frequencies have the same speed, to identify drives; 2: they have the same acceleration, so that the
+        drives can carry a heavy arm through more of its range.
     """
     times = np.arange(0.0, seconds, step_s)
     rise = np.minimum(1.0, np.minimum(times, times[-1] - times) / _RISE_S)
@@ -42,10 +47,11 @@ def excitation(
             low, high = ranges_deg[n - 1]
             middle = min(max(middle, low), high)
             reach = min(reach, middle - low, high - middle)
-        waves = sum(np.sin(math.tau * hz * times + n * k**2) / hz for k, hz in enumerate(_WAVES_HZ, start=1))
+        raised = share if n in _RAISING else 1.0
+        waves = sum(np.sin(math.tau * hz * times + n * k**2) / hz**slope for k, hz in enumerate(_WAVES_HZ, start=1))
         fastest = np.abs(np.gradient(waves, times)).max()
-        waves = waves * min(share * reach / np.abs(waves).max(), _FASTEST_DEG_S / fastest)
-        columns.append(rest + rise * (share * (middle - rest) + waves))
+        waves = waves * min(raised * reach / np.abs(waves).max(), _FASTEST_DEG_S / fastest)
+        columns.append(rest + rise * (raised * (middle - rest) + waves))
     return np.column_stack(columns)
 
 

@@ -3,10 +3,10 @@
 The model is :class:`kata.motion.method.ServoModel`. For each axis, with the setpoint ``u``, the measured angle ``y`` and the drive's
 torque ``m`` at the same time:
 
-    m = b y' + j y'' + c tanh(y' / v0) + weight(y)
+    m = b y' + j y'' + c tanh(y' / v0) + share arm(y, y', y'')
     u - y = H [a y' + e y'' + d m],        H = s / (s + 1 / integral_s)
 
-The first line is linear in its factors. The second line is linear for a given ``integral_s``, which is searched. In some drives
+All motors move the same arm, so the first line is fitted to all of them at once. The second line is linear for a given ``integral_s``, which is searched. In some drives
 the integral removes the lag of the load but not the lag of the movement, for example in a cascade of position and speed
 control. Such a drive is described without the integral:
 
@@ -17,26 +17,36 @@ Both models need a movement without compensation, fast and slow, in both directi
 
 import math
 from dataclasses import dataclass
-from typing import Final
+from typing import Final, NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike
 
+from kata.motion.arm_load import N_TERMS, ArmLoad, load_terms
 from kata.motion.axes import CANONICAL_SIDE, N_AXES, Side
 from kata.motion.identify import filtered
 from kata.motion.linkage import Floats
 from kata.motion.method import TURNING_DEG_S, without_taken_up
-from kata.motion.weight import N_TERMS, weight_terms
+from kata.motion.path import PathPoint
+from kata.motion.rigid_body import N_INERTIAL, ArmMotion, arm_motion
 
-_KNOWN_NM: Final = 1.5
-"""Strength of the prior. It draws factors that a movement does not measure to 0. It assumes that torques a quarter of a second apart
-are known to 0.3 Nm and that factors have the usual size below. Without it, a small or slow movement gives large factors of opposite
-signs, which are wrong for other movements."""
-_USUAL_MOVED: Final = (0.01, 0.01, 0.5)
-"""Usual torque in Nm for each deg/s, for each deg/s2, and of friction."""
-_USUAL_WEIGHT_NM: Final = (4.0, 4.0, 4.0, 1.0, 1.0, 1.0)
-"""Usual factors of the weight terms in Nm. The last three are smaller, because the balancer cable's change of direction has less effect
-than the load."""
+_KNOWN_NM: Final = 0.3
+_APART_S: Final = 0.25
+"""Strength of the prior: torques this far apart in time are known to this precision. The prior draws numbers that a movement does not measure to
+the usual values below. Without it, a small or slow movement gives large numbers of opposite signs, which are wrong for other movements."""
+_SAMPLE_S: Final = 0.05
+"""Time between the samples to which the load is fitted. The filtered movement has no frequency above 4 Hz."""
+_OWN_SPREAD: Final = (0.01, 0.01, 0.5)
+"""Spread of a drive's torque for each deg/s and for each deg/s2, and of its friction; the usual values are 0."""
+_USUAL_ARM: Final = (0.06, 0.0, 0.20, 0.0, -0.08, 0.0, 0.25, 0.0, -0.75, 3.6, 0.0, 0.0, 0.0, 15.0)
+"""Usual factors of :func:`~kata.motion.arm_load.load_terms`: an arm of 3.6 kg with the elbow at 80 deg (Winter 2009, table 4.1, a body of 72 kg) and
+the middle of the balancer's range, 10 to 20 N (the paper's Table 1)."""
+_ARM_SPREAD: Final = (0.06, 0.02, 0.10, 0.03, 0.05, 0.03, 0.12, 0.05, 0.25, 1.5, 0.5, 6.0, 6.0, 5.0)
+_USUAL_BALANCER_M: Final = (0.05, -0.3, 1.0)
+"""The hook is near the elbow; the apparatus is 2 m high."""
+_BALANCER_SPREAD_M: Final = (0.05, 0.05, 0.3)
+_SHARE_SPREAD: Final = 0.06
+"""Spread of the logarithm of the torque that drives of one model report for the same load."""
 _CLEARLY: Final = 0.8
 """The model with the integral is used only if its error is below this share of the error without it."""
 _INTEGRALS_S: Final = tuple(np.geomspace(0.05, 5.0, 25).tolist())
@@ -55,11 +65,18 @@ class IdentifiedAxis:
     damping_nm_s_deg: float
     inertia_nm_s2_deg: float
     coulomb_nm: float
-    weight_nm: tuple[float, ...]
+    torque_share: float
     residual_deg: float
     residual_nm: float
     explained: float = 1.0
     """Share of the setpoint's lead over the angle that the model explains, 0 to 1."""
+
+
+class IdentifiedLoad(NamedTuple):
+    """The drives, and the arm that all of them move."""
+
+    axes: tuple[IdentifiedAxis, ...]
+    arm: ArmLoad
 
 
 def identify_load(
@@ -68,7 +85,7 @@ def identify_load(
     measured_deg: ArrayLike,
     torque_nm: ArrayLike,
     side: Side = CANONICAL_SIDE,
-) -> tuple[IdentifiedAxis, ...]:
+) -> IdentifiedLoad:
     """Return drive and load of each axis.
 
     :param times_s: ``(n,)``, times of the measurement, evenly spaced to within a tenth of a step.
@@ -79,35 +96,77 @@ def identify_load(
     """
     movement = filtered(times_s, setpoint_deg, measured_deg, torque_nm)
     setpoint, measured, torque = movement.series
-    terms = weight_terms(measured, side)
-    found = []
-    for n in range(N_AXES):
-        speed = movement.speed_deg_s[:, n]
-        moved = np.column_stack(
-            [speed, movement.acceleration_deg_s2[:, n], np.tanh(speed / TURNING_DEG_S), terms[:, n]]
-        )
-        found.append(_axis(moved, (setpoint - measured)[:, n], torque[:, n], movement.step_s))
-    return tuple(found)
-
-
-def _axis(moved: Floats, lag_deg: Floats, torque_nm: Floats, step_s: float) -> IdentifiedAxis:
-    """Identify one axis. ``moved``: speed, acceleration, direction and the terms of weight, ``(n, 3 + N_TERMS)``."""
-    prior = np.diag(_KNOWN_NM / np.array([*_USUAL_MOVED, *_USUAL_WEIGHT_NM]))
-    factors, *_ = np.linalg.lstsq(
-        np.vstack([moved, prior]), np.concatenate([torque_nm, np.zeros(len(prior))]), rcond=None
+    speed, acceleration = movement.speed_deg_s, movement.acceleration_deg_s2
+    own = np.stack([speed, acceleration, np.tanh(speed / TURNING_DEG_S)], axis=-1)
+    some = slice(None, None, max(1, round(_SAMPLE_S / movement.step_s)))
+    motion = PathPoint(measured[some], speed[some], acceleration[some])
+    drives, arm, residual_nm = _load(own[some], arm_motion(motion, side), torque[some])
+    axes = tuple(
+        _axis(own[:, n], (setpoint - measured)[:, n], torque[:, n], movement.step_s, drives[n], residual_nm[n])
+        for n in range(N_AXES)
     )
-    residual_nm = float(np.sqrt(np.mean((torque_nm - moved @ factors) ** 2)))
-    damping, inertia, coulomb = factors[:3].tolist()
+    return IdentifiedLoad(axes, arm)
+
+
+def _load(own: Floats, arm: ArmMotion, torque_nm: Floats) -> tuple[Floats, ArmLoad, Floats]:
+    """Return each motor's damping, inertia, friction and share ``(5, 4)``, the arm, and the RMS error of each motor's torque.
+
+    All are linear but the place of the balancer's cable and the shares, which are searched.
+
+    :param own: ``(n, 5, 3)``.
+    """
+    # Imported here: only a commissioning needs scipy, and every service would start later.
+    from scipy.optimize import least_squares, lsq_linear
+
+    separate = np.einsum("nmk,mj->nmjk", own, np.eye(N_AXES)).reshape(len(own), N_AXES, -1)
+    n_own = separate.shape[-1]
+    usual = np.array([*np.zeros(n_own), *_USUAL_ARM])
+    known_nm = _KNOWN_NM * math.sqrt(_APART_S / _SAMPLE_S)
+    certain = known_nm / np.array([*_OWN_SPREAD * N_AXES, *_ARM_SPREAD])
+    values = np.concatenate([torque_nm.ravel(), certain * usual])
+    # Friction and a rotor's inertia are never negative.
+    lowest = np.array([*np.zeros(n_own), *np.full(N_TERMS, -np.inf)])
+    start = np.array([*_USUAL_BALANCER_M, *np.zeros(N_AXES)])
+    spread = np.array([*_BALANCER_SPREAD_M, *np.full(N_AXES, _SHARE_SPREAD)])
+
+    def solved(searched: Floats) -> tuple[Floats, Floats]:
+        common = load_terms(arm, searched[:3]) * np.exp(searched[3:, np.newaxis])
+        columns = np.concatenate([separate, common], axis=-1).reshape(-1, len(usual))
+        rows = np.vstack([columns, np.diag(certain)])
+        factors = lsq_linear(rows, values, (lowest, np.inf)).x
+        return factors, rows @ factors - values
+
+    def errors(searched: Floats) -> Floats:
+        return np.concatenate([solved(searched)[1], known_nm * (searched - start) / spread])
+
+    searched = least_squares(errors, start).x
+    factors, left = solved(searched)
+    residual_nm = np.sqrt(np.mean(left[: torque_nm.size].reshape(torque_nm.shape) ** 2, axis=0))
+    inertia, (link_nm, *girdle, balancer_n) = np.split(factors[n_own:], [N_INERTIAL])
+    found = ArmLoad(
+        inertia=tuple(inertia.tolist()),
+        link_nm=float(link_nm),
+        girdle_nm_rad=(float(girdle[0]), float(girdle[1])),
+        balancer_n=float(balancer_n),
+        balancer_m=tuple(searched[:3].tolist()),
+    )
+    drives = np.column_stack([factors[:n_own].reshape(N_AXES, -1), np.exp(searched[3:])])
+    return drives, found, residual_nm
+
+
+def _axis(
+    moved: Floats, lag_deg: Floats, torque_nm: Floats, step_s: float, drive: Floats, residual_nm: float
+) -> IdentifiedAxis:
+    """``moved``: speed, acceleration and direction, ``(n, 3)``. ``drive``: damping, inertia, friction and share."""
+    damping, inertia, coulomb, share = drive.tolist()
     driven = np.column_stack([moved[:, :2], torque_nm])
 
     def taken_up(integral_s: float) -> tuple[Floats, float]:
-        share = np.full(driven.shape[1], -np.expm1(-step_s / integral_s))
+        taken = np.full(driven.shape[1], -np.expm1(-step_s / integral_s))
         begins = np.exp(-np.arange(len(driven)) * step_s / integral_s)
-        return _fitted(np.column_stack([without_taken_up(driven, share), begins]), lag_deg)
+        return _fitted(np.column_stack([without_taken_up(driven, taken), begins]), lag_deg)
 
-    (first_s, second_s2, friction, _), residual_deg = _fitted(
-        np.column_stack([moved[:, :3], np.ones(len(moved))]), lag_deg
-    )
+    (first_s, second_s2, friction, _), residual_deg = _fitted(np.column_stack([moved, np.ones(len(moved))]), lag_deg)
     integral_s = droop = 0.0
     near = int(np.argmin([taken_up(tried)[1] for tried in _INTEGRALS_S]))
     if 0 < near < len(_INTEGRALS_S) - 1:
@@ -129,9 +188,9 @@ def _axis(moved: Floats, lag_deg: Floats, torque_nm: Floats, step_s: float) -> I
         damping_nm_s_deg=damping,
         inertia_nm_s2_deg=inertia,
         coulomb_nm=coulomb,
-        weight_nm=tuple(factors[3 : 3 + N_TERMS].tolist()),
+        torque_share=share,
         residual_deg=residual_deg,
-        residual_nm=residual_nm,
+        residual_nm=float(residual_nm),
         explained=1.0 - residual_deg**2 / lead if (lead := float(np.var(lag_deg))) > 0.0 else 0.0,
     )
 

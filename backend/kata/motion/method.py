@@ -14,11 +14,12 @@ from typing import Final, Literal
 import numpy as np
 from numpy.typing import ArrayLike
 
+from kata.motion.arm_load import ArmLoad, load_terms
 from kata.motion.axes import CANONICAL_SIDE, N_AXES, Side
 from kata.motion.linkage import Floats
 from kata.motion.path import PathPoint
+from kata.motion.rigid_body import arm_motion
 from kata.motion.trajectory import HOLD_S, Trajectory, ZeroOrderHold
-from kata.motion.weight import N_TERMS, weight_terms
 
 Method = Literal["paper", "smooth", "learned"]
 PAPER_HZ: Final = round(1 / HOLD_S)
@@ -47,30 +48,37 @@ def _none() -> Floats:
 class LoadModel:
     """Model of the torque that a station's drives need to move an arm; ``(5,)`` each. All values are 0 if it is not identified.
 
-    m = b y' + j y'' + c tanh(y' / v0) + weight(y)
+    m = b y' + j y'' + c tanh(y' / v0) + share arm(y, y', y'')
+
+    The first three terms belong to each motor alone. The arm couples the motors (:mod:`kata.motion.arm_load`).
     """
 
     damping_nm_s_deg: Floats = field(default_factory=_none)
     inertia_nm_s2_deg: Floats = field(default_factory=_none)
     coulomb_nm: Floats = field(default_factory=_none)
-    factors_nm: Floats = field(default_factory=lambda: np.zeros((N_AXES, N_TERMS)))
-    """``(5, N_TERMS)``: the factors of :mod:`kata.motion.weight`."""
+    share: Floats = field(default_factory=lambda: np.ones(N_AXES))
+    """Torque that a drive reports for 1 Nm. Magnets and gears differ by some percent."""
+    arm: ArmLoad = field(default_factory=ArmLoad)
     side: Side = CANONICAL_SIDE
 
-    @cached_property
+    @property
     def known(self) -> bool:
         """True if the load has been identified."""
-        return bool(np.any(self.factors_nm))
+        return self.arm.known
 
-    def weight_nm(self, angles_deg: Floats) -> Floats:
-        """Return the torque of weight and springs, ``(5,)`` or ``(n, 5)``; 0 if the load is not identified."""
-        weight: Floats = np.sum(weight_terms(angles_deg, self.side) * self.factors_nm, axis=-1)
-        return weight
+    @cached_property
+    def _factors(self) -> Floats:
+        return self.arm.factors
+
+    def arm_nm(self, motion: PathPoint) -> Floats:
+        """Return the torque of the arm, ``(5,)`` or ``(n, 5)``; 0 where the load is unknown."""
+        torque: Floats = self.share * (load_terms(arm_motion(motion, self.side), self.arm.balancer_m) @ self._factors)
+        return torque
 
     def torque_nm(self, motion: PathPoint) -> Floats:
         """Return the torque that the drives need for a motion, ``(5,)`` or ``(n, 5)``; 0 if the load is not identified."""
         torque: Floats = (
-            self.weight_nm(motion.angles_deg)
+            self.arm_nm(motion)
             + self.damping_nm_s_deg * motion.speed_deg_s
             + self.inertia_nm_s2_deg * motion.acceleration_deg_s2
             + self.coulomb_nm * np.tanh(motion.speed_deg_s / TURNING_DEG_S)
@@ -82,10 +90,10 @@ class LoadModel:
 class ServoModel:
     """Model of the lag of a station's drives behind their setpoints; ``(5,)`` each. All values are 0 if it is not identified.
 
-    The position control of a drive responds at low frequencies as 1 / (1 + a1 s + a2 s^2). Friction and the arm's weight add to
+    The position control of a drive responds at low frequencies as 1 / (1 + a1 s + a2 s^2). Friction and the arm add to
     the lag. The drive's integral gain removes the whole lag with a time constant:
 
-        u - y = H [a1 y' + a2 y'' + f tanh(y' / v0) + d weight(y)],        H = s / (s + 1 / integral_s)
+        u - y = H [a1 y' + a2 y'' + f tanh(y' / v0) + d arm(y, y', y'')],        H = s / (s + 1 / integral_s)
     """
 
     first_s: Floats
@@ -94,20 +102,20 @@ class ServoModel:
     integral_s: Floats = field(default_factory=_none)
     """Time constant of the integral; 0 if the drive's integral does not remove the lag (H = 1)."""
     droop_deg_nm: Floats = field(default_factory=_none)
-    """``d``: lag in deg for each Nm of weight."""
+    """``d``: lag in deg for each Nm of the arm."""
     load: LoadModel = field(default_factory=LoadModel)
 
     def feed_forward(self, motion: PathPoint) -> Floats:
         """Return the lag of a motion without the effect of the drives' integral, ``(5,)`` in degrees.
 
-        ``a1 r' + a2 r'' + f tanh(r' / v0) + d weight(r)``.
+        ``a1 r' + a2 r'' + f tanh(r' / v0) + d arm(r, r', r'')``.
         """
         lag: Floats = (
             self.first_s * motion.speed_deg_s
             + self.second_s2 * motion.acceleration_deg_s2
             + self.friction_deg * np.tanh(motion.speed_deg_s / TURNING_DEG_S)
         )
-        return lag + self.droop_deg_nm * self.load.weight_nm(motion.angles_deg) if self.load.known else lag
+        return lag + self.droop_deg_nm * self.load.arm_nm(motion) if self.load.known else lag
 
     def taken_up_share(self, step_s: float) -> Floats:
         """Return the share of a lag that the drives' integral removes in ``step_s``, ``(5,)``."""
