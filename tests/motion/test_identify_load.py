@@ -61,7 +61,8 @@ def test_known_drive_and_load_are_identified() -> None:
     there = rest + random.uniform((-15.0, -10.0, 10.0, 0.0, -60.0), (15.0, 10.0, 100.0, 100.0, 20.0), (50, 5))
     other = PathPoint(there, random.normal(0.0, 20.0, (50, 5)), random.normal(0.0, 60.0, (50, 5)))
     parts = ("damping_nm_s_deg", "inertia_nm_s2_deg", "coulomb_nm", "torque_share")
-    identified = LoadModel(*np.array([[getattr(axis, part) for axis in found.axes] for part in parts]), found.arm)
+    damping, inertia, coulomb, reported = np.array([[getattr(axis, part) for axis in found.axes] for part in parts])
+    identified = LoadModel(damping, inertia, coulomb, reported, found.arm)
     error = identified.torque_nm(other) - model.torque_nm(other)
     assert np.all(np.sqrt(np.mean(error**2, axis=0)) < 0.25)
 
