@@ -35,7 +35,9 @@ def independent_nm(side: Side, pose: Floats, speed: Floats, acceleration: Floats
         if model.body(body).name not in ("humerus", "forearm"):
             model.body_mass[body] = 0.0
             model.body_inertia[body] = 0.0
-    for alone in (model.dof_armature, model.dof_damping, model.jnt_stiffness, model.tendon_damping):
+    # MuJoCo calls a body without any inertia a mistake, and writes that into a file.
+    model.dof_armature[:] = 1e-6
+    for alone in (model.dof_damping, model.jnt_stiffness, model.tendon_damping):
         alone[:] = 0.0
     model.opt.disableflags |= int(mujoco.mjtDisableBit.mjDSBL_CONSTRAINT)
     signs = np.array(APPARATUS_SIGNS[side])
