@@ -2,7 +2,7 @@
 
 Friction, muscle tone and the capsule's viscosity oppose movement, so they cancel on the mean of the way out and the way back. Weight and
 elastic torque remain. A baseline with a test weight instead of an arm measures the apparatus' part of the weight at every place. The
-arm differs from the test weight by two moments, whose torques are known functions of posture (:mod:`kata.motion.weight`). The moments are
+arm differs from the test weight by two moments, whose torques are known functions of posture (:mod:`kata.motion.rigid_body`). The moments are
 fitted where the shoulder is free. docs/explanation/end-feel.md has definitions, reasons and figures.
 
 Outward angles and torques are positive away from rest.
@@ -19,7 +19,8 @@ from numpy.typing import ArrayLike
 from kata.motion.axes import Side
 from kata.motion.edit import Motion
 from kata.motion.linkage import Floats
-from kata.motion.weight import weight_terms
+from kata.motion.path import PathPoint
+from kata.motion.rigid_body import arm_motion
 
 MOTORS: Final = (3, 4, 5)
 """Motors of the shoulder joint: abduction, flexion and rotation."""
@@ -204,7 +205,10 @@ def _at_common(one: TorqueAngleCurve, others: Sequence[TorqueAngleCurve]) -> Tor
 
 def arm_growth(angles_deg: ArrayLike, motor: int, side: Side, outward: float) -> Floats:
     """Return how a motor's torque grows with both moments of the arm, for postures ``(n, 5)``: ``(n, 2)``."""
-    growth: Floats = outward * weight_terms(angles_deg, side)[..., motor - 1, :2]
+    angles = np.asarray(angles_deg, dtype=np.float64)
+    at_rest = PathPoint(angles, np.zeros_like(angles), np.zeros_like(angles))
+    # Slopes of the heights of a point forward and of one along the arm.
+    growth: Floats = outward * arm_motion(at_rest, side).slopes[..., motor - 1, 2, [0, 2]]
     return growth
 
 
