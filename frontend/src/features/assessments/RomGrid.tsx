@@ -93,7 +93,7 @@ export function RomGrid(props: {
       {notes.map(
         (note) =>
           note && (
-            <Alert key={note} color="yellow" role="status" icon={<IconAlertTriangle />}>
+            <Alert key={note} color="grape" variant="light" role="status" icon={<IconAlertTriangle />}>
               {note}
             </Alert>
           ),
