@@ -13,6 +13,7 @@ from kata.simulator.process import SimulatorProcess
 
 IDS = [1, 2, 3, 4, 5]
 TIMEOUT_S = 0.2
+MAX_SCANS = 10
 HOMING_OFFSET, PRESENT_POSITION = 20, 132
 
 
@@ -37,7 +38,13 @@ def counts(servos: Any, drive_id: int) -> int:
 
 
 def test_a_scan_finds_every_servo_with_its_model(servos: Any) -> None:
-    assert servos.scan(list(range(1, 9))) == dict.fromkeys(IDS, 1120)
+    found: dict[int, int] = {}
+    # A scan gives each id a few milliseconds. A busy computer can keep the simulated servos from running for longer.
+    for _ in range(MAX_SCANS):
+        found |= servos.scan(list(range(1, 9)))
+        if len(found) >= len(IDS):
+            break
+    assert found == dict.fromkeys(IDS, 1120)
     assert servos.broadcast_scan(IDS) == dict.fromkeys(IDS, 1120)
 
 
