@@ -127,7 +127,7 @@ async def _authorize(connection: HTTPConnection, body: Any) -> None:
     named = list(_named_records(connection, body))
     context.subject = " ".join(f"{name.removesuffix('_id')} {one}" for name, one in named if name != "patient_id")
     cookie, auth_cache = cookie_of(connection) or "", services.auth_cache
-    token = _bearer_token(connection)
+    token = _access_token(connection)
     actor = auth_cache.cached_actor_for_stop(cookie) if rule.needs == "stop" and not token else None
     if token:
         actor = await run_in_threadpool(_read_token_owner, services, token, context.address)
@@ -191,9 +191,15 @@ async def _read_actor(connection: HTTPConnection, rule: RouteRule, cookie: str) 
 
 
 def _bearer_token(connection: HTTPConnection) -> str:
-    """Return the access token of the request, or an empty text. A browser sends no token; its cookie is then used."""
+    """Return the bearer token of the request, or an empty text."""
     scheme, _, sent = connection.headers.get("authorization", "").partition(" ")
-    return sent.strip() if scheme.lower() == "bearer" and sent.strip().startswith(access_tokens.PREFIX) else ""
+    return sent.strip() if scheme.lower() == "bearer" else ""
+
+
+def _access_token(connection: HTTPConnection) -> str:
+    """Return the access token of the request, or an empty text. A browser sends no token; its cookie is then used."""
+    token = _bearer_token(connection)
+    return token if token.startswith(access_tokens.PREFIX) else ""
 
 
 def _read_token_owner(services: Services, token: str, address: str) -> Actor:
@@ -223,8 +229,8 @@ def _check_only_reads(connection: HTTPConnection, rule: RouteRule) -> None:
 def _has_token(connection: HTTPConnection) -> bool:
     """Return whether the request carries the token of the file. The file is read each time, so a new token needs no restart."""
     file = services_of(connection).settings.metrics_token_file
-    scheme, _, token_sent = connection.headers.get("authorization", "").partition(" ")
-    if file is None or scheme.lower() != "bearer":
+    token_sent = _bearer_token(connection)
+    if file is None or not token_sent:
         return False
     try:
         token = file.read_text().strip()
@@ -232,7 +238,7 @@ def _has_token(connection: HTTPConnection) -> bool:
         log.error("the token file of /metrics cannot be read: %s", error)
         return False
     # A short token, such as that of an empty file, is invalid.
-    return len(token) >= _MIN_TOKEN_CHARACTERS and secrets.matches(token_sent.strip(), secrets.hash_secret(token))
+    return len(token) >= _MIN_TOKEN_CHARACTERS and secrets.matches(token_sent, secrets.hash_secret(token))
 
 
 def _record_activity(database: Database, actor: Actor, now: datetime) -> None:

@@ -12,8 +12,8 @@ from sqlalchemy import select, update
 from sqlalchemy.orm import Session
 
 from kata.actor import REQUEST_CONTEXT, Actor
-from kata.auth import secrets, texts
-from kata.auth.tables import AccessTokenRow, AccountRow, AccountStationRow
+from kata.auth import login_session, secrets, texts
+from kata.auth.tables import AccessTokenRow, AccountRow
 from kata.errors import ProblemError, not_found
 
 PREFIX: Final = "kata_"
@@ -90,13 +90,12 @@ def find_actor(session: Session, token: str, now: datetime) -> Actor | None:
         if context := REQUEST_CONTEXT.get():
             context.account_id = account.id
         raise ProblemError(401, "token_ended", texts.TOKEN_ENDED(), texts.CREATE_ANOTHER_TOKEN())
-    stations = session.scalars(select(AccountStationRow.station).where(AccountStationRow.account_id == account.id))
     return Actor(
         account_id=account.id,
         login_session_id=row.id,
         name=account.name,
         role=account.role,
-        stations=frozenset(stations),
+        stations=frozenset(login_session.stations_of(session, account.id)),
         by_token=True,
     )
 

@@ -50,14 +50,6 @@ def list_all(session: Session) -> Sequence[AccountRow]:
     return session.scalars(select(AccountRow).order_by(AccountRow.username)).all()
 
 
-def stations_of(session: Session, account_id: UUID) -> list[str]:
-    """Return the names of an account's stations. An empty list means all stations."""
-    of_account = AccountStationRow.account_id == account_id
-    return list(
-        session.scalars(select(AccountStationRow.station).where(of_account).order_by(AccountStationRow.station))
-    )
-
-
 def create(
     session: Session, username: str, name: str, role: Role, stations: Iterable[str], now: datetime
 ) -> AccountRow:

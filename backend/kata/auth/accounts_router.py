@@ -86,7 +86,9 @@ def list_accounts(database: TheDatabase, auth: TheAuthentication) -> Page[Accoun
     """Return all accounts ordered by user name, including disabled ones. A clinic has few accounts, so the list has no pages."""
     with database.read() as session:
         rows = accounts.list_all(session)
-        return Page[Account].complete([_as_account(auth, row, accounts.stations_of(session, row.id)) for row in rows])
+        return Page[Account].complete(
+            [_as_account(auth, row, login_session.stations_of(session, row.id)) for row in rows]
+        )
 
 
 @router.post("", status_code=201, responses=PROBLEMS.of(401, 403, 409, 422), summary="Create an account")
@@ -115,7 +117,7 @@ def update_account(
         check_version(row.updated_at, change.updated_at)
         was_administrator = row.role == "administrator" and row.disabled_at is None
         row.name = change.name or row.name
-        stations = accounts.stations_of(session, row.id)
+        stations = login_session.stations_of(session, row.id)
         wanted = stations if change.stations is None else sorted(set(change.stations))
         role = change.role or row.role
         if role != row.role or wanted != stations:
@@ -150,7 +152,7 @@ def reset_account(
         code = accounts.reset(session, row, now, with_second_factor=given.second_factor)
         session.flush()
         shown = OneTimeCode(
-            account=_as_account(auth, row, accounts.stations_of(session, row.id)),
+            account=_as_account(auth, row, login_session.stations_of(session, row.id)),
             code=code,
             until=now + accounts.CODE_VALIDITY,
         )

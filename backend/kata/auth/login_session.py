@@ -91,6 +91,14 @@ def find_actor_by_id(session: Session, login_session_id: UUID, now: datetime, li
     return _find_actor(session, LoginSessionRow.id == login_session_id, now, limits)
 
 
+def stations_of(session: Session, account_id: UUID) -> list[str]:
+    """Return the names of an account's stations. An empty list means all stations."""
+    of_account = AccountStationRow.account_id == account_id
+    return list(
+        session.scalars(select(AccountStationRow.station).where(of_account).order_by(AccountStationRow.station))
+    )
+
+
 def _find_actor(
     session: Session,
     condition: ColumnElement[bool],
@@ -111,13 +119,12 @@ def _find_actor(
     # Setting the clock back does not extend the login session.
     if account.disabled_at is not None or not -_CLOCK_TOLERANCE <= age < longest:
         return None
-    stations = session.scalars(select(AccountStationRow.station).where(AccountStationRow.account_id == account.id))
     return Actor(
         account_id=account.id,
         login_session_id=row.id,
         name=account.name,
         role=account.role,
-        stations=frozenset(stations),
+        stations=frozenset(stations_of(session, account.id)),
         locked=_is_locked(row, now, limits),
         enrolling=(
             account.role in limits.second_factor_roles

@@ -143,7 +143,7 @@ class Linkage:
         :raises OutOfReachError: when the links cannot close for a row (Eqs. 13 and 14 have no solution).
         """
         scapula = np.asarray(scapula_deg, dtype=np.float64)
-        theta = self._closed_deg(scapula, side)
+        theta = self.closed_deg(scapula, side)
         open_ = np.isnan(theta)
         if np.any(open_):
             index, (phi, psi) = _first(np.any(open_, axis=-1), scapula)
@@ -167,7 +167,7 @@ class Linkage:
             seen = np.degrees(self._standing(np.radians(theta[..., 0]), np.radians(theta[..., 1])))
         scapula = seen * _scapula_signs(side)
         # The links also close beyond a dead point, but on the assembled branch that pose has other motor angles.
-        back = self._closed_deg(scapula, side)
+        back = self.closed_deg(scapula, side)
         closed = (np.abs(back - theta) < _CLOSED_DEG) & (np.abs(scapula) < WITHIN_DEG + _CLOSED_DEG)
         lost = ~np.all(closed, axis=-1)
         if np.any(lost):
@@ -196,7 +196,7 @@ class Linkage:
         :returns: shape ``(...)``.
         """
         scapula = np.asarray(scapula_deg, dtype=np.float64)
-        theta = self._closed_deg(scapula, side)
+        theta = self.closed_deg(scapula, side)
         lowest, highest = np.transpose(motor_ranges_deg)
         inside = (lowest <= theta) & (theta <= highest) & (np.abs(scapula) <= WITHIN_DEG)
         return np.asarray(np.all(inside, axis=-1))
@@ -251,8 +251,8 @@ class Linkage:
         phi = np.asarray(found.x)
         return np.stack([phi, leg2_psi(phi, *p2, np.asarray(reach2))], axis=-1)
 
-    def _closed_deg(self, scapula: Floats, side: Side) -> Floats:
-        """Return theta (..., 2) in degrees; NaN where a leg does not close."""
+    def closed_deg(self, scapula: Floats, side: Side) -> Floats:
+        """Return the angles of motors 1 and 2 in degrees for scapula angles, ``(..., 2)`` to ``(..., 2)``; NaN where a leg does not close."""
         phi, psi = _seen_rad(scapula, side)
         with np.errstate(invalid="ignore"):
             return np.degrees(np.stack([leg.close(phi, psi) for leg in self.legs], axis=-1))

@@ -86,7 +86,7 @@ def inertia_terms(arm: ArmMotion) -> Floats:
 def _scapula_factors() -> Floats:
     """Return the factors of a cubic that gives phi and psi for motors 1 and 2, to within 0.25 deg. The exact solution needs a search."""
     grid = np.radians(np.mgrid[-_GRID_DEG:_GRID_DEG:23j, -_GRID_DEG:_GRID_DEG:23j].reshape(2, -1).T)
-    motors = np.radians(LINKAGE._closed_deg(np.degrees(grid), "right") - _REST_DEG)
+    motors = np.radians(LINKAGE.closed_deg(np.degrees(grid), "right") - _REST_DEG)
     closes = ~np.isnan(motors).any(axis=1)
     return np.asarray(np.linalg.lstsq(_powers(motors[closes]), grid[closes], rcond=None)[0])
 
