@@ -165,7 +165,7 @@ def test_requests_whose_client_has_gone_count_until_they_end(
 
 
 def test_abandoned_requests_of_an_address_are_limited(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Connections of an address are refused while several of its requests are answered for nobody."""
+    """Connections of an address are refused while several requests are in progress whose connections it has closed."""
     monkeypatch.setattr(connection_limits, "MAX_ABANDONED", 2)
     SLOW.clear()
 

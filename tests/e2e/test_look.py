@@ -2,17 +2,15 @@
 
 import re
 from pathlib import Path
-from typing import Final
 
 import pytest
 from playwright.sync_api import Page, expect
 
 from tests.support.browser_clinic import LONG_MS, Clinic
 from tests.support.page_actions import acknowledge, wait_until_idle
+from tests.support.shown_pages import SIZES
 
 pytestmark = pytest.mark.shared_clinic("invented")
-
-SIZES: Final = {"telephone": (360, 740), "tablet": (800, 1280), "desktop": (1280, 800), "wall": (2560, 1440)}
 
 
 @pytest.fixture
@@ -85,25 +83,3 @@ def test_live_view_and_controls_fit_on_one_screen(page: Page, clinic: Clinic, ar
     last, live = begin.bounding_box(), page.get_by_test_id("angle-5").bounding_box()
     assert simulator and last and live
     assert simulator["y"] >= max(last["y"] + last["height"], live["y"] + live["height"])
-
-
-@pytest.mark.timeout(600)
-def test_no_page_is_too_wide_and_each_has_stop(page: Page, clinic: Clinic) -> None:
-    def first(path: str) -> str:
-        return str(page.request.get(f"{clinic.url}/api{path}").json()["items"][0]["id"])
-
-    patient = first("/patients")
-    session = first(f"/patients/{patient}/sessions")
-    wide = {}
-    for path in ("/", f"/patients/{patient}", f"/sessions/{session}"):
-        # From the smallest size on: a page that grows is never too wide while it draws again.
-        for name, (width, height) in SIZES.items():
-            page.set_viewport_size({"width": width, "height": height})
-            if name == "telephone":
-                page.goto(clinic.url + path)
-            page.wait_for_load_state("networkidle")
-            expect(page.get_by_role("button", name="Stop", exact=True)).to_be_in_viewport(ratio=1)
-            beyond = page.evaluate("document.documentElement.scrollWidth - innerWidth")
-            if beyond > 0:
-                wide[f"{path.split('/')[1] or 'station'}, {name}"] = beyond
-    assert wide == {}

@@ -50,14 +50,19 @@ def clinic(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Clinic]:
         use_folder(folder / "nothing")
 
 
+def sign_in_therapist(page: Page, clinic: Clinic, name: str, username: str) -> None:
+    """Create a therapist's account and sign in with it."""
+    code = made(page, name, username, "Therapist")
+    page.context.clear_cookies()
+    first_password(page, clinic, username, code)
+    expect(page.get_by_role("button", name=f"Signed in as {name}")).to_be_visible(timeout=LONG_MS)
+
+
 @pytest.mark.parametrize("language", ["en", "ja"])
 def test_patient_answers_alone_and_the_password_leads_back(
     page: Page, clinic: Clinic, language: str, artefacts: Path
 ) -> None:
-    code = made(page, "Ito Mai", f"ito-{language}", "Therapist")
-    page.context.clear_cookies()
-    first_password(page, clinic, f"ito-{language}", code)
-    expect(page.get_by_role("button", name="Signed in as Ito Mai")).to_be_visible(timeout=LONG_MS)
+    sign_in_therapist(page, clinic, "Ito Mai", f"ito-{language}")
     sign_up(page, "Yamada Hanako")
     words = WORDS[language]
     if language == "ja":
@@ -108,10 +113,7 @@ def test_every_questionnaire_is_answered_on_the_tablet(
     page: Page, clinic: Clinic, language: str, artefacts: Path
 ) -> None:
     """Each item has the answers of its scale, and the total is that of its definition; axe finds nothing."""
-    code = made(page, "Ito Ken", f"ken-{language}", "Therapist")
-    page.context.clear_cookies()
-    first_password(page, clinic, f"ken-{language}", code)
-    expect(page.get_by_role("button", name="Signed in as Ito Ken")).to_be_visible(timeout=LONG_MS)
+    sign_in_therapist(page, clinic, "Ito Ken", f"ken-{language}")
     origin = {"Origin": clinic.url}
     page.evaluate(f"localStorage.setItem('kata.language', '{language}')")
     page.request.put(f"{clinic.url}/api/me/language", data={"language": language}, headers=origin)

@@ -14,7 +14,7 @@ from tests.support.accessibility import addresses
 from tests.support.browser_clinic import LONG_MS, Clinic
 from tests.support.shown_station import ShownStation
 
-SIZES: Final = {"telephone": (360, 800), "tablet": (800, 1280), "desktop": (1280, 800), "wall": (2560, 1440)}
+SIZES: Final = {"telephone": (360, 740), "tablet": (800, 1280), "desktop": (1280, 800), "wall": (2560, 1440)}
 LOCALES: Final = {"en": "en-GB", "ja": "ja-JP"}
 SCHEMES: Final[tuple[Literal["light", "dark"], ...]] = ("light", "dark")
 _DIALOGS: Final = {"search": "Control+K", "shortcuts": "Control+/"}
