@@ -182,7 +182,7 @@ def _check_torque(load: Load, config: StationConfig, trajectory: Trajectory) -> 
 def _check_end_feel(load: Load, config: StationConfig, trajectory: Trajectory) -> None:
     """Refuse a test that is not a slow way out, or that needs more torque than the patient's level.
 
-    :raises TrajectoryError: with what is wrong.
+    :raises TrajectoryError: when the end-feel test cannot be run as requested. The message names the reason.
     """
     test = load.end_feel
     if test is None:

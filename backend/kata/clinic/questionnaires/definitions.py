@@ -69,7 +69,7 @@ class Definition(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     def __post_init__(self) -> None:
         """Check that every answered questionnaire gets a score.
 
-        :raises ValueError: when the definition is wrong. The message says what is wrong.
+        :raises ValueError: when the definition is invalid. The message names the error.
         """
         if not self.scales or any(scale.items < 1 or scale.lowest >= scale.highest for scale in self.scales):
             raise ValueError("every scale must have an item, and a highest answer above the lowest")
@@ -131,7 +131,7 @@ def score(definition: Definition, answers: Sequence[int | None]) -> Scores:
 def read_definition(file: Path) -> Definition:
     """Return the definition in a file.
 
-    :raises ValueError: when the definition is wrong. The message says what is wrong.
+    :raises ValueError: when the definition is invalid. The message names the error.
     :raises OSError: when the file cannot be read.
     """
     return msgspec.toml.decode(file.read_bytes(), type=Definition)
