@@ -15,6 +15,8 @@ def main() -> None:
 
     # This applies to every file of this process and its children.
     os.umask(UMASK)
+    # OpenBLAS's threads spin while they wait for each other. On two busy cores that makes a fit ten times slower, and it delays an apparatus.
+    os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
     # Set this before any thread starts. All commands do so, because a benchmark or an evaluation beside the service must not delay an
     # apparatus.
     scheduling.set_time_slice(scheduling.LONG_NS)

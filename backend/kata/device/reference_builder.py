@@ -34,11 +34,10 @@ def main() -> int:
 
 
 def _step_back() -> None:
-    """Set ordinary scheduling below the service's priority. Use one thread for linear algebra, because the equations are banded."""
+    """Set ordinary scheduling below the service's priority."""
     os.sched_setscheduler(0, os.SCHED_OTHER, os.sched_param(0))
     os.nice(_NICENESS)
     scheduling.set_time_slice(scheduling.LONG_NS)
-    os.environ["OPENBLAS_NUM_THREADS"] = "1"
 
 
 if __name__ == "__main__":
