@@ -12,7 +12,7 @@ from tests.support.responses import problem
 
 pytestmark = pytest.mark.no_apparatus
 
-CHARTS = ("rom", "pain", "spadi", "tracking", "correction", "adherence")
+CHARTS = ("rom", "pain", "spadi", "questionnaires", "tracking", "correction", "adherence")
 
 
 @pytest.mark.parametrize("chart", CHARTS)
@@ -24,6 +24,9 @@ def test_every_chart_comes_with_its_numbers(client: TestClient, patient: dict[st
     assert answer.status_code == 200
     progress = Progress.model_validate_json(answer.content)
     assert bool(progress.table.rows) == (chart in ("rom", "pain", "spadi"))
+    # A chart that shows which changes matter has notes with their sources.
+    sources = [note.source.partition(" ")[0] for note in progress.notes.lines]
+    assert sources == (["Roy,", "Tveita"] if chart == "spadi" else [])
     for row in progress.table.rows:
         moments = [cell for cell, column in zip(row, progress.table.columns, strict=True) if column.kind == "moment"]
         assert moments == ["2026-03-02T09:30:00Z"]
@@ -31,4 +34,6 @@ def test_every_chart_comes_with_its_numbers(client: TestClient, patient: dict[st
 
 def test_missing_data_is_reported(client: TestClient, patient: dict[str, Any]) -> None:
     problem(client.get(f"/api/episodes/{uuid4()}/progress/rom"), 404, "not_found")
-    problem(client.get(f"/api/episodes/{patient['episode_id']}/progress/mood"), 422, "invalid")
+    url = f"/api/episodes/{patient['episode_id']}/progress"
+    problem(client.get(f"{url}/mood"), 422, "invalid")
+    problem(client.get(f"{url}/rom?columns=3"), 422, "invalid")

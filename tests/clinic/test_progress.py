@@ -8,6 +8,7 @@ from uuid import UUID, uuid4
 import msgspec
 import plotly.graph_objects as go
 import pytest
+from msgspec.structs import replace
 from sqlalchemy.orm import Session
 
 from kata.clinic.assessments import service as assessments
@@ -15,8 +16,9 @@ from kata.clinic.assessments.schemas import AssessmentCreate
 from kata.clinic.patients import service as patients
 from kata.clinic.patients.schemas import PatientCreate
 from kata.clinic.programmes.adherence import AdherenceWeek
-from kata.clinic.progress import figures, numbers, service
+from kata.clinic.progress import figures, notes, numbers, service
 from kata.clinic.progress.series import LineSeries, Point, RomPanel, SpadiPoint, Tracked
+from kata.clinic.questionnaires.definitions import DEFINITIONS, SPADI
 from kata.clinic.recordings.tables import RecordingRow
 from kata.clinic.sessions.tables import RunRow, SessionRow
 from kata.database.engine import Database
@@ -198,13 +200,97 @@ def test_the_spadi_shows_where_a_change_begins_to_matter(database: Database, fil
     assert [row[-2:] for row in table.rows] == [[0, "no"], [None, ""], [-10, "perhaps better"], [-20, "better"]]
 
 
+def test_other_questionnaires_show_where_a_change_matters(database: Database, fill: Fill) -> None:
+    def how(episode: Episode) -> None:
+        given: list[dict[str, list[int | None]]] = [
+            {"quickdash": [4] * 11},
+            {"quickdash": [3] * 11, "oxford": [2] * 12},
+            {"quickdash": [None, None, *[1] * 9], "oxford": [3] * 12, "of_tomorrow": [1]},
+        ]
+        for day, answered in zip((0, 7, 14), given, strict=True):
+            found_at = DAY + timedelta(days=day)
+            body = AssessmentCreate.model_construct(
+                assessed_at=found_at, assessed_by="Kimura Jun", rom=[], spadi=None, note=""
+            )
+            assessments.create(episode.session, episode.id, body, answered)
+
+    panels = told(database, fill(how), service.questionnaire_panels)
+    assert [panel.definition.code for panel in panels] == ["oxford", "quickdash"]
+    figure = drawn(figures.questionnaires(panels))
+    upper, lower = ({trace.name: list(trace.y) for trace in figure.data if trace.yaxis == axis} for axis in ("y", "y2"))
+    # A higher Oxford Shoulder Score is better, a lower QuickDASH is.
+    assert upper == {
+        "Total": [24, 36],
+        "Baseline": [24, 24],
+        "From here on perhaps important, or chance": [30, 30],
+        "Beyond this important, not chance": [30, 30],
+    }
+    assert lower == {
+        "Total": [75, 50],
+        "Baseline": [75, 75],
+        "From here on perhaps important, or chance": pytest.approx([61.6, 61.6]),
+        "Beyond this important, not chance": pytest.approx([57.9, 57.9]),
+    }
+    assert [one.text for one in figure.layout.annotations] == ["Oxford Shoulder Score", "QuickDASH"]
+    assert figure.layout.yaxis.title.text == "0 to 48 points, higher is better"
+    assert figure.layout.yaxis2.title.text == "0 to 100 points, lower is better"
+    shown = [trace.name for trace in figure.data if trace.showlegend]
+    assert len(shown) == len(set(shown)) == 4
+    table = numbers.questionnaires(panels)
+    assert names(table)[2:] == ["Total, points", "Change from baseline, points", "Important change"]
+    assert [row[1:] for row in table.rows] == [
+        ["Oxford Shoulder Score", 24, 0, "no"],
+        ["Oxford Shoulder Score", 36, 12, "better"],
+        ["QuickDASH", 75, 0, "no"],
+        ["QuickDASH", 50, -25, "better"],
+        ["QuickDASH", None, None, ""],
+    ]
+    source = "van Kampen et al. 2013, J Orthop Surg Res 8, 40"
+    assert [(note.title, str(note.sentence), note.source) for note in notes.questionnaires(panels)[2:]] == [
+        ("QuickDASH", "Patients call a change of 13.4 points important.", source),
+        ("QuickDASH", "A change of 17.1 points or less may be chance.", source),
+    ]
+
+
+@pytest.mark.parametrize(
+    ("code", "change", "verdict"),
+    [("quickdash", -13.3, "no"), ("quickdash", -13.4, "perhaps better"), ("quickdash", -17.1, "perhaps better"),
+     ("quickdash", -17.2, "better"), ("quickdash", 17.2, "worse"),
+     ("oxford", 5.9, "no"), ("oxford", 6, "perhaps better"), ("oxford", 7, "better"), ("oxford", -7, "worse"),
+     ("ases", 6.3, "no"), ("ases", 6.4, "perhaps better"), ("ases", 9.7, "perhaps better"), ("ases", 9.8, "better"),
+     ("ases", -9.8, "worse")],
+)  # fmt: skip
+def test_verdict_follows_the_limits_of_each_questionnaire(code: str, change: float, verdict: str) -> None:
+    assert numbers.verdict(DEFINITIONS[code], change) == verdict
+
+
+def test_change_within_the_important_range_is_never_certain() -> None:
+    """A clinic's definition may detect changes that are smaller than the upper end of what patients call important."""
+    given = replace(SPADI, detectable=replace(SPADI.detectable, points=9))
+    assert [numbers.verdict(given, change) for change in (-10, -13, -13.1)] == ["perhaps better"] * 2 + ["better"]
+
+
+def test_narrow_screen_has_one_panel_below_the_other(database: Database, fill: Fill) -> None:
+    """Titles of two panels would overlap on a telephone."""
+
+    def how(episode: Episode) -> None:
+        episode.assess(0, rom=[rom(90), rom(12, motion="extension"), rom(80, motion="abduction")])
+
+    panels = told(database, fill(how), service.rom_panels)
+    for columns, places in ((2, [0, 0.545, 0]), (1, [0, 0, 0])):
+        figure = drawn(figures.rom(panels, columns))
+        assert [round(one.x, 3) for one in figure.layout.annotations] == places
+        heights = [one.y for one in figure.layout.annotations]
+        assert len(set(heights)) == (2 if columns == 2 else 3)
+
+
 @pytest.mark.parametrize(
     ("change", "verdict"),
     [(None, ""), (0, "no"), (-7.9, "no"), (-8, "perhaps better"), (-17, "perhaps better"), (-17.1, "better"),
      (7.9, "no"), (8, "perhaps worse"), (17, "perhaps worse"), (17.1, "worse")],
 )  # fmt: skip
 def test_lower_scores_are_better_and_relevance_begins_at_eight(change: float | None, verdict: str) -> None:
-    assert numbers.verdict(change) == verdict
+    assert numbers.verdict(SPADI, change) == verdict
 
 
 def test_errors_are_reported_by_recording_and_method(database: Database, fill: Fill) -> None:
@@ -278,6 +364,7 @@ def test_nothing_yet_is_an_empty_chart_and_an_empty_table(database: Database, fi
         (service.rom_panels, figures.rom, numbers.rom),
         (service.pain_lines, figures.pain, numbers.pain),
         (service.spadi_points, figures.spadi, numbers.spadi),
+        (service.questionnaire_panels, figures.questionnaires, numbers.questionnaires),
         (service.tracked, figures.tracking, numbers.tracking),
         (service.correction_lines, figures.correction, numbers.correction),
         (service.weeks, figures.adherence, numbers.adherence),

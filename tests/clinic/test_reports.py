@@ -5,7 +5,7 @@ import io
 import re
 from collections.abc import Iterator
 from dataclasses import replace
-from datetime import UTC, datetime
+from datetime import UTC, datetime, timedelta
 from html.parser import HTMLParser
 from itertools import pairwise
 from pathlib import Path
@@ -15,6 +15,7 @@ from uuid import uuid4
 import pytest
 from pypdf import PdfReader
 
+from kata.clinic.assessments.tables import AssessmentRow
 from kata.clinic.sessions.schemas import Outcome
 from kata.database.arrays import UnreadableError
 from kata.database.engine import Database
@@ -171,13 +172,52 @@ def test_episode_report_matches_the_database_rows(signed: tuple[SessionContent, 
     for said in (
         "Onset 1 June 2026", "Freezing 1 June 2026", "Frozen 20 October 2026", "4 Abduction / adduction – 95",
         "Highest resistance level: 12 of 25", "Highest speed: 35 °/s", "Set by Sato Ken", "Flexion Active 95 2026-10-31 116 2026-11-11 +21 141 180",
-        "External rotation, arm at the side Passive 23 2026-10-31 44 2026-11-11 +21 69 60", "At rest 3 2 −1", "SPADI 60.0 40.0 −20.0",
+        "External rotation, arm at the side Passive 23 2026-10-31 44 2026-11-11 +21 69 60", "At rest 3 2026-10-31 2 2026-11-11 −1",
+        "(SPADI), 0 to 100 points, lower is better 60.0 2026-10-31 40.0 2026-11-11 −20.0 important improvement, more than chance",
         "3 sessions, 2 November 2026 to 8 November 2026.", "Planned repetitions played to their end: 3 of 18.",
-        "Runs that were stopped: 3.", "Motor 3 does not answer. 3", "2026-11-02 Sato Ken Yes 6 1 1 7 5", "A change of 8 to 13 points",
+        "Runs that were stopped: 3.", "Motor 3 does not answer. 3", "2026-11-02 Sato Ken Yes 6 1 1 7 5", "a change of 8 to 13 points important (Roy, MacDermid",
+        "A change of 17 points or less may be chance (Tveita et al. 2008",
     ):  # fmt: skip
         assert said in text, said
     japanese = " ".join(texts_of(rendering.episode_pdf(care, how("ja"))))
     for said in ("治療経過報告書", "屈曲", "外旋", "外旋(1st)", "安静時", "禁忌", "発症日", "2026年6月1日", "推移"):
+        assert said in japanese, said
+
+
+def test_report_rates_every_questionnaire_by_its_own_limits(
+    sqlite: Database, signed: tuple[SessionContent, EpisodeContent]
+) -> None:
+    """A change within the published error is called perhaps chance, in both languages, with its source."""
+    _, care = signed
+    rows = [
+        AssessmentRow(assessed_at=AT + timedelta(days=7 * week), spadi=None, questionnaires=answered)
+        for week, answered in enumerate(
+            (
+                {"quickdash": [3] * 11, "oxford": [3] * 12},
+                {"quickdash": [3] * 5 + [2] * 6, "oxford": [2] * 12, "ases": [5, *[2] * 10]},
+                {"quickdash": [None] * 2 + [1] * 9, "of_tomorrow": [1]},
+            )
+        )
+    ]
+    told = replace(care, questionnaires=tuple(episode._questionnaires(rows)))
+    text = " ".join(Parsed(rendering.episode_page(told, how())).text.split())
+    first, second = (f"{row.assessed_at:%Y-%m-%d}" for row in rows[:2])
+    for said in (
+        f"QuickDASH, 0 to 100 points, lower is better 50.0 {first} 36.4 {second} −13.6 improvement, perhaps important, or chance",
+        f"Oxford Shoulder Score, 0 to 48 points, higher is better 36.0 {first} 24.0 {second} −12.0 important worsening, more than chance",
+        f"higher is better 58.3 {second} – – – –",
+        "QuickDASH: patients call a change of 13.4 points important (van Kampen et al. 2013, J Orthop Surg Res 8, 40). A change of 17.1 "
+        "points or less may be chance (van Kampen",
+    ):  # fmt: skip
+        assert said in text, said
+    # Only a value of two days or more has a trend.
+    assert len(Parsed(rendering.episode_page(told, how())).all("svg")) == len(care.rom) // 2 + 1 + 2
+    japanese = Parsed(rendering.episode_page(told, how("ja"))).text
+    for said in (
+        "QuickDASH（0〜100点、低いほど良好）",
+        "意味のある改善の可能性（測定誤差の可能性あり）",
+        "測定誤差を超える意味のある悪化",
+    ):
         assert said in japanese, said
 
 
@@ -186,7 +226,7 @@ def test_an_episode_without_anything_yet_has_a_report_too(signed: tuple[SessionC
     bare = replace(
         care, onset_on=None, diagnosis="", contraindications="", limits=(), max_load_level=None, max_speed_deg_s=None,
         limits_by="", stages=(),
-        assessed_at=(), rom=(), pain=(), spadi=(), sessions=(), stops=(), closing_note="",
+        assessed_at=(), rom=(), pain=(), questionnaires=(), sessions=(), stops=(), closing_note="",
     )  # fmt: skip
     text = Parsed(rendering.episode_page(bare, how())).text
     assert "Nothing has been assessed yet." in text

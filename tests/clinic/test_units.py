@@ -187,14 +187,14 @@ COUNTED_HEADS: Final = {
 }  # fmt: skip
 """Heads of columns with counts and places, which have no unit."""
 HEADED_BY_CAPTION: Final = {
-    "baseline": ("rom_caption", "pain_scores", "spadi"), "newest": ("rom_caption", "pain_scores", "spadi"),
+    "baseline": ("rom_caption", "pain_scores", "questionnaire_scores"), "newest": ("rom_caption", "pain_scores", "questionnaire_scores"),
     "pain_before": ("pain", "repetitions_note"), "pain_after": ("pain", "repetitions_note"), "pain_during": ("pain",),
-    "change": ("rom_caption", "pain_scores", "spadi"), "other_side": ("rom_caption",), "reference": ("rom_caption",),
+    "change": ("rom_caption", "pain_scores", "questionnaire_scores"), "other_side": ("rom_caption",), "reference": ("rom_caption",),
 }  # fmt: skip
 """Heads whose unit is in the caption or heading of each of their tables."""
 TEXT_HEADS: Final = {
     "stage", "since", "motion", "kind", "date", "cause", "check", "time", "confirmed", "recording", "settings", "outcome", "therapist",
-    "signed_column", "pain_change", "spadi_score", "contraindications", "note", "noted", "permission", "resolved", "goniometer_by",
+    "signed_column", "pain_change", "questionnaire", "meaning", "contraindications", "note", "noted", "permission", "resolved", "goniometer_by",
     # Values of a station's configuration, whose name in the row has the unit.
     "commissioning_step", "result", "value", "value_before", "value_after",
 }  # fmt: skip
@@ -222,13 +222,13 @@ def test_columns_of_reports_have_units() -> None:
 REPORT_NUMBERS: Final = {
     "percent": r"%", "seconds": r"s\b|秒", "minutes": r"min|分", "rate": r"Hz", "speed": r"°/s", "years": r"years|歳",
     "least": r"points|点", "most": r"points|点", "detectable": r"points|点",
-    **dict.fromkeys(("low", "low_u", "high", "high_u"), "°"),
+    **dict.fromkeys(("lowest", "highest"), r"points|点"), **dict.fromkeys(("low", "low_u", "high", "high_u"), "°"),
     # Counts and places: the words around say of what.
     "count": r"\w{3}|回", "planned": r"\w{3}", "done": r"\w{3}", "number": r"\w{2}", "numbers": r"\w{3}", "version": r"version|版|Kata",
     "level": r"level|レベル",
 }  # fmt: skip
 """Numbers in the sentences of reports, and what must be in the same sentence."""
-REPORT_WORDS: Final = {"first", "last", "moment", "name", "start"}
+REPORT_WORDS: Final = {"first", "last", "moment", "name", "start", "title", "source"}
 """Parameters that are no numbers, or formatted with their unit before."""
 
 
@@ -250,7 +250,7 @@ COUNTED_COLUMNS: Final = {"Playbacks", "Sessions", "As prescribed", "Repetitions
 def test_progress_columns_have_units() -> None:
     made = [
         numbers.rom([]), numbers.pain([LineSeries(name, ()) for name in PAIN_CONTEXTS]), numbers.spadi([]),
-        numbers.tracking([]), numbers.correction([]), numbers.adherence([]),
+        numbers.questionnaires([]), numbers.tracking([]), numbers.correction([]), numbers.adherence([]),
     ]  # fmt: skip
     columns = [column.name for table in made for column in table.columns if column.kind == "number"]
     assert len(columns) > 12

@@ -93,8 +93,8 @@ COUNT_HEADS: Final = (
 SCALES: Final = r"0 to 10|0 \(none\) to 10|0 \(best\) to 100|of 10\b|of 100|of 25|level|0: no pain|0 is no pain"
 
 _BARE_NUMBERS: Final = """([unitsAfter, counted, placed, heads, scales]) => {
-    // Also the volume, issue and pages of a cited article.
-    const moment = /[A-Z][a-z]+ (?:19|20)\\d{2}(?:, \\d+)+|\\d{1,2}:\\d{2}(:\\d{2})?(\\s?[AP]M)?|\\d{4}-\\d{2}-\\d{2}|[A-Z][a-z]{2} \\d{1,2}, \\d{4}|\\d{1,2} [A-Z][a-z]{2,} \\d{4}/g;
+    // Also the year, volume, issue and pages of a cited article.
+    const moment = /[A-Z][a-z]+ (?:19|20)\\d{2}(?:, \\d+)+|(?:[A-Z][a-z]+|et al\\.) (?:19|20)\\d{2}, [A-Z][A-Za-z ]+ \\d+(?:\\(\\d+\\))?, \\d+(?:-\\d+)?|\\d{1,2}:\\d{2}(:\\d{2})?(\\s?[AP]M)?|\\d{4}-\\d{2}-\\d{2}|[A-Z][a-z]{2} \\d{1,2}, \\d{4}|\\d{1,2} [A-Z][a-z]{2,} \\d{4}/g;
     const number = /(?<![\\w.\\-/−+])[+\\-−]?\\d+(?:[.,]\\d+)?(?![\\w\\-]|\\.\\d)/g;
     const after = new RegExp('^\\\\s?(?:(?:to|of|and|or|–|/)\\\\s?[+\\\\-−]?[\\\\d.]+\\\\s?)*(?:' + unitsAfter + ')');
     const thing = new RegExp('^\\\\s?(?:of [\\\\d.]+ )?(?:[a-z]+ )?(?:' + counted.join('|') + ')\\\\b');

@@ -306,6 +306,29 @@ FIGURE_BETTER_PERHAPS: Final = message(
 FIGURE_BETTER_IMPORTANT: Final = message(
     "figure_better_important", "Over {points:g} points better: important, not chance"
 )
+FIGURE_TOTAL: Final = message("figure_total", "Total")
+FIGURE_TOTAL_POINTS: Final = message("figure_total_points", "Total, points")
+FIGURE_QUESTIONNAIRE: Final = message("figure_questionnaire", "Questionnaire")
+FIGURE_LOWER_IS_BETTER: Final = message("figure_lower_is_better", "{lowest:g} to {highest:g} points, lower is better")
+FIGURE_HIGHER_IS_BETTER: Final = message(
+    "figure_higher_is_better", "{lowest:g} to {highest:g} points, higher is better"
+)
+FIGURE_PERHAPS_FROM_HERE: Final = message("figure_perhaps_from_here", "From here on perhaps important, or chance")
+FIGURE_IMPORTANT_BEYOND: Final = message("figure_important_beyond", "Beyond this important, not chance")
+FIGURE_IMPORTANT_NOTE: Final = message(
+    "figure_important_note", "Patients call a change of {least_points:g} points important."
+)
+FIGURE_IMPORTANT_RANGE_NOTE: Final = message(
+    "figure_important_range_note",
+    "Patients call a change of {least_points:g} to {most_points:g} points important.",
+)
+FIGURE_DETECTABLE_NOTE: Final = message(
+    "figure_detectable_note", "A change of {detectable_points:g} points or less may be chance."
+)
+FIGURE_T_SCORE_NOTE: Final = message(
+    "figure_t_score_note",
+    "A T-score: 50 points are the mean of the reference population, 10 points its standard deviation.",
+)
 FIGURE_MEAN_RMSE: Final = message("figure_mean_rmse", "Mean RMSE, deg")
 FIGURE_LARGEST_ERROR: Final = message("figure_largest_error", "Largest error, deg")
 FIGURE_CORRECTION: Final = message("figure_correction", "Learned correction (RMS), deg")

@@ -229,6 +229,32 @@ class ScoreSeries:
 
 
 @dataclass(frozen=True)
+class PrintedThreshold:
+    """A change of a total in points, with its source. ``up_to``: upper end, if the source gives a range."""
+
+    points: float
+    source: str
+    up_to: float | None = None
+
+
+@dataclass(frozen=True)
+class QuestionnaireSeries:
+    """Totals of one questionnaire over time, oldest first; at least one."""
+
+    title: str
+    lowest: float
+    highest: float
+    better: str
+    """lower or higher."""
+    is_t_score: bool
+    important: PrintedThreshold
+    detectable: PrintedThreshold
+    readings: tuple[DatedValue, ...]
+    meaning: str | None
+    """What the change from the first to the newest total means (:mod:`kata.clinic.questionnaires.changes`); None for a single total."""
+
+
+@dataclass(frozen=True)
 class PrintedSession:
     """A session in the episode's list."""
 
@@ -284,7 +310,7 @@ class EpisodeContent:
     assessed_at: tuple[datetime, ...]
     rom: tuple[RomSeries, ...]
     pain: tuple[ScoreSeries, ...]
-    spadi: tuple[DatedValue, ...]
+    questionnaires: tuple[QuestionnaireSeries, ...]
     sessions: tuple[PrintedSession, ...]
     stops: tuple[tuple[PrintedStop, int], ...]
     """Each cause of a stop, with the number of sessions in which it occurred."""

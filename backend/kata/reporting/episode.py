@@ -1,6 +1,6 @@
 """Read the content of an episode's report."""
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import fields
 from typing import Final, NamedTuple
 from uuid import UUID
@@ -9,12 +9,14 @@ from sqlalchemy import or_, select
 from sqlalchemy.orm import Session as DatabaseSession
 
 from kata.clinic import texts
-from kata.clinic.assessments import rom, spadi
+from kata.clinic.assessments import rom
 from kata.clinic.assessments.tables import AssessmentRow
 from kata.clinic.contraindications.tables import ContraindicationRow
 from kata.clinic.episodes.tables import EpisodeRow
 from kata.clinic.patients import service as patients
 from kata.clinic.programmes.tables import ProgrammeItemRow
+from kata.clinic.questionnaires.changes import meaning_of
+from kata.clinic.questionnaires.definitions import DEFINITIONS, SPADI, Definition, Threshold, score
 from kata.clinic.sessions.tables import RunRow, SessionRow
 from kata.errors import not_found
 from kata.reporting.content import (
@@ -25,6 +27,8 @@ from kata.reporting.content import (
     PrintedSession,
     PrintedStage,
     PrintedStop,
+    PrintedThreshold,
+    QuestionnaireSeries,
     RomSeries,
     ScoreSeries,
     motor_of,
@@ -73,11 +77,7 @@ def read_content(session: DatabaseSession, episode_id: UUID) -> EpisodeContent:
         assessed_at=tuple(assessment.assessed_at for assessment in found),
         rom=_rom(found, row.side),
         pain=_pain(found),
-        spadi=tuple(
-            DatedValue(assessment.assessed_at, total)
-            for assessment in found
-            if (total := spadi.total(assessment.spadi)) is not None
-        ),
+        questionnaires=tuple(_questionnaires(found)),
         sessions=_sessions(session, episode_id),
         stops=_stops(session, episode_id),
         closing_note=row.closing_note,
@@ -131,6 +131,38 @@ def _pain(found: Iterable[AssessmentRow]) -> tuple[ScoreSeries, ...]:
         if readings:
             courses.append(ScoreSeries(name, readings))
     return tuple(courses)
+
+
+def _questionnaires(found: Sequence[AssessmentRow]) -> Iterator[QuestionnaireSeries]:
+    """Yield the series of each questionnaire that has a total: the SPADI, then the others. One that only another version knows has none."""
+    for definition in [SPADI, *(one for one in DEFINITIONS.values() if one is not SPADI)]:
+        readings = []
+        for assessment in found:
+            answers = assessment.spadi if definition is SPADI else assessment.questionnaires.get(definition.code)
+            total = score(definition, answers).total if answers and definition.fits(answers) else None
+            if total is not None:
+                readings.append(DatedValue(assessment.assessed_at, total))
+        if readings:
+            yield _questionnaire(definition, tuple(readings))
+
+
+def _questionnaire(definition: Definition, readings: tuple[DatedValue, ...]) -> QuestionnaireSeries:
+    change = readings[-1].value - readings[0].value
+    return QuestionnaireSeries(
+        title=definition.title,
+        lowest=definition.lowest_total,
+        highest=definition.highest_total,
+        better=definition.better,
+        is_t_score=definition.total == "t_score",
+        important=_threshold(definition.important),
+        detectable=_threshold(definition.detectable),
+        readings=readings,
+        meaning=meaning_of(definition, change) if len(readings) > 1 else None,
+    )
+
+
+def _threshold(given: Threshold) -> PrintedThreshold:
+    return PrintedThreshold(given.points, given.source, given.up_to)
 
 
 def _sessions(session: DatabaseSession, episode_id: UUID) -> tuple[PrintedSession, ...]:

@@ -308,12 +308,43 @@ WORDS: Final[dict[str, tuple[str, str]]] = {
     "pain.active": ("Active movement", "自動運動時"),
     "pain.passive": ("Passive movement", "他動運動時"),
     "pain.average": ("Average of the week", "1週間の平均"),
-    "spadi": ("SPADI, 0 (best) to 100", "SPADI（0：最良〜100）"),
-    "spadi_score": ("Score", "スコア"),
-    "spadi_note": (
-        "A change of {least:g} to {most:g} points is the smallest that patients call important. In adhesive capsulitis a change of "
-        "{detectable:g} points or less may be chance.",
-        "患者にとって意味のある最小の変化は{least:g}〜{most:g}点とされる。癒着性関節包炎では{detectable:g}点以下の変化は測定誤差の可能性がある。",
+    "questionnaire_scores": ("Questionnaires, total in points", "質問票（合計、点）"),
+    "questionnaire": ("Questionnaire", "質問票"),
+    "scale.lower": (
+        "{title}, {lowest:g} to {highest:g} points, lower is better",
+        "{title}（{lowest:g}〜{highest:g}点、低いほど良好）",
+    ),
+    "scale.higher": (
+        "{title}, {lowest:g} to {highest:g} points, higher is better",
+        "{title}（{lowest:g}〜{highest:g}点、高いほど良好）",
+    ),
+    "meaning": ("Meaning of the change", "変化の意味"),
+    "meaning.none": ("no important change", "意味のある変化なし"),
+    "meaning.perhaps_better": (
+        "improvement, perhaps important, or chance",
+        "意味のある改善の可能性（測定誤差の可能性あり）",
+    ),
+    "meaning.perhaps_worse": (
+        "worsening, perhaps important, or chance",
+        "意味のある悪化の可能性（測定誤差の可能性あり）",
+    ),
+    "meaning.better": ("important improvement, more than chance", "測定誤差を超える意味のある改善"),
+    "meaning.worse": ("important worsening, more than chance", "測定誤差を超える意味のある悪化"),
+    "important_note": (
+        "{title}: patients call a change of {least:g} points important ({source}).",
+        "{title}：患者にとって意味のある最小の変化は{least:g}点とされる（{source}）。",
+    ),
+    "important_range_note": (
+        "{title}: patients call a change of {least:g} to {most:g} points important ({source}).",
+        "{title}：患者にとって意味のある最小の変化は{least:g}〜{most:g}点とされる（{source}）。",
+    ),
+    "detectable_note": (
+        "A change of {detectable:g} points or less may be chance ({source}).",
+        "{detectable:g}点以下の変化は測定誤差の可能性がある（{source}）。",
+    ),
+    "t_score_note": (
+        "{title} is a T-score: 50 points are the mean of the reference population, 10 points its standard deviation.",
+        "{title}はTスコアである。50点が基準集団の平均、10点がその標準偏差である。",
     ),
     "trends": ("Trends", "推移"),
     "trends_rom": (
@@ -326,7 +357,6 @@ WORDS: Final[dict[str, tuple[str, str]]] = {
         "Pain before (solid) and after (dashed) a session, 0 to 10",
         "セッション前（実線）後（破線）の痛み（0〜10）",
     ),
-    "trends_spadi": ("SPADI score, 0 to 100", "SPADIスコア（0〜100）"),
     "sessions": ("Sessions", "セッション一覧"),
     "sessions_count": ("{count} sessions, {first} to {last}.", "{count}回（{first}〜{last}）。"),
     "planned_done": (

@@ -18,7 +18,6 @@ from jinja2 import Environment, PackageLoader, StrictUndefined, select_autoescap
 from markupsafe import Markup
 
 from kata import __version__
-from kata.clinic.assessments.spadi import DETECTABLE_CHANGE, IMPORTANT_CHANGE
 from kata.commissioning.record import CommissioningRecord
 from kata.database.arrays import UnreadableError
 from kata.reporting import charts, trends
@@ -26,6 +25,7 @@ from kata.reporting.charts import Chart
 from kata.reporting.content import EpisodeContent, RunContent, SessionContent
 from kata.reporting.letterhead import Letterhead
 from kata.reporting.phrases import Language, Phrases
+from kata.reporting.totals import limits_of, scale_of
 
 _FONT: Final = "kata:sans"
 _FONT_STYLE: Final = f'@font-face {{ font-family: "Kata Sans"; src: url("{_FONT}") }}'
@@ -68,8 +68,8 @@ def episode_page(content: EpisodeContent, options: PrintOptions) -> ReportPage:
         options,
         draft=False,
         trends=drawn,
-        important=IMPORTANT_CHANGE,
-        detectable=DETECTABLE_CHANGE,
+        scale_of=scale_of,
+        limits_of=limits_of,
     )
 
 

@@ -9,6 +9,7 @@ from typing import Final
 from kata.reporting.charts import Chart, DatedSeries, Tick, over_days
 from kata.reporting.content import DatedValue, EpisodeContent, RomSeries
 from kata.reporting.phrases import Phrases
+from kata.reporting.totals import scale_of
 
 _DAY_S: Final = 86400.0
 _SHORTEST_TREND: Final = 2
@@ -21,12 +22,12 @@ class Trends:
 
     rom: tuple[Chart, ...]
     pain: Chart | None
-    spadi: Chart | None
+    questionnaires: tuple[Chart, ...]
 
     @property
     def all(self) -> tuple[Chart, ...]:
         """Return all charts, in the order of the report."""
-        return (*self.rom, *(chart for chart in (self.pain, self.spadi) if chart))
+        return (*self.rom, *([self.pain] if self.pain else []), *self.questionnaires)
 
 
 def draw(content: EpisodeContent, phrases: Phrases) -> Trends:
@@ -34,7 +35,7 @@ def draw(content: EpisodeContent, phrases: Phrases) -> Trends:
     treated_at = [session.started_at for session in content.sessions]
     moments = sorted([*content.assessed_at, *treated_at])
     if not moments:
-        return Trends((), None, None)
+        return Trends((), None, ())
     axis = _Axis(moments[0], moments[-1], phrases)
     rom = []
     for (motion, position), lines in groupby(content.rom, key=lambda line: (line.motion, line.position)):
@@ -47,10 +48,12 @@ def draw(content: EpisodeContent, phrases: Phrases) -> Trends:
     if max(len(before), len(after)) >= _SHORTEST_TREND:
         series = [axis.series("before", before), axis.series("after", after)]
         pain = over_days(phrases.text("trends_pain"), series, axis.labels, 0, 10)
-    spadi = None
-    if len(content.spadi) >= _SHORTEST_TREND:
-        spadi = over_days(phrases.text("trends_spadi"), [axis.series("spadi", content.spadi)], axis.labels, 0, 100)
-    return Trends(tuple(rom), pain, spadi)
+    totals = [
+        over_days(scale_of(one, phrases), [axis.series("total", one.readings)], axis.labels, one.lowest, one.highest)
+        for one in content.questionnaires
+        if len(one.readings) >= _SHORTEST_TREND
+    ]
+    return Trends(tuple(rom), pain, tuple(totals))
 
 
 class _Axis:

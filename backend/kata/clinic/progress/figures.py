@@ -19,11 +19,15 @@ from kata.clinic.progress.series import (
     PAIN_IN_SESSIONS,
     LineSeries,
     Point,
+    QuestionnairePanel,
     RomLine,
     RomPanel,
     SpadiPoint,
+    TotalPoint,
     Tracked,
 )
+from kata.clinic.questionnaires.changes import certain_above, improved_by
+from kata.clinic.questionnaires.definitions import Definition
 
 _Trace = dict[str, Any]
 Figure = dict[str, Any]
@@ -48,7 +52,7 @@ _LAYOUT: Final = {
 }
 _PANEL_HEIGHT: Final = 260
 _MARGINS: Final = 120
-_COLUMNS: Final = 2
+_MOST_COLUMNS: Final = 2
 _NAMED_BY_METHOD: Final = {
     "smooth": texts.FIGURE_RECORDING_SMOOTH,
     "learned": texts.FIGURE_RECORDING_LEARNED,
@@ -56,18 +60,18 @@ _NAMED_BY_METHOD: Final = {
 }
 
 
-def rom(panels: Sequence[RomPanel]) -> Figure:
+def rom(panels: Sequence[RomPanel], columns: int = _MOST_COLUMNS) -> Figure:
     """Return one panel per motion with active and passive angles over the weeks. Baseline, other side and reference are horizontal
-    lines.
+    lines. ``columns``: 1 for a narrow screen, on which the titles of two columns would overlap.
     """
-    rows = max(1, -(-len(panels) // _COLUMNS))
+    rows = max(1, -(-len(panels) // columns))
     height = _MARGINS + rows * _PANEL_HEIGHT
     last = _last_week(point for panel in panels for line in panel.lines for point in line.points)
     layout = _layout(height)
     traces: list[_Trace] = []
     layout["annotations"] = []
     for place, panel in enumerate(panels):
-        axes = _Panel(place, rows, height)
+        axes = _Panel(place, rows, height, columns)
         highest = max([panel.measure.reference_deg, *(value for line in panel.lines for value in _values(line))])
         lowest = min([0.0, *(value for line in panel.lines for value in _values(line))])
         spare = 0.08 * (highest - lowest) + 2
@@ -142,6 +146,47 @@ def spadi(points: Sequence[SpadiPoint]) -> Figure:
     return _figure(traces, layout)
 
 
+def questionnaires(panels: Sequence[QuestionnairePanel]) -> Figure:
+    """Return one panel per questionnaire with its totals, the baseline, and from where on an improvement is important and no chance."""
+    rows = max(1, len(panels))
+    height = _MARGINS + rows * _PANEL_HEIGHT
+    layout = _layout(height)
+    layout["annotations"] = []
+    last = _last_week(point for panel in panels for point in panel.points)
+    traces: list[_Trace] = []
+    for place, panel in enumerate(panels):
+        axes = _Panel(place, rows, height, columns=1)
+        definition = panel.definition
+        spare = 0.04 * (definition.highest_total - definition.lowest_total)
+        ends = [definition.lowest_total - spare, definition.highest_total + spare]
+        layout |= axes.layout(last, ends, y_title=_scale_of(definition))
+        layout["annotations"].append(axes.title(definition.title))
+        traces += [axes.own(trace, first=place == 0) for trace in _total_lines(panel, last)]
+    _show_each_name_once(traces)
+    return _figure(traces, layout)
+
+
+def _scale_of(definition: Definition) -> str:
+    text = texts.FIGURE_LOWER_IS_BETTER if definition.better == "lower" else texts.FIGURE_HIGHER_IS_BETTER
+    return text(lowest=definition.lowest_total, highest=definition.highest_total)
+
+
+def _total_lines(panel: QuestionnairePanel, last: float) -> list[_Trace]:
+    """Return the totals and the levels of one questionnaire; nothing without a total."""
+    points = tuple(Point(point.at, point.week, point.total) for point in panel.points if point.total is not None)
+    if not points:
+        return []
+    definition, baseline = panel.definition, points[0].value
+    perhaps = improved_by(definition, baseline, definition.important.points)
+    certain = improved_by(definition, baseline, certain_above(definition))
+    return [
+        _line(LineSeries(texts.FIGURE_TOTAL(), points), _INDIGO, "solid", "circle", "%{customdata}: %{y:.1f}"),
+        _level(texts.FIGURE_BASELINE(), baseline, last, _INDIGO, "dot"),
+        _level(texts.FIGURE_PERHAPS_FROM_HERE(), perhaps, last, _GREEN, "dash"),
+        _level(texts.FIGURE_IMPORTANT_BEYOND(), certain, last, _GREEN, "longdashdot"),
+    ]
+
+
 def tracking(tracked: Sequence[Tracked]) -> Figure:
     """Return the error of each recording by method and session. The upper panel has the mean RMSE, the lower one the largest error."""
     by_recording: dict[str, list[Tracked]] = defaultdict(list)
@@ -214,7 +259,7 @@ def adherence(weeks: Sequence[AdherenceWeek]) -> Figure:
 class _Panel:
     """One of several small plots, with its axes and their position."""
 
-    def __init__(self, place: int, rows: int, height: int, columns: int = _COLUMNS) -> None:
+    def __init__(self, place: int, rows: int, height: int, columns: int = _MOST_COLUMNS) -> None:
         row, column = divmod(place, columns)
         self._number = "" if place == 0 else str(place + 1)
         self._lowest = row == rows - 1
@@ -224,12 +269,13 @@ class _Panel:
         self._x = [column * (width + 0.09), column * (width + 0.09) + width]
         self._y = [1 - row * (share + gap) - share, 1 - row * (share + gap)]
 
-    def layout(self, last: float, y_range: list[float]) -> dict[str, Any]:
+    def layout(self, last: float, y_range: list[float], y_title: str = "") -> dict[str, Any]:
         """Return both axes."""
+        y_axis = _GRID | ({"title": {"text": y_title}} if y_title else {})
         return {
             f"xaxis{self._number}": _week_axis(last, named=self._lowest)
             | {"domain": self._x, "anchor": f"y{self._number}"},
-            f"yaxis{self._number}": _GRID | {"domain": self._y, "anchor": f"x{self._number}", "range": y_range},
+            f"yaxis{self._number}": y_axis | {"domain": self._y, "anchor": f"x{self._number}", "range": y_range},
         }
 
     def title(self, text: str) -> dict[str, Any]:
@@ -304,7 +350,7 @@ def _level(name: str, value: float, last: float, colour: str, dash: str, width: 
     }
 
 
-def _last_week(points: Iterable[Point | SpadiPoint | Tracked]) -> float:
+def _last_week(points: Iterable[Point | SpadiPoint | TotalPoint | Tracked]) -> float:
     return max([1.0, *(point.week for point in points)])
 
 

@@ -4,15 +4,31 @@ from collections import defaultdict
 from collections.abc import Sequence
 from dataclasses import dataclass
 from datetime import datetime
-from typing import Literal
+from typing import Final, Literal
 
 from kata.clinic import texts
-from kata.clinic.assessments.spadi import DETECTABLE_CHANGE, IMPORTANT_CHANGE
 from kata.clinic.programmes.adherence import AdherenceWeek
-from kata.clinic.progress.series import KINDS, METHODS, LineSeries, RomPanel, SpadiPoint, Tracked
+from kata.clinic.progress.series import (
+    KINDS,
+    METHODS,
+    LineSeries,
+    QuestionnairePanel,
+    RomPanel,
+    SpadiPoint,
+    Tracked,
+)
+from kata.clinic.questionnaires.changes import Meaning, meaning_of
+from kata.clinic.questionnaires.definitions import SPADI, Definition
 from kata.plotting import texts as plotting_texts
 
 Cell = str | float | datetime | None
+_VERDICTS: Final[dict[Meaning, str]] = {
+    "none": texts.FIGURE_NO(),
+    "perhaps_better": texts.FIGURE_PERHAPS_BETTER(),
+    "perhaps_worse": texts.FIGURE_PERHAPS_WORSE(),
+    "better": texts.FIGURE_BETTER(),
+    "worse": texts.FIGURE_WORSE(),
+}
 
 
 @dataclass(frozen=True)
@@ -82,7 +98,7 @@ def spadi(points: Sequence[SpadiPoint]) -> NumberTable:
     rows: list[list[Cell]] = []
     for point in points:
         change = None if point.total is None or baseline is None else point.total - baseline
-        rows.append([point.at, point.total, point.pain, point.disability, change, verdict(change)])
+        rows.append([point.at, point.total, point.pain, point.disability, change, verdict(SPADI, change)])
     scores = (texts.FIGURE_SPADI(), texts.FIGURE_PAIN(), texts.FIGURE_DISABILITY())
     columns = [
         _moment(texts.FIGURE_ASSESSED()),
@@ -93,16 +109,27 @@ def spadi(points: Sequence[SpadiPoint]) -> NumberTable:
     return NumberTable(columns=columns, rows=rows)
 
 
-def verdict(change: float | None) -> str:
-    """Return whether a change of the SPADI is important to patients and larger than chance. A lower score is better."""
-    least, _ = IMPORTANT_CHANGE
-    if change is None:
-        return ""
-    if abs(change) < least:
-        return texts.FIGURE_NO()
-    if abs(change) > DETECTABLE_CHANGE:
-        return texts.FIGURE_BETTER() if change < 0 else texts.FIGURE_WORSE()
-    return texts.FIGURE_PERHAPS_BETTER() if change < 0 else texts.FIGURE_PERHAPS_WORSE()
+def questionnaires(panels: Sequence[QuestionnairePanel]) -> NumberTable:
+    """Return a table with one row per answered questionnaire."""
+    rows: list[list[Cell]] = []
+    for panel in panels:
+        baseline = next((point.total for point in panel.points if point.total is not None), None)
+        for point in panel.points:
+            change = None if point.total is None or baseline is None else point.total - baseline
+            rows.append([point.at, panel.definition.title, point.total, change, verdict(panel.definition, change)])
+    columns = [
+        _moment(texts.FIGURE_ASSESSED()),
+        _text(texts.FIGURE_QUESTIONNAIRE()),
+        _number(texts.FIGURE_TOTAL_POINTS(), digits=1),
+        _number(texts.FIGURE_CHANGE_POINTS(), digits=1),
+        _text(texts.FIGURE_IMPORTANT_CHANGE()),
+    ]
+    return NumberTable(columns=columns, rows=rows)
+
+
+def verdict(definition: Definition, change_points: float | None) -> str:
+    """Return whether a change of the total is important to patients and larger than chance; empty without a change."""
+    return "" if change_points is None else _VERDICTS[meaning_of(definition, change_points)]
 
 
 def tracking(tracked: Sequence[Tracked]) -> NumberTable:

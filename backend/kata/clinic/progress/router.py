@@ -1,19 +1,23 @@
 """REST route of the progress charts."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import asdict
-from typing import Any, Final
+from typing import Annotated, Any, Final
 from uuid import UUID
 
 import msgspec
-from fastapi import APIRouter, Response
+from fastapi import APIRouter, Query, Response
 from sqlalchemy.orm import Session
 
-from kata.clinic.progress import figures, numbers, service
+from kata.clinic.progress import figures, notes, numbers, service
 from kata.clinic.progress.schemas import Progress
 from kata.clinic.progress.series import Chart
 from kata.dependencies import PROBLEMS, TheDatabase
 from kata.plotting.placed_texts import with_texts
+
+Columns = Annotated[
+    int, Query(ge=1, le=2, description="Panels of the chart rom beside each other; 1 for a narrow screen.")
+]
 
 router = APIRouter(tags=["progress"])
 
@@ -22,11 +26,19 @@ _CHARTS: Final[dict[Chart, tuple[_Read, Callable[[Any], figures.Figure], Callabl
     "rom": (service.rom_panels, figures.rom, numbers.rom),
     "pain": (service.pain_lines, figures.pain, numbers.pain),
     "spadi": (service.spadi_points, figures.spadi, numbers.spadi),
+    "questionnaires": (service.questionnaire_panels, figures.questionnaires, numbers.questionnaires),
     "tracking": (service.tracked, figures.tracking, numbers.tracking),
     "correction": (service.correction_lines, figures.correction, numbers.correction),
     "adherence": (service.weeks, figures.adherence, numbers.adherence),
 }
 """For each chart, the functions that read, draw and tabulate it. The other two get the result of the first."""
+_NOTES: Final[Mapping[Chart, Callable[[Any], list[notes.ChartNote]]]] = {
+    "spadi": notes.spadi,
+    "questionnaires": notes.questionnaires,
+}
+"""Charts with notes below them. The functions get the result of the one that reads."""
+_WITHOUT_SESSIONS: Final = ("rom", "spadi", "questionnaires")
+"""Charts of assessments only. They have no values of an apparatus."""
 
 
 @router.get(
@@ -35,17 +47,25 @@ _CHARTS: Final[dict[Chart, tuple[_Read, Callable[[Any], figures.Figure], Callabl
     response_model=Progress,
     responses=PROBLEMS.of(404, 422),
 )
-def get_progress(database: TheDatabase, episode_id: UUID, chart: Chart) -> Response:
+def get_progress(database: TheDatabase, episode_id: UUID, chart: Chart, columns: Columns = 2) -> Response:
     """Return one chart of an episode over its weeks, with its numbers as a table.
 
-    rom: range of motion, with baseline, other side and reference. pain: pain in assessments and around sessions. spadi: SPADI with its
-    minimal important change. tracking: error of the playbacks. correction: size of the learned correction. adherence: sessions per week,
+    rom: range of motion, with baseline, other side and reference. pain: pain in assessments and around sessions. spadi: SPADI with the
+    changes that matter. questionnaires: totals of the other questionnaires, likewise. tracking: error of the playbacks. correction: size of the learned correction. adherence: sessions per week,
     held and prescribed; weeks begin on Monday, UTC.
     """
     read, draw, tabulate = _CHARTS[chart]
     with database.read() as session:
         found = read(session, service.timeline_of(session, episode_id))
-        simulated = chart not in ("rom", "spadi") and service.any_simulated(session, episode_id)
+        simulated = chart not in _WITHOUT_SESSIONS and service.any_simulated(session, episode_id)
     table = with_texts(asdict(tabulate(found)))
-    body = msgspec.json.encode({"figure": with_texts(draw(found)), "table": table, "simulated": simulated})
+    told = _NOTES[chart](found) if chart in _NOTES else []
+    figure = figures.rom(found, columns) if chart == "rom" else draw(found)
+    parts = {
+        "figure": with_texts(figure),
+        "table": table,
+        "notes": with_texts({"lines": [asdict(note) for note in told]}),
+        "simulated": simulated,
+    }
+    body = msgspec.json.encode(parts)
     return Response(body, media_type="application/json")

@@ -24,9 +24,25 @@ class ProgressTable(Schema):
     texts: list[PlacedText] = Field([], description="Codes of the table's English texts, for translation.")
 
 
+class ProgressNote(Schema):
+    """Which change of a questionnaire matters."""
+
+    title: str = Field(description="Title of the questionnaire.", examples=["QuickDASH"])
+    sentence: str = Field(examples=["A change of 17.1 points or less may be chance."])
+    source: str = Field(description="Publication.", examples=["van Kampen et al. 2013, J Orthop Surg Res 8, 40"])
+
+
+class ProgressNotes(Schema):
+    """Notes below a figure."""
+
+    lines: list[ProgressNote]
+    texts: list[PlacedText] = Field([], description="Codes of the English sentences, for translation.")
+
+
 class Progress(Schema):
     """A chart with its numbers."""
 
     figure: Figure
     table: ProgressTable
+    notes: ProgressNotes
     simulated: bool = Field(False, description="True if some of the sessions were on a simulated apparatus.")

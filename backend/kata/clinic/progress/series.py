@@ -6,8 +6,9 @@ from typing import Final, Literal
 
 from kata.clinic import texts
 from kata.clinic.assessments.rom import Kind, Measure
+from kata.clinic.questionnaires.definitions import Definition
 
-Chart = Literal["rom", "pain", "spadi", "tracking", "correction", "adherence"]
+Chart = Literal["rom", "pain", "spadi", "questionnaires", "tracking", "correction", "adherence"]
 
 
 @dataclass(frozen=True)
@@ -55,6 +56,23 @@ class SpadiPoint:
     total: float | None
     pain: float | None
     disability: float | None
+
+
+@dataclass(frozen=True)
+class TotalPoint:
+    """The total of one day; None if too many items are unanswered."""
+
+    at: datetime
+    week: float
+    total: float | None
+
+
+@dataclass(frozen=True)
+class QuestionnairePanel:
+    """The totals of one questionnaire, oldest first."""
+
+    definition: Definition
+    points: tuple[TotalPoint, ...]
 
 
 @dataclass(frozen=True)

@@ -21,11 +21,14 @@ from kata.clinic.progress.series import (
     PAIN_IN_SESSIONS,
     LineSeries,
     Point,
+    QuestionnairePanel,
     RomLine,
     RomPanel,
     SpadiPoint,
+    TotalPoint,
     Tracked,
 )
+from kata.clinic.questionnaires.definitions import DEFINITIONS, score
 from kata.clinic.recordings.tables import RecordingRow
 from kata.clinic.sessions.tables import RunRow, SessionRow
 from kata.errors import not_found
@@ -122,6 +125,21 @@ def spadi_points(session: Session, timeline: EpisodeTimeline) -> list[SpadiPoint
         scored = spadi.score(answers)
         points.append(SpadiPoint(at, timeline.week(at), scored.total, scored.pain, scored.disability))
     return points
+
+
+def questionnaire_panels(session: Session, timeline: EpisodeTimeline) -> list[QuestionnairePanel]:
+    """Return a panel for each answered questionnaire other than the SPADI. A questionnaire that only another version knows has none."""
+    query = select(AssessmentRow.assessed_at, AssessmentRow.questionnaires)
+    query = query.where(*_counted(timeline.episode_id)).order_by(AssessmentRow.assessed_at, AssessmentRow.id)
+    found: dict[str, list[TotalPoint]] = defaultdict(list)
+    for at, answered in session.execute(query):
+        for code, answers in answered.items():
+            definition = DEFINITIONS.get(code)
+            if definition is not None and definition.fits(answers):
+                found[code].append(TotalPoint(at, timeline.week(at), score(definition, answers).total))
+    return [
+        QuestionnairePanel(definition, tuple(found[code])) for code, definition in DEFINITIONS.items() if code in found
+    ]
 
 
 def tracked(session: Session, timeline: EpisodeTimeline) -> list[Tracked]:

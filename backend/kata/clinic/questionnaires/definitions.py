@@ -92,6 +92,11 @@ class Definition(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
         """Return the scale of every item, in the order of the items."""
         return [scale for scale in self.scales for _ in range(scale.items)]
 
+    @property
+    def lowest_total(self) -> float:
+        """Return the lowest total: 0, except for a T-score."""
+        return self.conversion[0] if self.conversion else 0.0
+
     def fits(self, answers: Sequence[int | None]) -> bool:
         """Return True if the answers match the items in number, and each answer is None or one that its item has."""
         scales = self.item_scales

@@ -28,7 +28,7 @@ export function NumbersTable(props: { title: string; table: Schemas["ProgressTab
         </Button>
       </Group>
       {shown && (
-        <ScrollArea.Autosize mah={480} type="auto">
+        <ScrollArea.Autosize mah={480} type="auto" viewportProps={{ tabIndex: 0 }}>
           <Table
             stickyHeader
             withTableBorder

@@ -1,7 +1,9 @@
 import { Skeleton, Stack, Text, Title } from "@mantine/core";
 import { useQuery } from "@tanstack/react-query";
+import { useState } from "react";
 import { api, type Chart } from "../../lib/api/client";
 import { t } from "../../lib/i18n";
+import { translatePlaced } from "../../lib/serverText";
 import { Plot } from "../../ui/Plot";
 import { ProblemNote } from "../../ui/ProblemNote";
 import { SimulatedBadge } from "../../ui/SimulatedBadge";
@@ -13,12 +15,19 @@ export function ProgressChart({ chart, episodeId }: { chart: Chart; episodeId: s
   const title = t(`progress:charts.${chart}.title`);
   const shows = t(`progress:charts.${chart}.shows`);
   const nothing = t(`progress:charts.${chart}.nothing`);
+  // On a narrower screen the panels' titles would overlap. Not asked again, because paper has another width.
+  const [columns] = useState(() => (window.matchMedia("(min-width: 48em)").matches ? 2 : 1));
   const progress = useQuery({
-    queryKey: ["progress", episodeId, chart],
-    queryFn: () => api.progress(episodeId, chart),
+    queryKey: ["progress", episodeId, chart, columns],
+    queryFn: () => api.progress(episodeId, chart, columns),
     // The space of this chart is reserved.
     meta: { late: true },
-    select: ({ figure, table, simulated }) => ({ figure: withLocalDays(figure), table, simulated }),
+    select: ({ figure, table, notes, simulated }) => ({
+      figure: withLocalDays(figure),
+      table,
+      notes: translatePlaced(notes).lines,
+      simulated,
+    }),
   });
   const chartData = progress.data;
   return (
@@ -34,6 +43,17 @@ export function ProgressChart({ chart, episodeId }: { chart: Chart; episodeId: s
           <Text size="sm">{shows}</Text>
           <SimulatedBadge simulated={chartData.simulated} />
           <Plot figure={chartData.figure} label={t("progress:progress.figure", { title, shows })} />
+          {chartData.notes.map(({ title: name, sentence, source }) => (
+            <Text key={name + sentence} size="sm">
+              <Text span inherit fw={600} translate="no">
+                {name}
+              </Text>{" "}
+              {sentence}{" "}
+              <Text span inherit c="dimmed" translate="no">
+                {source}
+              </Text>
+            </Text>
+          ))}
           <NumbersTable title={title} table={chartData.table} />
         </>
       )}

@@ -83,10 +83,10 @@ export const recordsApi = {
         body: { updated_at },
       }),
     ),
-  progress: (key: string, chart: Chart) =>
+  progress: (key: string, chart: Chart, columns: number) =>
     unwrap(
       client.GET("/api/episodes/{episode_id}/progress/{chart}", {
-        params: { path: { episode_id: key, chart } },
+        params: { path: { episode_id: key, chart }, query: { columns } },
       }),
     ),
   adherence: (key: string, utc_offset_minutes: number) =>

@@ -1245,8 +1245,8 @@ export interface paths {
          * Get a progress chart of an episode
          * @description Return one chart of an episode over its weeks, with its numbers as a table.
          *
-         *     rom: range of motion, with baseline, other side and reference. pain: pain in assessments and around sessions. spadi: SPADI with its
-         *     minimal important change. tracking: error of the playbacks. correction: size of the learned correction. adherence: sessions per week,
+         *     rom: range of motion, with baseline, other side and reference. pain: pain in assessments and around sessions. spadi: SPADI with the
+         *     changes that matter. questionnaires: totals of the other questionnaires, likewise. tracking: error of the playbacks. correction: size of the learned correction. adherence: sessions per week,
          *     held and prescribed; weeks begin on Monday, UTC.
          */
         get: operations["get_progress"];
@@ -8042,6 +8042,7 @@ export interface components {
         Progress: {
             figure: components["schemas"]["Figure"];
             table: components["schemas"]["ProgressTable"];
+            notes: components["schemas"]["ProgressNotes"];
             /**
              * Simulated
              * @description True if some of the sessions were on a simulated apparatus.
@@ -8071,6 +8072,43 @@ export interface components {
              * @default 0
              */
             digits: number;
+        };
+        /**
+         * ProgressNote
+         * @description Which change of a questionnaire matters.
+         */
+        ProgressNote: {
+            /**
+             * Title
+             * @description Title of the questionnaire.
+             * @example QuickDASH
+             */
+            title: string;
+            /**
+             * Sentence
+             * @example A change of 17.1 points or less may be chance.
+             */
+            sentence: string;
+            /**
+             * Source
+             * @description Publication.
+             * @example van Kampen et al. 2013, J Orthop Surg Res 8, 40
+             */
+            source: string;
+        };
+        /**
+         * ProgressNotes
+         * @description Notes below a figure.
+         */
+        ProgressNotes: {
+            /** Lines */
+            lines: components["schemas"]["ProgressNote"][];
+            /**
+             * Texts
+             * @description Codes of the English sentences, for translation.
+             * @default []
+             */
+            texts: components["schemas"]["PlacedText"][];
         };
         /**
          * ProgressTable
@@ -17205,11 +17243,14 @@ export interface operations {
     };
     get_progress: {
         parameters: {
-            query?: never;
+            query?: {
+                /** @description Panels of the chart rom beside each other; 1 for a narrow screen. */
+                columns?: number;
+            };
             header?: never;
             path: {
                 episode_id: string;
-                chart: "rom" | "pain" | "spadi" | "tracking" | "correction" | "adherence";
+                chart: "rom" | "pain" | "spadi" | "questionnaires" | "tracking" | "correction" | "adherence";
             };
             cookie?: never;
         };
