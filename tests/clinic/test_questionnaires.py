@@ -1,7 +1,8 @@
 """Questionnaires: definitions as files, their scores, licensed texts, and their export.
 
-``CASES`` are the ends and the formulas of the sources that the definitions name. ``WORKED`` are worked examples that others have published with
-their results: of the SPADI and the QuickDASH. We have found none of the Oxford Shoulder Score and of the ASES.
+``CASES`` are the ends, the missing answers and the formulas of the sources that the definitions name. ``WORKED`` are worked examples that others
+have published with their results: of the SPADI, of the QuickDASH, and of the Oxford Knee Score, whose 12 answers of 0 to 4 are summed as those of
+the Oxford Shoulder Score are. We have found none of the Oxford Shoulder Score itself and of the ASES.
 """
 
 import json
@@ -9,6 +10,7 @@ from pathlib import Path
 from typing import Any
 from uuid import UUID
 
+import msgspec
 import pytest
 from sqlalchemy import select
 from typer.testing import CliRunner
@@ -35,29 +37,41 @@ CASES: tuple[tuple[str, list[Any], float | None], ...] = (
     ("spadi", [0] * 13, 0.0),
     ("spadi", [10] * 13, 100.0),
     ("spadi", [6] * 5 + [3] * 8, 45.0),
+    ("spadi", [0] * 5 + [10] * 8, 50.0),
+    ("spadi", [None, 6, 6, 6, 2] + [3] * 8, 40.0),
+    ("spadi", [None] + [6] * 4 + [None, 10] + [3] * 6, 50.0),
     ("spadi", [6] * 5 + [None, None] + [3] * 6, 45.0),
     ("spadi", [6] * 5 + [None] * 3 + [3] * 5, None),
     ("quickdash", [1] * 11, 0.0),
     ("quickdash", [5] * 11, 100.0),
     ("quickdash", [3] * 11, 50.0),
+    ("quickdash", [5, *[1] * 10], 100 / 11),
     ("quickdash", [2] * 10 + [None], 25.0),
+    ("quickdash", [None, 5, *[1] * 9], 10.0),
     ("quickdash", [2] * 9 + [None] * 2, None),
     ("oxford", [4] * 12, 48.0),
     ("oxford", [0] * 12, 0.0),
     ("oxford", [3] * 6 + [1] * 6, 24.0),
+    ("oxford", [4, *[0] * 11], 4.0),
     ("oxford", [4] * 11 + [None], None),
     ("ases", [0] + [3] * 10, 100.0),
     ("ases", [10] + [0] * 10, 0.0),
     ("ases", [4] + [2] * 10, (10 - 4) * 5 + 5 / 3 * 20),
+    ("ases", [0] + [0] * 10, 50.0),
+    ("ases", [10] + [3] * 10, 50.0),
+    ("ases", [10, 1, *[0] * 9], 5 / 3),
     ("ases", [None] + [2] * 10, None),
+    ("ases", [4, None, *[2] * 9], None),
 )
 
 WORKED: tuple[tuple[str, list[Any], float], ...] = (
     ("spadi", [3, 2, 3, 2, 3, 5, 4, 3, 4, 4, 3, 5, 1], 31.125),
     ("quickdash", [1, 2, 3, 4, 1, 1, 2, 3, 5, 1, 1], 29.545),
+    ("quickdash", [1] * 10 + [None], 0.0),
+    ("oxford", [0, 4, 2, 2, 3, 4, 1, 0, 2, 1, 0, 3], 22.0),
 )
-"""From the tests of another implementation: Awell Health, awell-score, src/scores/{spadi,quickdash}/__testdata__, commit c37843e5 (2026-08-13).
-It agrees on both scales of the SPADI, 26 and 36.25, and takes the mean of both as the total."""
+"""From the tests of another implementation: Awell Health, awell-score, src/scores/{spadi,quickdash,oxford_knee_score}, commit c37843e5
+(2026-08-13). It agrees on both scales of the SPADI, 26 and 36.25, and takes the mean of both as the total."""
 
 
 @pytest.mark.parametrize(("code", "answers", "total"), WORKED)
@@ -70,6 +84,15 @@ def test_scales_of_the_worked_spadi_agree() -> None:
         "pain": pytest.approx(26),
         "disability": pytest.approx(36.25),
     }
+
+
+def test_missing_answers_leave_sum_and_maximum_as_published() -> None:
+    """From the same tests. Five of 13 are missing there: Kata gives such a questionnaire no score, but divides in the same way."""
+    answers = [None, None, 4, 5, 2, 5, 4, None, None, 4, None, 5, 1]
+    without_limit = definitions.score(msgspec.structs.replace(SPADI, most_unanswered=13), answers)
+    assert without_limit.scales == {"pain": pytest.approx(36.67, abs=0.005), "disability": pytest.approx(38)}
+    assert without_limit.total == pytest.approx(37.335, abs=0.005)
+    assert definitions.score(SPADI, answers).total is None
 
 
 @pytest.mark.parametrize(("code", "answers", "total"), CASES)
