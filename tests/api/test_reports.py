@@ -48,6 +48,14 @@ def test_a_report_is_a_pdf(client: TestClient, address: str) -> None:
     assert "報告書" in pages[0].extract_text()
 
 
+def test_rehabilitation_plan_is_a_japanese_pdf(client: TestClient, treated: Treated) -> None:
+    answer = client.get(f"/api/episodes/{treated.episode_id}/rehabilitation-plan.pdf")
+    assert answer.headers["content-type"] == "application/pdf"
+    assert answer.headers["cache-control"] == "no-store"
+    assert "Yamada" not in answer.headers["content-disposition"]
+    assert "リハビリテーション実施計画書" in PdfReader(io.BytesIO(answer.content)).pages[0].extract_text()
+
+
 @pytest.mark.parametrize("kind", ["html", "pdf"])
 def test_report_is_english_unless_another_language_is_requested(client: TestClient, address: str, kind: str) -> None:
     answer = client.get(f"{address}.{kind}")

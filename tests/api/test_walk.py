@@ -96,7 +96,8 @@ READ: Final = {
     "get_recording_mcap", "get_run_mcap",
     "get_patient_fhir", "export_patient", "list_patients", "get_patient", "list_programmes", "get_programme", "get_session_plan",
     "get_adherence", "get_progress", "list_recordings", "get_recording", "get_recording_figure", "get_recording_motion", "get_recording_rhythm",
-    "get_session_report_html", "get_session_report_pdf", "get_episode_report_html", "get_episode_report_pdf", "get_note_draft",
+    "get_session_report_html", "get_session_report_pdf", "get_episode_report_html", "get_episode_report_pdf",
+    "get_rehabilitation_plan_pdf", "get_note_draft",
     "get_record_access", "break_glass", "list_sessions", "get_session_filter_options", "list_patient_sessions", "list_ready_patients",
     "get_worklist", "get_outcomes", "list_questionnaires", "get_patient_banner", "list_contraindication_kinds",
     "list_contraindications",
@@ -457,7 +458,7 @@ def test_refresh_of_any_view_leaves_no_audit_row(
 
 RECORDS: Final = ("open", "restricted", "mixed")
 """Records that a request names: a patient's whose record is open, a patient's whose record is restricted, and both."""
-_SLOW: Final = {"get_session_report_pdf", "get_episode_report_pdf", "make_backup"}
+_SLOW: Final = {"get_session_report_pdf", "get_episode_report_pdf", "get_rehabilitation_plan_pdf", "make_backup"}
 """Let through, they take seconds; tests/api/test_reports.py and test_backups.py ask for them."""
 
 

@@ -24,7 +24,7 @@ from kata.device.faults import FAULTS
 from kata.errors import ProblemError
 from kata.motion.edit import AS_TAUGHT
 from kata.plotting.figures import RunFigureSamples
-from kata.reporting import charts, episode, letterhead, rendering, session
+from kata.reporting import charts, episode, letterhead, rehabilitation_plan, rendering, session
 from kata.reporting.content import EpisodeContent, SessionContent
 from kata.reporting.letterhead import Letterhead, LetterheadError
 from kata.reporting.phrases import LANGUAGES, STOPS_JA, WORDS, Language, Phrases
@@ -32,7 +32,7 @@ from kata.reporting.rendering import PrintOptions, ReportPage
 from tests.support.databases import upgraded_file
 from tests.support.paths import ROOT
 from tests.support.reports import AT, CLINIC, contents, how
-from tests.support.treatment import Texts
+from tests.support.treatment import Texts, treat
 
 HOSTILE = (
     """</style></title><script>alert(1)</script><img src=x onerror=alert(1)>"'&{{999*9999}}{%x%}\\</td>} @page{}"""
@@ -182,6 +182,40 @@ def test_episode_report_matches_the_database_rows(signed: tuple[SessionContent, 
     japanese = " ".join(texts_of(rendering.episode_pdf(care, how("ja"))))
     for said in ("治療経過報告書", "屈曲", "外旋", "外旋(1st)", "安静時", "禁忌", "発症日", "2026年6月1日", "推移"):
         assert said in japanese, said
+
+
+def _plan(database: Database, texts: Texts | None = None) -> Parsed:
+    with database.write() as writing:
+        episode_id = treat(writing, texts or Texts()).episode_id
+    with database.read() as reading:
+        content = rehabilitation_plan.read_content(reading, episode_id)
+    return Parsed(rendering.rehabilitation_plan_page(content, how()))
+
+
+def test_rehabilitation_plan_says_what_the_record_says(sqlite: Database) -> None:
+    text = " ".join(_plan(sqlite).text.split())
+    for said in (
+        "リハビリテーション実施計画書（案）", "下書きである", "Yamada Hanako（ヤマダ ハナコ）", "1968年4月12日（58歳）", "診断名（記録） Frozen shoulder",
+        "拘縮期（frozen）（2026年10月20日から）", "2026年6月1日（発症、記録）", "95度まで", "抵抗許容レベル上限：25段階中12", "Sato Ken",
+        "屈曲（自動）116度、2026-11-05（反対側 141度）", "安静時 2（2026-11-05）", "40.0（2026-11-05）", "Abduction to 90：速度",
+    ):  # fmt: skip
+        assert said in text, said
+
+
+def test_rehabilitation_plan_leaves_open_what_nobody_recorded(sqlite: Database) -> None:
+    text = " ".join(_plan(sqlite).text.split())
+    for title, following in (
+        ("算定病名", "診断名（記録）"), ("計画評価実施日", "最新の評価日"), ("リハ開始日", "治療内容"), ("併存疾患・合併症", "安静度・リスク"),
+        ("目標（1か月）", "目標（終了時）"), ("目標（終了時）", "治療方針"), ("リハ担当医", "主治医"), ("説明者", "説明日"), ("署名", ""),
+    ):  # fmt: skip
+        assert f"{title} {following}".rstrip() in text, title
+    assert "☑" not in text and "■" not in text, "no choice is made for the clinician"
+
+
+def test_hostile_texts_stay_texts_in_a_rehabilitation_plan(sqlite: Database) -> None:
+    parsed = _plan(sqlite, Texts(HOSTILE[:100], HOSTILE[:100], HOSTILE[:100], HOSTILE, HOSTILE[:100], HOSTILE))
+    assert HOSTILE in parsed.text
+    assert parsed.all("script") == parsed.all("img") == []
 
 
 def test_report_rates_every_questionnaire_by_its_own_limits(

@@ -246,6 +246,7 @@ RULES: Final[Mapping[str, RouteRule]] = MappingProxyType(
         "get_session_report_pdf": _READ,
         "get_episode_report_html": _READ,
         "get_episode_report_pdf": _READ,
+        "get_rehabilitation_plan_pdf": _READ,
         "get_recording_samples": _READ,
         "get_recording_parquet": _READ,
         "get_recording_mcap": _READ,

@@ -315,3 +315,28 @@ class EpisodeContent:
     stops: tuple[tuple[PrintedStop, int], ...]
     """Each cause of a stop, with the number of sessions in which it occurred."""
     closing_note: str
+
+
+@dataclass(frozen=True)
+class PrescriptionItem:
+    """One recording of a prescription, and how it is played."""
+
+    recording: str
+    how: PlaybackDescription
+
+
+@dataclass(frozen=True)
+class Prescription:
+    """The newest version of a programme."""
+
+    name: str
+    sessions_per_week: int | None
+    items: tuple[PrescriptionItem, ...]
+
+
+@dataclass(frozen=True)
+class RehabilitationPlanContent:
+    """What the record knows for a rehabilitation plan."""
+
+    episode: EpisodeContent
+    prescriptions: tuple[Prescription, ...]

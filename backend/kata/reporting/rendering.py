@@ -7,7 +7,7 @@ runs no script and fetches nothing, and its policy forbids both.
 import base64
 import hashlib
 import io
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from datetime import datetime
 from functools import cache
 from typing import Final
@@ -22,13 +22,15 @@ from kata.commissioning.record import CommissioningRecord
 from kata.database.arrays import UnreadableError
 from kata.reporting import charts, trends
 from kata.reporting.charts import Chart
-from kata.reporting.content import EpisodeContent, RunContent, SessionContent
+from kata.reporting.content import EpisodeContent, RehabilitationPlanContent, RunContent, SessionContent
 from kata.reporting.letterhead import Letterhead
 from kata.reporting.phrases import Language, Phrases
 from kata.reporting.totals import limits_of, scale_of
 
 _FONT: Final = "kata:sans"
 _FONT_STYLE: Final = f'@font-face {{ font-family: "Kata Sans"; src: url("{_FONT}") }}'
+
+Content = SessionContent | EpisodeContent | RehabilitationPlanContent | CommissioningRecord
 
 
 @dataclass(frozen=True)
@@ -104,6 +106,17 @@ def episode_pdf(content: EpisodeContent, options: PrintOptions) -> bytes:
     return _pdf(episode_page(content, options), options)
 
 
+def rehabilitation_plan_page(content: RehabilitationPlanContent, options: PrintOptions) -> ReportPage:
+    """Return the draft of a rehabilitation plan as a page. It is a form of Japan, in Japanese."""
+    title = "リハビリテーション実施計画書（案）"
+    return _page("rehabilitation_plan.html", title, content, replace(options, language="ja"), draft=True)
+
+
+def rehabilitation_plan_pdf(content: RehabilitationPlanContent, options: PrintOptions) -> bytes:
+    """Return the draft of a rehabilitation plan as PDF on A4."""
+    return _pdf(rehabilitation_plan_page(content, options), options)
+
+
 def css_string(text: str) -> Markup:
     """Return a CSS string that contains the text. No text can end the string or the style sheet."""
     return Markup(f'"{"".join(letter if letter.isalnum() else f"{chr(92)}{ord(letter):x} " for letter in text)}"')  # noqa: S704 - escaped right here
@@ -112,7 +125,7 @@ def css_string(text: str) -> Markup:
 def _page(
     template: str,
     title: str,
-    content: SessionContent | EpisodeContent | CommissioningRecord,
+    content: Content,
     options: PrintOptions,
     *,
     draft: bool,
@@ -143,11 +156,16 @@ def _page(
     return ReportPage(html, policy)
 
 
-def _about(content: SessionContent | EpisodeContent | CommissioningRecord, phrases: Phrases) -> str:
+def _about(content: Content, phrases: Phrases) -> str:
     """Return the person or station that the report is about, for the margin."""
-    if isinstance(content, CommissioningRecord):
-        return content.station
-    return content.patient.name + phrases.text("comma") + content.patient.clinic_number
+    match content:
+        case CommissioningRecord(station=station):
+            return station
+        case RehabilitationPlanContent(episode=care):
+            patient = care.patient
+        case SessionContent() | EpisodeContent():
+            patient = content.patient
+    return patient.name + phrases.text("comma") + patient.clinic_number
 
 
 def _curves(run: RunContent) -> tuple[Chart, ...] | None:

@@ -13,7 +13,7 @@ from kata.clinic.sessions import ending, service
 from kata.clinic.sessions.schemas import Draft
 from kata.database.base import utc_now
 from kata.dependencies import PROBLEMS, TheDatabase, TheFigures
-from kata.reporting import episode, rendering, session
+from kata.reporting import episode, rehabilitation_plan, rendering, session
 from kata.reporting.letterhead import Letterhead
 from kata.reporting.note_draft import draft
 from kata.reporting.phrases import Language
@@ -120,6 +120,22 @@ def get_episode_report_pdf(
     with database.read() as reading:
         content = episode.read_content(reading, episode_id)
     return _printed(worker.build(rendering.episode_pdf, content, options), f"episode-{options.at:%Y-%m-%d}")
+
+
+@router.get(
+    "/api/episodes/{episode_id}/rehabilitation-plan.pdf",
+    summary="Get a draft of the Japanese rehabilitation plan as PDF",
+    response_class=Response,
+    responses=_PDF,
+)
+def get_rehabilitation_plan_pdf(
+    database: TheDatabase, worker: TheFigures, options: ThePrintOptions, episode_id: UUID
+) -> Response:
+    """Return a draft of リハビリテーション実施計画書 as PDF on A4: what the record has is filled in, the rest is left open. Always Japanese."""
+    with database.read() as reading:
+        content = rehabilitation_plan.read_content(reading, episode_id)
+    pdf = worker.build(rendering.rehabilitation_plan_pdf, content, options)
+    return _printed(pdf, f"rehabilitation-plan-{options.at:%Y-%m-%d}")
 
 
 @drafts.get("/api/sessions/{session_id}/draft", summary="Draft a session's note", responses=PROBLEMS.of(404, 422))

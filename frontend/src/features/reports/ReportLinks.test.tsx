@@ -3,10 +3,10 @@ import { cleanup, fireEvent, render, screen } from "@testing-library/react";
 import { afterEach, beforeEach, describe, expect, it } from "vitest";
 import { ReportLinks } from "./ReportLinks";
 
-const show = () =>
+const show = (of: "sessions" | "episodes" = "sessions") =>
   render(
     <MantineProvider env="test">
-      <ReportLinks of="sessions" id="s1" />
+      <ReportLinks of={of} id="s1" />
     </MantineProvider>,
   );
 const address = (name: string) => screen.getByRole("link", { name }).getAttribute("href");
@@ -30,6 +30,17 @@ describe("a report", () => {
     cleanup();
     show();
     expect(address("Report as PDF")).toBe("/api/sessions/s1/report.pdf?language=ja");
+  });
+
+  it("offers the Japanese rehabilitation plan with an episode in Japanese only", () => {
+    const plan = () => screen.queryByRole("link", { name: "Rehabilitation plan, draft (PDF)" });
+    show("episodes");
+    expect(plan()).toBeNull();
+    fireEvent.click(screen.getByRole("radio", { name: "日本語" }));
+    expect(plan()?.getAttribute("href")).toBe("/api/episodes/s1/rehabilitation-plan.pdf");
+    cleanup();
+    show("sessions");
+    expect(plan()).toBeNull();
   });
 
   it("is English after an invalid stored language", () => {

@@ -4,7 +4,10 @@ import { t } from "../../lib/i18n";
 import { LANGUAGES, type Language } from "../../lib/language";
 import { usePaperLanguage } from "../../lib/paperLanguage";
 
-/** Links to the printable report and the PDF of a session or episode. This browser stores the language. */
+/**
+ * Links to the printable report and the PDF of a session or episode. This browser stores the language. For an episode in Japanese also
+ * to the draft of a rehabilitation plan, a form of Japan.
+ */
 export function ReportLinks({ of, id }: { of: "sessions" | "episodes"; id: string }) {
   const [language, setLanguage] = usePaperLanguage();
   const address = (kind: "html" | "pdf") => `/api/${of}/${id}/report.${kind}?language=${language}`;
@@ -29,6 +32,17 @@ export function ReportLinks({ of, id }: { of: "sessions" | "episodes"; id: strin
       >
         {t("reports:report.pdf")}
       </Button>
+      {of === "episodes" && language === "ja" && (
+        <Button
+          component="a"
+          href={`/api/episodes/${id}/rehabilitation-plan.pdf`}
+          download
+          variant="default"
+          leftSection={<IconFileTypePdf size={20} />}
+        >
+          {t("reports:report.rehabilitationPlan")}
+        </Button>
+      )}
       <SegmentedControl
         aria-label={t("reports:report.language")}
         size="md"
