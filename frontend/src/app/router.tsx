@@ -280,7 +280,7 @@ function NotFound() {
       </Title>
       <Text>
         <InlineSlot words={(link) => t("app:noPage.old", { link })}>
-          <PageLink to="/station">{t("app:noPage.toStation")}</PageLink>
+          <PageLink to="/">{t("app:noPage.toHome")}</PageLink>
         </InlineSlot>
       </Text>
     </Stack>

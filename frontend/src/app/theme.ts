@@ -64,6 +64,9 @@ export const variables: CSSVariablesResolver = (mantineTheme) => ({
     "--mantine-color-dimmed": mantineTheme.colors.dark[1],
     "--mantine-color-placeholder": mantineTheme.colors.dark[1],
     "--mantine-color-error": mantineTheme.colors.grape[3],
+    // A disabled button has a background on a card too.
+    "--mantine-color-disabled": mantineTheme.colors.dark[5],
+    "--mantine-color-disabled-color": mantineTheme.colors.dark[2],
     "--mantine-color-anchor": mantineTheme.colors.indigo[3],
     "--mantine-primary-color-light-color": mantineTheme.colors.indigo[2],
     "--mantine-color-indigo-light-color": mantineTheme.colors.indigo[2],

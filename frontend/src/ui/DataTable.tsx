@@ -17,11 +17,13 @@ interface DataTableProps<Row> {
   /** True if the list has rows that are not loaded. */
   more?: boolean;
   isDimmed?: (row: Row) => boolean;
+  /** True for a table with many rows, whose rows have nothing to press. */
+  dense?: boolean;
 }
 
 /** A table whose columns can be sorted and chosen. It has totals, and the shown rows can be saved as CSV. */
 export function DataTable<Row>(props: DataTableProps<Row>) {
-  const { name, label, columns, rowKey, more = false, isDimmed } = props;
+  const { name, label, columns, rowKey, more = false, isDimmed, dense = false } = props;
   const [sorting, setSorting] = useState<Sorting>(null);
   const [hidden, setHidden] = useLocalStorage<string[]>({ key: `kata.columns.${name}`, defaultValue: [] });
   const shown = columns.filter(({ key, always }) => always || !hidden.includes(key));
@@ -42,7 +44,7 @@ export function DataTable<Row>(props: DataTableProps<Row>) {
         </Group>
       </Group>
       <Table.ScrollContainer minWidth={320}>
-        <Table verticalSpacing="md" highlightOnHover aria-label={label}>
+        <Table verticalSpacing={dense ? 6 : "md"} highlightOnHover aria-label={label}>
           <Table.Thead>
             <Table.Tr>
               {shown.map((column) => (

@@ -38,6 +38,10 @@ function usePrinting() {
   return print;
 }
 
+/** Return the colour of the card, or else of the page, that contains the figure. */
+const backgroundOf = (element: HTMLElement) =>
+  getComputedStyle(element.closest(".mantine-Card-root") ?? document.body).backgroundColor || undefined;
+
 /** Draw the figure into `elementRef`. Draw again for each new figure or colour scheme, and for `retry`. */
 function usePlotly(figure: Figure, onWindow: OnWindow) {
   const elementRef = useRef<HTMLElement>(null);
@@ -63,10 +67,11 @@ function usePlotly(figure: Figure, onWindow: OnWindow) {
       if (cancelled) return;
       // Copied, because Plotly modifies the layout that it gets.
       const translated = translatePlaced(figure);
-      const { data, layout } = recolour(translated, scheme);
+      const coloured = () => recolour(translated, scheme, backgroundOf(element));
+      const { data, layout } = coloured();
       const plot = await Plotly.react(element, data, layout, config);
       print.current = (onPaper) => {
-        const next = onPaper ? toPaper(translated, element.clientWidth) : recolour(translated, scheme);
+        const next = onPaper ? toPaper(translated, element.clientWidth) : coloured();
         keepZoom(plot.layout, next.layout);
         void Plotly.react(element, next.data, next.layout, config);
       };

@@ -43,14 +43,18 @@ export function keepZoom(from: Record<string, unknown>, to: Record<string, unkno
 
 /**
  * Return a copy of the figure in the scheme's colours. Plotly modifies its input, so even the light figure is
- * copied.
+ * copied. `background`: the colour behind a dark figure.
  */
-export function recolour(figure: Schemas["Figure"], scheme: "light" | "dark"): Schemas["Figure"] {
+export function recolour(
+  figure: Schemas["Figure"],
+  scheme: "light" | "dark",
+  background = "#242424",
+): Schemas["Figure"] {
   if (scheme === "light") return structuredClone(figure);
   const recoloured = JSON.stringify(figure).replace(/"(#[0-9a-fA-F]{6}|white)"/g, (match, colour: string) =>
     `"${DARK_COLOURS[colour.toLowerCase()] ?? ""}"`.replace('""', match),
   );
   const { data, layout, texts } = JSON.parse(recoloured) as Schemas["Figure"];
   const font = { ...(layout.font as object | undefined), color: "#e6e8eb" };
-  return { data, layout: { ...layout, font, paper_bgcolor: "#242424", plot_bgcolor: "#242424" }, texts };
+  return { data, layout: { ...layout, font, paper_bgcolor: background, plot_bgcolor: background }, texts };
 }

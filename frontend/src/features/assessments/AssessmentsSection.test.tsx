@@ -50,20 +50,23 @@ it("shows one chart beside the findings, at first that of the range of motion", 
 describe("the newest findings", () => {
   it("are described with the change since the first assessment", async () => {
     show();
-    const findings = (await screen.findAllByRole("listitem")).map((item) => item.textContent);
-    expect(findings).toEqual([
-      "Flexion: 105° active (+15), 120° passive",
-      "External rotation, arm at the side: −5° active (unchanged)",
+    const cells = (row: HTMLElement) => [...row.children].map((cell) => cell.textContent);
+    expect((await screen.findAllByRole("row")).map(cells)).toEqual([
+      ["Motion", "Left, active", "Left, passive", "Right, active"],
+      ["Flexion", "105° (+15)", "120°", "175°"],
+      ["External rotation, arm at the side", "−5° (unchanged)", "–", "–"],
+    ]);
+    const scores = screen.getAllByRole("listitem").map((item) => item.textContent);
+    expect(scores).toEqual([
       "Pain (0 to 10): at rest 2 (−2), average over the last week 5 (unchanged)",
       "SPADI 45 of 100 (−10): pain 60, disability 30. Possibly important improvement (from 8 to 13 points), but 17 points or less may be chance",
-      "Right shoulder: Flexion: 175° active",
     ]);
   });
 
   it("show no change for the first assessment", async () => {
     assessments.mockResolvedValue({ items: [BASELINE], next: null, baseline: BASELINE });
     show();
-    expect((await screen.findAllByRole("listitem"))[0]?.textContent).toBe("Flexion: 90° active");
+    expect((await screen.findAllByRole("row"))[1]?.textContent).toBe("Flexion90°");
   });
 
   it("are absent where nothing was assessed", async () => {

@@ -6,6 +6,7 @@ import {
   SimpleGrid,
   Skeleton,
   Stack,
+  Table,
   Text,
   Title,
 } from "@mantine/core";
@@ -13,7 +14,7 @@ import { IconChartLine, IconPlus } from "@tabler/icons-react";
 import { useQuery } from "@tanstack/react-query";
 import { useState } from "react";
 import { type Assessment, api, type Schemas } from "../../lib/api/client";
-import { formatMoment } from "../../lib/format";
+import { formatMoment, sideWord } from "../../lib/format";
 import { t } from "../../lib/i18n";
 import { useAssessments } from "../../lib/patientQueries";
 import { LoadMoreButton } from "../../ui/LoadMoreButton";
@@ -24,7 +25,13 @@ import { StartPatientMode } from "../patient-mode/StartPatientMode";
 import { ProgressChart } from "../progress/ProgressChart";
 import { AssessmentForm } from "./AssessmentForm";
 import { AssessmentTable } from "./AssessmentTable";
-import { describePain, describeQuestionnaires, describeRom, describeSpadi } from "./describeFindings";
+import {
+  describePain,
+  describeQuestionnaires,
+  describeRom,
+  describeSpadi,
+  ROM_COLUMNS,
+} from "./describeFindings";
 import type { Side } from "./draft";
 
 /**
@@ -52,6 +59,13 @@ function Section(props: { patientId: string; episodeId: string; affected: Side }
   const items = assessments.items;
   const baseline = assessments.data?.pages[0]?.baseline ?? null;
   const newest = items?.find((assessment) => !assessment.withdrawn_at) ?? null;
+  const all = (
+    <Group>
+      <Button variant="default" aria-expanded={showAll} onClick={() => setShowAll(!showAll)}>
+        {showAll ? t("assessments:assessments.hide") : t("assessments:assessments.all")}
+      </Button>
+    </Group>
+  );
   return (
     <Stack gap="xs" component="section" aria-label={t("assessments:assessments.title")}>
       <Group justify="space-between">
@@ -96,17 +110,16 @@ function Section(props: { patientId: string; episodeId: string; affected: Side }
       {items && !newest && !editing && <Text>{t("assessments:assessments.none")}</Text>}
       {items && newest && form.data && (
         <SimpleGrid cols={{ base: 1, md: 2 }}>
-          <NewestFindings assessment={newest} baseline={baseline} form={form.data} affected={affected} />
+          <Stack>
+            <NewestFindings assessment={newest} baseline={baseline} form={form.data} affected={affected} />
+            {all}
+          </Stack>
           <History episodeId={episodeId} />
         </SimpleGrid>
       )}
       {items && items.length > 0 && (
         <>
-          <Group>
-            <Button variant="default" aria-expanded={showAll} onClick={() => setShowAll(!showAll)}>
-              {showAll ? t("assessments:assessments.hide") : t("assessments:assessments.all")}
-            </Button>
-          </Group>
+          {!newest && all}
           {showAll && <AssessmentTable episodeId={episodeId} items={items} onEdit={setEditing} />}
           {showAll && <LoadMoreButton list={assessments} />}
         </>
@@ -144,15 +157,13 @@ function NewestFindings(props: {
   const { assessment, form, affected } = props;
   const baseline = props.baseline?.id === assessment.id ? null : props.baseline;
   const moment = formatMoment(assessment.assessed_at);
-  const otherSide = affected === "left" ? "right" : "left";
-  const otherFindings = describeRom(assessment, null, form.rom, otherSide);
   const scores = [
     describePain(assessment, baseline),
     describeSpadi(assessment, baseline, form),
     ...describeQuestionnaires(assessment),
   ].filter((words) => words !== null);
   return (
-    <Stack gap={4} data-testid="newest-assessment">
+    <Stack gap="xs" data-testid="newest-assessment">
       <Text fw={600}>
         {baseline
           ? t("assessments:assessments.recordedAtSince", {
@@ -162,22 +173,57 @@ function NewestFindings(props: {
             })
           : t("assessments:assessments.recordedAt", { moment, by: assessment.assessed_by })}
       </Text>
-      <List>
-        {describeRom(assessment, baseline, form.rom, affected).map((words) => (
-          <List.Item key={words}>{words}</List.Item>
-        ))}
+      <Angles rows={describeRom(assessment, baseline, form.rom, affected)} affected={affected} />
+      <List spacing={4}>
         {scores.map((words) => (
           <List.Item key={words}>{words}</List.Item>
         ))}
-        {otherFindings.length > 0 && (
-          <List.Item>
-            {t(`assessments:assessments.otherShoulder.${otherSide}`, {
-              findings: otherFindings.join(t("common:format.separator")),
-            })}
-          </List.Item>
-        )}
       </List>
       {assessment.note && <Text style={{ whiteSpace: "pre-wrap" }}>{assessment.note}</Text>}
     </Stack>
+  );
+}
+
+/** Shows the angles of both shoulders. Columns without an angle are left out. */
+function Angles({ rows, affected }: { rows: ReturnType<typeof describeRom>; affected: Side }) {
+  const other = affected === "left" ? "right" : "left";
+  const columns = ROM_COLUMNS.map((column, place) => ({ ...column, place })).filter(({ place }) =>
+    rows.some(({ angles }) => angles[place]),
+  );
+  if (rows.length === 0) return null;
+  return (
+    <Table.ScrollContainer minWidth={320}>
+      <Table verticalSpacing={6} horizontalSpacing="xs" aria-label={t("patients:summary.rom")}>
+        <Table.Thead>
+          <Table.Tr>
+            <Table.Th>{t("patients:summary.motion")}</Table.Th>
+            {columns.map(({ place, shoulder, kind }) => (
+              <Table.Th key={place} ta="right">
+                {t(`assessments:assessments.sideKind.${kind}`, {
+                  side: sideWord(shoulder === "affected" ? affected : other),
+                })}
+              </Table.Th>
+            ))}
+          </Table.Tr>
+        </Table.Thead>
+        <Table.Tbody>
+          {rows.map(({ motion, angles }) => (
+            <Table.Tr key={motion}>
+              <Table.Td>{motion}</Table.Td>
+              {columns.map(({ place, shoulder }) => (
+                <Table.Td
+                  key={place}
+                  ta="right"
+                  style={{ whiteSpace: "nowrap" }}
+                  {...(shoulder === "affected" && { fw: 600 })}
+                >
+                  {angles[place] || "–"}
+                </Table.Td>
+              ))}
+            </Table.Tr>
+          ))}
+        </Table.Tbody>
+      </Table>
+    </Table.ScrollContainer>
   );
 }

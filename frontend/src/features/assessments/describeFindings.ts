@@ -1,7 +1,7 @@
 import type { Assessment, Schemas } from "../../lib/api/client";
 import { formatDeg } from "../../lib/format";
 import { t } from "../../lib/i18n";
-import { angleKey, PAIN_NAMES } from "./draft";
+import { angleKey, PAIN_NAMES, type Side } from "./draft";
 import { formatScore, measureName } from "./messages";
 
 /** Return 3 as "+3" and -3 as "−3"; empty without a baseline. */
@@ -14,30 +14,39 @@ function formatChange(value: number, first: number | null | undefined): string {
     : t("assessments:found.less", { by: -change });
 }
 
-/** Describe one shoulder's angles motion by motion, with the change since the baseline. */
+/** The columns of the measured angles: both shoulders, actively and passively. */
+export const ROM_COLUMNS = [
+  { shoulder: "affected", kind: "active" },
+  { shoulder: "affected", kind: "passive" },
+  { shoulder: "other", kind: "active" },
+  { shoulder: "other", kind: "passive" },
+] as const;
+
+/**
+ * Return the measured motions with their angles by column, or "" where nothing was measured. Angles of the
+ * affected shoulder have the change since the baseline.
+ */
 export function describeRom(
   assessment: Assessment,
   baseline: Assessment | null,
   measures: Schemas["RomMeasure"][],
-  side: "left" | "right",
-): string[] {
+  affected: Side,
+): { motion: string; angles: string[] }[] {
   const first = new Map(baseline?.rom.map((entry) => [angleKey(entry), entry.angle_deg]));
-  return measures.flatMap((measure) => {
-    const { motion, position } = measure;
-    const parts = (["active", "passive"] as const).flatMap((kind) => {
-      const entry = assessment.rom.find(
-        (candidate) => angleKey(candidate) === angleKey({ side, motion, position, kind }),
-      );
-      if (!entry) return [];
-      const change = formatChange(entry.angle_deg, first.get(angleKey(entry)));
-      return [
-        t(`assessments:found.angle.${kind}`, { angle: formatDeg(entry.angle_deg, 0), changed: change }),
-      ];
-    });
-    return parts.length > 0
-      ? [t("assessments:found.angles", { measure: measureName(measure), angles: parts })]
-      : [];
-  });
+  const other = affected === "left" ? "right" : "left";
+  return measures
+    .map((measure) => ({
+      motion: measureName(measure),
+      angles: ROM_COLUMNS.map(({ shoulder, kind }) => {
+        const side = shoulder === "affected" ? affected : other;
+        const key = angleKey({ side, motion: measure.motion, position: measure.position, kind });
+        const entry = assessment.rom.find((candidate) => angleKey(candidate) === key);
+        if (!entry) return "";
+        const change = shoulder === "affected" ? formatChange(entry.angle_deg, first.get(key)) : "";
+        return t("assessments:found.angle", { angle: formatDeg(entry.angle_deg, 0), changed: change });
+      }),
+    }))
+    .filter(({ angles }) => angles.some((angle) => angle !== ""));
 }
 
 export function describePain(assessment: Assessment, baseline: Assessment | null): string | null {

@@ -1,5 +1,5 @@
 import "./catalogue";
-import { Button, Checkbox, Group, NativeSelect, Skeleton, Stack, Table, Text } from "@mantine/core";
+import { Button, Checkbox, Group, NativeSelect, Skeleton, Stack, Table, Text, Title } from "@mantine/core";
 import { IconDownload } from "@tabler/icons-react";
 import { useQuery } from "@tanstack/react-query";
 import { useNavigate, useSearch } from "@tanstack/react-router";
@@ -88,6 +88,9 @@ function Fields({ settings, other }: Compared) {
   const [onlyChanges, setOnlyChanges] = useState(true);
   const rows = comparedRows({ settings, other });
   const shown = other && onlyChanges ? rows.filter((row) => row.value !== row.before) : rows;
+  // Without a comparison the motors are columns of one table, which shows how they differ.
+  const motors = other ? [] : motorRows(shown);
+  const listed = other ? shown : shown.filter((row) => !MOTOR.test(row.name));
   return (
     <Stack gap="xs">
       {other && (
@@ -101,15 +104,38 @@ function Fields({ settings, other }: Compared) {
       {shown.length === 0 ? (
         <Text>{t("commissioning:settings.noChanges")}</Text>
       ) : (
-        <div data-testid="settings">
-          <DataTable
-            name="settings"
-            label={t("commissioning:settings.caption", { number: settings.number })}
-            columns={columnsOf(other?.number)}
-            rows={shown}
-            rowKey={({ name }) => name}
-          />
-        </div>
+        <Stack gap="xl" data-testid="settings">
+          <section aria-label={t("commissioning:settings.general")}>
+            {!other && (
+              <Title order={2} size="h4">
+                {t("commissioning:settings.general")}
+              </Title>
+            )}
+            <DataTable
+              name="settings"
+              label={t("commissioning:settings.caption", { number: settings.number })}
+              columns={columnsOf(other?.number)}
+              rows={listed}
+              rowKey={({ name }) => name}
+              dense
+            />
+          </section>
+          {motors.length > 0 && (
+            <section aria-label={t("commissioning:settings.motors")}>
+              <Title order={2} size="h4">
+                {t("commissioning:settings.motors")}
+              </Title>
+              <DataTable
+                name="motors"
+                label={t("commissioning:settings.motors")}
+                columns={motorColumns(motors)}
+                rows={motors}
+                rowKey={({ field }) => field}
+                dense
+              />
+            </section>
+          )}
+        </Stack>
       )}
     </Stack>
   );
@@ -160,6 +186,81 @@ function columnsOf(other: number | undefined): Column<Row>[] {
       cell: (row) => acceptedWords(row.accepted),
     },
   ];
+}
+
+const MOTOR = /^axes\[(\d+)\]\.(.+)$/;
+
+/** A field that each motor has, with its settings by motor number. */
+type MotorRow = { field: string; settings: Map<number, Schemas["SettingField"]> };
+
+/** Return the fields of the motors, in the order of the first motor that has them. */
+export function motorRows(fields: Schemas["SettingField"][]): MotorRow[] {
+  const rows = new Map<string, MotorRow["settings"]>();
+  for (const setting of fields) {
+    const [, motor = "", field = ""] = MOTOR.exec(setting.name) ?? [];
+    if (motor) rows.set(field, (rows.get(field) ?? new Map()).set(Number(motor), setting));
+  }
+  return [...rows].map(([field, settings]) => ({ field, settings }));
+}
+
+/** Return the accepted values of a field if they are the same for every motor, else "". */
+function sharedRange({ settings }: MotorRow): string {
+  const ranges = new Set([...settings.values()].map(({ accepted }) => acceptedWords(accepted)));
+  return ranges.size === 1 ? ([...ranges][0] ?? "") : "";
+}
+
+function motorColumns(rows: MotorRow[]): Column<MotorRow>[] {
+  const motors = [...new Set(rows.flatMap(({ settings }) => [...settings.keys()]))].sort((a, b) => a - b);
+  const first = ({ settings }: MotorRow) => [...settings.values()][0];
+  const unit = (row: MotorRow) => {
+    const setting = first(row);
+    return setting ? fieldUnitWords(setting) : "";
+  };
+  return [
+    {
+      key: "field",
+      head: t("commissioning:settings.field"),
+      always: true,
+      value: (row) => row.field,
+      cell: (row) => (
+        <>
+          {fieldWords(`axes.${row.field}`)} <FileText text={row.field} small />
+        </>
+      ),
+    },
+    ...motors.map(
+      (motor): Column<MotorRow> => ({
+        key: `motor${motor}`,
+        head: t("station:angles.motor", { motor }),
+        right: true,
+        value: (row) => row.settings.get(motor)?.value ?? "",
+        cell: (row) => <MotorValue row={row} motor={motor} />,
+      }),
+    ),
+    { key: "unit", head: t("commissioning:settings.unit"), value: unit, cell: unit },
+    {
+      key: "accepted",
+      head: t("commissioning:settings.accepted"),
+      value: sharedRange,
+      cell: sharedRange,
+    },
+  ];
+}
+
+/** Shows a motor's value, and below it the accepted values if they differ between the motors. */
+function MotorValue({ row, motor }: { row: MotorRow; motor: number }) {
+  const setting = row.settings.get(motor);
+  const range = setting && !sharedRange(row) ? acceptedWords(setting.accepted) : "";
+  return (
+    <>
+      <FileText text={setting?.value ?? ""} />
+      {range && (
+        <Text size="xs" c="dimmed" aria-label={t("commissioning:settings.acceptedOf", { range })}>
+          {range}
+        </Text>
+      )}
+    </>
+  );
 }
 
 /** Shows a name or a value as the station's file contains it, in any language. */

@@ -76,7 +76,13 @@ function Doing({ state }: { state: State }) {
           {translateServerText(cause.message, cause.message_key)}
         </AlarmFrame>
       ))}
-      <Text fw={600}>{state.patient ? state.patient.name : t("fleet:stations.noPatient")}</Text>
+      {state.patient ? (
+        <Text fw={600}>{state.patient.name}</Text>
+      ) : (
+        <Text size="sm" c="dimmed">
+          {t("fleet:stations.noPatient")}
+        </Text>
+      )}
       {state.recording_name && <Text size="sm">{state.recording_name}</Text>}
       {state.progress && (
         <Progress

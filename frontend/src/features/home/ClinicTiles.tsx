@@ -1,6 +1,7 @@
-import { SimpleGrid, Stack, Title } from "@mantine/core";
+import { Stack, Title } from "@mantine/core";
 import { t } from "../../lib/i18n";
 import { useHasPermission } from "../auth/hooks";
+import classes from "./home.module.css";
 import { AdherenceTile, ImprovedTile } from "./outcomeTiles";
 import {
   BackupTile,
@@ -22,7 +23,7 @@ export function ClinicTiles() {
       <Title order={2} size="h4">
         {t("clinic:home.clinic")}
       </Title>
-      <SimpleGrid cols={{ base: 1, xs: 2, lg: 4 }}>
+      <div className={classes.tiles}>
         {reads && <ImprovedTile />}
         {reads && <AdherenceTile />}
         {oversees && <UsageTile />}
@@ -32,7 +33,7 @@ export function ClinicTiles() {
         {administers && <BackupTile />}
         {oversees && <CommissioningTile />}
         {oversees && <StorageTile />}
-      </SimpleGrid>
+      </div>
     </Stack>
   );
 }

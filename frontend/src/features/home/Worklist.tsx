@@ -201,8 +201,11 @@ function Part(props: {
             {hint}
           </Text>
         )}
-        {items.length === 0 && <Text>{none}</Text>}
-        <ul className={classes.list ?? ""}>{whole ? items : items.slice(0, FEW)}</ul>
+        {items.length === 0 ? (
+          <Text>{none}</Text>
+        ) : (
+          <ul className={classes.list ?? ""}>{whole ? items : items.slice(0, FEW)}</ul>
+        )}
         {items.length > FEW && (
           <Button variant="subtle" onClick={toggle} aria-expanded={whole}>
             {whole ? t("clinic:home.showFewer") : t("clinic:home.showAll", { count: items.length })}

@@ -135,7 +135,8 @@ export function BackupTile() {
 
 export function CommissioningTile() {
   const { data, isError } = useCommissioningStatus();
-  const detail = data?.due_at ? t("clinic:tiles.checkDue", { day: formatDayOf(data.due_at) }) : "";
+  const simulated = data?.state === "not_needed" ? t("clinic:tiles.simulated") : "";
+  const detail = data?.due_at ? t("clinic:tiles.checkDue", { day: formatDayOf(data.due_at) }) : simulated;
   return (
     <MetricLink
       to="/commissioning"

@@ -1,6 +1,7 @@
-import { Badge, Group, Stack, Text } from "@mantine/core";
+import { Badge, Group, Stack, Text, Title } from "@mantine/core";
 import { IconAlertTriangle, IconHandStop } from "@tabler/icons-react";
 import { useQuery } from "@tanstack/react-query";
+import type { ReactNode } from "react";
 import { api, ProblemError, type Schemas } from "../../lib/api/client";
 import { formatDay, formatList, sideWord } from "../../lib/format";
 import { t } from "../../lib/i18n";
@@ -24,12 +25,20 @@ export function usePatientBanner(patientId: string | undefined) {
 
 /**
  * The banner of every page of a patient, and of the station while a patient is there. It stays visible. `name`
- * is shown until the banner is loaded, and if it cannot be loaded.
+ * is shown until the banner is loaded, and if it cannot be loaded. `heading`: the name is the page's heading,
+ * and `more` follows the other facts.
  */
-export function PatientBanner({ patientId, name }: { patientId: string | undefined; name?: string }) {
+export function PatientBanner(props: {
+  patientId: string | undefined;
+  name?: string;
+  heading?: boolean;
+  more?: ReactNode;
+}) {
+  const { patientId, name, heading = false, more } = props;
   const { data, error } = usePatientBanner(patientId);
   // The page itself shows how to open a restricted record.
-  if (patientId === undefined || (error instanceof ProblemError && error.code === "restricted")) return null;
+  const restricted = error instanceof ProblemError && error.code === "restricted";
+  if (patientId === undefined || (restricted && !heading)) return null;
   return (
     <section
       className={data ? classes.banner : `${classes.banner} ${classes.loading}`}
@@ -38,28 +47,45 @@ export function PatientBanner({ patientId, name }: { patientId: string | undefin
     >
       {data ? (
         <Stack gap={4}>
-          <Identity banner={data} />
+          <Identity banner={data} heading={heading} more={more} />
           <Limits banner={data} />
         </Stack>
       ) : (
-        <Text fw={700}>
-          {name}
-          {error && t("patients:banner.unavailable")}
-        </Text>
+        <>
+          {heading && <Name name={name ?? ""} heading />}
+          <Text fw={700}>
+            {!heading && name}
+            {error && t("patients:banner.unavailable")}
+          </Text>
+        </>
       )}
     </section>
   );
 }
 
-function Identity({ banner }: { banner: Schemas["PatientBanner"] }) {
+function Name({ name, heading }: { name: string; heading: boolean }) {
+  if (heading) {
+    return (
+      <Title order={1} size="h2">
+        {name}
+      </Title>
+    );
+  }
+  return (
+    <Text fw={700} fz="lg">
+      {name}
+    </Text>
+  );
+}
+
+function Identity(props: { banner: Schemas["PatientBanner"]; heading: boolean; more: ReactNode }) {
+  const { banner, heading, more } = props;
   const born = banner.birth_date
     ? t("patients:banner.born", { day: formatDay(banner.birth_date), age: banner.age_years ?? 0 })
     : t("patients:banner.noBirthDate");
   return (
     <Group gap="md" align="baseline" style={{ rowGap: 0 }}>
-      <Text fw={700} fz="lg">
-        {banner.name}
-      </Text>
+      <Name name={banner.name} heading={heading} />
       {banner.kana && <Text lang="ja">{banner.kana}</Text>}
       <Text>{born}</Text>
       <Text>{t("patients:patient.number", { number: banner.clinic_number })}</Text>
@@ -69,6 +95,7 @@ function Identity({ banner }: { banner: Schemas["PatientBanner"] }) {
         </Text>
       ))}
       {banner.shoulders.length === 0 && <Text>{t("patients:banner.noEpisode")}</Text>}
+      {more}
     </Group>
   );
 }

@@ -48,13 +48,13 @@ export function PatientPage() {
     <RevealWhenLoaded>
       <Stack gap="sm">
         {record.restricted && <GlassBanner patientId={patientId} />}
-        <PatientBanner patientId={patientId} name={record.name} />
-        <Header patient={record} onEdit={form.open} />
+        <PatientBanner patientId={patientId} name={record.name} heading more={<Facts patient={record} />} />
         <PageTabs
           label={t("patients:patient.title")}
           value={tab}
           names={t("patients:tabs", { returnObjects: true })}
           onChange={open}
+          actions={<Actions patient={record} onEdit={form.open} />}
         >
           {(shown) => <TabContent patient={record} tab={shown} />}
         </PageTabs>
@@ -111,52 +111,53 @@ function Sessions({ patientId }: { patientId: string }) {
   );
 }
 
-/** The patient's name and the actions on the record. The banner above shows the rest. */
-function Header(props: { patient: Patient; onEdit: () => void }) {
+/** What the banner shows on this page only. */
+function Facts({ patient }: { patient: Patient }) {
+  return (
+    <>
+      {patient.dominant_side && <Text>{t(`patients:patient.handed.${patient.dominant_side}`)}</Text>}
+      {patient.archived_at && (
+        <Badge color="gray">
+          {patient.erased_at ? t("patients:patient.erased") : t("patients:patient.archived")}
+        </Badge>
+      )}
+    </>
+  );
+}
+
+/** The actions on the record. */
+function Actions(props: { patient: Patient; onEdit: () => void }) {
   const { patient } = props;
   const writes = useHasPermission("write_records");
   const operates = useHasPermission("operate");
   const archive = useArchivePatient(patient);
   return (
     <>
-      <Group justify="space-between" align="center">
-        <Group gap="md">
-          <Title order={1} size="h2">
-            {patient.name}
-          </Title>
-          {patient.dominant_side && <Text>{t(`patients:patient.handed.${patient.dominant_side}`)}</Text>}
-          {patient.archived_at && (
-            <Badge color="gray">
-              {patient.erased_at ? t("patients:patient.erased") : t("patients:patient.archived")}
-            </Badge>
-          )}
-        </Group>
-        <Group gap="xs">
-          {operates && !patient.archived_at && (
-            <ButtonLink
-              to="/station"
-              search={{ patient: patient.id }}
-              leftSection={<IconPlayerPlay size={20} />}
+      <Group gap="xs">
+        {operates && !patient.archived_at && (
+          <ButtonLink
+            to="/station"
+            search={{ patient: patient.id }}
+            leftSection={<IconPlayerPlay size={20} />}
+          >
+            {t("patients:patient.toStation")}
+          </ButtonLink>
+        )}
+        {writes && !patient.erased_at && (
+          <>
+            <Button variant="default" leftSection={<IconPencil size={20} />} onClick={props.onEdit}>
+              {t("patients:patient.edit")}
+            </Button>
+            <Button
+              variant="default"
+              leftSection={<IconArchive size={20} />}
+              loading={archive.isPending}
+              onClick={() => archive.mutate(!patient.archived_at)}
             >
-              {t("patients:patient.toStation")}
-            </ButtonLink>
-          )}
-          {writes && !patient.erased_at && (
-            <>
-              <Button variant="default" leftSection={<IconPencil size={20} />} onClick={props.onEdit}>
-                {t("patients:patient.edit")}
-              </Button>
-              <Button
-                variant="default"
-                leftSection={<IconArchive size={20} />}
-                loading={archive.isPending}
-                onClick={() => archive.mutate(!patient.archived_at)}
-              >
-                {patient.archived_at ? t("patients:patient.restore") : t("patients:patient.archive")}
-              </Button>
-            </>
-          )}
-        </Group>
+              {patient.archived_at ? t("patients:patient.restore") : t("patients:patient.archive")}
+            </Button>
+          </>
+        )}
       </Group>
       <ProblemNote error={archive.error} />
     </>

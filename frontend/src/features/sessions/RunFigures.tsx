@@ -13,6 +13,8 @@ import { WindowSlider } from "./WindowSlider";
 const MOTORS = ["1", "2", "3", "4", "5"];
 const ALL = "all";
 const SETTLED_MS = 300;
+/** Smaller differences of the clocks are shorter than one sample. */
+const SHOWN_OFFSET_S = 0.01;
 
 type Clock = "path" | "wall";
 type Props = { runId: string; worstMotor: number; clockOffset_s: number | null; length_s: number | null };
@@ -61,7 +63,7 @@ export function RunFigures({ runId, worstMotor, clockOffset_s, length_s }: Props
             { value: "wall", label: t("sessions:compared.clocks.wall") },
           ]}
         />
-        {clockOffset_s !== null && (
+        {clockOffset_s !== null && clockOffset_s >= SHOWN_OFFSET_S && (
           <Text>{t("sessions:compared.clockOffset", { offset: formatDeg(clockOffset_s, 3) })}</Text>
         )}
       </Group>

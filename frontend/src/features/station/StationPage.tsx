@@ -83,7 +83,7 @@ export function StationPage() {
           </div>
           <div className={classes.rest}>
             {panels && diagnoses && station?.simulated && <panels.SimulatorPanel />}
-            <Stack>
+            <Stack className={classes.facts ?? ""}>
               {panels && <panels.CommissioningState link />}
               <RecentEvents />
               {panels && <panels.DriveHealth />}

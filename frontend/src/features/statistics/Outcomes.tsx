@@ -1,9 +1,10 @@
-import { Card, Select, SimpleGrid, Skeleton, Stack, Text } from "@mantine/core";
+import { Select, Skeleton, Stack, Text } from "@mantine/core";
 import { useQuery } from "@tanstack/react-query";
 import { useNavigate } from "@tanstack/react-router";
 import { api, type Schemas } from "../../lib/api/client";
 import { formatDeg } from "../../lib/format";
 import { t } from "../../lib/i18n";
+import { Metric, Metrics } from "../../ui/Metric";
 import { ProblemNote } from "../../ui/ProblemNote";
 import { ChartCard } from "./ChartCard";
 import { groupWords, outcomeFigure, outcomeTable, shownGroups } from "./charts";
@@ -84,11 +85,12 @@ function Verdicts(props: { measure: Measure; change: Schemas["OutcomeChange"]; l
   const { important, detectable, weeks_to_important: weeks, change: mean } = change;
   const [importantLimit, detectableLimit] = limits.map((limit) => limit ?? 0) as [number, number];
   return (
-    <SimpleGrid cols={{ base: 1, sm: 2, lg: 4 }}>
+    <Metrics label={t("clinic:subjects.outcomes.title")}>
       {important && (
-        <Verdict
-          title={t("clinic:verdicts.improved", { percent: wholePercent(important.value) })}
-          detail={t("clinic:verdicts.improvedDetail", {
+        <Metric
+          label={t("clinic:verdicts.improvedLabel")}
+          value={t("clinic:tiles.percent", { value: wholePercent(important.value) })}
+          note={t("clinic:verdicts.improvedDetail", {
             limit_points: importantLimit,
             low: wholePercent(important.low),
             high: wholePercent(important.high),
@@ -97,9 +99,10 @@ function Verdicts(props: { measure: Measure; change: Schemas["OutcomeChange"]; l
         />
       )}
       {detectable && (
-        <Verdict
-          title={t("clinic:verdicts.detectable", { percent: wholePercent(detectable.value) })}
-          detail={t("clinic:verdicts.detectableDetail", {
+        <Metric
+          label={t("clinic:verdicts.detectable")}
+          value={t("clinic:tiles.percent", { value: wholePercent(detectable.value) })}
+          note={t("clinic:verdicts.detectableDetail", {
             limit_points: detectableLimit,
             low: wholePercent(detectable.low),
             high: wholePercent(detectable.high),
@@ -107,9 +110,10 @@ function Verdicts(props: { measure: Measure; change: Schemas["OutcomeChange"]; l
         />
       )}
       {mean && (
-        <Verdict
-          title={t("clinic:verdicts.mean", { change: withUnit(measure, mean.value) })}
-          detail={t("clinic:verdicts.meanDetail", {
+        <Metric
+          label={t("clinic:verdicts.meanChart")}
+          value={withUnit(measure, mean.value)}
+          note={t("clinic:verdicts.meanDetail", {
             low: formatDeg(mean.low),
             high: withUnit(measure, mean.high),
             first: formatDeg(change.first),
@@ -118,21 +122,13 @@ function Verdicts(props: { measure: Measure; change: Schemas["OutcomeChange"]; l
         />
       )}
       {weeks && (
-        <Verdict
-          title={t("clinic:verdicts.weeks", { median: formatDeg(weeks[1]) })}
-          detail={t("clinic:verdicts.weeksDetail", { low: formatDeg(weeks[0]), high: formatDeg(weeks[2]) })}
+        <Metric
+          label={t("clinic:verdicts.weeks")}
+          value={t("clinic:verdicts.weeksValue", { median: formatDeg(weeks[1]) })}
+          note={t("clinic:verdicts.weeksDetail", { low: formatDeg(weeks[0]), high: formatDeg(weeks[2]) })}
         />
       )}
-      {!important && <Verdict title={t("clinic:verdicts.noLimit")} detail="" />}
-    </SimpleGrid>
-  );
-}
-
-function Verdict({ title, detail }: { title: string; detail: string }) {
-  return (
-    <Card withBorder>
-      <Text fw={600}>{title}</Text>
-      <Text size="sm">{detail}</Text>
-    </Card>
+      {!important && <Text size="sm">{t("clinic:verdicts.noLimit")}</Text>}
+    </Metrics>
   );
 }

@@ -144,12 +144,16 @@ export function trackingTable(rows: Schemas["StationTracking"][]): Table {
  * other.
  */
 export function stopsFigure(rows: Schemas["StopCount"][]): Figure {
-  const causes = [...new Set(rows.map((row) => row.code))];
+  const count = (code: string, counted: "sessions" | "alarms") =>
+    rows.reduce((sum, row) => sum + (row.code === code ? row[counted] : 0), 0);
+  const causes = [...new Set(rows.map((row) => row.code))].sort(
+    (one, other) => count(other, "sessions") - count(one, "sessions"),
+  );
   const traces = (["sessions", "alarms"] as const).map((counted, place) => ({
     type: "bar",
     orientation: "h",
     name: t(`clinic:figures.counted.${counted}`),
-    x: causes.map((code) => rows.reduce((sum, row) => sum + (row.code === code ? row[counted] : 0), 0)),
+    x: causes.map((code) => count(code, counted)),
     y: causes.map(stopWords),
     marker: barMarker(place),
     hovertemplate: "%{y}: %{x}",
@@ -225,9 +229,11 @@ export function outcomeFigure(shown: Shown[], part: "change" | "important", axis
     xaxis: {
       ...GRID,
       title: { text: axis },
-      ...(part === "important" ? { range: [0, 100], ticksuffix: "%" } : {}),
+      // The axis of a change contains zero, which is no change.
+      ...(part === "important" ? { range: [0, 100], ticksuffix: "%" } : { rangemode: "tozero" }),
     },
-    yaxis: { ...GRID, autorange: "reversed", type: "category" },
+    // Half a row is free above the first point and below the last one.
+    yaxis: { ...GRID, range: [own.length - 0.5, -0.5], type: "category" },
   });
 }
 

@@ -1,4 +1,4 @@
-import { Checkbox, Stack, Text } from "@mantine/core";
+import { Checkbox, Group, Text } from "@mantine/core";
 import type { Schemas } from "../../../lib/api/client";
 import { formatDay } from "../../../lib/format";
 import { t } from "../../../lib/i18n";
@@ -36,7 +36,7 @@ export function IdentityChoice(props: {
       label={<Text span>{t("station:identity.ask")}</Text>}
       data-testid="identity"
     >
-      <Stack gap={0} mt="xs">
+      <Group gap="0 md" mt="xs">
         {shown.map(([identifier, label]) => (
           <Checkbox
             key={identifier}
@@ -50,7 +50,7 @@ export function IdentityChoice(props: {
             }}
           />
         ))}
-      </Stack>
+      </Group>
     </Checkbox.Group>
   );
 }

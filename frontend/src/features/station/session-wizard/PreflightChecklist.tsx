@@ -48,8 +48,10 @@ export function PreflightChecklist(props: {
   onlyOpen?: boolean;
   /** Called after the press that completes the checklist. */
   onComplete?: () => void;
+  /** The button that leads to the next step. */
+  next?: ReactNode;
 }) {
-  const { sessionId, recordingId, onlyOpen = false, onComplete } = props;
+  const { sessionId, recordingId, onlyOpen = false, onComplete, next } = props;
   const who = useUserName();
   const writes = useHasPermission("write_records");
   const queries = useQueryClient();
@@ -116,13 +118,14 @@ export function PreflightChecklist(props: {
           )}
         </CheckLine>
       ))}
-      {toConfirm.length > 1 && (
-        <Group justify="flex-end">
-          <Button size="lg" disabled={confirm.isPending} onClick={() => confirm.mutate(toConfirm)}>
+      <Group justify="space-between">
+        {next}
+        {toConfirm.length > 1 && (
+          <Button size="lg" ml="auto" disabled={confirm.isPending} onClick={() => confirm.mutate(toConfirm)}>
             {t("station:wizard.confirmAll", { count: toConfirm.length })}
           </Button>
-        </Group>
-      )}
+        )}
+      </Group>
       <ProblemNote error={checklist.error ?? confirm.error} />
     </Stack>
   );

@@ -168,12 +168,16 @@ function ChecklistStep({ session, onDone }: { session: Session; onDone: () => vo
       <Text>
         {name ? t("station:wizard.checksFor", { recording: name }) : t("station:wizard.nothingTaught")}
       </Text>
-      <PreflightChecklist sessionId={session.id} recordingId={recordingId} onComplete={onDone} />
-      <Group>
-        <Button size="xl" variant={complete ? "filled" : "default"} onClick={onDone}>
-          {complete ? t("station:wizard.toPain") : t("station:wizard.skipToPain")}
-        </Button>
-      </Group>
+      <PreflightChecklist
+        sessionId={session.id}
+        recordingId={recordingId}
+        onComplete={onDone}
+        next={
+          <Button size="lg" variant={complete ? "filled" : "default"} onClick={onDone}>
+            {complete ? t("station:wizard.toPain") : t("station:wizard.skipToPain")}
+          </Button>
+        }
+      />
     </>
   );
 }
