@@ -41,7 +41,8 @@ def test_the_work_at_a_desk_is_done_by_keyboard_alone(page: Page, clinic: Clinic
         press(page, group.get_by_role("button", name="3", exact=True))
     expect(form.get_by_role("status")).to_contain_text("SPADI 30 of 100")
     press(page, form.get_by_role("button", name="Save assessment"))
-    expect(page.get_by_test_id("newest-assessment")).to_contain_text("131°", timeout=LONG_MS)
+    newest = page.get_by_test_id("newest-assessment")
+    expect(newest.get_by_role("row", name=re.compile("^Flexion 131°"))).to_be_visible(timeout=LONG_MS)
 
     # Derive a motion.
     open_tab_by_keys(page, "Recordings")

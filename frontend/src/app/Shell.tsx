@@ -1,4 +1,5 @@
-import { Box, Group } from "@mantine/core";
+import { ActionIcon, Box, Group, Menu } from "@mantine/core";
+import { IconMenu2 } from "@tabler/icons-react";
 import { Link, Outlet, useRouterState } from "@tanstack/react-router";
 import { lazy, Suspense } from "react";
 import { AccountMenu } from "../features/auth/AccountMenu";
@@ -63,12 +64,52 @@ function Top() {
           <NavigationLink key={page.to} {...page} />
         ))}
       </Group>
+      <PageMenu />
       <SearchButton />
       <Suspense fallback={<Box w={BELL_PX} />}>
         <NotificationButton />
       </Suspense>
       <AccountMenu />
     </>
+  );
+}
+
+/** The same pages in a menu, on a telephone, where the links do not fit. */
+function PageMenu() {
+  return (
+    <Menu position="bottom-start" zIndex={500}>
+      <Menu.Target>
+        <ActionIcon
+          variant="subtle"
+          color="var(--mantine-color-text)"
+          size={44}
+          hiddenFrom="sm"
+          aria-label={t("common:shell.pages")}
+        >
+          <IconMenu2 size={26} />
+        </ActionIcon>
+      </Menu.Target>
+      <Menu.Dropdown>
+        {PAGES.map((page) => (
+          <MenuLink key={page.to} {...page} />
+        ))}
+      </Menu.Dropdown>
+    </Menu>
+  );
+}
+
+function MenuLink({ to, label, needs }: (typeof PAGES)[number]) {
+  if (!useHasPermission(needs)) return null;
+  return (
+    <Menu.Item
+      h={48}
+      component={Link}
+      to={to}
+      activeProps={{ className: classes.here ?? "", "aria-current": "page" }}
+      activeOptions={{ exact: to === "/", includeSearch: false }}
+    >
+      {label}
+    </Menu.Item>
   );
 }
 

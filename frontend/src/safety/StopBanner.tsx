@@ -58,7 +58,7 @@ function StopTitle({ fullPage, held }: { fullPage: boolean; held: boolean }) {
       : t("common:stopped.titleMayHold")
     : t("common:stopped.title");
   return (
-    <Title order={2} fz={fullPage ? 36 : 20} mb="xs">
+    <Title order={2} fz={fullPage ? "clamp(1.5rem, 5vw, 2.25rem)" : 20} mb="xs">
       {alive ? known : t("common:stopped.titleNotKnown")}
     </Title>
   );

@@ -54,7 +54,7 @@ it("sorts upwards, downwards and as it was, without a value last", () => {
 
 it("adds up the rows shown, and says that there are more", () => {
   expect(screen.getByRole("row", { name: "Total 12" })).toBeTruthy();
-  expect(screen.getByText(/^3 rows; there are more/)).toBeTruthy();
+  expect(screen.getByText(/^3 rows are shown; there are more/)).toBeTruthy();
 });
 
 it("saves the columns and the order that are shown, and remembers hidden columns", () => {

@@ -68,8 +68,8 @@ function Content({ label, value, unit, note, calls, failed }: KeyFigure) {
 /** Several numbers side by side, as many as fit. */
 export function Metrics({ label, children }: { label: string; children: ReactNode }) {
   return (
-    <section className={classes.metrics} aria-label={label}>
-      {children}
+    <section className={classes.metricsFrame} aria-label={label}>
+      <div className={classes.metrics}>{children}</div>
     </section>
   );
 }

@@ -79,24 +79,28 @@ type OnCode = (code: Schemas["OneTimeCode"]) => void;
 
 function AccountTable({ accounts, onCode }: { accounts: Account[]; onCode: OnCode }) {
   return (
-    <Table verticalSpacing="md" highlightOnHover>
-      <Table.Thead>
-        <Table.Tr>
-          <Table.Th>{t("administration:accounts.name")}</Table.Th>
-          <Table.Th>{t("administration:accounts.role")}</Table.Th>
-          <Table.Th>{t("administration:accounts.stations")}</Table.Th>
-          <Table.Th>{t("administration:accounts.signsInWith")}</Table.Th>
-          <Table.Th>
-            <span style={{ position: "absolute", left: -9999 }}>{t("administration:accounts.actions")}</span>
-          </Table.Th>
-        </Table.Tr>
-      </Table.Thead>
-      <Table.Tbody>
-        {accounts.map((account) => (
-          <AccountRow key={account.id} account={account} onCode={onCode} />
-        ))}
-      </Table.Tbody>
-    </Table>
+    <Table.ScrollContainer minWidth={640}>
+      <Table verticalSpacing="md" highlightOnHover>
+        <Table.Thead>
+          <Table.Tr>
+            <Table.Th>{t("administration:accounts.name")}</Table.Th>
+            <Table.Th>{t("administration:accounts.role")}</Table.Th>
+            <Table.Th>{t("administration:accounts.stations")}</Table.Th>
+            <Table.Th>{t("administration:accounts.signsInWith")}</Table.Th>
+            <Table.Th>
+              <span style={{ position: "absolute", left: -9999 }}>
+                {t("administration:accounts.actions")}
+              </span>
+            </Table.Th>
+          </Table.Tr>
+        </Table.Thead>
+        <Table.Tbody>
+          {accounts.map((account) => (
+            <AccountRow key={account.id} account={account} onCode={onCode} />
+          ))}
+        </Table.Tbody>
+      </Table>
+    </Table.ScrollContainer>
   );
 }
 

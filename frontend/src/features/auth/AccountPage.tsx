@@ -8,6 +8,7 @@ import { t } from "../../lib/i18n";
 import { ProblemNote } from "../../ui/ProblemNote";
 import { AccessTokens } from "./AccessTokens";
 import { AuthLayout } from "./AuthLayout";
+import classes from "./access.module.css";
 import { authStore } from "./authState";
 import { useMe } from "./hooks";
 import { LanguageChoice } from "./LanguageChoice";
@@ -21,7 +22,7 @@ export function AccountPage() {
   const me = useMe();
   if (!me) return null;
   return (
-    <Stack maw={720} gap="lg">
+    <Stack gap="lg">
       <div>
         <Title order={1} size="h2">
           {me.name}
@@ -29,38 +30,40 @@ export function AccountPage() {
         <Text>{t(`auth:account.who.${me.role}`, { username: me.username })}</Text>
         {me.stations.length > 0 && <Text>{t("auth:account.worksAt", { stations: me.stations })}</Text>}
       </div>
-      <Card withBorder component="section" aria-label={t("auth:language.label")}>
-        <Title order={2} size="h3" mb="md">
-          {t("auth:language.label")}
-        </Title>
-        <LanguageChoice own />
-      </Card>
-      {me.password && (
-        <Card withBorder component="section" aria-label={t("auth:account.password")}>
+      <div className={classes.cards}>
+        <Card withBorder component="section" aria-label={t("auth:language.label")}>
           <Title order={2} size="h3" mb="md">
-            {t("auth:account.password")}
+            {t("auth:language.label")}
           </Title>
-          <ChangePassword me={me} />
+          <LanguageChoice own />
         </Card>
-      )}
-      <Card withBorder component="section" aria-label={t("auth:account.secondFactor")}>
-        <Title order={2} size="h3" mb="md">
-          {t("auth:account.secondFactor")}
-        </Title>
-        <SecondFactor me={me} onChanged={() => void authStore.refresh()} />
-      </Card>
-      <Card withBorder component="section" aria-label={t("auth:account.whereSignedIn")}>
-        <Title order={2} size="h3" mb="md">
-          {t("auth:account.whereSignedIn")}
-        </Title>
-        <LoginSessions />
-      </Card>
-      <Card withBorder component="section" aria-label={t("auth:tokens.title")}>
-        <Title order={2} size="h3" mb="md">
-          {t("auth:tokens.title")}
-        </Title>
-        <AccessTokens />
-      </Card>
+        {me.password && (
+          <Card withBorder component="section" aria-label={t("auth:account.password")}>
+            <Title order={2} size="h3" mb="md">
+              {t("auth:account.password")}
+            </Title>
+            <ChangePassword me={me} />
+          </Card>
+        )}
+        <Card withBorder component="section" aria-label={t("auth:account.secondFactor")}>
+          <Title order={2} size="h3" mb="md">
+            {t("auth:account.secondFactor")}
+          </Title>
+          <SecondFactor me={me} onChanged={() => void authStore.refresh()} />
+        </Card>
+        <Card withBorder component="section" aria-label={t("auth:account.whereSignedIn")}>
+          <Title order={2} size="h3" mb="md">
+            {t("auth:account.whereSignedIn")}
+          </Title>
+          <LoginSessions />
+        </Card>
+        <Card withBorder component="section" aria-label={t("auth:tokens.title")}>
+          <Title order={2} size="h3" mb="md">
+            {t("auth:tokens.title")}
+          </Title>
+          <AccessTokens />
+        </Card>
+      </div>
     </Stack>
   );
 }

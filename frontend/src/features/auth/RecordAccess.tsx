@@ -1,4 +1,4 @@
-import { Button, Group, Modal, MultiSelect, Stack, Switch, Text } from "@mantine/core";
+import { Button, Group, Modal, MultiSelect, Stack, Switch, Text, Title } from "@mantine/core";
 import { useDisclosure } from "@mantine/hooks";
 import { IconLock } from "@tabler/icons-react";
 import { useMutation, useQuery, useQueryClient } from "@tanstack/react-query";
@@ -21,26 +21,29 @@ export function RecordAccess({ patientId }: { patientId: string }) {
   const { restricted, team } = access.data;
   if (!restricted && !administers) return null;
   return (
-    <Group gap="sm" data-testid="record-access">
-      {restricted && (
-        <>
-          <IconLock size={20} />
-          <Text>
-            {team.length > 0
+    <Stack gap="xs" component="section" aria-label={t("auth:record.whoSees")} data-testid="record-access">
+      <Title order={2} size="h3">
+        {t("auth:record.whoSees")}
+      </Title>
+      <Group gap="sm">
+        {restricted && <IconLock size={20} />}
+        <Text>
+          {!restricted
+            ? t("auth:record.unrestricted")
+            : team.length > 0
               ? t("auth:record.restrictedTo", { names: team.map((one) => one.name) })
               : t("auth:record.restrictedToNobody")}
-          </Text>
-        </>
-      )}
-      {administers && (
-        <Button variant="default" onClick={dialog.open}>
-          {restricted ? t("auth:record.change") : t("auth:record.restrict")}
-        </Button>
-      )}
+        </Text>
+        {administers && (
+          <Button variant="default" onClick={dialog.open}>
+            {restricted ? t("auth:record.change") : t("auth:record.restrict")}
+          </Button>
+        )}
+      </Group>
       <Modal opened={changing} onClose={dialog.close} title={t("auth:record.whoSees")} size="lg">
         <ChangeRecordAccess patientId={patientId} access={access.data} onDone={dialog.close} />
       </Modal>
-    </Group>
+    </Stack>
   );
 }
 

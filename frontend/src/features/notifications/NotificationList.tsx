@@ -15,16 +15,16 @@ export function NotificationList({ found, onClose }: { found: Notices; onClose: 
       <Stack gap="xs">
         {failed && <Text size="sm">{t("notifications:list.failed")}</Text>}
         {notices.length === 0 && !failed && <Text>{t("notifications:list.none")}</Text>}
-        <ul className={classes.list ?? ""}>
-          {notices.map((notice) => (
-            <Line key={notice.id} notice={notice} unread={unreadIds.has(notice.id)} onOpen={onClose} />
-          ))}
-        </ul>
         {unread.length > 0 && (
           <Button variant="default" onClick={markRead}>
             {t("notifications:list.markRead")}
           </Button>
         )}
+        <ul className={classes.list ?? ""}>
+          {notices.map((notice) => (
+            <Line key={notice.id} notice={notice} unread={unreadIds.has(notice.id)} onOpen={onClose} />
+          ))}
+        </ul>
       </Stack>
     </Modal>
   );

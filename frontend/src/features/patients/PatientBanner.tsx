@@ -6,6 +6,7 @@ import { api, ProblemError, type Schemas } from "../../lib/api/client";
 import { formatDay, formatList, sideWord } from "../../lib/format";
 import { t } from "../../lib/i18n";
 import { translateServerText } from "../../lib/serverText";
+import { PageLink } from "../../ui/links";
 import classes from "./patients.module.css";
 
 type Contraindication = Schemas["Contraindication"];
@@ -26,15 +27,16 @@ export function usePatientBanner(patientId: string | undefined) {
 /**
  * The banner of every page of a patient, and of the station while a patient is there. It stays visible. `name`
  * is shown until the banner is loaded, and if it cannot be loaded. `heading`: the name is the page's heading,
- * and `more` follows the other facts.
+ * and `more` follows the other facts. `link`: the name leads to the patient's page.
  */
 export function PatientBanner(props: {
   patientId: string | undefined;
   name?: string;
   heading?: boolean;
+  link?: boolean;
   more?: ReactNode;
 }) {
-  const { patientId, name, heading = false, more } = props;
+  const { patientId, name, heading = false, link = false, more } = props;
   const { data, error } = usePatientBanner(patientId);
   // The page itself shows how to open a restricted record.
   const restricted = error instanceof ProblemError && error.code === "restricted";
@@ -47,12 +49,16 @@ export function PatientBanner(props: {
     >
       {data ? (
         <Stack gap={4}>
-          <Identity banner={data} heading={heading} more={more} />
+          <Identity
+            banner={data}
+            name={<Name {...{ patientId, name: data.name, heading, link }} />}
+            more={more}
+          />
           <Limits banner={data} />
         </Stack>
       ) : (
         <>
-          {heading && <Name name={name ?? ""} heading />}
+          {heading && <Name {...{ patientId, name: name ?? "", heading, link }} />}
           <Text fw={700}>
             {!heading && name}
             {error && t("patients:banner.unavailable")}
@@ -63,7 +69,8 @@ export function PatientBanner(props: {
   );
 }
 
-function Name({ name, heading }: { name: string; heading: boolean }) {
+function Name(props: { patientId: string; name: string; heading: boolean; link: boolean }) {
+  const { patientId, name, heading, link } = props;
   if (heading) {
     return (
       <Title order={1} size="h2">
@@ -73,19 +80,25 @@ function Name({ name, heading }: { name: string; heading: boolean }) {
   }
   return (
     <Text fw={700} fz="lg">
-      {name}
+      {link ? (
+        <PageLink inherit to="/patients/$patientId" params={{ patientId }}>
+          {name}
+        </PageLink>
+      ) : (
+        name
+      )}
     </Text>
   );
 }
 
-function Identity(props: { banner: Schemas["PatientBanner"]; heading: boolean; more: ReactNode }) {
-  const { banner, heading, more } = props;
+function Identity(props: { banner: Schemas["PatientBanner"]; name: ReactNode; more: ReactNode }) {
+  const { banner, name, more } = props;
   const born = banner.birth_date
     ? t("patients:banner.born", { day: formatDay(banner.birth_date), age: banner.age_years ?? 0 })
     : t("patients:banner.noBirthDate");
   return (
     <Group gap="md" align="baseline" style={{ rowGap: 0 }}>
-      <Name name={banner.name} heading={heading} />
+      {name}
       {banner.kana && <Text lang="ja">{banner.kana}</Text>}
       <Text>{born}</Text>
       <Text>{t("patients:patient.number", { number: banner.clinic_number })}</Text>

@@ -22,7 +22,6 @@ import { api, ProblemError, type Programme, type ProgrammeVersion } from "../../
 import { formatMoment } from "../../lib/format";
 import { t } from "../../lib/i18n";
 import { useArchive } from "../../ui/archive";
-import { PageLink } from "../../ui/links";
 import { ProblemNote } from "../../ui/ProblemNote";
 import { RequirePermission } from "../auth/RequirePermission";
 import { PatientBanner } from "../patients/PatientBanner";
@@ -52,7 +51,7 @@ export function ProgrammeView({ programme }: { programme: Programme }) {
   const archive = useArchiveProgramme(programme);
   return (
     <Stack gap="xl">
-      <PatientBanner patientId={programme.patient.id} name={programme.patient.name} />
+      <PatientBanner patientId={programme.patient.id} name={programme.patient.name} link />
       <Group justify="space-between" align="start">
         <ProgrammeTitle programme={programme} />
         <RequirePermission permission="write_records">
@@ -108,16 +107,12 @@ function useArchiveProgramme(programme: Programme) {
 }
 
 function ProgrammeTitle({ programme }: { programme: Programme }) {
-  const { patient } = programme;
   return (
     <div>
       <Title order={1} size="h2">
         {programme.name}
       </Title>
       <Group gap="lg">
-        <PageLink to="/patients/$patientId" params={{ patientId: patient.id }}>
-          {patient.name}
-        </PageLink>
         <Text>{t(`programmes:programme.shoulder.${programme.side}`)}</Text>
         {programme.archived_at && <Badge color="gray">{t("programmes:programme.archived")}</Badge>}
       </Group>

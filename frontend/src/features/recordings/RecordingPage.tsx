@@ -78,8 +78,7 @@ export function RecordingPage() {
   const shown = recording.data;
   return (
     <Stack>
-      <PatientBanner patientId={shown.patient_id} />
-      <PatientLink patientId={shown.patient_id} />
+      <PatientBanner patientId={shown.patient_id} link />
       <Group justify="space-between" align="start">
         <Name recording={shown} renaming={renaming} onRenaming={setRenaming} update={update} />
         <Actions recording={shown} editing={editing} onEdit={panel.toggle} update={update} />
@@ -111,16 +110,6 @@ export function RecordingPage() {
       {shown.readable && <RecordingRhythm key={`rhythm-${recordingId}`} recordingId={recordingId} />}
       {shown.readable && <RecordingFigure key={recordingId} recordingId={recordingId} />}
     </Stack>
-  );
-}
-
-function PatientLink({ patientId }: { patientId: string }) {
-  const patient = useQuery({ queryKey: ["patient", patientId], queryFn: () => api.patient(patientId) });
-  if (!patient.data) return null;
-  return (
-    <PageLink to="/patients/$patientId" params={{ patientId }}>
-      {patient.data.name}
-    </PageLink>
   );
 }
 

@@ -27,8 +27,10 @@ export function LastSession({ patientId }: { patientId: string }) {
       {newest.isSuccess && !newest.data && <Text>{t("sessions:sessions.none")}</Text>}
       {newest.data && (
         <>
-          <SimulatedBadge simulated={newest.data.simulated} />
-          <Verdict session={newest.data} />
+          <Group gap="xs" my="xs">
+            <Verdict session={newest.data} />
+            <SimulatedBadge simulated={newest.data.simulated} />
+          </Group>
           <ResultMetrics session={newest.data} />
         </>
       )}

@@ -66,8 +66,8 @@ export function SinceLastMonth(props: {
             unit={t("patients:summary.of100")}
             note={
               <>
-                <ChangeWords of={spadi} words={pointWords} />{" "}
-                {spadi.change !== null && rateSpadiChange(spadi.change, form)}
+                <ChangeWords of={spadi} words={pointWords} />
+                {spadi.change !== null && <div>{rateSpadiChange(spadi.change, form)}</div>}
               </>
             }
           />
