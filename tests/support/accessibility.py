@@ -61,6 +61,7 @@ def addresses(page: Page, clinic: Clinic) -> dict[str, str]:
         "commissioning": "/commissioning",
         "procedure": "/commissioning?tab=procedure",
         "settings": "/commissioning?tab=settings",
+        "history": "/commissioning?tab=history",
         "nowhere": "/nowhere",
     }
 

@@ -19,6 +19,10 @@ LOCALES: Final = {"en": "en-GB", "ja": "ja-JP"}
 SCHEMES: Final[tuple[Literal["light", "dark"], ...]] = ("light", "dark")
 _DIALOGS: Final = {"search": "Control+K", "shortcuts": "Control+/"}
 """Their shortcuts, pressed on the home page."""
+_MENUS: Final = {"notifications": "bell", "account-menu": "user"}
+"""Icons of the header's buttons, pressed on the home page."""
+_LAST_STEPS: Final = {"pain-after": 4, "note": 5}
+"""Places of the steps that end a session."""
 _COMPONENTS: Final = ("components-language", "components", "components-states")
 """Tabs of the page of components, in order."""
 _TREATED: Final = "DEMO-002"
@@ -48,6 +52,7 @@ class ShownPages:
         self._station = station
         self._treated: tuple[dict[str, Any], dict[str, Any]] | None = None
         """The open session and the recording that it plays."""
+        self._teaches = False
         width, height = SIZES[view.size]
         context = browser.new_context(
             viewport={"width": width, "height": height},
@@ -73,19 +78,21 @@ class ShownPages:
         return {
             **{name: partial(self._show, self._clinic.url + address) for name, address in pages.items()},
             **{name: partial(self._press, keys) for name, keys in _DIALOGS.items()},
-            "notifications": self._notifications,
+            **{name: partial(self._open, icon) for name, icon in self._menus().items()},
             **{name: partial(self._show, address) for name, address in reports.items()},
             **{name: partial(self._component, components, tab) for tab, name in enumerate(_COMPONENTS)},
             "checklist": self._checklist,
             "playing": self._playing,
             "stopped": self._stopped,
+            **{name: partial(self._step, place) for name, place in _LAST_STEPS.items()},
+            "teaching": self._teaching,
             **{name: partial(self._home, cookie) for name, cookie in homes.items()},
             "questionnaire": partial(self._questionnaire, tablet, pages),
             "sign-in": partial(self._home, ""),
         }
 
     def _show(self, address: str) -> None:
-        if self._treated is None:
+        if self._treated is None and not self._teaches:
             self._station.make_idle()
         self.page.goto(address)
         expect(self.page.get_by_role("heading", level=1)).to_be_visible(timeout=LONG_MS)
@@ -108,10 +115,15 @@ class ShownPages:
         self.page.keyboard.press(keys)
         expect(self.page.get_by_role("dialog")).to_be_visible(timeout=LONG_MS)
 
-    def _notifications(self) -> None:
+    def _menus(self) -> dict[str, str]:
+        """Return the icons of the header's menus. Only a telephone has a menu of pages."""
+        return _MENUS | ({"page-menu": "menu-2"} if self.view.size == "telephone" else {})
+
+    def _open(self, icon: str) -> None:
+        """Open a menu of the header on the home page."""
         self._show(self._clinic.url)
-        self.page.locator("header button:has(.tabler-icon-bell)").click()
-        expect(self.page.get_by_role("dialog")).to_be_visible(timeout=LONG_MS)
+        self.page.locator(f"header button:has(.tabler-icon-{icon})").click()
+        expect(self.page.get_by_role("dialog").or_(self.page.get_by_role("menu"))).to_be_visible(timeout=LONG_MS)
 
     def _component(self, address: str, tab: int) -> None:
         """Show a tab of the page of components, which only the development server has. The last tab has a skeleton to be seen."""
@@ -147,8 +159,28 @@ class ShownPages:
         self._station.press_estop()
         expect(self.page.get_by_test_id("stop-banner")).to_be_visible(timeout=LONG_MS)
 
+    def _step(self, place: int) -> None:
+        """Show a step of the session after its playback was stopped."""
+        if self._treated is None:
+            self._stopped()
+        self._station.release_estop()
+        self.page.reload()
+        self._complete()
+        self.page.locator("main nav button").nth(place).click()
+        expect(self.page.locator("main nav button").nth(place)).to_have_attribute("aria-current", "step")
+
+    def _teaching(self) -> None:
+        """Show the station while a motion is taught."""
+        self.leave()
+        patient = self._station.teach(_TREATED)
+        self._teaches = True
+        self._show(f"{self._clinic.url}/station?patient={patient['id']}")
+
     def leave(self) -> None:
-        """Make the apparatus idle and end the session."""
+        """Make the apparatus idle and end the teaching or the session."""
+        if self._teaches:
+            self._station.finish_teaching()
+            self._teaches = False
         if self._treated:
             self._station.release_estop()
             self._station.end_session(self._treated[0])

@@ -8,7 +8,7 @@ import httpx2
 
 from kata.auth.login_session import COOKIE
 from tests.support.browser_clinic import START_LIMIT_S, Clinic
-from tests.support.preflight import confirmation, still_open
+from tests.support.preflight import TEACHING_CHECKED, confirmation, still_open
 from tests.support.station_commands import operate
 
 _POLL_S: Final = 0.1
@@ -44,14 +44,17 @@ class ShownStation:
         """Begin a session of this patient, whose checklist is open. Return the session and a recording."""
         patient = self._first("/api/patients", search=clinic_number)
         recording = self._first(f"/api/patients/{patient['id']}/recordings")
-        limit = time.monotonic() + START_LIMIT_S
-        while self._live()["side"] != recording["side"]:
-            self.make_idle()
-            answer = operate(self._client, "side", {"side": recording["side"]})
-            # On a busy computer the device can stop between the two.
-            assert answer.status_code == 200 or time.monotonic() < limit, answer.text
+        self._set_side(recording["side"])
         session = self._sent("POST", "/api/sessions", {"patient_id": patient["id"]})
         return session, recording
+
+    def _set_side(self, side: str) -> None:
+        limit = time.monotonic() + START_LIMIT_S
+        while self._live()["side"] != side:
+            self.make_idle()
+            answer = operate(self._client, "side", {"side": side})
+            # On a busy computer the device can stop between the two.
+            assert answer.status_code == 200 or time.monotonic() < limit, answer.text
 
     def play(self, session: dict[str, Any], recording: dict[str, Any]) -> None:
         """Complete the checklist, enter the pain before, and play the recording for minutes."""
@@ -80,6 +83,26 @@ class ShownStation:
             if live["mode"] != wanted:
                 return str(live["stop"])
         return ""
+
+    def teach(self, clinic_number: str) -> dict[str, Any]:
+        """Begin to teach this patient a motion, with every check answered. Return the patient."""
+        patient = self._first("/api/patients", search=clinic_number)
+        body = {"patient_id": patient["id"], "fixtures": ["arm_fixer_1"]} | TEACHING_CHECKED
+        self._set_side(patient["affected_side"])
+        self.press_estop()
+        self.release_estop()
+        limit = time.monotonic() + START_LIMIT_S
+        while (answer := self._answer("teach", body)).status_code != 200:
+            # A thread stores the test of the emergency stop, and on a busy computer the device can stop.
+            assert time.monotonic() < limit, answer.text
+            self.make_idle()
+        self._until_mode("teaching")
+        return patient
+
+    def finish_teaching(self) -> None:
+        """End the teaching without a take."""
+        self._answer("finish-teaching")
+        self.make_idle()
 
     def press_estop(self) -> None:
         """Press the emergency stop."""

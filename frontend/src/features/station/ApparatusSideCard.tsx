@@ -44,7 +44,7 @@ export function ApparatusSideCard({ wanted }: { wanted: Side | undefined }) {
           </Group>
         </Alert>
       ) : (
-        <Group justify="space-between" wrap="nowrap">
+        <Group justify="space-between" gap="xs">
           <Text size="sm">{side && t(`station:side.current.${side}`)}</Text>
           {button}
         </Group>
