@@ -53,7 +53,7 @@ export function DriveHealth() {
       <Title order={2} size="h6">
         {t("station:drives.title")}
       </Title>
-      <Table fz="xs" withRowBorders={false} verticalSpacing={2}>
+      <Table fz="xs" withRowBorders={false} verticalSpacing={2} horizontalSpacing={6}>
         <Table.Thead>
           <Table.Tr>
             <Table.Th>{t("station:drives.motor")}</Table.Th>
