@@ -1,4 +1,4 @@
-"""Take the pictures of docs/tutorial/tour.md in a demonstration clinic: a session from the patient's page to its error plots."""
+"""Take the pictures of docs/tutorial/tour.md and the README in a demonstration clinic: a session from the patient's page to its plots."""
 
 import pytest
 from playwright.sync_api import Browser, Locator, Page, expect
@@ -59,9 +59,15 @@ def test_take_the_pictures_of_the_tour(browser: Browser, demonstration: Clinic) 
     visit.get_by_role("button", name="Confirm all 3 checks").click()
     visit.get_by_role("button", name="Pain before: 4").click()
     expect(visit.get_by_role("heading", name="Play")).to_be_visible(timeout=LONG_MS)
+    screen = page_of(browser, clinic, DESKTOP, "light")
+    screen.goto(f"{clinic.url}/station")
+    screen.evaluate("localStorage.setItem('kata.first-steps-hidden', 'true')")
+    screen.reload()
+    expect(screen.get_by_test_id("apparatus-canvas")).to_be_visible(timeout=LONG_MS)
     load_and_play(tablet)
     expect(tablet.get_by_text("0:05 remaining")).to_be_visible(timeout=LONG_MS)
     take(tablet, "playing")
+    take(screen, "../station")
 
     watching = page_of(browser, clinic, DESKTOP, "dark")
     watching.goto(f"{clinic.url}/stations")
