@@ -104,7 +104,7 @@ def test_score_follows_the_formula_of_its_source(code: str, answers: list[int | 
 
 
 def test_every_definition_is_complete_and_has_its_sources() -> None:
-    assert set(DEFINITIONS) == {"spadi", "quickdash", "oxford", "ases"}
+    assert {"spadi", "quickdash", "oxford", "ases"} <= set(DEFINITIONS)
     for definition in DEFINITIONS.values():
         scales = definition.item_scales
         totals = (
@@ -183,7 +183,7 @@ def test_added_definition_is_used_and_a_broken_file_left_out(tmp_path: Path, cap
     (tmp_path / "questionnaires/broken.toml").write_text("code = 1")
     try:
         use_folder(definitions.clinic_folder(tmp_path))
-        assert set(DEFINITIONS) == {"spadi", "quickdash", "oxford", "ases", PROMIS}
+        assert PROMIS in DEFINITIONS
         assert "broken.toml is not used" in caplog.text
         words = tmp_path / "words.json"
         words.write_text(json.dumps(words_of(PROMIS, "ja")))
@@ -221,7 +221,7 @@ def test_texts_of_a_clinic_are_imported_and_replaced(database: Database) -> None
         (row,) = session.scalars(select(QuestionnaireTextsRow)).all()
         assert (row.title, len(row.items)) == ("Second", 11)
         languages = {one.code: one.languages for one in service.questionnaires(session)}
-    assert languages == {"spadi": [], "quickdash": ["ja"], "oxford": [], "ases": []}
+    assert languages == {key: [] for key in DEFINITIONS} | {"quickdash": ["ja"]}
 
 
 @pytest.mark.parametrize(

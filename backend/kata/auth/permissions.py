@@ -50,9 +50,7 @@ all other permissions are recorded.
 COMMANDS: Final[frozenset[Permission]] = frozenset({"stop", "operate"})
 """Permissions of commands to the apparatus. The answer to a command does not wait for the audit trail."""
 TOKEN_PERMISSIONS: Final[frozenset[Permission]] = frozenset({"see_station", "see_operation", "read_records"})
-"""Permissions that an access token keeps of its owner's, for requests that only read. A program can read neither accounts nor the audit
-trail.
-"""
+"""Permissions of its owner that an access token has. With them a program only reads, and neither accounts nor the audit trail."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -63,7 +61,7 @@ class RouteRule:
     own_station_only: bool = False
     """True if only accounts that work at this service's station may use the route."""
     allowed_for_restricted: bool = False
-    """True if the route is allowed for restricted records: it requests or manages access to them."""
+    """True if the route is allowed on a restricted record, because it requests or manages access to it."""
     locked: bool = False
     """True if the route is allowed while the screen is locked."""
     enrolling: bool = False

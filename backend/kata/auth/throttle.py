@@ -24,16 +24,22 @@ class _Attempts:
 
 @dataclass(frozen=True, slots=True)
 class BackoffPolicy:
-    """The number of attempts without a wait, the first wait and the longest wait. Each failure doubles the wait."""
+    """Failed attempts before the first wait, the first wait and the longest wait. Each further failure doubles the wait."""
 
-    free_attempts: int
+    attempts_before_wait: int
     first_s: float
     longest_s: float
 
 
-USERNAME_POLICY: Final = BackoffPolicy(free_attempts=5, first_s=30.0, longest_s=900.0)
+MOST_ATTEMPTS_BY_NAME: Final = 5
+FIRST_WAIT_BY_NAME_S: Final = 30.0
+LONGEST_WAIT_BY_NAME_S: Final = 900.0
+MOST_ATTEMPTS_BY_ADDRESS: Final = 30
+FIRST_WAIT_BY_ADDRESS_S: Final = 10.0
+LONGEST_WAIT_BY_ADDRESS_S: Final = 300.0
+USERNAME_POLICY: Final = BackoffPolicy(MOST_ATTEMPTS_BY_NAME, FIRST_WAIT_BY_NAME_S, LONGEST_WAIT_BY_NAME_S)
 """Policy for a user name, which need not exist, and for a locked screen."""
-ADDRESS_POLICY: Final = BackoffPolicy(free_attempts=30, first_s=10.0, longest_s=300.0)
+ADDRESS_POLICY: Final = BackoffPolicy(MOST_ATTEMPTS_BY_ADDRESS, FIRST_WAIT_BY_ADDRESS_S, LONGEST_WAIT_BY_ADDRESS_S)
 """Policy for a browser's address. A whole clinic behind a proxy may share one address."""
 
 
@@ -96,9 +102,9 @@ class Throttle:
             attempts = _Attempts(0, now_s, 0.0)
         attempts.failed += 1
         attempts.last_s = now_s
-        if attempts.failed >= policy.free_attempts:
+        if attempts.failed >= policy.attempts_before_wait:
             # The exponent is bounded, because a year of attempts would otherwise overflow a float.
-            factor = 2.0 ** min(attempts.failed - policy.free_attempts, 20)
+            factor = 2.0 ** min(attempts.failed - policy.attempts_before_wait, 20)
             attempts.until_s = now_s + min(policy.first_s * factor, policy.longest_s)
         self._attempts[key] = attempts
         self._attempts.move_to_end(key)

@@ -250,8 +250,9 @@ class StationConfig(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fi
     limit_tolerance_deg: float = 4.0
     """Distance beyond an axis' range from which a measured angle is a fault."""
     approach_speed_deg_s: float = 15.0
+    """Highest speed of the way to the start of a recording and of the way back. A patient's limit of speed lowers it."""
     following_error_deg: float = 20.0
-    """Maximum difference between an axis and its setpoint. The setpoint leads the axis by the lag: 6 deg at 60 deg/s and a lag
+    """Maximum difference between an axis and its setpoint; longer than ``following_error_ms`` beyond it is a fault. The setpoint leads the axis by the lag: 6 deg at 60 deg/s and a lag
     of 0.1 s. The rest is the margin for an arm that is held.
     """
     following_error_ms: int = 250

@@ -12,8 +12,8 @@ SETTLE_S: Final = 1.0
 case, and an arm outside them is a fault.
 """
 _INSIDE_SHARE: Final = 0.25
-"""Share of the limit tolerance within which an arm counts as inside. It is half of the distance that is a fault, so that
-lag and noise of a drive do not cause a fault when the limits tighten.
+"""Share of the limit tolerance within which an arm counts as inside. A fault begins at twice this distance, half of the tolerance, so
+that lag and noise of a drive do not cause a fault when the limits tighten.
 """
 
 

@@ -17,7 +17,7 @@ from kata.station.schemas import LeaseLive
 PAUSE_AFTER_S: Final = 2.0
 """Longest absence of the holder's browser during playback. A page reloads, and a weak network recovers, within this time."""
 RELEASE_AFTER_S: Final = 30.0
-"""Longest absence of the holder's browser. Afterwards the motors release the arm, and the lease is free."""
+"""Longest absence of the holder's browser. Then a Stop is due, and the lease ends as soon as torque is off."""
 NOT_OPERATING: Final = "not_operating"
 """Code of the refusal of a command from a browser without the lease."""
 

@@ -10,11 +10,12 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from kata.device.bus.drivers import make_bus
+from kata.device.bus.dynamixel.cycle_block import AT
 from kata.device.bus.dynamixel.packets import FastParser, StatusParser, encode
-from kata.device.bus.dynamixel.registers import VERIFIED_BLOCKS
+from kata.device.bus.dynamixel.registers import BLOCKS, BLOCKS_WITH_STATUS, VERIFIED_BLOCKS, configured_registers
 from kata.device.bus.port import Bus, BusError
 from kata.device.bus.serial_transport import Transport
-from kata.device.config import Inputs, StationConfig
+from kata.device.config import Inputs, StationConfig, simulated
 from kata.simulator import protocol
 from kata.simulator.adapter import AdapterLatency
 from kata.simulator.protocol import Instruction
@@ -515,3 +516,16 @@ def test_health_adds_no_request() -> None:
     assert cycles == [224] * 200
     rotation = {address for code, address in heard if code != protocol.FAST_SYNC_READ}
     assert rotation == {block.start for block in VERIFIED_BLOCKS}
+
+
+@pytest.mark.parametrize("inputs_at", [1, 5])
+def test_every_configured_register_is_read_again(inputs_at: int) -> None:
+    """A register outside the verified blocks would be written once and never compared; one that the mapped block lacks could not be."""
+    config = msgspec.structs.replace(simulated("memory"), inputs=Inputs(drive_id=inputs_at, estop_second_port=3))
+    for axis in config.axes:
+        for register in configured_registers(config, axis):
+            ends = {register.address, register.address + len(register.data) - 1}
+            (block,) = (n for n, block in enumerate(BLOCKS) if register.address in block)
+            assert ends <= set(BLOCKS[block]), register.name
+            if block < BLOCKS_WITH_STATUS:
+                assert ends <= set(AT), register.name

@@ -58,9 +58,9 @@ class Definition(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     copyright: str
     scales: tuple[ItemScale, ...]
     important: Threshold
-    """Smallest change that patients call important."""
+    """Smallest change that patients call important (minimal clinically important difference, MCID)."""
     detectable: Threshold
-    """A change of one patient up to this may be chance."""
+    """Smallest detectable change (SDC): a change of one patient that is not larger may be due to chance."""
     conversion: tuple[float, ...] = ()
     """T-score of each sum of the answers, from the lowest sum to the highest. A T-score of 50 is the mean of a reference population, and
     10 is its standard deviation.
