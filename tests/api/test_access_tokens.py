@@ -188,11 +188,11 @@ def test_guessed_tokens_are_throttled_and_ended_ones_are_not(shared: Clinic) -> 
     revoked = created(browser)
     browser.delete(f"/api/me/access-tokens/{revoked['id']}")
     stale = program(shared, revoked["token"], "192.0.2.7")
-    statuses = [stale.get("/api/patients").status_code for _ in range(ADDRESS_POLICY.free_attempts + 5)]
+    statuses = [stale.get("/api/patients").status_code for _ in range(ADDRESS_POLICY.attempts_before_wait + 5)]
     assert set(statuses) == {401}, "a forgotten program blocks no other one"
     good = program(shared, token["token"], "192.0.2.7")
     assert good.get("/api/patients").status_code == 200
-    for _ in range(ADDRESS_POLICY.free_attempts):
+    for _ in range(ADDRESS_POLICY.attempts_before_wait):
         guesser = program(shared, f"{PREFIX}{uuid4().hex}", "192.0.2.7")
         assert code(guesser.get("/api/patients"), 401) == "token_unknown"
     assert code(guesser.get("/api/patients"), 429) == "too_many_tries"
