@@ -14,7 +14,7 @@ from kata.clinic.episodes.tables import EpisodeRow
 from kata.clinic.patients import service as patients
 from kata.clinic.patients.schemas import PatientCreate, PatientUpdate
 from kata.clinic.programmes import adherence, planned, service
-from kata.clinic.programmes.adherence import VersionWish, Visit, by_week
+from kata.clinic.programmes.adherence import HeldSession, VersionWish, by_week
 from kata.clinic.programmes.planned import Setting
 from kata.clinic.programmes.schemas import (
     ProgrammeCreate,
@@ -368,7 +368,7 @@ def week_numbers(weeks: list[adherence.AdherenceWeek]) -> list[tuple[date, int, 
 
 
 def test_weeks_without_a_session_are_included() -> None:
-    visits = [Visit(MONDAY), Visit(MONDAY + 6 * DAY), Visit(MONDAY + 14 * DAY)]
+    visits = [HeldSession(MONDAY), HeldSession(MONDAY + 6 * DAY), HeldSession(MONDAY + 14 * DAY)]
     assert week_numbers(by_week(visits, [], MONDAY + 22 * DAY, timedelta())) == [
         (date(2026, 11, 16), 2, None),
         (date(2026, 11, 23), 0, None),
@@ -380,7 +380,7 @@ def test_weeks_without_a_session_are_included() -> None:
 
 def test_monday_begins_where_the_clinic_is() -> None:
     """Sunday night in London is Monday morning in Tokyo."""
-    night = Visit(MONDAY - 10 * timedelta(hours=1))
+    night = HeldSession(MONDAY - 10 * timedelta(hours=1))
     [london, *_] = by_week([night], [], night.started_at, timedelta())
     [tokyo] = by_week([night], [], night.started_at, timedelta(hours=9))
     assert (london.begins_on, tokyo.begins_on) == (date(2026, 11, 9), date(2026, 11, 16))
@@ -401,7 +401,7 @@ def test_goal_is_the_last_one_set_by_each_week() -> None:
 
 
 def test_repetitions_are_added_up_by_week() -> None:
-    visits = [Visit(MONDAY, 20, 10), Visit(MONDAY + DAY, 10, 8), Visit(MONDAY)]
+    visits = [HeldSession(MONDAY, 20, 10), HeldSession(MONDAY + DAY, 10, 8), HeldSession(MONDAY)]
     [week] = by_week(visits, [], MONDAY, timedelta())
     assert (week.sessions, week.repetitions_planned, week.repetitions_done) == (3, 30, 18)
 

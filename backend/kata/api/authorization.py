@@ -218,7 +218,7 @@ def _read_token_owner(services: Services, token: str, address: str) -> Actor:
 
 
 def _check_only_reads(connection: HTTPConnection, rule: RouteRule) -> None:
-    """Check that a request with an access token only reads. A WebSocket has no HTTP method, so it is refused.
+    """Check that a request with an access token can only read. A WebSocket has no HTTP method, so it is refused.
 
     :raises ProblemError: 403.
     """

@@ -77,11 +77,11 @@ def resources(session: Session, patient: PatientRow, identifier_system: str) -> 
     assessments = select(AssessmentRow).where(AssessmentRow.episode_id.in_(sides))
     for found in session.scalars(assessments.order_by(AssessmentRow.assessed_at, AssessmentRow.id)):
         yield from fhir_observations.assessment(found, patient.id, sides[found.episode_id])
-    for visit in visits(session, patient):
-        side = sides.get(visit.episode_id) if visit.episode_id else None
-        reason = conditions.get(visit.episode_id) if visit.episode_id else None
-        for resource in _visit(visit, side, reason):
-            yield simulated(resource) if visit.simulated else resource
+    for clinic_session in clinic_sessions(session, patient):
+        side = sides.get(clinic_session.episode_id) if clinic_session.episode_id else None
+        reason = conditions.get(clinic_session.episode_id) if clinic_session.episode_id else None
+        for resource in _clinic_session(clinic_session, side, reason):
+            yield simulated(resource) if clinic_session.simulated else resource
 
 
 def _questionnaires(session: Session, patient: PatientRow) -> Iterator[Resource]:
@@ -96,20 +96,20 @@ def _questionnaires(session: Session, patient: PatientRow) -> Iterator[Resource]
             yield fhir_care.questionnaire(definition, free.get(code))
 
 
-def _visit(visit: SessionRow, side: str | None, reason: UUID | None) -> Iterator[Resource]:
-    yield fhir_observations.procedure(visit, side, reason)
-    if visit.station:
-        yield fhir_observations.device_use(visit, side, reason)
-    yield from fhir_observations.session_pain(visit, side)
-    for reading in visit.goniometer_readings:
-        yield fhir_observations.goniometer_reading(reading, visit.patient_id, side)
-    angles = patient_angles.of_session(visit)
-    for run in visit.runs:
-        yield fhir_observations.run_tracking(run, visit.patient_id)
-        yield from fhir_observations.patient_angles(run, visit, angles)
+def _clinic_session(clinic_session: SessionRow, side: str | None, reason: UUID | None) -> Iterator[Resource]:
+    yield fhir_observations.procedure(clinic_session, side, reason)
+    if clinic_session.station:
+        yield fhir_observations.device_use(clinic_session, side, reason)
+    yield from fhir_observations.session_pain(clinic_session, side)
+    for reading in clinic_session.goniometer_readings:
+        yield fhir_observations.goniometer_reading(reading, clinic_session.patient_id, side)
+    angles = patient_angles.of_session(clinic_session)
+    for run in clinic_session.runs:
+        yield fhir_observations.run_tracking(run, clinic_session.patient_id)
+        yield from fhir_observations.patient_angles(run, clinic_session, angles)
 
 
-def visits(session: Session, patient: PatientRow) -> Iterator[SessionRow]:
+def clinic_sessions(session: Session, patient: PatientRow) -> Iterator[SessionRow]:
     """Yield a patient's sessions from the first to the last. The sessions are loaded in groups."""
     query = select(SessionRow.id).where(SessionRow.patient_id == patient.id)
     ids = list(session.scalars(query.order_by(SessionRow.started_at, SessionRow.id)))

@@ -117,7 +117,7 @@ def _take_away(session: Session, patient: PatientRow) -> None:
     patient.notes = ""
     episodes = select(EpisodeRow.id).where(EpisodeRow.patient_id == patient.id)
     programmes = select(ProgrammeRow.id).where(ProgrammeRow.episode_id.in_(episodes))
-    visits = select(SessionRow.id).where(SessionRow.patient_id == patient.id)
+    clinic_sessions = select(SessionRow.id).where(SessionRow.patient_id == patient.id)
     for statement in (
         update(EpisodeRow)
         .where(EpisodeRow.patient_id == patient.id)
@@ -127,7 +127,7 @@ def _take_away(session: Session, patient: PatientRow) -> None:
         update(ProgrammeVersionRow).where(ProgrammeVersionRow.programme_id.in_(programmes)).values(note=""),
         update(AssessmentRow).where(AssessmentRow.episode_id.in_(episodes)).values(note=""),
         update(SessionRow).where(SessionRow.patient_id == patient.id).values(note=""),
-        update(AddendumRow).where(AddendumRow.session_id.in_(visits)).values(text=""),
+        update(AddendumRow).where(AddendumRow.session_id.in_(clinic_sessions)).values(text=""),
         update(TeachingRow).where(TeachingRow.patient_id == patient.id).values(name="Recording"),
         update(RecordingRow).where(RecordingRow.patient_id == patient.id).values(name="Recording", note=""),
     ):

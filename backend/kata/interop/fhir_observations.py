@@ -159,7 +159,7 @@ def goniometer_reading(row: GoniometerReadingRow, patient_id: UUID, side: str | 
     )
 
 
-def patient_angles(row: RunRow, visit: SessionRow, angles: PatientAngles) -> Iterator[Resource]:
+def patient_angles(row: RunRow, clinic_session: SessionRow, angles: PatientAngles) -> Iterator[Resource]:
     """Yield an Observation for each motion of a run whose patient's angles are estimated, with their uncertainty."""
     for motion in row.motions:
         known = angles.of_run(row, motion)
@@ -172,11 +172,13 @@ def patient_angles(row: RunRow, visit: SessionRow, angles: PatientAngles) -> Ite
                 _component(name, valueQuantity=quantity(found.angle_deg, "deg")),
                 _component(f"{name}-uncertainty", valueQuantity=quantity(found.uncertainty_deg, "deg")),
             ]
-        read = [reading.id for reading in visit.goniometer_readings if reading.motion == motion.motion]
+        read = [reading.id for reading in clinic_session.goniometer_readings if reading.motion == motion.motion]
         yield without_empty(
-            _observation(derived_id("patient-angle", row.id, motion.motion), visit.patient_id, row.started_at, _THERAPY)
+            _observation(
+                derived_id("patient-angle", row.id, motion.motion), clinic_session.patient_id, row.started_at, _THERAPY
+            )
             | {
-                "partOf": [reference(visit.id)],
+                "partOf": [reference(clinic_session.id)],
                 "code": local_concept("patient-angle") | {"text": f"Patient's angles: {_motion_name(motion.motion)}"},
                 "bodySite": shoulder(row.recording.side),
                 "method": local_concept("goniometer-estimate"),

@@ -184,12 +184,15 @@ def _record(session: Session, patient: PatientRow) -> dict[str, Any]:
 def _write_sessions(path: Path, session: Session, patient: PatientRow) -> None:
     with path.open("w", encoding="utf-8") as file:
         file.write("[")
-        for number, visit in enumerate(bundle.visits(session, patient)):
-            stops = session.scalars(select(SessionStopRow).where(SessionStopRow.session_id == visit.id))
+        for number, clinic_session in enumerate(bundle.clinic_sessions(session, patient)):
+            stops = session.scalars(select(SessionStopRow).where(SessionStopRow.session_id == clinic_session.id))
             record = _plain(
-                visit, addenda=visit.addenda, stops=list(stops), goniometer_readings=visit.goniometer_readings
+                clinic_session,
+                addenda=clinic_session.addenda,
+                stops=list(stops),
+                goniometer_readings=clinic_session.goniometer_readings,
             )
-            record["runs"] = [_plain(run, motors=run.tracking, motions=run.motions) for run in visit.runs]
+            record["runs"] = [_plain(run, motors=run.tracking, motions=run.motions) for run in clinic_session.runs]
             file.write((",\n" if number else "\n") + json.dumps(record, ensure_ascii=False))
         file.write("\n]\n")
 

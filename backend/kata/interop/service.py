@@ -77,16 +77,16 @@ def measured(session: Session, run_id: UUID) -> tuple[Series, Origin] | None:
     series = RUN_SAMPLES.read(session, run_id)
     if not series.head:
         return None
-    visit = session.get_one(SessionRow, row.session_id)
+    clinic_session = session.get_one(SessionRow, row.session_id)
     origin = Origin(
         "run",
         str(row.id),
-        str(visit.patient_id),
+        str(clinic_session.patient_id),
         row.recording.side,
-        visit.station or row.recording.station,
+        clinic_session.station or row.recording.station,
         row.rate_hz,
         row.started_at.isoformat(),
-        visit.simulated,
+        clinic_session.simulated,
     )
     return series, origin
 

@@ -48,7 +48,7 @@ class Adherence(Schema):
 
 
 @dataclass(frozen=True)
-class Visit:
+class HeldSession:
     """A session in which a recording was played, with its planned and completed repetitions."""
 
     started_at: datetime
@@ -67,19 +67,19 @@ class VersionWish:
 
 
 def by_week(
-    visits: Iterable[Visit], wishes: Iterable[VersionWish], until: datetime, offset: timedelta
+    held_sessions: Iterable[HeldSession], wishes: Iterable[VersionWish], until: datetime, offset: timedelta
 ) -> list[AdherenceWeek]:
     """Return the weeks. ``offset``: offset of the clinic's time zone from UTC.
 
     Weeks after ``until`` are included only if a recording was played in them.
     """
-    visits, wishes = list(visits), sorted(wishes, key=lambda wish: wish.made_at)
-    moments = [visit.started_at for visit in visits] + [wish.made_at for wish in wishes]
+    held_sessions, wishes = list(held_sessions), sorted(wishes, key=lambda wish: wish.made_at)
+    moments = [held_session.started_at for held_session in held_sessions] + [wish.made_at for wish in wishes]
     if not moments:
         return []
-    of_week: dict[date, list[Visit]] = defaultdict(list)
-    for visit in visits:
-        of_week[_monday(visit.started_at, offset)].append(visit)
+    of_week: dict[date, list[HeldSession]] = defaultdict(list)
+    for held_session in held_sessions:
+        of_week[_monday(held_session.started_at, offset)].append(held_session)
     monday = _monday(min(moments), offset)
     last = max(_monday(until, offset), *of_week, monday)
     weeks = []
@@ -104,7 +104,7 @@ def of_episode(session: Session, episode_id: UUID, utc_offset_minutes: int) -> A
     return Adherence(weeks=weeks)
 
 
-def _visits(session: Session, episode_id: UUID) -> list[Visit]:
+def _visits(session: Session, episode_id: UUID) -> list[HeldSession]:
     """Return one entry per session. Extra repetitions of one item do not compensate for another item."""
     of_items = (
         select(RunRow.session_id, RunRow.programme_position, func.sum(RunRow.repetitions_done).label("done"))
@@ -139,7 +139,7 @@ def _visits(session: Session, episode_id: UUID) -> list[Visit]:
     )
     plans: dict[UUID, int] = {row.version_id: row.repetitions for row in session.execute(prescribed)}
     return [
-        Visit(started_at, plans.get(version_id, 0) if version_id else 0, done)
+        HeldSession(started_at, plans.get(version_id, 0) if version_id else 0, done)
         for started_at, version_id, done in session.execute(played)
     ]
 
@@ -158,13 +158,13 @@ def _version_wishes(session: Session, episode_id: UUID) -> list[VersionWish]:
     return [VersionWish(*row) for row in session.execute(query)]
 
 
-def _week(monday: date, visits: list[Visit], wish: int | None) -> AdherenceWeek:
+def _week(monday: date, held_sessions: list[HeldSession], wish: int | None) -> AdherenceWeek:
     return AdherenceWeek(
         begins_on=monday,
-        sessions=len(visits),
+        sessions=len(held_sessions),
         sessions_wished=wish,
-        repetitions_planned=sum(visit.planned for visit in visits),
-        repetitions_done=sum(visit.done for visit in visits),
+        repetitions_planned=sum(held_session.planned for held_session in held_sessions),
+        repetitions_done=sum(held_session.done for held_session in held_sessions),
     )
 
 

@@ -146,12 +146,16 @@ def of_session(session: Session, session_id: UUID) -> SessionPlan:
 
     :raises ProblemError: 404.
     """
-    visit = session.execute(
+    clinic_session = session.execute(
         select(SessionRow.ended_at, SessionRow.programme_version_id).where(SessionRow.id == session_id)
     ).one_or_none()
-    if visit is None:
+    if clinic_session is None:
         raise not_found(texts.SESSION_NOT_FOUND)
-    version = session.get(ProgrammeVersionRow, visit.programme_version_id) if visit.programme_version_id else None
+    version = (
+        session.get(ProgrammeVersionRow, clinic_session.programme_version_id)
+        if clinic_session.programme_version_id
+        else None
+    )
     runs = _runs(session, session_id)
     played_s = sum(run.played_s or 0.0 for run in runs)
     programme, timer, items = None, None, []
@@ -171,7 +175,7 @@ def of_session(session: Session, session_id: UUID) -> SessionPlan:
             )
     return SessionPlan(
         session_id=session_id,
-        ended=visit.ended_at is not None,
+        ended=clinic_session.ended_at is not None,
         programme=programme,
         played_s=played_s,
         timer=timer,

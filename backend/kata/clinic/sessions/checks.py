@@ -65,9 +65,9 @@ def checklist(
 
     :raises ProblemError: 404; 410 when the recording's samples are damaged.
     """
-    visit = service.get(session, session_id)
+    clinic_session = service.get(session, session_id)
     tested_at = events.estop_tested_at(session, apparatus.station, today())
-    return check_states(needs(session, visit, recording_id), answers(visit), apparatus, tested_at)
+    return check_states(needs(session, clinic_session, recording_id), answers(clinic_session), apparatus, tested_at)
 
 
 def check_states(
@@ -124,8 +124,8 @@ def teaching_checklist(
     session: DatabaseSession, teaching: TeachingRequest, apparatus: ApparatusState, confirmed: Sequence[Answer] = ()
 ) -> tuple[CheckState, ...]:
     """Return the checklist of a teaching. Its answers are those of the patient's open session, if there is one, and ``confirmed``."""
-    visit = service.open_of(session, teaching.patient_id)
-    given = [*(answers(visit) if visit else ()), *confirmed]
+    clinic_session = service.open_of(session, teaching.patient_id)
+    given = [*(answers(clinic_session) if clinic_session else ()), *confirmed]
     return check_states(
         _teaching_needs(teaching), given, apparatus, events.estop_tested_at(session, apparatus.station, today())
     )
@@ -153,13 +153,13 @@ def require_teaching(
     confirmed = [Answer(check, subject, now, confirmed_now.by) for check, subject in subjects.items()]
     checks = teaching_checklist(session, teaching, apparatus, confirmed)
     require_all(checks)
-    visit = service.open_of(session, teaching.patient_id)
-    if visit:
+    clinic_session = service.open_of(session, teaching.patient_id)
+    if clinic_session:
         # Lock the session, so that no other request adds answers meanwhile.
-        visit = service.to_change(session, visit.id)
+        clinic_session = service.to_change(session, clinic_session.id)
         for answer in confirmed:
-            store_answer(visit, answer)
-        _store_detected(visit, checks)
+            store_answer(clinic_session, answer)
+        _store_detected(clinic_session, checks)
 
 
 def teaching_side(patient: PatientRow, side: Side | None) -> Side:
@@ -181,14 +181,14 @@ def confirm(
     :raises ProblemError: 404; 409 for a check that only the apparatus answers, for fixtures without a recording, and when the session has
         ended; 422 as in :func:`kata.clinic.sessions.identity.subject`.
     """
-    visit = service.to_change(session, session_id)
-    ending.check_goes_on(visit.ended_at)
-    need = confirmable(needs(session, visit, given.recording_id), check)
+    clinic_session = service.to_change(session, session_id)
+    ending.check_goes_on(clinic_session.ended_at)
+    need = confirmable(needs(session, clinic_session, given.recording_id), check)
     subject = need.subject
     if check == "identity":
-        subject = identity.subject(given.identifiers, visit.patient.birth_date)
+        subject = identity.subject(given.identifiers, clinic_session.patient.birth_date)
         note_detail("identity", subject)
-    store_answer(visit, Answer(check, subject, utc_now(), given.checked_by))
+    store_answer(clinic_session, Answer(check, subject, utc_now(), given.checked_by))
     return checklist(session, session_id, given.recording_id, apparatus)
 
 
@@ -259,13 +259,13 @@ def _teaching_needs(teaching: TeachingRequest) -> tuple[Need, ...]:
     return required_checks(teaching.side, sorted(teaching.fixtures))
 
 
-def needs(session: DatabaseSession, visit: SessionRow, recording_id: UUID | None) -> tuple[Need, ...]:
+def needs(session: DatabaseSession, clinic_session: SessionRow, recording_id: UUID | None) -> tuple[Need, ...]:
     """Return the required checks. Without a recording, return those that all recordings have in common.
 
     :raises ProblemError: 404; 410 when the recording's samples are damaged.
     """
     if recording_id is None:
-        side = side_of(visit.episode.side) if visit.episode else "right"
+        side = side_of(clinic_session.episode.side) if clinic_session.episode else "right"
         return tuple(need for need in required_checks(side, ()) if need.check != "fixtures")
     return needs_of(recordings.get(session, recording_id), recordings.samples(session, recording_id).angles_deg)
 
@@ -276,21 +276,21 @@ def needs_of(recording: RecordingRow, angles_deg: Floats) -> tuple[Need, ...]:
     return required_checks(side_of(recording.side), playback_fixtures(recording.fixtures, rotates=rotates))
 
 
-def answers(visit: SessionRow) -> list[Answer]:
+def answers(clinic_session: SessionRow) -> list[Answer]:
     """Return the stored answers."""
-    return [Answer(**check | {"at": datetime.fromisoformat(check["at"])}) for check in visit.checks]
+    return [Answer(**check | {"at": datetime.fromisoformat(check["at"])}) for check in clinic_session.checks]
 
 
-def store_answer(visit: SessionRow, answer: Answer) -> None:
+def store_answer(clinic_session: SessionRow, answer: Answer) -> None:
     """Add an answer to the session."""
     stored: dict[str, Any] = asdict(answer) | {"at": answer.at.isoformat()}
     # Answers are only added, so no change of the session is overwritten and ``updated_at`` stays the same.
-    visit.checks = [*visit.checks, stored]
+    clinic_session.checks = [*clinic_session.checks, stored]
 
 
-def _store_detected(visit: SessionRow, checks: Sequence[CheckState]) -> None:
-    for answer in newly_detected(checks, answers(visit)):
-        store_answer(visit, answer)
+def _store_detected(clinic_session: SessionRow, checks: Sequence[CheckState]) -> None:
+    for answer in newly_detected(checks, answers(clinic_session)):
+        store_answer(clinic_session, answer)
 
 
 def newly_detected(checks: Iterable[CheckState], stored: Iterable[Answer]) -> list[Answer]:

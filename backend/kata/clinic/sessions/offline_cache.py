@@ -63,7 +63,7 @@ class OfflineCache:
             self._attended = patient_id
             self._touch(patient_id, utc_now())
             known = self._known.get(patient_id)
-            if known and (known.visit.id if known.visit else None) != session_id:
+            if known and (known.clinic_session.id if known.clinic_session else None) != session_id:
                 del self._known[patient_id]
             self._due_s = 0.0
 
@@ -109,7 +109,7 @@ class OfflineCache:
     @property
     def may_load(self) -> bool:
         """True if a recording can be loaded in one of the open sessions."""
-        return any(known.visit and not known.visit.ended_at for known in self._usable())
+        return any(known.clinic_session and not known.clinic_session.ended_at for known in self._usable())
 
     def ready(self) -> list[ReadyPatient]:
         """Return the patients whose session can begin or continue, by name. Empty while the database is available."""
@@ -164,7 +164,7 @@ class OfflineCache:
             return [known for known in self._known.values() if known.at >= since]
 
     def _ready(self) -> list[CachedPatient]:
-        return [known for known in self._usable() if known.visit or self.may_begin(known)]
+        return [known for known in self._usable() if known.clinic_session or self.may_begin(known)]
 
     def may_begin(self, known: CachedPatient) -> bool:
         """Return True if a session of this patient may begin: there is a programme, and the patient was seen here today."""
@@ -177,21 +177,24 @@ class OfflineCache:
 
     def find_session(self, session_id: UUID) -> CachedPatient | None:
         """Return the entry of the patient with this session, or None if there is no recent one."""
-        return next((known for known in self._usable() if known.visit and known.visit.id == session_id), None)
+        return next(
+            (known for known in self._usable() if known.clinic_session and known.clinic_session.id == session_id), None
+        )
 
     def with_loaded_run(self, run_id: UUID) -> list[CachedPatient]:
         """Return the entries, including old ones, whose session contains this run without an outcome."""
         return [
             known
             for known in self._known.values()
-            if known.visit and any(run.id == run_id and run.outcome == "loaded" for run in known.visit.runs)
+            if known.clinic_session
+            and any(run.id == run_id and run.outcome == "loaded" for run in known.clinic_session.runs)
         ]
 
     def store(self, known: CachedPatient) -> None:
         """Store an entry that a user changed without the database."""
         self._known[known.patient.id] = known
-        if known.visit:
-            self._unsent[known.visit.id] = known.patient.id
+        if known.clinic_session:
+            self._unsent[known.clinic_session.id] = known.patient.id
         self._changes += 1
         self._due_s = 0.0
 
@@ -201,6 +204,6 @@ def _named_by(known: CachedPatient) -> set[tuple[str, UUID]]:
     named = {("patient_id", known.patient.id), *(("recording_id", recording) for recording in known.recordings)}
     if known.programme:
         named.add(("programme_version_id", known.programme.version_id))
-    if known.visit:
-        named |= {("session_id", known.visit.id), *(("run_id", run.id) for run in known.visit.runs)}
+    if known.clinic_session:
+        named |= {("session_id", known.clinic_session.id), *(("run_id", run.id) for run in known.clinic_session.runs)}
     return named

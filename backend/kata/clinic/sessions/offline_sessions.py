@@ -63,7 +63,7 @@ class OfflineSessions:
     def session(self, session_id: UUID) -> Session | None:
         """Return the cached session, or None if it is unknown."""
         known = self.cache.find_session(session_id)
-        return known.visit if known else None
+        return known.clinic_session if known else None
 
     def open_session(
         self, session_id: UUID, patient_id: UUID, therapist: str, programme_version_id: UUID | None
@@ -76,8 +76,8 @@ class OfflineSessions:
             known = self.cache.find_patient(patient_id)
             if known is None or not self.cache.is_needed:
                 return None
-            if known.visit and not known.visit.ended_at:
-                return known.visit, None
+            if known.clinic_session and not known.clinic_session.ended_at:
+                return known.clinic_session, None
             programme, episode_id = known.programme, known.episode_id
             if programme is None or episode_id is None or not self.cache.may_begin(known):
                 return None
@@ -87,18 +87,18 @@ class OfflineSessions:
             opened = SessionOpened(
                 session_id, patient_id, episode_id, programme.version_id, therapist, self._station, at
             )
-            visit = known.new_visit(session_id, therapist, self._station, at)
+            clinic_session = known.new_clinic_session(session_id, therapist, self._station, at)
             minutes = programme.timer_minutes
             timer = planned.PlanTimer(minutes=minutes, played_s=0.0, left_s=60.0 * minutes) if minutes else None
-            self.cache.store(replace(known, visit=visit, timer=timer, at_s=time.monotonic()))
+            self.cache.store(replace(known, clinic_session=clinic_session, timer=timer, at_s=time.monotonic()))
             self.cache.attend(patient_id, session_id)
-            return visit, opened
+            return clinic_session, opened
 
     def discard_session(self, session_id: UUID) -> None:
         """Remove a session that could not be spooled."""
         with self.cache.lock:
             if known := self.cache.find_session(session_id):
-                self.cache.store(replace(known, visit=None, timer=None))
+                self.cache.store(replace(known, clinic_session=None, timer=None))
 
     def update_session(self, session_id: UUID, given: SessionUpdate) -> tuple[Session, list[PainRecorded]] | None:
         """Store pain scores. Return None if the session is unknown or the update contains other fields.
@@ -107,19 +107,19 @@ class OfflineSessions:
         """
         with self.cache.lock:
             known = self.cache.find_session(session_id)
-            visit = known.visit if known else None
+            clinic_session = known.clinic_session if known else None
             said = given.model_dump(exclude_unset=True, exclude={"updated_at"})
-            if known is None or visit is None or not said or not said.keys() <= set(_PAIN):
+            if known is None or clinic_session is None or not said or not said.keys() <= set(_PAIN):
                 return None
-            check_version(visit.updated_at, given.updated_at)
+            check_version(clinic_session.updated_at, given.updated_at)
             at = utc_now()
             events = [
-                PainRecorded(visit.id, when, said[when], getattr(visit, when), at, self._station)
+                PainRecorded(clinic_session.id, when, said[when], getattr(clinic_session, when), at, self._station)
                 for when in _PAIN
                 if when in said
             ]
-            changed = visit.model_copy(update={**said, "updated_at": at})
-            self.cache.store(replace(known, visit=changed))
+            changed = clinic_session.model_copy(update={**said, "updated_at": at})
+            self.cache.store(replace(known, clinic_session=changed))
             return changed, events
 
     def end_session(
@@ -131,17 +131,17 @@ class OfflineSessions:
         """
         with self.cache.lock:
             known = self.cache.find_session(session_id)
-            visit = known.visit if known else None
-            if known is None or visit is None:
+            clinic_session = known.clinic_session if known else None
+            if known is None or clinic_session is None:
                 return None
-            if visit.ended_at:
-                return visit, None
+            if clinic_session.ended_at:
+                return clinic_session, None
             if on_apparatus == session_id:
                 raise ending.run_not_ended()
-            ending.check_played(visit.runs)
+            ending.check_played(clinic_session.runs)
             at = utc_now()
-            ended = visit.model_copy(update={"ended_at": at, "end_reason": reason, "updated_at": at})
-            self.cache.store(replace(known, visit=ended))
+            ended = clinic_session.model_copy(update={"ended_at": at, "end_reason": reason, "updated_at": at})
+            self.cache.store(replace(known, clinic_session=ended))
             return ended, SessionClosed(session_id, reason, at, self._station)
 
     def checklist(
@@ -163,13 +163,13 @@ class OfflineSessions:
             found = self._find_playable(session_id, given.recording_id)
             if found is None:
                 return None
-            known, visit, recording = found
-            ending.check_goes_on(visit.ended_at)
+            known, clinic_session, recording = found
+            ending.check_goes_on(clinic_session.ended_at)
             subject = checks.confirmable(recording.needs, check).subject
             if check == "identity":
                 subject = identity.subject(given.identifiers, known.identity.birth_date)
             ticked = CheckAnswered(session_id, check, subject, utc_now(), given.checked_by)
-            self.cache.store(replace(known, visit=_with_answers(visit, [ticked])))
+            self.cache.store(replace(known, clinic_session=_with_answers(clinic_session, [ticked])))
             return ticked
 
     def start_run(self, request: runs.RunRequest, apparatus: checks.ApparatusState) -> CheckedRun | None:
@@ -182,10 +182,10 @@ class OfflineSessions:
         found = self._find_playable(request.session_id, request.recording_id)
         if found is None:
             return None
-        known, visit, recording = found
-        ending.check_goes_on(visit.ended_at)
+        known, clinic_session, recording = found
+        ending.check_goes_on(clinic_session.ended_at)
         if request.programme_position is not None:
-            items = visit.programme.items if visit.programme else ()
+            items = clinic_session.programme.items if clinic_session.programme else ()
             places = [(item.position, item.recording_id) for item in items]
             plans.check_place(places, request.programme_position, request.recording_id)
             # The time played since the refresh is unknown. It cannot be longer than the time that has passed.
@@ -194,7 +194,7 @@ class OfflineSessions:
         contraindications.check(known.banner.contraindications_of(recording.side))
         motion = runs.with_settings(recording.taught, request.settings)
         limits = recording.allowed.check(motion, request.load_level, request.method)
-        checked = self._checked(known, visit, recording, apparatus)
+        checked = self._checked(known, clinic_session, recording, apparatus)
         checks.require_all(checked)
         corrected_by, learned = (
             recording.learned.get(request.settings, (None, None)) if request.method == "learned" else (None, None)
@@ -214,14 +214,16 @@ class OfflineSessions:
         )
         new_answers = tuple(
             CheckAnswered(request.session_id, answer.check, answer.subject, answer.at, answer.by)
-            for answer in checks.newly_detected(checked, _answers(visit))
+            for answer in checks.newly_detected(checked, _answers(clinic_session))
         )
         run = runs.as_run(begun.row, recording.name)
         with self.cache.lock:
             if now := self.cache.find_session(request.session_id):
-                visit = now.visit or visit
-                visit = _with_answers(visit, new_answers).model_copy(update={"runs": [*visit.runs, run]})
-                self.cache.store(replace(now, visit=visit))
+                clinic_session = now.clinic_session or clinic_session
+                clinic_session = _with_answers(clinic_session, new_answers).model_copy(
+                    update={"runs": [*clinic_session.runs, run]}
+                )
+                self.cache.store(replace(now, clinic_session=clinic_session))
         return CheckedRun(begun, new_answers, run, recording, motion, learned, limits, known.patient)
 
     def finish_run(self, run_id: UUID, outcome: Outcome | None, ended_at: datetime | None = None) -> None:
@@ -229,33 +231,37 @@ class OfflineSessions:
         ended = {"outcome": outcome, "ended_at": ended_at}
         with self.cache.lock:
             for known in self.cache.with_loaded_run(run_id):
-                if visit := known.visit:
+                if clinic_session := known.clinic_session:
                     after = [
                         run.model_copy(update=ended) if run.id == run_id else run
-                        for run in visit.runs
+                        for run in clinic_session.runs
                         if outcome or run.id != run_id
                     ]
-                    self.cache.store(replace(known, visit=visit.model_copy(update={"runs": after})))
+                    self.cache.store(replace(known, clinic_session=clinic_session.model_copy(update={"runs": after})))
 
     def _find_playable(
         self, session_id: UUID, recording_id: UUID | None
     ) -> tuple[CachedPatient, Session, CachedRecording] | None:
         known = self.cache.find_session(session_id)
-        if known is None or known.visit is None or recording_id is None:
+        if known is None or known.clinic_session is None or recording_id is None:
             return None
         recording = known.recordings.get(recording_id)
-        return (known, known.visit, recording) if recording else None
+        return (known, known.clinic_session, recording) if recording else None
 
     def _checked(
-        self, known: CachedPatient, visit: Session, recording: CachedRecording, apparatus: checks.ApparatusState
+        self,
+        known: CachedPatient,
+        clinic_session: Session,
+        recording: CachedRecording,
+        apparatus: checks.ApparatusState,
     ) -> tuple[CheckState, ...]:
-        return checks.check_states(recording.needs, _answers(visit), apparatus, self.cache.estop_tested_at)
+        return checks.check_states(recording.needs, _answers(clinic_session), apparatus, self.cache.estop_tested_at)
 
 
-def _answers(visit: Session) -> list[Answer]:
-    return [Answer(check.check, check.subject, check.at, check.by) for check in visit.checks]
+def _answers(clinic_session: Session) -> list[Answer]:
+    return [Answer(check.check, check.subject, check.at, check.by) for check in clinic_session.checks]
 
 
-def _with_answers(visit: Session, ticked: Iterable[CheckAnswered]) -> Session:
+def _with_answers(clinic_session: Session, ticked: Iterable[CheckAnswered]) -> Session:
     more = [CheckAnswer(check=answer.check, subject=answer.subject, at=answer.at, by=answer.by) for answer in ticked]
-    return visit.model_copy(update={"checks": [*visit.checks, *more]})
+    return clinic_session.model_copy(update={"checks": [*clinic_session.checks, *more]})

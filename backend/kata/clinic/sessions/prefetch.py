@@ -64,7 +64,7 @@ class CachedPatient:
     contraindications: str
     programme: SessionProgramme | None
     """Plan of a new session: the newest programme of the open episode."""
-    visit: Session | None
+    clinic_session: Session | None
     """The open session, including changes made since the refresh."""
     timer: planned.PlanTimer | None
     """Timer of that session's programme."""
@@ -76,7 +76,7 @@ class CachedPatient:
     at_s: float
     """Time of the refresh by the monotonic clock."""
 
-    def new_visit(self, session_id: UUID, therapist: str, station: str, at: datetime) -> Session:
+    def new_clinic_session(self, session_id: UUID, therapist: str, station: str, at: datetime) -> Session:
         """Return a new session that follows the programme."""
         return Session(
             id=session_id,
@@ -108,7 +108,7 @@ class CachedPatient:
             side=self.side,
             contraindications=self.contraindications,
             programme=self.programme,
-            session=self.visit,
+            session=self.clinic_session,
         )
 
 
@@ -124,7 +124,7 @@ def fetch(
     of_patients = of_patients.options(selectinload(PatientRow.episodes).lazyload(EpisodeRow.stages))
     rows = {row.id: row for row in session.scalars(of_patients)}
     going_on = select(SessionRow).where(SessionRow.patient_id.in_(rows), SessionRow.ended_at.is_(None))
-    visits = {row.patient_id: row for row in session.scalars(going_on.order_by(SessionRow.started_at))}
+    clinic_sessions = {row.patient_id: row for row in session.scalars(going_on.order_by(SessionRow.started_at))}
     versions = programmes.of_patients(session, rows)
     found: dict[UUID, CachedPatient] = {}
     left = _MOST_SAMPLES
@@ -136,11 +136,14 @@ def fetch(
             if episode and version.programme.episode_id == episode.id and version.programme.archived_at is None
         ]
         programme = plans.programme_of(of_episode[0]) if of_episode else None
-        visit = service.as_session(visits[row.id]) if row.id in visits else None
-        if visit is None and programme is None:
+        clinic_session = service.as_session(clinic_sessions[row.id]) if row.id in clinic_sessions else None
+        if clinic_session is None and programme is None:
             continue
-        played = [run.recording_id for run in visit.runs] if visit else []
-        items = [*(programme.items if programme else ()), *(visit.programme.items if visit and visit.programme else ())]
+        played = [run.recording_id for run in clinic_session.runs] if clinic_session else []
+        items = [
+            *(programme.items if programme else ()),
+            *(clinic_session.programme.items if clinic_session and clinic_session.programme else ()),
+        ]
         needed = dict.fromkeys([*(item.recording_id for item in items), *played])
         size = sum(recordings.get(session, recording_id).samples for recording_id in needed)
         if found and size > left:
@@ -156,8 +159,10 @@ def fetch(
             side=side_of(episode.side) if episode else None,
             contraindications=episode.contraindications if episode else "",
             programme=programme,
-            visit=visit,
-            timer=planned.of_session(session, visit.id).timer if visit and _has_timer(visit) else None,
+            clinic_session=clinic_session,
+            timer=planned.of_session(session, clinic_session.id).timer
+            if clinic_session and _has_timer(clinic_session)
+            else None,
             recordings=playable,
             unplayable=frozenset(needed) - frozenset(playable),
             at=at,
@@ -173,8 +178,8 @@ def seen_here(session: DatabaseSession, station: str, since: datetime) -> dict[U
     return {row.patient_id: row.started_at for row in session.execute(query.order_by(SessionRow.started_at))}
 
 
-def _has_timer(visit: Session) -> bool:
-    return visit.programme is not None and visit.programme.timer_minutes is not None
+def _has_timer(clinic_session: Session) -> bool:
+    return clinic_session.programme is not None and clinic_session.programme.timer_minutes is not None
 
 
 def _playables(

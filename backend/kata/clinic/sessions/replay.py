@@ -150,7 +150,7 @@ def store(session: DatabaseSession, event: OfflineEvent) -> None:
             _store_run(session, event)
         case CheckAnswered():
             checks.store_answer(
-                _visit(session, event.session_id), Answer(event.check, event.subject, event.at, event.by)
+                _clinic_session(session, event.session_id), Answer(event.check, event.subject, event.at, event.by)
             )
 
 
@@ -175,61 +175,63 @@ def _store_session(session: DatabaseSession, opened: SessionOpened) -> None:
     version = session.get(ProgrammeVersionRow, opened.programme_version_id)
     if patient is None or version is None:
         raise ValueError(f"session {opened.id}: its patient or its programme no longer exists")
-    visit = service.new(opened.id, opened.patient_id, opened.episode_id, opened.station, opened.started_at)
-    visit.therapist, visit.programme_version_id = opened.therapist, version.id
-    session.add(visit)
+    clinic_session = service.new(opened.id, opened.patient_id, opened.episode_id, opened.station, opened.started_at)
+    clinic_session.therapist, clinic_session.programme_version_id = opened.therapist, version.id
+    session.add(clinic_session)
     session.flush()
-    for change in _changed_of_visit(session, visit, patient, version):
-        _add_alarm(session, visit, opened.station, opened.started_at, CHANGED[change])
+    for change in _changes_of_session(session, clinic_session, patient, version):
+        _add_alarm(session, clinic_session, opened.station, opened.started_at, CHANGED[change])
 
 
 def _store_pain(session: DatabaseSession, said: PainRecorded) -> None:
-    visit = _visit(session, said.session_id)
-    if visit.signed_at or getattr(visit, said.when) not in (said.before, said.pain):
+    clinic_session = _clinic_session(session, said.session_id)
+    if clinic_session.signed_at or getattr(clinic_session, said.when) not in (said.before, said.pain):
         sentence = NOT_KEPT[said.when](pain="-" if said.pain is None else said.pain)
-        _add_alarm(session, visit, said.station, said.at, sentence)
+        _add_alarm(session, clinic_session, said.station, said.at, sentence)
         return
-    setattr(visit, said.when, said.pain)
-    visit.updated_at = said.at
+    setattr(clinic_session, said.when, said.pain)
+    clinic_session.updated_at = said.at
 
 
 def _store_end(session: DatabaseSession, closed: SessionClosed) -> None:
-    visit = _visit(session, closed.session_id)
-    if visit.signed_at or visit.ended_at:
-        _add_alarm(session, visit, closed.station, closed.at, CHANGED["ended_already"])
+    clinic_session = _clinic_session(session, closed.session_id)
+    if clinic_session.signed_at or clinic_session.ended_at:
+        _add_alarm(session, clinic_session, closed.station, closed.at, CHANGED["ended_already"])
         return
-    visit.ended_at, visit.end_reason, visit.updated_at = closed.at, closed.reason, closed.at
+    clinic_session.ended_at, clinic_session.end_reason, clinic_session.updated_at = closed.at, closed.reason, closed.at
 
 
 def _store_run(session: DatabaseSession, begun: RunStarted) -> None:
-    visit = _visit(session, begun.session_id)
+    clinic_session = _clinic_session(session, begun.session_id)
     try:
         recording = recordings.get(session, begun.recording_id)
     except ProblemError as error:
         raise ValueError(f"run {begun.id}: {error}") from error
     session.add(begun.row)
-    visit.run_count += 1
-    for change in _changed_of_run(session, visit, recording, begun):
-        _add_alarm(session, visit, begun.station, begun.started_at, CHANGED[change], begun.id)
+    clinic_session.run_count += 1
+    for change in _changed_of_run(session, clinic_session, recording, begun):
+        _add_alarm(session, clinic_session, begun.station, begun.started_at, CHANGED[change], begun.id)
 
 
-def _visit(session: DatabaseSession, session_id: UUID) -> SessionRow:
-    visit = session.get(SessionRow, session_id, with_for_update=True)
-    if visit is None:
+def _clinic_session(session: DatabaseSession, session_id: UUID) -> SessionRow:
+    clinic_session = session.get(SessionRow, session_id, with_for_update=True)
+    if clinic_session is None:
         raise ValueError(f"session {session_id} no longer exists")
-    return visit
+    return clinic_session
 
 
-def _changed_of_visit(
-    session: DatabaseSession, visit: SessionRow, patient: PatientRow, version: ProgrammeVersionRow
+def _changes_of_session(
+    session: DatabaseSession, clinic_session: SessionRow, patient: PatientRow, version: ProgrammeVersionRow
 ) -> Iterator[Change]:
-    meanwhile = or_(SessionRow.ended_at.is_(None), SessionRow.ended_at > visit.started_at)
-    others = select(SessionRow.id).where(SessionRow.patient_id == patient.id, SessionRow.id != visit.id, meanwhile)
+    meanwhile = or_(SessionRow.ended_at.is_(None), SessionRow.ended_at > clinic_session.started_at)
+    others = select(SessionRow.id).where(
+        SessionRow.patient_id == patient.id, SessionRow.id != clinic_session.id, meanwhile
+    )
     if session.scalars(others).first():
         yield "another"
     if version.programme.archived_at or programmes.newest_number(session, version.programme_id) != version.number:
         yield "programme"
-    if not any(episode.id == visit.episode_id and episode.closed_at is None for episode in patient.episodes):
+    if not any(episode.id == clinic_session.episode_id and episode.closed_at is None for episode in patient.episodes):
         yield "care_closed"
     if patient.archived_at:
         yield "patient_archived"
@@ -238,18 +240,18 @@ def _changed_of_visit(
 
 
 def _changed_of_run(
-    session: DatabaseSession, visit: SessionRow, recording: RecordingRow, begun: RunStarted
+    session: DatabaseSession, clinic_session: SessionRow, recording: RecordingRow, begun: RunStarted
 ) -> Iterator[Change]:
-    if visit.ended_at and visit.ended_at <= begun.started_at:
+    if clinic_session.ended_at and clinic_session.ended_at <= begun.started_at:
         yield "ended"
     if recording.archived_at and recording.archived_at <= begun.started_at:
         yield "archived"
     try:
-        contraindications.require_none(session, visit.patient_id, recording.side)
+        contraindications.require_none(session, clinic_session.patient_id, recording.side)
     except ProblemError:
         yield "contraindicated"
     try:
-        allowed = doctor.allowed(session, visit.patient_id, side_of(recording.side))
+        allowed = doctor.allowed(session, clinic_session.patient_id, side_of(recording.side))
     except ProblemError:
         yield "closed"
     else:
@@ -258,7 +260,12 @@ def _changed_of_run(
 
 
 def _add_alarm(
-    session: DatabaseSession, visit: SessionRow, station: str, at: datetime, message: str, run_id: UUID | None = None
+    session: DatabaseSession,
+    clinic_session: SessionRow,
+    station: str,
+    at: datetime,
+    message: str,
+    run_id: UUID | None = None,
 ) -> None:
     session.add(
         DeviceEventRow(
@@ -270,8 +277,8 @@ def _add_alarm(
             code=CHANGED_MEANWHILE,
             message=str(message),
             message_key=sent_key(message),
-            patient_id=visit.patient_id,
-            session_id=visit.id,
+            patient_id=clinic_session.patient_id,
+            session_id=clinic_session.id,
             run_id=run_id,
         )
     )

@@ -86,7 +86,7 @@ def begin(
     row = _allowed(session, request)
     row.corrected_by = prepared.corrected_by if prepared else _corrected_by(session, row, station)
     session.add(row)
-    _visit(session, row).run_count += 1
+    _clinic_session(session, row).run_count += 1
     session.flush()
     session.refresh(row)
     return row
@@ -110,17 +110,17 @@ def _corrected_by(session: DatabaseSession, row: RunRow, station: str) -> UUID |
 
 
 def _allowed(session: DatabaseSession, request: RunRequest) -> RunRow:
-    visit = session.get(SessionRow, request.session_id)
-    if visit is None:
+    clinic_session = session.get(SessionRow, request.session_id)
+    if clinic_session is None:
         raise not_found(texts.SESSION_NOT_FOUND)
     recording = recordings.get(session, request.recording_id)
-    ending.check_goes_on(visit.ended_at)
-    if recording.patient_id != visit.patient_id:
+    ending.check_goes_on(clinic_session.ended_at)
+    if recording.patient_id != clinic_session.patient_id:
         raise ProblemError(409, "other_patient", texts.RECORDING_OF_OTHER_PATIENT(), texts.CHOOSE_OWN_RECORDING())
     if recording.archived_at:
         raise ProblemError(409, "archived", texts.RECORDING_ARCHIVED(), texts.RESTORE_OR_CHOOSE_ANOTHER())
     if request.programme_position is not None:
-        plans.require(visit, request.programme_position, request.recording_id)
+        plans.require(clinic_session, request.programme_position, request.recording_id)
     return new(uuid4(), utc_now(), request)
 
 
@@ -263,20 +263,24 @@ def remove_refused(session: DatabaseSession, run_id: UUID) -> None:
     """Delete a run that the device refused."""
     row = session.get(RunRow, run_id)
     if row and row.outcome == "loaded":
-        _visit(session, row).run_count -= 1
+        _clinic_session(session, row).run_count -= 1
         session.delete(row)
 
 
-def _visit(session: DatabaseSession, row: RunRow) -> SessionRow:
+def _clinic_session(session: DatabaseSession, row: RunRow) -> SessionRow:
     return session.get_one(SessionRow, row.session_id)
 
 
 def _store_stop(session: DatabaseSession, row: RunRow) -> None:
-    visit = _visit(session, row)
-    visit.stop_count += 1
-    if row.stop_code and session.get(SessionStopRow, (visit.id, row.stop_code)) is None:
-        columns = {"started_at": visit.started_at, "therapist": visit.therapist, "station": visit.station}
-        session.add(SessionStopRow(session_id=visit.id, code=row.stop_code, **columns))
+    clinic_session = _clinic_session(session, row)
+    clinic_session.stop_count += 1
+    if row.stop_code and session.get(SessionStopRow, (clinic_session.id, row.stop_code)) is None:
+        columns = {
+            "started_at": clinic_session.started_at,
+            "therapist": clinic_session.therapist,
+            "station": clinic_session.station,
+        }
+        session.add(SessionStopRow(session_id=clinic_session.id, code=row.stop_code, **columns))
 
 
 def give_up_unended(session: DatabaseSession, station: str, before: datetime) -> int:

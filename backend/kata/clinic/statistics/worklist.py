@@ -82,26 +82,26 @@ def followed(session: Session, now: datetime, hidden: Select[UUID] | None = None
     ``hidden``: query of the ids of patients to leave out.
     """
     since = now - RECENT
-    visits = (
+    held_sessions = (
         select(SessionRow.episode_id, func.count().label("held"), func.max(SessionRow.started_at).label("last_at"))
         .where(SessionRow.started_at >= since, SessionRow.run_count > 0)
         .group_by(SessionRow.episode_id)
-        .cte("visits")
+        .cte("held_sessions")
     )
     new = select(ProgrammeRow.episode_id).join(ProgrammeVersionRow).where(ProgrammeVersionRow.made_at >= since)
-    among = union(select(visits.c.episode_id), new).subquery("among")
+    among = union(select(held_sessions.c.episode_id), new).subquery("among")
     other = aliased(ProgrammeVersionRow)
     newest = select(func.max(other.number)).where(other.programme_id == ProgrammeRow.id).scalar_subquery()
     query = (
         select(
             ProgrammeRow.episode_id, EpisodeRow.patient_id, ProgrammeVersionRow.sessions_per_week, ProgrammeVersionRow.made_at,
-            visits.c.last_at, func.coalesce(visits.c.held, 0),
+            held_sessions.c.last_at, func.coalesce(held_sessions.c.held, 0),
         )
         .select_from(among)
         .join(EpisodeRow, EpisodeRow.id == among.c.episode_id)
         .join(ProgrammeRow, ProgrammeRow.episode_id == EpisodeRow.id)
         .join(ProgrammeVersionRow, ProgrammeVersionRow.programme_id == ProgrammeRow.id)
-        .outerjoin(visits, visits.c.episode_id == EpisodeRow.id)
+        .outerjoin(held_sessions, held_sessions.c.episode_id == EpisodeRow.id)
         .where(
             EpisodeRow.closed_at.is_(None),
             ProgrammeRow.archived_at.is_(None),
@@ -176,7 +176,7 @@ def _summaries(session: Session, wanted: Select[UUID], *, newest_first: bool) ->
 def _changes(session: Session, actor: Actor, now: datetime, hidden: Select[UUID]) -> list[PatientChange]:
     """Return the changes between the last two assessments of the actor's last patients."""
     last = func.max(SessionRow.started_at).label("last_at")
-    visits = session.execute(
+    held_sessions = session.execute(
         select(SessionRow.patient_id, SessionRow.episode_id, last)
         .where(
             SessionRow.therapist == actor.name,
@@ -190,19 +190,22 @@ def _changes(session: Session, actor: Actor, now: datetime, hidden: Select[UUID]
     ).all()
     assessed = select(
         AssessmentRow.episode_id, AssessmentRow.assessed_at, AssessmentRow.spadi_score, AssessmentRow.pain_average
-    ).where(AssessmentRow.episode_id.in_([visit.episode_id for visit in visits]), AssessmentRow.withdrawn_at.is_(None))
+    ).where(
+        AssessmentRow.episode_id.in_([held_session.episode_id for held_session in held_sessions]),
+        AssessmentRow.withdrawn_at.is_(None),
+    )
     values: dict[tuple[UUID, str], list[tuple[datetime, float]]] = defaultdict(list)
     for row in session.execute(assessed.order_by(AssessmentRow.assessed_at)):
         for measure, value in (("spadi", row.spadi_score), ("pain", row.pain_average)):
             if value is not None:
                 values[row.episode_id, measure].append((row.assessed_at, float(value)))
-    patients = _patients(session, [visit.patient_id for visit in visits])
+    patients = _patients(session, [held_session.patient_id for held_session in held_sessions])
     changes = []
-    for visit in visits:
+    for held_session in held_sessions:
         for measure in _MEASURES:
-            of = values[visit.episode_id, measure]
+            of = values[held_session.episode_id, measure]
             if len(of) > 1 and of[-1][0] >= now - RECENT:
-                changes.append(_change(patients[visit.patient_id], visit.last_at, measure, of))
+                changes.append(_change(patients[held_session.patient_id], held_session.last_at, measure, of))
     return changes
 
 
