@@ -116,7 +116,7 @@ def test_older_playbacks_of_later_patients_have_figures_alone(tmp_path: Path) ->
         )
         _Invented(session, Random(f"1 {place}"), place, NOW, built_in_motions()).write("ja")
     with database.read() as session:
-        assert session.scalars(select(PatientRow.notes)).all() == [seed_people.WORDS["ja"].mark]
+        assert session.scalars(select(PatientRow.notes)).all() == [seed_people.INVENTED_TEXTS["ja"].mark]
         visits = session.scalars(select(SessionRow).order_by(SessionRow.started_at)).all()
         *older, newest = visits
         assert all(run.samples is None and run.played_s for visit in older for run in visit.runs)

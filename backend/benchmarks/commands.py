@@ -15,7 +15,7 @@ def soak(
     minutes: Annotated[float, typer.Option(min=0.01, help="Playing time, minutes.")] = 60.0,
     json_out: Json = None,
 ) -> None:
-    """Play for an hour: missed cycles, and the memory of the service and of the device process."""
+    """Measure while playing for an hour: missed cycles, and the memory of the service and of the device process."""
     from benchmarks import soak as benchmark
 
     run_benchmark(lambda progress: benchmark.run(minutes, progress), json_out)
@@ -28,7 +28,7 @@ def pages(
     seconds: Annotated[float, typer.Option(min=1.0, help="Duration of each measurement, seconds.")] = 60.0,
     json_out: Json = None,
 ) -> None:
-    """Open hundreds of pages on one service: delay of each update, lateness of the control loop, memory."""
+    """Measure while hundreds of pages are open on one service: delay of each update, lateness of the control loop, and memory."""
     from benchmarks import pages as benchmark
 
     run_benchmark(lambda progress: benchmark.run(count, stalled, seconds, progress), json_out)
@@ -57,10 +57,12 @@ def password_guessing(
         float, typer.Option(min=1.0, help="Duration of each measurement of the control loop, seconds.")
     ] = 60.0,
     per_minute: Annotated[int, typer.Option(min=1, help="Attempts per minute.")] = 1000,
-    pairs: Annotated[int, typer.Option(min=2, help="Attempts with a known and with an unknown name, each.")] = 400,
+    pairs: Annotated[
+        int, typer.Option(min=2, help="Number of attempts with a known name, and the same number with an unknown name.")
+    ] = 400,
     json_out: Json = None,
 ) -> None:
-    """Guess passwords: the lock-out, the control loop's lateness, and whether the answer time reveals a user name."""
+    """Measure while passwords are guessed: the lock-out, how late the control loop is, and whether the answer time reveals a user name."""
     from benchmarks import sign_in as benchmark
 
     if context.info_name == "sign-in":
@@ -77,7 +79,7 @@ def stop_under_attack(
     ] = 1,
     json_out: Json = None,
 ) -> None:
-    """Attack the service: the time until a user's Stop is answered, and the service's memory."""
+    """Measure during attacks on the service: the time until a user's Stop is answered, and the service's memory."""
     from benchmarks import stop_under_attack as benchmark
 
     chosen = tuple(attack or benchmark.ALL)
@@ -97,7 +99,7 @@ def history(
     ] = None,
     json_out: Json = None,
 ) -> None:
-    """Build ten years of a clinic on SQLite and PostgreSQL: answer times of lists and charts, size of an hour of samples."""
+    """Measure with ten years of a clinic on SQLite and PostgreSQL: answer times of lists and charts, and the size of an hour of samples."""
     from benchmarks import history as benchmark
 
     run_benchmark(lambda progress: benchmark.run(patients, sessions, minutes * 60, times, store, progress), json_out)
@@ -111,7 +113,7 @@ def start(
     ] = None,
     json_out: Json = None,
 ) -> None:
-    """Start the service: time until the page answers, and until a session can begin."""
+    """Measure the start of the service: time until the page answers, and until a session can begin."""
     from benchmarks import start as benchmark
 
     run_benchmark(lambda progress: benchmark.run(rounds, against, progress), json_out)

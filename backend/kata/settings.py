@@ -65,9 +65,9 @@ class Settings(BaseSettings):
     simulate: bool = False
     """Start a simulated apparatus instead of opening the station's port."""
     seed: int | None = None
-    """Varies the simulated mechanics by up to 30 %."""
+    """Seed of a variation of the simulated mechanics by up to 30 %. Default: no variation."""
     rate_hz: int | None = None
-    """Rate that replaces the station's."""
+    """Rate of samples and setpoints, in Hz, instead of the rate in the station's file."""
     real_time: bool = True
     """Let the control loop request real-time privileges."""
     taught: Path | None = None
@@ -77,20 +77,21 @@ class Settings(BaseSettings):
     clinic_address: str = ""
     """Address in the head of printed reports; lines separated by ``|``."""
     clinic_phone: str = ""
+    """Telephone number in the head of printed reports."""
     clinic_logo: Path | None = None
     """Logo in the head of printed reports: PNG or SVG, up to 256 kB."""
     clinic_time_zone: str = ""
     """IANA name of the time zone of printed reports (``Asia/Tokyo``); empty: this computer's."""
     fhir_identifier_system: str = Field(default="", max_length=255)
-    """System of the clinic's patient numbers in FHIR, a URI (JP Core: ``urn:oid:1.2.392.100495.20.3.51.1`` and the clinic's ten digits).
-    Empty: a system that is the same in every clinic that runs Kata.
+    """URI that names the clinic's patient numbers in FHIR (JP Core: ``urn:oid:1.2.392.100495.20.3.51.1`` and the clinic's ten digits).
+    Empty: a URI that is the same in every clinic that runs Kata.
     """
     fhir_profiles: str = ""
     """Profiles that exported FHIR resources claim in ``meta.profile``: ``Type=address``, separated by commas."""
     backup_dir: Path | None = None
     """Folder for backups, preferably on another disk or computer; default: ``backups`` in the data folder."""
     backup_time: str = "02:30"
-    """Time of the daily backup by the clinic's clock, or ``never``. A computer that is off at that time makes the backup later."""
+    """Time of the daily backup in the clinic's time zone, or ``never``. If the computer is off at this time, it makes the backup later."""
     backup_key: Path | None = None
     """The key that opens backups; default: ``backup-key.txt`` in the data folder."""
     backup_recipients: str = ""
@@ -98,11 +99,13 @@ class Settings(BaseSettings):
     audit_anchor: Path | None = None
     """File outside the database that anchors the audit trail; default: in the data folder."""
     audit_anchor_copy: Path | None = None
-    """A second file, on another disk or computer, that also gets every line of the anchor. Its folder must exist. It reveals that
-    database and anchor were cut or replaced together, unless the same program or person can also change this file.
+    """A second file, on another disk or computer, to which every line of the anchor is copied. Its folder must exist. It shows whether
+    database and anchor were shortened or replaced together, unless the same program or person can also change this file.
     """
     host: str = "127.0.0.1"
+    """Address on which the service listens."""
     port: int = 8000
+    """Port on which the service listens."""
     allowed_hosts: str = ""
     """Names and addresses, besides this computer's own, by which browsers may reach the service; separated by commas."""
     tls_certificate: Path | None = None
@@ -114,12 +117,12 @@ class Settings(BaseSettings):
     metrics_token_file: Path | None = None
     """File with the token for /metrics, at least 20 characters. Without it only logged-in users may read metrics."""
     log_format: Literal["plain", "json"] = "plain"
-    """``json``: one object per line, for log collectors."""
+    """Format of the log: ``plain``, or ``json`` for log collectors (one object per line)."""
     plain_http: bool = False
     """Serve without encryption although other computers can reach the service. Use it only behind a proxy that encrypts."""
     connections_per_address: int = Field(default=100, ge=10)
-    """Maximum number of connections of one address that are open or whose request is still being answered. Trusted proxies have no such
-    limit. An address may open this number of connections each second, and twice this number at once. A page has up to seven.
+    """Maximum number of connections of one address that are open or whose request is still being answered. Trusted proxies have no
+    limit. An address may open this number of connections each second, and twice this number at once. A page uses up to seven.
     """
     trusted_proxies: str = ""
     """Addresses of proxies whose ``X-Forwarded-For`` and ``-Proto`` are trusted, separated by commas; empty: none."""
@@ -205,7 +208,7 @@ class Settings(BaseSettings):
             if zone:
                 ZoneInfo(zone)
         except (ZoneInfoNotFoundError, ValueError, OSError) as error:
-            raise ValueError(f"is no time zone that this computer knows: {zone}") from error
+            raise ValueError(f"is not a time zone that this computer knows: {zone}") from error
         return zone
 
     @field_validator("allowed_hosts")

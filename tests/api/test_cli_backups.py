@@ -122,7 +122,7 @@ def test_restore_over_an_existing_clinic_sets_it_aside(data: Path) -> None:
     assert patients(data) == ["K-1"]
     aside = Path(re.findall(r"Previous data: (.*)", done.stdout)[0])
     assert patients(aside) == ["K-1", "K-2"]
-    assert "All users have to sign in again, with their passwords of that day." in done.stdout
+    assert "All users must sign in again, with the passwords that they had at that time." in done.stdout
 
 
 def test_a_restore_on_a_new_computer_takes_file_and_key(data: Path, tmp_path: Path) -> None:

@@ -140,7 +140,7 @@ def test_derived_recording_loads_like_any_recording(client: TestClient, patient:
     until_mode(client, "idle")
     load(client, patient, made)
     live = until_mode(client, "ready")
-    assert live["run"]["recording_name"] == "Lift, warm-up from 6 deg less, 3 deg a repetition"
+    assert live["run"]["recording_name"] == "Lift, warm-up from 6 deg less, 3 deg more per repetition"
     assert live["run"]["duration_s"] == pytest.approx(made["duration_s"], abs=0.01)
     assert client.post("/api/station/unload").status_code == 200
     until_mode(client, "idle")

@@ -87,7 +87,7 @@ def test_start_with_another_key_lists_factors_it_cannot_open(tmp_path: Path, cap
     with caplog.at_level(logging.ERROR), running(tmp_path, simulate=False):
         answer = [record.getMessage() for record in caplog.records if record.name == "kata.auth.login"]
     assert len(answer) == 1
-    assert answer[0].startswith("the second factors of 1 accounts were encrypted with another key than that in ")
+    assert answer[0].startswith("the second factors of 1 accounts were encrypted with a key that is not in ")
     assert settings.effective_second_factor_key.exists()
 
 

@@ -446,7 +446,7 @@ def test_wrong_or_unencrypted_provider_is_refused(tmp_path: Path, theirs: Provid
 def test_doctor_reports_whether_the_provider_answers(tmp_path: Path, theirs: Provider) -> None:
     given = Settings(data=tmp_path, **settings(tmp_path, theirs))
     answer = {one.name: one for one in examine(given)}["OpenID provider"]
-    assert (answer.state, answer.message) == ("ok", f"{theirs.issuer} answers and has 1 keys.")
+    assert (answer.state, answer.message) == ("ok", f"{theirs.issuer} answers and offers 1 keys.")
     given = Settings(data=tmp_path, **settings(tmp_path, theirs) | {"openid_issuer": "http://127.0.0.1:9"})
     answer = {one.name: one for one in examine(given)}["OpenID provider"]
     assert answer.state == "problem"

@@ -125,7 +125,7 @@ def test_session_continues_while_the_database_hangs_and_page_shows_it(
         began = time.monotonic()
         for path in ("patients", "sessions", f"runs/{run['id']}"):
             away = problem(client.get(f"/api/{path}"), 503, "database_away")
-            assert "nothing is lost" in away["detail"]
+            assert "No data is lost" in away["detail"]
         problem(client.post("/api/sign-in", json={"username": "a", "password": "b"}), 503, "database_away")
         assert time.monotonic() - began < 3.0
 

@@ -148,7 +148,7 @@ def test_radians_and_milliseconds_are_recognised_by_their_size(client: TestClien
     milliseconds = [[f"{1000 * float(cells[0]):.0f}", *cells[1:]] for cells in lines]
     refusal = refused(client, patient, "\n".join([HEADER, *(",".join(cells) for cells in milliseconds)]))
     assert refusal["errors"][0]["pointer"] == "line 3, column time_s"
-    assert "are these milliseconds?" in refusal["detail"]
+    assert "look like milliseconds" in refusal["detail"]
 
 
 @pytest.mark.parametrize(

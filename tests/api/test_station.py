@@ -290,7 +290,7 @@ def test_run_is_played_with_its_settings_and_compared_with_them(
     assert live["run"]["changes"] == [
         "50 % of the range",
         "at 150 % speed",
-        "2 repetitions with 0.5 s of pause at each end",
+        "2 repetitions with a pause of 0.5 s at each end",
     ]
     once_s = recording["duration_s"] / 1.5
     assert live["run"]["duration_s"] == pytest.approx(2 * once_s + 1.0, abs=1.5)
@@ -325,7 +325,7 @@ def test_run_is_played_with_its_settings_and_compared_with_them(
     [
         ({}, "smooth", []),
         ({"method": "paper"}, "paper", ["as in the paper, at 10 Hz"]),
-        ({"method": "learned"}, "learned", ["learned, without earlier playbacks yet"]),
+        ({"method": "learned"}, "learned", ["learned method, no earlier playbacks yet"]),
     ],
 )
 def test_the_method_reaches_the_device_and_stays_with_the_run(

@@ -53,7 +53,7 @@ def test_teaching_requires_a_tried_estop_and_a_visual_check(unchecked: TestClien
     refusal = problem(client.post("/api/station/teach", json=wanted), 409, "checklist_open")
     for part in (
         "The apparatus is set to the right shoulder, and its pin is in",
-        "The arm lies in arm fixer 2 and elbow fixer 1, closed",
+        "The arm lies in arm fixer 2 and elbow fixer 1, and all fixtures are closed",
         "The belt holds the patient in the seat",
         "The emergency stop was pressed and released today, after the apparatus was connected or turned",
     ):
@@ -64,7 +64,7 @@ def test_teaching_requires_a_tried_estop_and_a_visual_check(unchecked: TestClien
     refusal = problem(client.post("/api/station/teach", json=wanted | {"looked_at": everything}), 409, "checklist_open")
     assert (
         refusal["detail"]
-        == "Not everything is in order yet: The emergency stop was pressed and released today, after the apparatus was connected or turned."
+        == "These checks are not complete yet: The emergency stop was pressed and released today, after the apparatus was connected or turned."
     )
     until_mode(client, "idle")
     assert client.get(f"/api/patients/{patient['id']}/recordings").json()["items"] == []

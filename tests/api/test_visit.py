@@ -72,7 +72,7 @@ def test_visit_goes_from_its_programme_to_its_addendum(
     assert (noted["detail"]["identity"], noted["patient_id"]) == ("clinic_number+name", patient["id"])
     assert noted["who"] == "Test administrator"
     refusal = problem(client.post("/api/station/load", json=item), 409, "checklist_open")
-    assert "The arm lies in arm fixer 1, closed" in refusal["detail"]
+    assert "The arm lies in arm fixer 1, and all fixtures are closed" in refusal["detail"]
     # The emergency stop was tested before teaching.
     assert "emergency stop" not in refusal["detail"]
     assert client.get(url).json()["runs"] == []
@@ -134,10 +134,10 @@ def test_visit_goes_from_its_programme_to_its_addendum(
     assert draft["end_reason"] == "stopped"
     for part in (
         "Right shoulder, programme Weeks 3 to 6 (version 1).",
-        "(150 % speed, 0.5 s of pause): 2 of 2 repetitions.",
-        "(150 % speed, 0.5 s of pause): 0 of 2 repetitions.",
+        "(150 % speed, pause 0.5 s): 2 of 2 repetitions.",
+        "(150 % speed, pause 0.5 s): 0 of 2 repetitions.",
         "Apparatus angle reached: abduction / adduction of the scapula ",
-        "Less range was asked for in Shrug",
+        "The range was reduced in Shrug",
         "Shrug was stopped: Stopped by the operator.",
         "Pain (0 to 10): 4 before, 5 during, 3 after.",
     ):

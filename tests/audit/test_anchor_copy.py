@@ -119,7 +119,7 @@ def test_service_reports_a_cut_of_database_and_anchor(
         session.commit()
     file.unlink()
     (message,) = critical_messages()
-    assert f"does not contain its anchored head {rows}:" in message
+    assert f"the anchor has the head {rows}:" in message
 
 
 def test_anchor_restored_from_its_copy_continues_the_trail(

@@ -429,7 +429,7 @@ class TestAnchor:
             connection.execute(delete(AuditRow).where(AuditRow.number > 3))
         with trail_of(database, tmp_path):
             pass
-        assert "does not contain its anchored head" in caplog.text
+        assert "the anchor has the head" in caplog.text
         assert [row.action for row in rows(database)][3] == "audit_broken"
         assert not verified(database, tmp_path).intact
 

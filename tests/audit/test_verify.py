@@ -147,7 +147,7 @@ class TestCommand:
         status, output = self.run(folder)
         assert status == 0
         assert "No gap and no change was found: 60 rows, 3 anchors" in output
-        assert "Not proven: that the trail is complete." in output
+        assert "Not proven: that the audit trail is complete." in output
         head = format_head(last_line(folder / "audit.anchor"))
         assert head in output
         assert self.run(folder, "--head", head)[0] == 0
@@ -173,7 +173,7 @@ class TestCommand:
         copy.write_bytes((folder / "audit.anchor").read_bytes())
         status, output = self.run(folder)
         # A copy on the same disk proves nothing more.
-        assert (status, "Not proven: that the trail is complete." in output) == (0, True)
+        assert (status, "Not proven: that the audit trail is complete." in output) == (0, True)
         cut_anchor(folder / "audit.anchor", 1)
         status, output = self.run(folder)
         assert (status, "NOT INTACT  The anchor lacks line 3 of its copy" in output) == (1, True)
@@ -184,7 +184,7 @@ class TestCommand:
             copy = disk / "copy.anchor"
             copy.write_bytes((folder / "audit.anchor").read_bytes())
             status, output = self.run(folder, "--anchor-copy", str(copy))
-        assert (status, f"Compared with {copy}. Not proven: this file may have been changed" in output) == (0, True)
+        assert (status, f"Compared with {copy}. Not proven: that this file was not changed" in output) == (0, True)
 
     def test_verify_exports_what_it_has_read(self, folder: Path) -> None:
         assert self.run(folder, "--export", str(folder / "trail.jsonl"))[0] == 0

@@ -50,7 +50,7 @@ def test_all_checks_are_open_at_first_and_have_names() -> None:
     checks = match_answers(required_checks("left", ("arm_fixer_2", "elbow_fixer_2")), [], NOTHING)
     assert still_open(checks) == ["identity", "side", "fixtures", "belt", "pedal", "estop"]
     assert checks[1].need.sentence == "The apparatus is set to the left shoulder, and its pin is in."
-    assert checks[2].need.sentence == "The arm lies in arm fixer 2 and elbow fixer 2, closed."
+    assert checks[2].need.sentence == "The arm lies in arm fixer 2 and elbow fixer 2, and all fixtures are closed."
 
 
 def test_automatic_checks_cannot_be_ticked() -> None:

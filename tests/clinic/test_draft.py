@@ -20,7 +20,7 @@ from kata.clinic.sessions.schemas import (
     SessionProgramme,
 )
 from kata.reporting.note_draft import draft
-from kata.reporting.note_draft_phrases import WORDS
+from kata.reporting.note_draft_phrases import PHRASES
 from kata.station.schemas import TextKey
 
 AT = datetime(2026, 11, 21, 9, 0, tzinfo=UTC)
@@ -94,7 +94,7 @@ def test_draft_reports_when_nothing_was_played() -> None:
         ({"repetitions": 10, "repetitions_done": None}, "Abduction: 10 of 10 repetitions."),
         (
             {"repetitions": 2, "repetitions_done": 2, "speed_percent": 50, "range_percent": 80, "pause_s": 2},
-            "Abduction (80 % of the range, 50 % speed, 2 s of pause): 2 of 2 repetitions.",
+            "Abduction (80 % of the range, 50 % speed, pause 2 s): 2 of 2 repetitions.",
         ),
         ({"method": "learned"}, "Abduction (learned): 1 of 1 repetition."),
         (
@@ -103,11 +103,11 @@ def test_draft_reports_when_nothing_was_played() -> None:
         ),
         ({"outcome": "returned"}, "Abduction was ended early."),
         ({"outcome": "interrupted"}, "Abduction was interrupted: the control program ended."),
-        ({"reversals": 1}, "In Abduction the arm met resistance and was taken back once (level 8)."),
-        ({"reversals": 3}, "In Abduction the arm met resistance and was taken back 3 times (level 8)."),
+        ({"reversals": 1}, "In Abduction the arm met resistance and was moved back once (level 8)."),
+        ({"reversals": 3}, "In Abduction the arm met resistance and was moved back 3 times (level 8)."),
         (
             {"least_range_percent": 70.0},
-            "Less range was asked for in Abduction: part of it was played with 70 % of its range.",
+            "The range was reduced in Abduction: part of it was played with 70 % of the range.",
         ),
         ({"comparison": compared()}, "Tracking error at most 2.4 deg (motor 4, RMSE 0.5 deg)."),
         (
@@ -164,7 +164,7 @@ def test_draft_says_the_same_in_japanese(given: dict[str, Any], sentence: str) -
 
 
 def test_every_sentence_takes_the_same_values_in_both_languages() -> None:
-    for key, (english, japanese) in WORDS.items():
+    for key, (english, japanese) in PHRASES.items():
         values = [{name for _, name, _, _ in Formatter().parse(words) if name} for words in (english, japanese)]
         assert values[1] == values[0], key
 

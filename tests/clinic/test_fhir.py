@@ -512,7 +512,7 @@ def test_import_names_omitted_elements() -> None:
 @pytest.mark.parametrize(
     ("change", "path", "what"),
     [
-        ({"identifier": []}, "Patient.identifier", "must contain the clinic's number"),
+        ({"identifier": []}, "Patient.identifier", "must contain the patient's clinic number"),
         ({"identifier": [{"value": "1"}, {"value": "2"}]}, "Patient.identifier", "several numbers; mark the clinic's number with type MR"),
         ({"identifier": [{"value": 7}]}, "Patient.identifier[0].value", "must be a text"),
         ({"identifier": [{"value": "x" * 33}]}, "Patient.identifier[0].value", "string should have at most 32"),
@@ -528,7 +528,7 @@ def test_import_names_omitted_elements() -> None:
         ({"deceasedBoolean": True}, "Patient.deceasedBoolean", "says that this patient has died"),
         ({"deceasedDateTime": "2026-01-01"}, "Patient.deceasedDateTime", "says that this patient has died"),
         ({"modifierExtension": []}, "Patient.modifierExtension", "may change the meaning of the other elements, and is not supported"),
-        ({"link": []}, "Patient.link", "says that another record of this patient exists; import the valid one"),
+        ({"link": []}, "Patient.link", "refers to another record of this patient; import the valid record"),
         ({"name": [{"use": ["old"], "family": []}]}, "Patient.name[0]", "must consist of texts"),
         ({"\ud800": 1}, "Patient.?", "is not an element of a Patient in FHIR R4"),
         ({"age": 58}, "Patient.age", "is not an element of a Patient in FHIR R4"),

@@ -39,7 +39,7 @@ def test_grown_error_falls_back_and_names_its_motors(clinic: Clinic, recording_i
     assert note.message_key is not None
     assert note.message_key.code == "learning_fell_back"
     assert note.message_key.params["motors"] == "1, 2, 3, 4, 5"
-    assert "grown by more than a tenth" in note.message
+    assert "grew by more than 10 %" in note.message
     # The next Load shows the same, from the stored correction.
     with clinic.database.read() as session:
         correction = learning.correction(session, run_id)

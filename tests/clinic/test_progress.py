@@ -191,13 +191,13 @@ def test_the_spadi_shows_where_a_change_begins_to_matter(database: Database, fil
         "Pain": ([0, 2, 3], [60, 40, 20]),
         "Disability": ([0, 2, 3], [30, 30, 30]),
         "Baseline": ([-0.2, 3.2], [45, 45]),
-        "8 points better: perhaps important, or chance": ([-0.2, 3.2], [37, 37]),
-        "Over 17 points better: important, not chance": ([-0.2, 3.2], [28, 28]),
+        "8 points better: possibly important, possibly chance": ([-0.2, 3.2], [37, 37]),
+        "Over 17 points better: important, and more than chance": ([-0.2, 3.2], [28, 28]),
     }
     assert (figure.layout.shapes[0].y0, figure.layout.shapes[0].y1) == (28, 37)
     table = numbers.spadi(points)
     assert names(table)[-2:] == ["Change from baseline, points", "Important change"]
-    assert [row[-2:] for row in table.rows] == [[0, "no"], [None, ""], [-10, "perhaps better"], [-20, "better"]]
+    assert [row[-2:] for row in table.rows] == [[0, "no"], [None, ""], [-10, "possibly better"], [-20, "better"]]
 
 
 def test_other_questionnaires_show_where_a_change_matters(database: Database, fill: Fill) -> None:
@@ -222,14 +222,14 @@ def test_other_questionnaires_show_where_a_change_matters(database: Database, fi
     assert upper == {
         "Total": [24, 36],
         "Baseline": [24, 24],
-        "From here on perhaps important, or chance": [30, 30],
-        "Beyond this important, not chance": [30, 30],
+        "From here on possibly important, possibly chance": [30, 30],
+        "Beyond this line important, more than chance": [30, 30],
     }
     assert lower == {
         "Total": [75, 50],
         "Baseline": [75, 75],
-        "From here on perhaps important, or chance": pytest.approx([61.6, 61.6]),
-        "Beyond this important, not chance": pytest.approx([57.9, 57.9]),
+        "From here on possibly important, possibly chance": pytest.approx([61.6, 61.6]),
+        "Beyond this line important, more than chance": pytest.approx([57.9, 57.9]),
     }
     assert [one.text for one in figure.layout.annotations] == ["Oxford Shoulder Score", "QuickDASH"]
     assert figure.layout.yaxis.title.text == "0 to 48 points, higher is better"
@@ -254,10 +254,10 @@ def test_other_questionnaires_show_where_a_change_matters(database: Database, fi
 
 @pytest.mark.parametrize(
     ("code", "change", "verdict"),
-    [("quickdash", -13.3, "no"), ("quickdash", -13.4, "perhaps better"), ("quickdash", -17.1, "perhaps better"),
+    [("quickdash", -13.3, "no"), ("quickdash", -13.4, "possibly better"), ("quickdash", -17.1, "possibly better"),
      ("quickdash", -17.2, "better"), ("quickdash", 17.2, "worse"),
-     ("oxford", 5.9, "no"), ("oxford", 6, "perhaps better"), ("oxford", 7, "better"), ("oxford", -7, "worse"),
-     ("ases", 6.3, "no"), ("ases", 6.4, "perhaps better"), ("ases", 9.7, "perhaps better"), ("ases", 9.8, "better"),
+     ("oxford", 5.9, "no"), ("oxford", 6, "possibly better"), ("oxford", 7, "better"), ("oxford", -7, "worse"),
+     ("ases", 6.3, "no"), ("ases", 6.4, "possibly better"), ("ases", 9.7, "possibly better"), ("ases", 9.8, "better"),
      ("ases", -9.8, "worse")],
 )  # fmt: skip
 def test_verdict_follows_the_limits_of_each_questionnaire(code: str, change: float, verdict: str) -> None:
@@ -267,7 +267,7 @@ def test_verdict_follows_the_limits_of_each_questionnaire(code: str, change: flo
 def test_change_within_the_important_range_is_never_certain() -> None:
     """A clinic's definition may detect changes that are smaller than the upper end of what patients call important."""
     given = replace(SPADI, detectable=replace(SPADI.detectable, points=9))
-    assert [numbers.verdict(given, change) for change in (-10, -13, -13.1)] == ["perhaps better"] * 2 + ["better"]
+    assert [numbers.verdict(given, change) for change in (-10, -13, -13.1)] == ["possibly better"] * 2 + ["better"]
 
 
 def test_narrow_screen_has_one_panel_below_the_other(database: Database, fill: Fill) -> None:
@@ -286,8 +286,8 @@ def test_narrow_screen_has_one_panel_below_the_other(database: Database, fill: F
 
 @pytest.mark.parametrize(
     ("change", "verdict"),
-    [(None, ""), (0, "no"), (-7.9, "no"), (-8, "perhaps better"), (-17, "perhaps better"), (-17.1, "better"),
-     (7.9, "no"), (8, "perhaps worse"), (17, "perhaps worse"), (17.1, "worse")],
+    [(None, ""), (0, "no"), (-7.9, "no"), (-8, "possibly better"), (-17, "possibly better"), (-17.1, "better"),
+     (7.9, "no"), (8, "possibly worse"), (17, "possibly worse"), (17.1, "worse")],
 )  # fmt: skip
 def test_lower_scores_are_better_and_relevance_begins_at_eight(change: float | None, verdict: str) -> None:
     assert numbers.verdict(SPADI, change) == verdict

@@ -27,7 +27,7 @@ from kata.plotting.figures import RunFigureSamples
 from kata.reporting import charts, episode, letterhead, rehabilitation_plan, rendering, session
 from kata.reporting.content import EpisodeContent, SessionContent
 from kata.reporting.letterhead import Letterhead, LetterheadError
-from kata.reporting.phrases import LANGUAGES, STOPS_JA, WORDS, Language, Phrases
+from kata.reporting.phrases import LANGUAGES, PHRASES, STOPS_JA, Language, Phrases
 from kata.reporting.rendering import PrintOptions, ReportPage
 from tests.support.databases import upgraded_file
 from tests.support.paths import ROOT
@@ -108,9 +108,9 @@ def test_session_report_matches_the_database_rows(signed: tuple[SessionContent, 
     for said in (
         "Yamada Hanako (ヤマダ ハナコ)", "12 April 1968 (58 years)", "09:30 to 10:11, 41 min", "Sato Ken", "Kata 1", "Left",
         "Went well. More range next time.", "Signed by Sato Ken, 2 November 2026 10:30", "Motor 3 does not answer.",
-        "pin is in: Left 09:32 Sato Ken", "closed: arm fixer 2, elbow fixer 2 09:32", "released today 09:32 by the apparatus", "Frozen shoulder, version 2, prescribed by Sato Ken, time limit 30 min",
-        "1 of 3 repetitions run 1: Played to its end", "0 of 3 repetitions run 2: Stopped", "Runs besides the programme: 3", "As planned",
-        "taken back by resistance: 2", "least range 80 %", "4.5 to 85.5", "5.0 to 84.9", "Before During After 7 6 5",
+        "pin is in: Left 09:32 Sato Ken", "are closed: arm fixer 2, elbow fixer 2 09:32", "released today 09:32 detected by the apparatus", "Frozen shoulder, version 2, prescribed by Sato Ken, time limit 30 min",
+        "1 of 3 repetitions playback 1: Played to its end", "0 of 3 repetitions playback 2: Stopped", "Playbacks outside the programme: 3", "Completed as planned",
+        "moved back by resistance: 2", "smallest range 80 %", "4.5 to 85.5", "5.0 to 84.9", "Before During After 7 6 5",
     ):  # fmt: skip
         assert said in text, said
     phrases = Phrases("en", "")
@@ -127,8 +127,8 @@ def test_partial_run_is_marked_beside_its_errors(signed: tuple[SessionContent, E
     run = replace(visit.runs[0], compared_percent=8.0, partial=True, clock_offset_s=0.094, motors=motors)
     text = " ".join(Parsed(rendering.session_page(replace(visit, runs=(run,)), how())).text.split())
     for said in (
-        "(partial)", "compared: 8\u00a0% of the playing time, partial, wall clock ahead by up to 0.094\u00a0s",
-        "3.75 −12.25", "Change by settings is requested minus taught",
+        "(partial)", "compared: 8\u00a0% of the playing time, partial, real time ahead by up to 0.094\u00a0s",
+        "3.75 −12.25", "Change by settings is the requested minus the taught motion",
     ):  # fmt: skip
         assert " ".join(said.split()) in text, said
     assert "peak and RMSE include the start" not in text
@@ -141,7 +141,7 @@ def test_report_has_the_patients_angle_with_its_uncertainty(signed: tuple[Sessio
     low, high = known
     text = " ".join(Parsed(rendering.session_page(visit, how())).text.split())
     for said in (
-        "4 Abduction / adduction 09:33 20.0 26.0 Sato Ken", "95 of 100 lie within ±", "Patient's angle, °",
+        "4 Abduction / adduction 09:33 20.0 26.0 Sato Ken", "it lies within ± in 95 % of cases", "Patient's angle, °",
         f"{low.angle_deg:.0f}° ± {low.uncertainty_deg:.0f}° to {high.angle_deg:.0f}° ± {high.uncertainty_deg:.0f}°",
     ):  # fmt: skip
         assert said in text, said
@@ -174,8 +174,8 @@ def test_episode_report_matches_the_database_rows(signed: tuple[SessionContent, 
         "Highest resistance level: 12 of 25", "Highest speed: 35 °/s", "Set by Sato Ken", "Flexion Active 95 2026-10-31 116 2026-11-11 +21 141 180",
         "External rotation, arm at the side Passive 23 2026-10-31 44 2026-11-11 +21 69 60", "At rest 3 2026-10-31 2 2026-11-11 −1",
         "(SPADI), 0 to 100 points, lower is better 60.0 2026-10-31 40.0 2026-11-11 −20.0 important improvement, more than chance",
-        "3 sessions, 2 November 2026 to 8 November 2026.", "Planned repetitions played to their end: 3 of 18.",
-        "Runs that were stopped: 3.", "Motor 3 does not answer. 3", "2026-11-02 Sato Ken Yes 6 1 1 7 5", "a change of 8 to 13 points important (Roy, MacDermid",
+        "3 sessions, 2 November 2026 to 8 November 2026.", "Planned repetitions that were completed: 3 of 18.",
+        "Playbacks that were stopped: 3.", "Motor 3 does not answer. 3", "2026-11-02 Sato Ken Yes 6 1 1 7 5", "a change of 8 to 13 points important (Roy, MacDermid",
         "A change of 17 points or less may be chance (Tveita et al. 2008",
     ):  # fmt: skip
         assert said in text, said
@@ -237,7 +237,7 @@ def test_report_rates_every_questionnaire_by_its_own_limits(
     text = " ".join(Parsed(rendering.episode_page(told, how())).text.split())
     first, second = (f"{row.assessed_at:%Y-%m-%d}" for row in rows[:2])
     for said in (
-        f"QuickDASH, 0 to 100 points, lower is better 50.0 {first} 36.4 {second} −13.6 improvement, perhaps important, or chance",
+        f"QuickDASH, 0 to 100 points, lower is better 50.0 {first} 36.4 {second} −13.6 improvement, possibly important, possibly chance",
         f"Oxford Shoulder Score, 0 to 48 points, higher is better 36.0 {first} 24.0 {second} −12.0 important worsening, more than chance",
         f"higher is better 58.3 {second} – – – –",
         "QuickDASH: patients call a change of 13.4 points important (van Kampen et al. 2013, J Orthop Surg Res 8, 40). A change of 17.1 "
@@ -263,8 +263,8 @@ def test_an_episode_without_anything_yet_has_a_report_too(signed: tuple[SessionC
         assessed_at=(), rom=(), pain=(), questionnaires=(), sessions=(), stops=(), closing_note="",
     )  # fmt: skip
     text = Parsed(rendering.episode_page(bare, how())).text
-    assert "Nothing has been assessed yet." in text
-    assert "There has been no session yet." in text
+    assert "There are no assessments yet." in text
+    assert "There have been no sessions yet." in text
     assert "Trends" not in text
 
 
@@ -276,7 +276,7 @@ def test_run_with_damaged_samples_is_reported_without_curves(
     assert first.parts
     damaged = replace(first, parts=replace(first.parts, played=Series(b"nonsense"), downsampled=None))
     page = Parsed(rendering.session_page(replace(visit, runs=(damaged, *visit.runs[1:])), how()))
-    assert "The samples of this run cannot be read" in page.text
+    assert "The samples of this playback cannot be read" in page.text
     assert len(page.all("svg")) == 5 * (len(visit.runs) - 1)
 
 
@@ -307,7 +307,7 @@ def test_missing_session_has_no_report(sqlite: Database) -> None:
 def test_unsigned_reports_say_draft_on_every_page(
     draft: SessionContent, signed: tuple[SessionContent, EpisodeContent], language: Language
 ) -> None:
-    mark = WORDS["draft"][LANGUAGES.index(language)]
+    mark = PHRASES["draft"][LANGUAGES.index(language)]
     pages = texts_of(rendering.session_pdf(draft, how(language)))
     assert len(pages) > 1
     assert all(mark in page for page in pages)
@@ -416,7 +416,7 @@ def test_a_name_of_a_hundred_letters_stays_on_the_page(sqlite: Database) -> None
 def test_every_text_exists_in_both_languages_and_is_used() -> None:
     python = [file for file in TEMPLATES.parent.glob("*.py") if file.name != "phrases.py"]
     source = "".join(file.read_text() for file in [*TEMPLATES.iterdir(), *python]) + '"to" "rom" named("rom"'
-    for key, (english, japanese) in WORDS.items():
+    for key, (english, japanese) in PHRASES.items():
         assert english.strip(" ")
         assert japanese
         assert set(re.findall(r"{(\w+)}", english)) == set(re.findall(r"{(\w+)}", japanese)), key
@@ -428,7 +428,7 @@ def test_every_stop_and_outcome_has_a_text() -> None:
     assert set(STOPS_JA) == {fault.code for fault in FAULTS}
     for fault in FAULTS:
         assert ("{motor}" in STOPS_JA[fault.code]) == ("motor" in fault.message.params), fault.code
-    assert {f"outcome.{outcome}" for outcome in get_args(Outcome)} <= set(WORDS)
+    assert {f"outcome.{outcome}" for outcome in get_args(Outcome)} <= set(PHRASES)
     assert Phrases("ja", "").stop("unheard_of", "As it was told.", None) == "As it was told."
     assert Phrases("ja", "").stop("drive_silent", "Motor 3 does not answer.", None) == "Motor 3 does not answer."
 
@@ -519,7 +519,7 @@ def test_report_without_a_letterhead_has_none(signed: tuple[SessionContent, Epis
         (b"<html/>", "neither PNG nor SVG"),
         (b"", "neither PNG nor SVG"),
         (PNG[:18], "damaged PNG"),
-        (PNG[:16] + b"\0\0\xff\xff\0\0\0\x01", "pixels a side"),
+        (PNG[:16] + b"\0\0\xff\xff\0\0\0\x01", "pixels on a side"),
         (b"<!DOCTYPE svg><svg/>", "document type"),
         (b"<svg><script/></svg>", "script"),
         (b'<svg onload="x"/>', "script"),

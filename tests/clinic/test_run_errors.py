@@ -174,7 +174,7 @@ def test_figure_offers_the_wall_clock(clinic: Clinic) -> None:
     # A window does not move the clock.
     assert part["played_s"].min() >= 1.0
     assert part["error_deg"][:, 2].min() == pytest.approx(wall["error_deg"][:, 2].min())
-    assert drawn["motors"][0]["figure"]["layout"]["xaxis"]["title"]["text"] == "Time on the wall clock, s"
+    assert drawn["motors"][0]["figure"]["layout"]["xaxis"]["title"]["text"] == "Real time, s"
 
 
 # -- following, and change by settings ------------------------------------------------------------------------------

@@ -15,7 +15,7 @@ from kata.clinic.progress.series import PAIN_CONTEXTS, LineSeries
 from kata.database.base import Base
 from kata.database.engine import Database
 from kata.interop import sample_table
-from kata.reporting.phrases import WORDS
+from kata.reporting.phrases import PHRASES
 from tests.support.fhir_bundle import Json, everything, exported, of_kind
 from tests.support.fhir_patient import treated
 from tests.support.paths import ROOT
@@ -215,7 +215,7 @@ def test_columns_of_reports_have_units() -> None:
     assert not TEXT_HEADS & COUNTED_HEADS.keys()
     for key in sorted(heads - TEXT_HEADS - COUNTED_HEADS.keys()):
         for place in (0, 1):
-            stated = [WORDS[one][place] for one in HEADED_BY_CAPTION.get(key, (key,))]
+            stated = [PHRASES[one][place] for one in HEADED_BY_CAPTION.get(key, (key,))]
             assert all(_UNIT.search(words) for words in stated), (key, stated)
 
 
@@ -233,7 +233,7 @@ REPORT_WORDS: Final = {"first", "last", "moment", "name", "start", "title", "sou
 
 
 def test_numbers_in_sentences_of_reports_have_units() -> None:
-    for key, words in WORDS.items():
+    for key, words in PHRASES.items():
         for text in words:
             for name in re.findall(r"\{(\w+)[^}]*\}", text):
                 if name in REPORT_WORDS:

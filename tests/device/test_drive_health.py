@@ -56,7 +56,7 @@ def test_warning_names_motor_value_and_limit_and_is_one_event(playing: Stepped) 
     playing.apparatus.health = {2: structs.replace(WELL, temperature_c=72.0)}
     playing.forward(1.0)
     (warning,) = playing.snapshot.warnings
-    assert warning.message == "Motor 3 is 72 °C warm. It switches off above 80 °C."
+    assert warning.message == "Motor 3 has reached 72 °C. It switches off above 80 °C."
     assert warning.message_key is not None and warning.next_step_key is not None
     assert [event.message for event in playing.exchange.events if event.code == "drive_warning"] == [warning.message]
 

@@ -239,7 +239,10 @@ def up_and_down() -> bytes:
 )
 def test_another_way_is_refused(speed_deg_s: float, changes: dict[str, object]) -> None:
     refusal = checked(TEST, speed_deg_s, **changes)
-    assert refusal is not None and "motor 4 must move one way, by at least 10 deg, at 2 to 10 deg/s" in refusal.message
+    assert (
+        refusal is not None
+        and "motor 4 must move in one direction, by at least 10 deg, at 2 to 10 deg/s" in refusal.message
+    )
 
 
 def test_motor_that_stands_is_refused() -> None:
@@ -248,10 +251,10 @@ def test_motor_that_stands_is_refused() -> None:
 
 def test_torque_above_the_patients_level_is_refused() -> None:
     refusal = checked(TEST, load_level=12)
-    assert refusal is not None and "arm and test need 2.0 Nm of motor 4" in refusal.message
+    assert refusal is not None and "the arm and the test need 2.0 Nm of motor 4" in refusal.message
     assert "allows 1.9 Nm" in refusal.message
 
 
 def test_arm_that_leaves_no_torque_for_a_test_is_refused() -> None:
     refusal = checked(msgspec.structs.replace(TEST, expected_nm=(0.5, 3.6, 2.0)))
-    assert refusal is not None and "arm and test need 4.1 Nm of motor 4" in refusal.message
+    assert refusal is not None and "the arm and the test need 4.1 Nm of motor 4" in refusal.message

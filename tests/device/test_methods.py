@@ -612,4 +612,4 @@ def test_recording_shorter_than_a_start_and_a_stop_is_refused(method: Method, la
     assert isinstance(refusal, Refusal) is refused
     if isinstance(refusal, Refusal):
         assert refusal.code == "unplayable"
-        assert f"it lasts {lasts_s * 1000:.0f} ms; 200 ms is the shortest" in refusal.message
+        assert f"it lasts {lasts_s * 1000:.0f} ms; it must last at least 200 ms" in refusal.message

@@ -116,7 +116,8 @@ def test_only_the_current_sides_shoulder_is_taught_or_played(tmp_path: Path, sta
         assert refusal is not None
         assert refusal.code == "other_side"
         assert (
-            refusal.message == f"This is for the {wanted} shoulder, but the apparatus is set to the {stands_for} one."
+            refusal.message
+            == f"This is for the {wanted} shoulder, but the apparatus is set up for the {stands_for} shoulder."
         )
     assert stepped.mode == "idle"
     assert stepped.exchange.journals == []
@@ -295,7 +296,10 @@ def test_jump_during_the_ramp_cuts_torque_early(playing: Stepped) -> None:
 
     assert not playing.torque
     assert playing.causes() == ["operator_stop", "setpoint_step"]
-    assert events(playing, "fault")[-1] == "The next setpoint of motor 4 was a jump. (setpoint_step, category 0)"
+    assert (
+        events(playing, "fault")[-1]
+        == "The next setpoint of motor 4 would have caused a jump. (setpoint_step, category 0)"
+    )
     playing.forward(0.05)
     end = playing.journal().end
     assert end is not None

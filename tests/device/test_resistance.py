@@ -83,7 +83,7 @@ def test_resistance_above_the_patients_level_reverses_the_stroke_and_waits(strok
     # Two seconds back from the place of detection, 0.1 s after the push began.
     assert position_s(stroke) == pytest.approx(met_at_s + 0.1 - 2.0, abs=0.03)
     told = [event.message for event in stroke.exchange.events if event.code == "load_reversal"]
-    assert told == ["Motor 4 met resistance at 3.1 s; the arm is taken back."]
+    assert told == ["Motor 4 met resistance at 3.1 s; the arm is moved back."]
     kept = stroke.journal()
     back = kept.path_s[kept.phase == journal.PHASE_REVERSING]
     assert len(back) > 150

@@ -106,7 +106,7 @@ def test_session_is_completed_in_the_browser_during_a_database_outage(
     assert is_ready()
     page.goto(f"{clinic.url}/station")
     with server.killed():
-        expect(page.get_by_text("You can begin or continue sessions")).to_be_visible(timeout=LONG_MS)
+        expect(page.get_by_text("You can start or continue sessions")).to_be_visible(timeout=LONG_MS)
         page.get_by_role("combobox", name="Patient").click()
         offered = page.get_by_role("option")
         expect(offered).to_have_text(["Yamada Hanako (K-1)"], timeout=LONG_MS)
@@ -140,7 +140,7 @@ def test_session_is_completed_in_the_browser_during_a_database_outage(
         page.screenshot(path=artefacts / "away-note.png", full_page=True)
 
     # The page continues with the database's state on its own.
-    expect(page.get_by_text("You can begin or continue sessions")).to_be_hidden(timeout=LONG_MS)
+    expect(page.get_by_text("You can start or continue sessions")).to_be_hidden(timeout=LONG_MS)
     note = visit.get_by_role("textbox", name="Note of this session")
     expect(note).to_have_value(re.compile("Lift"), timeout=LONG_MS)
     page.screenshot(path=artefacts / "away-back.png", full_page=True)

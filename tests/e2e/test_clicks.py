@@ -199,7 +199,7 @@ def test_one_click_tells_what_share_improved_this_year(office: Office, artefacts
     expect(tile).to_be_in_viewport(timeout=LONG_MS)
     expect(tile).to_contain_text(re.compile(r"\d+ %"), timeout=LONG_MS)
     tile.click()
-    verdict = office.page.get_by_text(re.compile(r"^\d+ % improved importantly")).first
+    verdict = office.page.get_by_text(re.compile(r"^\d+ % had an important improvement")).first
     expect(verdict).to_be_in_viewport(timeout=LONG_MS)
     office.record(artefacts, "what share of patients improved this year", 1)
     year = verdict.page.get_by_role("textbox", name="From").input_value()

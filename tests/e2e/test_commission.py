@@ -64,6 +64,6 @@ def test_stop_ends_the_practice_and_the_station_returns(page: Page) -> None:
     begin(page)
     press_until(page, "[data-testid=step-registers][data-state=passed]", LONG_MS)
     page.keyboard.press("Escape")
-    expect(page.get_by_test_id("finished")).to_contain_text("Ended before the last step", timeout=LONG_MS)
+    expect(page.get_by_test_id("finished")).to_contain_text("ended before its last step", timeout=LONG_MS)
     expect(page.get_by_text("The technician ended the step.")).to_be_visible()
     expect(page.get_by_test_id("mode")).to_contain_text("Idle", timeout=LONG_MS)

@@ -23,10 +23,10 @@ def test_derived_recording_is_previewed_and_saved(page: Page, artefacts: Path) -
     # A reduction larger than the motion is refused, and nothing is saved.
     panel.get_by_role("combobox", name="Type of edit").click()
     page.get_by_role("option", name="Warm-up").click()
-    panel.get_by_label("Reduction at the beginning", exact=True).and_(panel.get_by_role("textbox")).fill("180")
+    panel.get_by_label("Reduction at the start", exact=True).and_(panel.get_by_role("textbox")).fill("180")
     panel.get_by_role("button", name="Preview").click()
     expect(panel.get_by_role("alert")).to_contain_text(
-        "180 deg less is not possible: the motion covers", timeout=LONG_MS
+        "the range cannot be reduced by 180 deg: the motion covers", timeout=LONG_MS
     )
     expect(keep).to_be_hidden()
 

@@ -385,12 +385,12 @@ def test_a_hostile_translation_of_a_report_is_a_text(
 ) -> None:
     """Append three texts to each of the reports' words, in both languages."""
     behind = {}
-    for number, (key, both) in enumerate(phrases.WORDS.items()):
+    for number, (key, both) in enumerate(phrases.PHRASES.items()):
         more = [texts[(3 * number + n) % len(texts)] for n in range(3)]
         behind[key] = more
         # Braces mark placeholders; double the braces of the texts.
         written = " | ".join(more).replace("{", "{{").replace("}", "}}")
-        monkeypatch.setitem(phrases.WORDS, key, (f"{both[0]} {written}", f"{both[1]} {written}"))
+        monkeypatch.setitem(phrases.PHRASES, key, (f"{both[0]} {written}", f"{both[1]} {written}"))
     database = Database(f"sqlite:///{tmp_path / 'kata.db'}")
     upgrade(database)
     visit, care = contents(database)

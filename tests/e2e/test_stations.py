@@ -19,7 +19,7 @@ from tests.support.browser_clinic import LONG_MS, Clinic
 from tests.support.login import signed_in
 
 NAME: Final = "Yamada Hanako"
-SILENT: Final = "No answer: its state is unknown."
+SILENT: Final = "The station does not answer; its state is unknown."
 
 
 @pytest.fixture
@@ -91,7 +91,7 @@ def test_station_list_shows_patients_and_marks_silent_stations(
             expect(technicians.get_by_text(words)).to_have_count(0)
         # A technician sees no name, and no statement that the station is free.
         expect(
-            tile(technicians, "Station 2").get_by_text("No patient that you may see is on the apparatus.")
+            tile(technicians, "Station 2").get_by_text("There is no patient on the apparatus whom you may see.")
         ).to_be_visible()
 
         for pressed, words in ((True, "E-stop pressed"), (False, "E-stop released")):

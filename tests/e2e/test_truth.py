@@ -78,7 +78,7 @@ def test_lost_connection_shows_within_two_seconds_and_hides_stale_values(
         expect(page.get_by_test_id("angles")).to_have_attribute("data-alive", "false")
         expect(page.get_by_test_id("estop")).to_have_attribute("data-state", "unknown")
         expect(page.get_by_test_id("mode")).to_have_text("State unknown")
-        expect(page.get_by_test_id("torque")).to_have_text("Torque not known")
+        expect(page.get_by_test_id("torque")).to_have_text("Torque unknown")
         page.screenshot(path=artefacts / "connection-lost.png")
     finally:
         os.killpg(clinic.process.pid, signal.SIGCONT)

@@ -30,7 +30,7 @@ def teach(page: Page, artefacts: Path) -> None:
     before = page.get_by_role("region", name="Checks before teaching")
     switch = before.get_by_test_id("check-estop")
     expect(switch).to_contain_text("Not detected yet")
-    expect(before.get_by_test_id("check-fixtures")).to_contain_text("arm fixer 1, closed")
+    expect(before.get_by_test_id("check-fixtures")).to_contain_text("arm fixer 1, and all fixtures are closed")
     expect(page.get_by_role("button", name="Start teaching")).to_be_disabled()
     page.screenshot(path=artefacts / "before-teaching.png", full_page=True)
     try_estop(page, press)
@@ -79,7 +79,7 @@ def test_session_goes_from_checklist_to_addendum_by_keyboard_alone(page: Page, a
     expect(line.get_by_role("button")).to_have_count(0)
     for check in ("side", "fixtures", "belt"):
         at_least_44(visit.get_by_test_id(f"check-{check}").get_by_role("button"))
-    expect(visit.get_by_test_id("check-fixtures")).to_contain_text("arm fixer 1, closed")
+    expect(visit.get_by_test_id("check-fixtures")).to_contain_text("arm fixer 1, and all fixtures are closed")
     confirm_identity(visit, page, press_space)
     press(page, visit.get_by_test_id("check-side").get_by_role("button"))
     expect(visit.get_by_test_id("check-side")).to_contain_text("Test administrator")
@@ -132,7 +132,7 @@ def test_session_goes_from_checklist_to_addendum_by_keyboard_alone(page: Page, a
     note = visit.get_by_label("Note of this session")
     for part in (
         "Left shoulder, without a programme. Raise the arm: 1 of 1 repetition.",
-        "Less range was asked for in Raise the arm",
+        "The range was reduced in Raise the arm",
         "Pain (0 to 10): 4 before, 5 during, 2 after.",
     ):
         expect(note).to_have_value(re.compile(re.escape(part)))

@@ -152,7 +152,7 @@ def test_reduction_in_degrees_applies_to_the_axis_moving_farthest() -> None:
     motion = built_in(4)
     smaller = edit.less(motion, 5.0)
     assert ranges(smaller)[2] == pytest.approx(ranges(motion)[2] - 5.0)
-    with pytest.raises(EditError, match="covers 95"):
+    with pytest.raises(EditError, match="covers only 95"):
         edit.less(motion, 95.1)
 
 
@@ -237,7 +237,7 @@ def test_closed_motion_pauses_once_between_repetitions() -> None:
     assert np.array_equal(motion.angles_deg[0], motion.angles_deg[-1])
     again = edit.repeated(motion, 10, 2.0)
     assert again.duration_s == pytest.approx(10 * motion.duration_s + 9 * 2.0)
-    assert again.done == ("10 repetitions with 2 s of pause at each end",)
+    assert again.done == ("10 repetitions with a pause of 2 s at each end",)
 
 
 @any_motion
@@ -292,7 +292,7 @@ def test_stretch_beyond_the_limit_is_refused_with_motor_and_place() -> None:
 def test_motion_made_too_fast_is_refused_with_motor_and_place() -> None:
     motion = waves([2.0] * 5, [2.0, 2.0, 2.0, 30.0, 2.0], 4.0, 100)
     playable(motion)
-    with pytest.raises(TrajectoryError, match=r"motor 4 would move at 1\d\d deg/s at \d\.\d s; 100 deg/s"):
+    with pytest.raises(TrajectoryError, match=r"motor 4 would move at 1\d\d deg/s at \d\.\d s; its limit is 100 deg/s"):
         playable(edit.at_speed(motion, 150.0))
 
 
@@ -335,7 +335,7 @@ def test_edits_are_applied_in_order_range_speed_repetitions() -> None:
     assert asked.done == (
         "80 % of the range",
         "at 50 % speed",
-        "3 repetitions with 1.5 s of pause at each end",
+        "3 repetitions with a pause of 1.5 s at each end",
     )
     assert asked.duration_s == pytest.approx(3 * 2 * motion.duration_s + 2 * 1.5)
     assert ranges(asked) == pytest.approx(0.8 * ranges(motion))

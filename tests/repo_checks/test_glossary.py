@@ -8,7 +8,7 @@ from typing import Any, Final
 import pytest
 
 from docs.clinical import GLOSSARY, Term
-from kata.reporting.phrases import WORDS
+from kata.reporting.phrases import PHRASES
 from tests.support.paths import ROOT
 
 LOCALES: Final = ROOT / "frontend/src/locales"
@@ -34,7 +34,7 @@ def _both() -> Iterator[tuple[str, str, str]]:
     japanese = json.loads((LOCALES / "ja/server.json").read_text())
     for key, english in json.loads((ROOT / "frontend/server-messages.json").read_text()).items():
         yield f"server.{key}", english, japanese[key]
-    for key, (english, translated) in WORDS.items():
+    for key, (english, translated) in PHRASES.items():
         yield f"report.{key}", english, translated
 
 

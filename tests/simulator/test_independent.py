@@ -239,7 +239,7 @@ def test_station_names_resistance_of_a_drive_with_weak_magnets() -> None:
         angles_deg=np.array([raised, raised]).tobytes(),
         method="smooth",
     )
-    with pytest.raises(PlaybackError, match="Motor 4 met resistance on the way to the start"):
+    with pytest.raises(PlaybackError, match="Motor 4 met resistance while the arm moved to the start"):
         station.play(load, 1.0)
 
 

@@ -94,13 +94,13 @@ def test_a_motion_that_cannot_be_is_refused() -> None:
     world = World()
     motion = GuidedMotion()
     motion.add([0.0, 0.1], [[0.0] * 5] * 2)
-    with pytest.raises(HandRefusedError, match="time that increases"):
+    with pytest.raises(HandRefusedError, match="must increase"):
         motion.add([0.1], [[0.0] * 5])
     with pytest.raises(HandRefusedError, match="five angles"):
         motion.add([0.2], [[0.0] * 4])
     with pytest.raises(HandRefusedError, match="cannot"):
         motion.add([0.2], [[80.0, 80.0, 0.0, 0.0, 0.0]])
-    with pytest.raises(HandRefusedError, match="two or more rows"):
+    with pytest.raises(HandRefusedError, match="at least two rows"):
         world.apparatus.guide("m", GuidedMotion(), pedal=True)
     assert world.apparatus.state().hand.phase == "away"
 

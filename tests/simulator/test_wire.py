@@ -348,7 +348,7 @@ def test_motion_given_in_several_lines_is_traced_as_one(simulator: SimulatorProc
         assert begun.hand.left_s > motion.duration_s
         assert hand.release().hand.phase == "away"
         # The rows before a refused line are dropped.
-        with pytest.raises(HandRefusedError, match="time that increases"):
+        with pytest.raises(HandRefusedError, match="must increase"):
             hand.guide(Taught("back in time", np.arange(n)[::-1] / 100, np.zeros((n, 5))))
         assert hand.guide(motion, pedal=False).hand.phase == "reaching"
 

@@ -49,7 +49,7 @@ def test_first_to_command_takes_a_free_lease() -> None:
     refusal = lease.refusal(KATO)
     assert refusal is not None
     assert refusal.code == "not_operating"
-    assert refusal.message == "Sato operates the apparatus at another browser."
+    assert refusal.message == "Sato operates the apparatus from another browser."
 
 
 def test_each_browser_learns_whether_the_lease_is_its_own(lease: Lease) -> None:

@@ -62,7 +62,7 @@ def stand_for_left(page: Page, press: Press = click) -> None:
 def confirm_identity(part: Locator, page: Page, press: Press = click) -> None:
     """Tick name and clinic number in a checklist, as stated by the patient, and confirm where the check has its own button."""
     identity = part.get_by_test_id("check-identity")
-    for identifier in ("Name as spoken", "Clinic number"):
+    for identifier in ("Stated name", "Clinic number"):
         box = identity.get_by_role("checkbox", name=identifier)
         press(page, box)
         expect(box).to_be_checked()

@@ -66,5 +66,5 @@ class CommissioningWatch:
             return None
         status = commissioning_status(self._file, self._config)
         if status.missing is not None:
-            log.error("the station is not commissioned: %s; it refuses patients", status.missing)
+            log.error("the station is not commissioned: %s; no patient can be treated", status.missing)
         return status

@@ -75,7 +75,7 @@ class Certificate:
             self._make(now)
         try:
             if not self._is_self_signed and self._key.stat().st_mode & 0o007:
-                raise TlsError(f"Others on this computer can read the key {self._key}: chmod 600 {self._key}")
+                raise TlsError(f"Other users of this computer can read the key {self._key}: chmod 600 {self._key}")
             content = self.file.read_bytes() + self._key.read_bytes()
             if content == self._loaded:
                 return False

@@ -211,7 +211,7 @@ class AuditLog(AuditHook):
 
     def _report_missing(self, last: AnchorLine, present: Head) -> None:
         log.critical(
-            "the audit trail does not contain its anchored head %s: it ends at %s; run kata audit verify",
+            "the anchor has the head %s, but the audit trail ends at %s: entries are missing; run kata audit verify",
             format_head(last.head),
             format_head(present),
         )

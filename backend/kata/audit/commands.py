@@ -22,7 +22,7 @@ app = typer.Typer(no_args_is_help=True)
 
 @app.callback()
 def _audit() -> None:
-    """The audit trail: who saw or changed which record, who moved the apparatus, and what was refused."""
+    """Work with the audit trail: who saw or changed which record, who moved the apparatus, and what was refused."""
 
 
 @app.command("verify")
@@ -30,11 +30,11 @@ def verify_trail(
     data: Annotated[Path | None, typer.Option(help="Folder for database and journals.")] = None,
     anchor: Annotated[
         list[Path] | None,
-        typer.Option(help="The anchor of each service on this database; default: this computer's."),
+        typer.Option(help="The anchor of each service on this database. Default: the anchor of this computer."),
     ] = None,
     anchor_copy: Annotated[
         list[Path] | None,
-        typer.Option(help="The copy of each anchor on another disk or computer; default: KATA_AUDIT_ANCHOR_COPY."),
+        typer.Option(help="The copy of each anchor on another disk or computer. Default: KATA_AUDIT_ANCHOR_COPY."),
     ] = None,
     head: Annotated[
         str,
@@ -43,7 +43,9 @@ def verify_trail(
     export: Annotated[Path | None, typer.Option(help="Write all rows to this file, one JSON object per line.")] = None,
     json_out: Annotated[bool, typer.Option("--json", help="Print JSON instead.")] = False,
 ) -> None:
-    """Verify the audit trail and print every gap and change. Status 1 when it is not intact, 2 when it or the anchor's copy cannot be read."""
+    """Verify the audit trail and print every gap and change. The exit status is 1 if the trail is not intact, and 2 if the trail or the
+    anchor's copy cannot be read.
+    """
     from sqlalchemy.exc import SQLAlchemyError
 
     from kata.audit.audit_log import format_head
@@ -73,7 +75,7 @@ def verify_trail(
         _print_verdict(verdict, format_head(verdict.head), anchors, time.perf_counter() - began_s)
         typer.echo(_describe_proof(settings.data, [*copies, *anchors], lost, with_head=known_head is not None))
     for unread in lost:
-        typer.echo(f"The anchor's copy {unread} cannot be read, so it was not compared.", err=True)
+        typer.echo(f"The anchor's copy {unread} cannot be read, so the audit trail was not compared with it.", err=True)
     if not verdict.intact or lost:
         raise typer.Exit(2 if verdict.intact else 1)
 
@@ -103,14 +105,14 @@ def _as_json(verdict: "Verdict", head: str) -> dict[str, Any]:
 def _print_verdict(verdict: "Verdict", head: str, anchors: list[Path], took_s: float) -> None:
     for file in anchors:
         if not file.exists():
-            typer.echo(f"There is no anchor at {file}: without one, removed last rows cannot be detected.")
+            typer.echo(f"There is no anchor at {file}. Without it, the removal of the last rows cannot be detected.")
     for remark in verdict.remarks:
         typer.echo(remark)
     for finding in verdict.findings:
         typer.echo(f"NOT INTACT  {finding.message}")
     state = "No gap and no change was found" if verdict.intact else "The audit trail is not intact"
     typer.echo(f"{state}: {verdict.rows} rows, {verdict.lines} anchors, in {took_s:.1f} s.")
-    typer.echo(f"It ends at {head}")
+    typer.echo(f"The audit trail ends at {head}")
 
 
 def _describe_proof(data: Path, files: list[Path], lost: list[Path], *, with_head: bool) -> str:
@@ -119,10 +121,10 @@ def _describe_proof(data: Path, files: list[Path], lost: list[Path], *, with_hea
 
     elsewhere = [file for file in files if file not in lost and file.exists() and is_elsewhere(file, data)]
     if elsewhere:
-        return f"Compared with {', '.join(map(str, elsewhere))}. Not proven: this file may have been changed together with database and anchor."
+        return f"Compared with {', '.join(map(str, elsewhere))}. Not proven: that this file was not changed together with database and anchor."
     if with_head:
-        return "Compared with the given head. Rows after it are compared only with the anchor on this computer."
+        return "Compared with the given head. Later rows were compared only with the anchor on this computer."
     return (
-        "Not proven: that the trail is complete. A user with full access to this computer can cut database and anchor together. Keep the "
-        "line above elsewhere for --head, or set KATA_AUDIT_ANCHOR_COPY to a file on another disk or computer."
+        "Not proven: that the audit trail is complete. A user with full access to this computer can shorten database and anchor together. "
+        "Store the line above elsewhere and give it with --head, or set KATA_AUDIT_ANCHOR_COPY to a file on another disk or computer."
     )

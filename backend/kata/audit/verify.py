@@ -209,7 +209,7 @@ def _compare_copy(
         more = [line for line in present if line.anchor == name and line.line > ends]
         if more:
             verdict.remarks.append(
-                f"The copy {file} ends {len(more)} lines before the anchor. What follows is stored only on this computer."
+                f"The copy {file} ends {len(more)} lines before the anchor. The later lines are stored only on this computer."
             )
 
 

@@ -47,7 +47,7 @@ StationName = Annotated[
 ]
 _CHECK_PERIOD_S: Final = 0.5
 _WRONG_KEY: Final = (
-    "the second factors of %d accounts were encrypted with another key than that in %s: add the other key's line from a backup or from "
+    "the second factors of %d accounts were encrypted with a key that is not in %s: add the line of that key from a backup or from "
     "another service on this database (KATA_SECOND_FACTOR_KEY), and start again; until then these users need recovery codes"
 )
 

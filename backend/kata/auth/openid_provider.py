@@ -259,7 +259,7 @@ def _secret(settings: Settings) -> str | None:
     try:
         if file.stat().st_mode & 0o007:
             raise OpenIdError(
-                f"Others on this computer can read {file}, the secret of OpenID Connect: chmod 600 {file}"
+                f"Other users of this computer can read {file}, the secret of OpenID Connect: chmod 600 {file}"
             )
         secret = file.read_text(encoding="utf-8").strip()
     except (OSError, UnicodeDecodeError) as error:

@@ -34,7 +34,7 @@ def offer(folder: Path, now: datetime) -> str:
 
 def invitation(url: str, secret: str) -> str:
     """Return the text with the set-up link. Print it only on the terminal and never in the log, because the link is a secret."""
-    return f"Set up the clinic's administrator, once, within {LASTS.total_seconds() / 3600:g} hours: {url}/set-up#secret={secret}"
+    return f"Set up the clinic's administrator. The link works once, within {LASTS.total_seconds() / 3600:g} hours: {url}/set-up#secret={secret}"
 
 
 def is_valid(folder: Path, secret: str, now: datetime) -> bool:

@@ -101,11 +101,11 @@ def read_archive(file: Path, keys: list[Identity], folder: Path, check: Callable
     except pyrage.DecryptError as error:
         if str(error) == _NO_KEY_FITS:
             raise BackupError(
-                f"this key does not open {file}: it was made with another key, or its first lines are damaged. "
-                "Find the key of that time, or use another copy of the file"
+                f"this key does not open {file}: the backup was made with another key, or its beginning is damaged. "
+                "Use the key with which it was made, or another copy of the file"
             ) from error
         raise BackupError(
-            f"{file} is not a backup, or its beginning is damaged; use another copy of it, or another backup"
+            f"{file} is not a backup, or its beginning is damaged; use another copy of the file, or another backup"
         ) from error
     except OSError as error:
         if error.errno is not None:
@@ -118,7 +118,7 @@ def read_archive(file: Path, keys: list[Identity], folder: Path, check: Callable
 
 def _incomplete_error(file: Path) -> BackupError:
     return BackupError(
-        f"{file} is not complete: it was truncated or changed. Use another copy of it, or another backup"
+        f"{file} is not complete: it was truncated or changed. Use another copy of the file, or another backup"
     )
 
 

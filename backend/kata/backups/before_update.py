@@ -73,7 +73,7 @@ def put_back(settings: Settings) -> bool:
             return False
         if _used_since(database, saved):
             raise BackupError(
-                f"Users have changed or seen records with the new version, so the database of before the update was not put back. It is in {saved}."
+                f"Users have changed or seen records with the new version, so the database from before the update was not restored. It is stored in {saved}."
             )
         restored = folder / f"restored-{uuid4().hex[:8]}.db"
         copy_sqlite_file(saved, restored)

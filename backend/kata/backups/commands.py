@@ -23,10 +23,10 @@ _DataOption = Annotated[Path | None, typer.Option(help="Folder for database and 
 
 def backup(
     data: _DataOption = None,
-    to: Annotated[Path | None, typer.Option(help="Folder for the backup, instead of KATA_BACKUP_DIR.")] = None,
+    to: Annotated[Path | None, typer.Option(help="Folder for the backup. Default: KATA_BACKUP_DIR.")] = None,
     nightly: Annotated[bool, typer.Option("--nightly", hidden=True)] = False,
 ) -> None:
-    """Make and verify an encrypted backup, also while Kata runs. Status 1 when that fails or its audit trail is not intact."""
+    """Make and verify an encrypted backup; Kata may be running. The exit status is 1 if this fails or the audit trail is not intact."""
     from kata.backups.create import create_backup
     from kata.backups.key import BackupError
 
@@ -56,15 +56,15 @@ def backup(
 def restore(
     file: Annotated[Path, typer.Argument(help="The backup.", exists=True, dir_okay=False)],
     key: Annotated[
-        Path | None, typer.Option(help="The key that opens the backup; default: the one in the data folder.")
+        Path | None, typer.Option(help="The key that opens the backup. Default: the key in the data folder.")
     ] = None,
     data: _DataOption = None,
     verify: Annotated[
-        bool, typer.Option("--verify", help="Only verify that the backup can be restored; also while Kata runs.")
+        bool, typer.Option("--verify", help="Only verify that the backup can be restored. Kata may be running.")
     ] = False,
     former_try: Annotated[bool, typer.Option("--try", hidden=True)] = False,
 ) -> None:
-    """Restore the clinic from a backup. The present data is moved aside, not overwritten. Stop Kata before."""
+    """Restore the clinic from a backup. Stop Kata first. The present data is moved to another folder, not overwritten."""
     from kata.backups.key import BackupError
     from kata.backups.restore import restore_backup, verify_and_record
     from kata.database.engine import DatabaseError
@@ -85,10 +85,12 @@ def restore(
     except OSError as error:
         fail(f"{error.strerror}: {error.filename}.")
     typer.echo(
-        f"The clinic in {settings.data} is restored to its state of {restored.contents.made_at:%Y-%m-%d %H:%M} UTC."
+        f"The clinic in {settings.data} is restored to its state on {restored.contents.made_at:%Y-%m-%d %H:%M} UTC."
     )
     typer.echo(f"Previous data: {restored.aside}")
-    typer.echo("All users have to sign in again, with their passwords of that day. Start the service: kata serve")
+    typer.echo(
+        "All users must sign in again, with the passwords that they had at that time. Start the service: kata serve"
+    )
 
 
 def _print_trial(verified: "VerifiedBackup") -> None:

@@ -25,7 +25,7 @@ from kata.database.database_copy import copy, kind_of, size_bytes
 from kata.database.engine import Database, DatabaseError
 from kata.settings import Settings
 
-NOT_VERIFIED: Final = "The key is not on this computer, so the backup was not verified. Where the key is: kata restore FILE --verify --key KEY."
+NOT_VERIFIED: Final = "The key is not on this computer, so the backup was not verified. On the computer with the key, run: kata restore FILE --verify --key KEY."
 KEEP_EVERY_BACKUP_DAYS: Final = 14
 KEEP_MONTHLY_BACKUP_MONTHS: Final = 12
 _DAYS_OF_MONTH: Final = 31

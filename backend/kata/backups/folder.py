@@ -77,7 +77,7 @@ def one_at_a_time(settings: Settings) -> Iterator[None]:
                 shutil.rmtree(leftover)
             yield
     except journal.FolderInUseError as error:
-        raise BackupError("another backup is being made or verified just now; try again when it is done") from error
+        raise BackupError("another backup is being made or verified; try again when it has finished") from error
 
 
 @contextmanager

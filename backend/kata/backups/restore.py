@@ -176,7 +176,7 @@ def _contents_check(settings: Settings, database: Database) -> Callable[[Content
                 else "set KATA_DATABASE_URL to an empty PostgreSQL database"
             )
             raise BackupError(
-                f"this is a backup of a {_DATABASE_NAMES[contents.database]} database, not of {_DATABASE_NAMES[here]}: {step}"
+                f"this is a backup of a {_DATABASE_NAMES[contents.database]} database, but this computer uses {_DATABASE_NAMES[here]}: {step}"
             )
         # Imported here, because the service imports this module and would start later.
         from alembic.script import ScriptDirectory
@@ -184,8 +184,8 @@ def _contents_check(settings: Settings, database: Database) -> Callable[[Content
         known = {revision.revision for revision in ScriptDirectory(str(migrations())).walk_revisions()}
         if contents.schema and contents.schema not in known:
             raise BackupError(
-                f"this backup was made by a newer version of Kata ({contents.program}, schema {contents.schema}); this is "
-                f"{__version__}. Install the newer version, then restore"
+                f"this backup was made by a newer version of Kata ({contents.program}, schema {contents.schema}); the version "
+                f"here is {__version__}. Install the newer version, then restore"
             )
         free, wanted = shutil.disk_usage(settings.data).free, _DISK_SPACE_FACTOR * contents.bytes
         if free < wanted:

@@ -15,7 +15,7 @@ CHECKOUT_ONLY: Final = (
 
 app = typer.Typer(no_args_is_help=True, help="Measure the timing goals on this computer.")
 
-PlotMinutes = Annotated[float, typer.Option(help="Length of the run that the load plots, minutes.")]
+PlotMinutes = Annotated[float, typer.Option(help="Length of the playback that the load plots, minutes.")]
 Fifo = Annotated[bool, typer.Option("--fifo/--no-fifo", help="With real-time privileges, or without.")]
 
 
@@ -67,7 +67,7 @@ def stop(
     loads: Annotated[
         str,
         typer.Option(
-            help="Some of idle, built, loaded, second_client, slow_disk, extreme, separated by commas. Default: all."
+            help="Loads, separated by commas: idle, built, loaded, second_client, slow_disk, extreme. Default: all."
         ),
     ] = "",
     fifo: Fifo = True,
@@ -85,7 +85,7 @@ def stop(
 @app.command()
 def bus(
     seconds: Annotated[float, typer.Option(min=0.01, help="Duration for each library on each bus, seconds.")] = 6.0,
-    rounds: Annotated[int, typer.Option(min=1, help="Rounds into which that duration is divided.")] = 3,
+    rounds: Annotated[int, typer.Option(min=1, help="Number of rounds into which the duration is divided.")] = 3,
     return_delay_us: Annotated[int, typer.Option(min=0, max=508, help="Delay of the drives' answers, µs.")] = 0,
     json_out: Json = None,
 ) -> None:
@@ -112,7 +112,7 @@ def _add_placeholder(name: str) -> None:
         fail(f"This benchmark is not installed. Run it in a checkout of Kata: python -m benchmarks {name}")
 
     any_arguments = {"allow_extra_args": True, "ignore_unknown_options": True}
-    app.command(name, help="Only in a checkout of Kata.", context_settings=any_arguments)(placeholder)
+    app.command(name, help="Works only in a checkout of Kata.", context_settings=any_arguments)(placeholder)
 
 
 def _only(wanted: bool | None) -> tuple[bool, ...]:

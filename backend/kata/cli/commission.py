@@ -164,7 +164,7 @@ def run(
         front.finish(passed=False, text=text)
         return False
     machine_s = (bench.now_ns() - began_ns - counter.waited_ns) / 1e9
-    work = f"{counter.presses} confirmations, {counter.others} actions that the drives saw, {machine_s:.0f} s of the machine."
+    work = f"The technician confirmed {counter.presses} instructions, the drives detected {counter.others} actions, and the apparatus worked for {machine_s:.0f} s."
     front.finish(passed=True, text=f"Commissioned. Configuration: {station}. Record: {record_path(station)}.\n{work}")
     return True
 
@@ -187,7 +187,9 @@ def run_check(station: Path, by: str, *, lines: bool = False) -> bool:
         write_record(record, record_path(station))
         front.report(record.checks[-1])
     passed = record.checks[-1].passed
-    front.finish(passed=passed, text="The check has passed." if passed else "The check has found a fault.")
+    front.finish(
+        passed=passed, text="The periodic check has passed." if passed else "The periodic check has found a fault."
+    )
     return passed
 
 

@@ -54,6 +54,11 @@ _DAMAGED_SHARE: Final = 0.02
 _OLDEST: Final = timedelta(days=2)
 _BY_ID: Final = Path("/dev/serial/by-id")
 _TTYS: Final = Path("/sys/class/tty")
+_KEY_PLACES: Final = {
+    "here": "The key is on this computer.",
+    "elsewhere": "The key is not on this computer.",
+    "nowhere": "There is no key yet.",
+}
 _HUGE_PAGES: Final = Path("/sys/kernel/mm/transparent_hugepage/enabled")
 
 
@@ -122,7 +127,7 @@ def _processor(settings: Settings) -> Iterator[CheckResult]:
             "Processor",
             "warning",
             "There is only one core.",
-            "With two cores the control loop and the service do not delay each other.",
+            "Use a computer with at least two cores, so that the service does not delay the control loop.",
         )
     preemption = kernel_preemption()
     if preemption in ("PREEMPT_RT", "PREEMPT_DYNAMIC", "PREEMPT"):
@@ -132,7 +137,7 @@ def _processor(settings: Settings) -> Iterator[CheckResult]:
             "Kernel",
             "warning",
             f"Linux {platform.release()} reports no preemption.",
-            "Use a kernel with PREEMPT_DYNAMIC or PREEMPT_RT, so that cycles are punctual.",
+            "Use a kernel with PREEMPT_DYNAMIC or PREEMPT_RT, so that cycles begin on time.",
         )
 
 
@@ -141,13 +146,13 @@ def _huge_pages(settings: Settings) -> Iterator[CheckResult]:
     if not _HUGE_PAGES.exists():
         return
     if "[always]" not in _HUGE_PAGES.read_text():
-        yield CheckResult("Huge pages", "ok", "Only programs that request them get them.")
+        yield CheckResult("Huge pages", "ok", "The kernel uses them only for programs that request them.")
         return
     yield CheckResult(
         "Huge pages",
         "warning",
-        "The kernel merges every program's memory into huge pages, which can delay the control loop by milliseconds.",
-        "On the kernel's command line: transparent_hugepage=madvise",
+        "The kernel uses huge pages for every program, which can delay the control loop by milliseconds.",
+        "Add to the kernel's command line: transparent_hugepage=madvise",
     )
 
 
@@ -158,8 +163,8 @@ def _real_time(settings: Settings) -> Iterator[CheckResult]:
         yield CheckResult(
             "Real-time scheduling",
             "warning",
-            "SCHED_FIFO is not granted: cycles are late on a busy computer.",
-            "In the service's systemd unit: LimitRTPRIO=70. For a user: 'kata - rtprio 70' in /etc/security/limits.d/.",
+            "SCHED_FIFO is not granted, so cycles are late on a busy computer.",
+            "Set LimitRTPRIO=70 in the service's systemd unit. For a user, write 'kata - rtprio 70' to a file in /etc/security/limits.d/.",
         )
     if memory_lock_granted():
         yield CheckResult("Locked memory", "ok", "Memory can be locked.")
@@ -167,15 +172,19 @@ def _real_time(settings: Settings) -> Iterator[CheckResult]:
         yield CheckResult(
             "Locked memory",
             "warning",
-            "Memory cannot be locked: on a computer short of memory a cycle may wait for the disk.",
-            "In the service's systemd unit: LimitMEMLOCK=infinity. For a user: 'kata - memlock unlimited' in "
+            "Memory cannot be locked, so a cycle may wait for the disk when memory is short.",
+            "Set LimitMEMLOCK=infinity in the service's systemd unit. For a user, write 'kata - memlock unlimited' to a file in "
             "/etc/security/limits.d/.",
         )
 
 
 def _station(settings: Settings) -> Iterator[CheckResult]:
     if settings.station is None:
-        yield CheckResult("Station", "ok", "No file given; --station FILE.toml checks one and its port.")
+        yield CheckResult(
+            "Station",
+            "ok",
+            "No station's file was given. With --station FILE.toml the command also checks the file and its port.",
+        )
         return
     try:
         station = config.read(settings.station)
@@ -207,9 +216,12 @@ def _station(settings: Settings) -> Iterator[CheckResult]:
 def _port(station: config.StationConfig) -> Iterator[CheckResult]:
     port = Path(station.port)
     if not port.exists():
-        adapters = ", ".join(str(path) for path in _by_id()) or "no serial adapter found"
+        adapters = ", ".join(str(path) for path in _by_id()) or "none"
         yield CheckResult(
-            "Port", "problem", f"{port} does not exist.", f"Plug the RS-485 adapter in, or correct port: {adapters}."
+            "Port",
+            "problem",
+            f"{port} does not exist.",
+            f"Plug in the RS-485 adapter, or correct the port in the station's file. Adapters found: {adapters}.",
         )
         return
     if not os.access(port, os.R_OK | os.W_OK):
@@ -217,9 +229,9 @@ def _port(station: config.StationConfig) -> Iterator[CheckResult]:
         yield CheckResult(
             "Port",
             "problem",
-            f"This user may not open {port}.",
-            f"It belongs to the group {group}, adapters mostly to dialout: sudo usermod --append --groups dialout USER; "
-            "then log in again.",
+            f"This user has no permission to open {port}.",
+            f"The port belongs to the group {group}; most adapters belong to dialout. Run: sudo usermod --append --groups dialout USER. "
+            "Then log in again.",
         )
         return
     try:
@@ -246,7 +258,7 @@ def _name_of(port: Path) -> Iterator[CheckResult]:
         "Port's name",
         "warning",
         f"{port} may get another number when the adapter is plugged in again.",
-        f'In the station\'s file: port = "{lasting[0] if lasting else "/dev/serial/by-id/..."}"',
+        f'Write in the station\'s file: port = "{lasting[0] if lasting else "/dev/serial/by-id/..."}"',
     )
 
 
@@ -264,7 +276,7 @@ def _latency_timer(port: Path) -> Iterator[CheckResult]:
         "warning",
         f"{latency_ms} ms: the adapter may delay each reply by this time. Kata requests low latency when it opens the "
         "port; this is the value without that request.",
-        f'setserial {port} low_latency; permanently, a udev rule: ACTION=="add", SUBSYSTEM=="usb-serial", '
+        f'Run: setserial {port} low_latency. To make this permanent, add a udev rule: ACTION=="add", SUBSYSTEM=="usb-serial", '
         f'DRIVER=="ftdi_sio", ATTR{{latency_timer}}="{_LATENCY_MS}"',
     )
 
@@ -284,7 +296,7 @@ def _drives(station: config.StationConfig) -> Iterator[CheckResult]:
             "problem",
             f"These motors do not answer at {station.baud} bit/s: {silent}.",
             "Check power and cables. New drives have another id and baud rate"
-            + (": kata commission sets them." if dynamixel else "."),
+            + ("; kata commission sets them." if dynamixel else "."),
         )
     else:
         yield CheckResult("Drives", "ok", f"Five drives answered at {station.baud} bit/s.")
@@ -345,7 +357,7 @@ def _data(settings: Settings) -> Iterator[CheckResult]:
     advice = (
         ""
         if state == "ok"
-        else "Free up space: an hour of treatment at 100 Hz needs some 60 MB, and a full disk stops the apparatus."
+        else "Free up space: an hour of treatment at 100 Hz needs about 60 MB, and a full disk stops the apparatus."
     )
     yield CheckResult("Disk space", state, f"{room_gb:.1f} GB are free.", advice)
 
@@ -370,7 +382,7 @@ def _database(settings: Settings) -> Iterator[CheckResult]:
             "Database",
             "problem",
             f"{shown} cannot be opened: {cause}",
-            "Check that the server runs, or restore a backup.",
+            "Check that the database server is running, or restore a backup.",
         )
         return
     finally:
@@ -380,26 +392,26 @@ def _database(settings: Settings) -> Iterator[CheckResult]:
 
 def _backups(settings: Settings) -> Iterator[CheckResult]:
     if key_location(settings) == "nowhere":
-        yield CheckResult("Backups", "ok", "The first start creates their key.")
+        yield CheckResult("Backups", "ok", "The first start of the service creates their key.")
         return
     on_data = settings.backup_folder.exists() and settings.backup_folder.stat().st_dev == settings.data.stat().st_dev
     if on_data:
         yield CheckResult(
             "Backups' folder",
             "warning",
-            f"{settings.backup_folder} is on the database's disk and is lost with it.",
+            f"{settings.backup_folder} is on the same disk as the database: if the disk fails, both are lost.",
             "Set KATA_BACKUP_DIR to a folder on another disk or computer.",
         )
     good_at = _last_good_at(settings)
     if good_at and good_at > utc_now() - _OLDEST:
-        yield CheckResult("Backups", "ok", f"The last verified backup is of {good_at:%Y-%m-%d %H:%M} UTC.")
+        yield CheckResult("Backups", "ok", f"The last verified backup was made on {good_at:%Y-%m-%d %H:%M} UTC.")
         return
-    last = f"The last verified backup is of {good_at:%Y-%m-%d}" if good_at else "There is no verified backup"
+    last = f"The last verified backup was made on {good_at:%Y-%m-%d}" if good_at else "There is no verified backup"
     yield CheckResult(
         "Backups",
         "warning",
-        f"{last}; the key is {key_location(settings)}.",
-        "kata backup makes one and reports problems; kata restore FILE --verify --key KEY verifies one where the key is.",
+        f"{last}. {_KEY_PLACES[key_location(settings)]}",
+        "Run kata backup: it makes a backup and reports problems. On the computer with the key, verify a backup: kata restore FILE --verify --key KEY",
     )
 
 
@@ -407,13 +419,13 @@ def _audit(settings: Settings) -> Iterator[CheckResult]:
     copy = settings.audit_anchor_copy
     for file in (copy, settings.effective_audit_anchor):
         if file and is_elsewhere(file, settings.data):
-            yield CheckResult("Audit trail", "ok", f"Its heads are stored in {file}.")
+            yield CheckResult("Audit trail", "ok", f"The trail's last entries are also recorded in {file}.")
             return
     where = f"{copy} is on the same disk or its folder does not exist" if copy else "there is no copy of the anchor"
     yield CheckResult(
         "Audit trail",
         "warning",
-        f"On this computer alone, database and anchor can be cut together without a trace: {where}.",
+        f"A user with full access to this computer can shorten database and anchor together without a trace: {where}.",
         "Set KATA_AUDIT_ANCHOR_COPY to a file on another disk or computer, or collect the log (KATA_LOG_FORMAT=json).",
     )
 
@@ -428,9 +440,9 @@ def _proxy(settings: Settings) -> Iterator[CheckResult]:
         yield CheckResult(
             "Proxy",
             "warning",
-            f"Requests came through a proxy at {address} that is not in KATA_TRUSTED_PROXIES: all users behind it count as one "
-            "address, so one user's wrong passwords slow the login of all.",
-            f"KATA_TRUSTED_PROXIES={address}, if this is the clinic's proxy.",
+            f"Requests came through a proxy at {address} that is not in KATA_TRUSTED_PROXIES. All users behind it count as one "
+            "address, so the wrong passwords of one user delay the login of all.",
+            f"If this is the clinic's proxy, set KATA_TRUSTED_PROXIES={address}",
         )
 
 
@@ -445,11 +457,11 @@ def _openid(settings: Settings) -> Iterator[CheckResult]:
         yield CheckResult(
             "OpenID provider",
             "problem",
-            f"{settings.openid_issuer} does not answer as a provider of this name: logins by OpenID are not possible.",
+            f"{settings.openid_issuer} does not answer as an OpenID provider of this name, so users cannot log in by OpenID.",
             "Check KATA_OPENID_ISSUER, the network, and the provider's certificate (REQUESTS_CA_BUNDLE: the clinic's own authority).",
         )
     else:
-        yield CheckResult("OpenID provider", "ok", f"{settings.openid_issuer} answers and has {keys} keys.")
+        yield CheckResult("OpenID provider", "ok", f"{settings.openid_issuer} answers and offers {keys} keys.")
 
 
 def _last_good_at(settings: Settings) -> datetime | None:

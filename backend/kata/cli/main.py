@@ -45,10 +45,10 @@ def serve(
     simulate: Annotated[bool, typer.Option("--simulate", help="Start a simulated apparatus.")] = False,
     station: Annotated[Path | None, typer.Option(help="The station's TOML file.")] = None,
     host: Annotated[str | None, typer.Option(help="Address to listen on; default: 127.0.0.1.")] = None,
-    port: Annotated[int | None, typer.Option(help="Port to listen on; default: 8000; 0: any free port.")] = None,
+    port: Annotated[int | None, typer.Option(help="Port to listen on; default: 8000. 0 chooses a free port.")] = None,
     data: Annotated[Path | None, typer.Option(help="Folder for database and journals.")] = None,
     rate_hz: Annotated[
-        int | None, typer.Option(help="Samples and setpoints per second, instead of the station's.")
+        int | None, typer.Option(help="Samples and setpoints per second, instead of the rate in the station's file.")
     ] = None,
     reload: Annotated[
         bool, typer.Option("--reload", help="Restart when the program changes (for developers).")
@@ -73,7 +73,9 @@ def demo(
     json_out: Annotated[Path | None, typer.Option("--json", help="Write the errors to this JSON file.")] = None,
     data: Annotated[Path | None, typer.Option(help="Folder for the database; default: a new temporary folder.")] = None,
     rate_hz: Annotated[int | None, typer.Option(help="Samples and setpoints per second.")] = None,
-    seed: Annotated[int | None, typer.Option(help="Vary the simulated mechanics by up to 30 %.")] = None,
+    seed: Annotated[
+        int | None, typer.Option(help="Seed of a variation of the simulated mechanics by up to 30 %.")
+    ] = None,
 ) -> None:
     """Teach a motion to a simulated apparatus, play it back, and print the error of every motor."""
     folder = data or Path(mkdtemp(prefix="kata-demo-"))
@@ -96,16 +98,20 @@ def demo(
 def simulate(
     plant: Annotated[
         Literal["simple", "mujoco"],
-        typer.Option(help="Simulated mechanics; mujoco is independent of the controller's authors (kata[evaluate])."),
+        typer.Option(
+            help="Simulated mechanics: simple, or mujoco, which was written independently of the controller (kata[evaluate])."
+        ),
     ] = "simple",
     number: Annotated[
         int | None,
-        typer.Option("--seed", min=0, help="Vary the simulated mechanics by up to 30 %. Default: as designed."),
+        typer.Option(
+            "--seed", min=0, help="Seed of a variation of the simulated mechanics by up to 30 %. Default: no variation."
+        ),
     ] = None,
     protocol: Annotated[Literal["dynamixel", "modbus"], typer.Option(help="Protocol of the drives.")] = "dynamixel",
     baud: Annotated[int, typer.Option(help="Baud rate of the drives.")] = 1_000_000,
 ) -> None:
-    """Serve a simulated apparatus on a pseudo-terminal in real time, for a station's file, until Ctrl-C."""
+    """Run a simulated apparatus in real time on a pseudo-terminal until Ctrl-C. A station's file can name it as its port."""
     from kata.simulator.process import SimulatorError, SimulatorProcess
 
     folder = Path(mkdtemp(prefix="kata-simulate-"))
@@ -127,7 +133,12 @@ def simulate(
 @app.command()
 def seed(
     data: Annotated[Path | None, typer.Option(help="Folder for database and journals.")] = None,
-    number: Annotated[int, typer.Option("--seed", help="The same number on the same day creates the same clinic.")] = 1,
+    number: Annotated[
+        int,
+        typer.Option(
+            "--seed", help="Seed of the invented data. The same seed on the same day creates the same clinic."
+        ),
+    ] = 1,
     patients: Annotated[int, typer.Option(min=1, max=60, help="Number of patients.")] = 60,
     language: Annotated[Literal["en", "ja"], typer.Option(help="Language of names and notes.")] = "en",
 ) -> None:
@@ -139,12 +150,12 @@ def seed(
     except FAILURES as error:
         fail(str(error))
     typer.echo(
-        f"{made} invented patients. `kata serve --simulate` shows them; their clinic numbers begin with {NUMBER}."
+        f"Created {made} invented patients. `kata serve --simulate` shows them. Their clinic numbers begin with {NUMBER}."
     )
 
 
 @app.command()
-def openapi(out: Annotated[Path | None, typer.Option(help="Write it to this file.")] = None) -> None:
+def openapi(out: Annotated[Path | None, typer.Option(help="Write the document to this file.")] = None) -> None:
     """Print the OpenAPI document of the service."""
     from kata.api.app import create_app
 
@@ -152,7 +163,7 @@ def openapi(out: Annotated[Path | None, typer.Option(help="Write it to this file
 
 
 @app.command()
-def messages(out: Annotated[Path | None, typer.Option(help="Write them to this file.")] = None) -> None:
+def messages(out: Annotated[Path | None, typer.Option(help="Write the messages to this file.")] = None) -> None:
     """Print every message of the service: its code and its English template, as JSON."""
     import kata.api.app  # noqa: F401 - imports every package that declares messages
     from kata.messages import CATALOGUE
@@ -163,8 +174,10 @@ def messages(out: Annotated[Path | None, typer.Option(help="Write them to this f
 @app.command()
 def mjcf(
     side: Annotated[Side, typer.Option(help="Shoulder for which the apparatus is set up.")] = CANONICAL_SIDE,
-    seed: Annotated[int | None, typer.Option(help="Varies patient and gears; by default they are nominal.")] = None,
-    out: Annotated[Path | None, typer.Option(help="Write it to this file.")] = None,
+    seed: Annotated[
+        int | None, typer.Option(help="Seed of a variation of patient and gears. Default: nominal values.")
+    ] = None,
+    out: Annotated[Path | None, typer.Option(help="Write the model to this file.")] = None,
 ) -> None:
     """Print the model of apparatus and arm as MJCF, for MuJoCo and its viewers.
 
@@ -183,7 +196,7 @@ def link(
 ) -> None:
     """Print a one-time link that creates an administrator, for a clinic whose users can no longer sign in.
 
-    The service may run meanwhile. If the user name exists, its account gets the new password and becomes an administrator.
+    The service may be running. If the user name exists, its account gets the new password and becomes an administrator.
     """
     from kata.auth import set_up
     from kata.database.base import utc_now
@@ -199,12 +212,12 @@ def link(
 @app.command()
 def doctor(
     station: Annotated[
-        Path | None, typer.Option(help="The station's TOML file; the command opens its port and reads its drives.")
+        Path | None, typer.Option(help="The station's TOML file. The command also opens its port and reads its drives.")
     ] = None,
     data: Annotated[Path | None, typer.Option(help="Folder for database and journals.")] = None,
     json_out: Annotated[bool, typer.Option("--json", help="Print JSON instead.")] = False,
 ) -> None:
-    """Check whether this computer can run Kata, and print a remedy for each problem. Status 1 when there is a problem."""
+    """Check whether this computer can run Kata, and print a remedy for each problem. The exit status is 1 if there is a problem."""
     from kata.cli.doctor import as_json, examine
 
     # The printed lines already contain the content of the warnings.
@@ -223,17 +236,26 @@ def doctor(
 
 @app.command()
 def commission(
-    station: Annotated[Path, typer.Argument(help="The station's TOML file; it is written when every step has passed.")],
-    port: Annotated[str | None, typer.Option(help="The serial port; default: the file's, else /dev/ttyUSB0.")] = None,
-    by: Annotated[str, typer.Option(help="Who commissions the station; default: this user.")] = "",
-    begin: Annotated[str | None, typer.Option("--from", help="Repeat from this step on, e.g. axes.")] = None,
-    check: Annotated[bool, typer.Option("--check", help="The periodic check of a commissioned station.")] = False,
+    station: Annotated[
+        Path, typer.Argument(help="The station's TOML file. The command writes it when every step has passed.")
+    ],
+    port: Annotated[
+        str | None, typer.Option(help="The serial port. Default: the port in the file, or /dev/ttyUSB0.")
+    ] = None,
+    by: Annotated[str, typer.Option(help="Name of the technician. Default: the user of this terminal.")] = "",
+    begin: Annotated[
+        str | None, typer.Option("--from", help="Repeat the procedure from this step on, for example axes.")
+    ] = None,
+    check: Annotated[bool, typer.Option("--check", help="Run the periodic check of a commissioned station.")] = False,
     simulate: Annotated[
-        int | None, typer.Option(min=0, help="Commission a factory-new simulated apparatus of this seed, for training.")
+        int | None,
+        typer.Option(
+            min=0, help="For training: commission a simulated apparatus with new drives, made from this seed."
+        ),
     ] = None,
     lines: Annotated[bool, typer.Option("--lines", hidden=True)] = False,
 ) -> None:
-    """Guide a technician from a box of drives to a checked station file and a record. Stop the service first."""
+    """Guide a technician from new drives to a checked station's file and a record. Stop the service first."""
     from kata.cli.commission import STEP_KEYS, run, run_check
 
     if begin is not None and begin not in STEP_KEYS:
@@ -251,7 +273,7 @@ def support_bundle(
     data: Annotated[Path | None, typer.Option(help="Folder for database and journals.")] = None,
 ) -> None:
     """Write a ZIP file that describes this installation to its maintainers. It contains no patient data and no secrets. The service may
-    run meanwhile.
+    be running.
     """
     from kata.cli.support_bundle import write
 
@@ -261,7 +283,7 @@ def support_bundle(
     except OSError as error:
         fail(f"Cannot write {out}: {error.strerror}.")
     typer.echo(
-        f"{out} contains no patient data. Its README.txt lists the parts; please look through them before you send it."
+        f"Wrote {out}. It contains no patient data. Its README.txt lists the parts; look through them before you send the file."
     )
 
 
@@ -274,12 +296,12 @@ def update(
         "/etc/kata/update-key.pem"
     ),
     unit: Annotated[
-        list[str] | None, typer.Option(help="systemd unit of a service of this computer; may be repeated.")
+        list[str] | None, typer.Option(help="systemd unit of a Kata service on this computer; may be repeated.")
     ] = None,
     ready_within_s: Annotated[
-        float, typer.Option(min=1.0, help="Time until the new version must be ready, seconds.")
+        float, typer.Option(min=1.0, help="Time within which the new version must be ready, seconds.")
     ] = 600.0,
-    installed: Annotated[str, typer.Option(help="A version that a package has installed beside this one.")] = "",
+    installed: Annotated[str, typer.Option(help="Change to this version, which a package has installed already.")] = "",
     resume: Annotated[bool, typer.Option("--resume", help="Finish or undo an interrupted update.")] = False,
 ) -> None:
     """Update Kata on this computer without the internet. The update is undone if the new version does not become ready.
@@ -289,7 +311,7 @@ def update(
     from kata.cli.update import update
 
     if sum((bundle is not None, bool(installed), resume)) != 1:
-        raise typer.BadParameter("give one of --from, --installed and --resume", param_hint="--from")
+        raise typer.BadParameter("give exactly one of --from, --installed and --resume", param_hint="--from")
     update(bundle, installed, key, unit or ["kata"], ready_within_s)
 
 

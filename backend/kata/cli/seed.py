@@ -21,7 +21,7 @@ from kata.actor import by_program
 from kata.backups import folder
 from kata.cli import seed_course, seed_people
 from kata.cli.seed_course import STATIONS, Course
-from kata.cli.seed_people import DETAILED, WORDS, Language, Person
+from kata.cli.seed_people import DETAILED, INVENTED_TEXTS, Language, Person
 from kata.clinic.assessments import spadi
 from kata.clinic.assessments.tables import AssessmentRow, RomRow
 from kata.clinic.episodes.tables import EpisodeRow, StageRow
@@ -48,7 +48,7 @@ from kata.motion.linkage import motor_angles_deg
 from kata.motion.taught import Taught
 from kata.settings import Settings
 
-MARK: Final = WORDS["en"].mark
+MARK: Final = INVENTED_TEXTS["en"].mark
 NUMBER: Final = "DEMO-"
 _LONGEST_AGO: Final = timedelta(days=800)
 """A time span longer than any patient's history."""
@@ -146,7 +146,7 @@ class _Invented:
         self._asked = _ONCE if place < DETAILED else _TEN_TIMES
 
     def write(self, language: Language) -> None:
-        self._words = WORDS[language]
+        self._words = INVENTED_TEXTS[language]
         self._therapist = self._words.therapists[self._course.therapist]
         patient = self._patient(seed_people.person(self._place, language))
         episode = self._episode(patient.id)

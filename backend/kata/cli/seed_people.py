@@ -70,7 +70,7 @@ class Words:
 
 _OWN: Final = ACCOUNTS["therapist"][1]
 """The demonstration's therapist also has patients, so that the first page of this user is not empty."""
-WORDS: Final[dict[Language, Words]] = {
+INVENTED_TEXTS: Final[dict[Language, Words]] = {
     "en": Words(
         mark="Invented for the demonstration. Not the record of a real person.",
         therapists=("Sato Mai", "Ito Daiki", "Watanabe Yui", "Nakajima Sora", _OWN),

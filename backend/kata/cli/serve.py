@@ -178,7 +178,7 @@ def _warn_of_proxy(settings: Settings, address: str) -> None:
     """Log that a proxy is not listed, and store its address for ``kata doctor``."""
     log.warning(
         "a request from %s came through a proxy that is not in KATA_TRUSTED_PROXIES: all users behind it count as one address, "
-        "so one user's wrong passwords slow the login of all, and the audit trail names the proxy; add its address there",
+        "so the wrong passwords of one user delay the login of all, and the audit trail names the proxy; add its address to the setting",
         address,
     )
     with suppress(OSError):

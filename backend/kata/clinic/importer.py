@@ -96,7 +96,7 @@ class Importer:
                 except Exception:
                     # A journal that cannot be imported must not block the others. It stays in the folder for the next attempt.
                     self._due.pop(path, None)
-                    log.exception("%s could not be imported; it stays where it is", path.name)
+                    log.exception("%s could not be imported; the file was not changed", path.name)
 
     @property
     def due(self) -> int:
@@ -149,12 +149,12 @@ class Importer:
             recorded = journal.read(path)
             identity = UUID(recorded.id)
         except ValueError as error:
-            log.error("%s; it is kept in %s", error, _UNREADABLE)
+            log.error("%s; it is stored in %s", error, _UNREADABLE)
             self._give_up(path)
             _move(path, _UNREADABLE)
             return
         if recorded.truncated:
-            log.warning("%s ends in a damaged record; the records before it are imported", path.name)
+            log.warning("%s ends with a damaged record; the earlier records are imported", path.name)
         # Read this before the import, because an event that is spooled during the import has not been looked for.
         has_undelivered = self._has_undelivered()
         if self._database.unavailable_since:
@@ -164,7 +164,11 @@ class Importer:
         if saved is None and has_undelivered:
             raise _NotYetError(f"what {path.name} belongs to is not in the database yet")
         if saved is None:
-            log.error("%s belongs to no run or teaching of this database; it is kept in %s", path.name, _UNREADABLE)
+            log.error(
+                "%s does not belong to a playback or teaching of this database; it is stored in %s",
+                path.name,
+                _UNREADABLE,
+            )
             _move(path, _UNREADABLE)
             return
         _move(path, _IMPORTED)

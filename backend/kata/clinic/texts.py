@@ -9,9 +9,9 @@ PATIENT_ARCHIVED: Final = message("patient_archived", "{patient:name} is archive
 PROGRAMME_ARCHIVED: Final = message("programme_archived", "{programme:name} is archived.")
 RESTORE_PATIENT_FIRST: Final = message("restore_patient_first", "Restore the patient's record first.")
 ASSESSMENT_WITHDRAWN: Final = message("assessment_withdrawn", "This assessment was withdrawn and cannot be changed.")
-ENTER_NEW_ASSESSMENT: Final = message("enter_new_assessment", "Enter a new one instead.")
-ASSESSMENT_WOULD_BE_EMPTY: Final = message("assessment_would_be_empty", "This assessment would be empty.")
-WITHDRAW_IF_MISTAKEN: Final = message("withdraw_if_mistaken", "Withdraw it if it was a mistake.")
+ENTER_NEW_ASSESSMENT: Final = message("enter_new_assessment", "Enter a new assessment instead.")
+ASSESSMENT_WOULD_BE_EMPTY: Final = message("assessment_would_be_empty", "This change would leave the assessment empty.")
+WITHDRAW_IF_MISTAKEN: Final = message("withdraw_if_mistaken", "Withdraw the assessment if it was entered by mistake.")
 NO_OPEN_CARE_OF_SHOULDER: Final = message(
     "no_open_care_of_shoulder", "{patient:name} has no open episode of care for the {side:text} shoulder."
 )
@@ -43,7 +43,7 @@ MOTOR_FASTER_THAN_ALLOWED: Final = message(
     "Motor {motor:d} would move at {speed_deg_s:.1f} deg/s at {at_s:.1f} s; {doctor:name} allows no more than {limit_deg_s:g} deg/s.",
 )
 CHOOSE_LOWER_SPEED: Final = message("choose_lower_speed", "Choose a lower speed, or another recording.")
-CHOOSE_LESS_RANGE: Final = message("choose_less_range", "Reduce the range, or make a recording with less range.")
+CHOOSE_LESS_RANGE: Final = message("choose_less_range", "Reduce the range, or make a recording with a smaller range.")
 SCAPULA_UNKNOWN: Final = message(
     "scapula_unknown",
     "The scapula's path in this recording is unknown, so the doctor's limit cannot be checked.",
@@ -52,25 +52,29 @@ TEACH_AGAIN: Final = message("teach_again", "Teach the motion again.")
 EPISODE_SESSION_OPEN: Final = message("episode_session_open", "A session of this episode has not ended.")
 END_SESSION_THEN_CLOSE: Final = message("end_session_then_close", "End the session, then close the episode.")
 STAGE_NOTED: Final = message("stage_noted", "A stage is already recorded for that day.")
-REMOVE_STAGE_OR_OTHER_DAY: Final = message("remove_stage_or_other_day", "Remove that one first, or give another day.")
+REMOVE_STAGE_OR_OTHER_DAY: Final = message(
+    "remove_stage_or_other_day", "Remove the recorded stage first, or choose another day."
+)
 EPISODE_OPEN: Final = message("episode_open", "An episode of care for the {side:text} shoulder is already open.")
 CONTINUE_OR_CLOSE_EPISODE: Final = message("continue_or_close_episode", "Continue that episode, or close it first.")
-TIME_ENDS_BEFORE_IT_BEGINS: Final = message("time_ends_before_it_begins", "The time ends before it begins.")
+TIME_ENDS_BEFORE_IT_BEGINS: Final = message("time_ends_before_it_begins", "The end of the period is before its start.")
 CHOOSE_LATER_END: Final = message("choose_later_end", "Choose a later end.")
 EPISODE_CLOSED: Final = message("episode_closed", "This episode is closed.")
 REOPEN_FIRST: Final = message("reopen_first", "Reopen it first.")
-CERTAINTY_WITHOUT_DIAGNOSIS: Final = message("certainty_without_diagnosis", "A certainty needs a diagnosis.")
+CERTAINTY_WITHOUT_DIAGNOSIS: Final = message(
+    "certainty_without_diagnosis", "A certainty was entered without a diagnosis."
+)
 WRITE_DIAGNOSIS: Final = message("write_diagnosis", "Choose or write the diagnosis, or clear the certainty.")
 LIMITS_WITHOUT_DOCTOR: Final = message("limits_without_doctor", "The name of the doctor who set the limits is missing.")
 WRITE_DOCTOR_NAME: Final = message("write_doctor_name", "Enter the doctor's name.")
 ONSET_BEFORE_BIRTH: Final = message(
-    "onset_before_birth", "The day of onset lies before the patient's birth, {birth_date:name}."
+    "onset_before_birth", "The day of onset is before the patient's birth date, {birth_date:name}."
 )
 STAGE_BEFORE_BIRTH: Final = message(
-    "stage_before_birth", "The day of the stage lies before the patient's birth, {birth_date:name}."
+    "stage_before_birth", "The day of the stage is before the patient's birth date, {birth_date:name}."
 )
 CORRECT_DAY_OR_BIRTH_DATE: Final = message("correct_day_or_birth_date", "Correct the day, or the birth date.")
-END_FIRST: Final = message("end_first", "End it first.")
+END_FIRST: Final = message("end_first", "End the session first.")
 MEND_FILE: Final = message("mend_file", "Correct the file and try again.")
 RECORD_ERASED: Final = message("record_erased", "This record was erased and cannot be changed.")
 REGISTER_PATIENT_ANEW: Final = message("register_patient_anew", "Register the patient again if they return.")
@@ -97,7 +101,9 @@ CHOOSE_OTHER_SHOULDER_RECORDING: Final = message(
     "choose_other_shoulder_recording", "Choose another recording, or mirror this one for the other shoulder."
 )
 ITEM_ARCHIVED: Final = message("item_archived", "Item {place:d}, {recording:name}, is archived.")
-RESTORE_OR_CHOOSE_ANOTHER: Final = message("restore_or_choose_another", "Restore it first, or choose another.")
+RESTORE_OR_CHOOSE_ANOTHER: Final = message(
+    "restore_or_choose_another", "Restore it from the archive first, or choose another one."
+)
 ITEM_ABOVE_LOAD_LEVEL: Final = message(
     "item_above_load_level",
     "Item {place:d}, {recording:name}, has resistance level {level:d}; the highest allowed is {highest:d}.",
@@ -109,15 +115,15 @@ ITEM_ABOVE_LOAD_LEVEL_BY: Final = message(
 CHOOSE_LOWER_LEVEL: Final = message(
     "choose_lower_level", "Choose a lower level, or ask the doctor to change the limit."
 )
-TIMER_OVER: Final = message("timer_over", "The {minutes:g} minutes of this programme are over.")
+TIMER_OVER: Final = message("timer_over", "The time limit of this programme ({minutes:g} minutes) is over.")
 GO_ON_TO_PAIN_AFTER: Final = message(
     "go_on_to_pain_after", "Continue with the pain score; the remaining recordings can be played without the programme."
 )
-RESTORE_FIRST: Final = message("restore_first", "Restore it first.")
+RESTORE_FIRST: Final = message("restore_first", "Restore it from the archive first.")
 EPISODE_OF_CARE_CLOSED: Final = message("episode_of_care_closed", "This episode of care is closed.")
-OPEN_NEW_EPISODE: Final = message("open_new_episode", "Open a new one for the patient.")
+OPEN_NEW_EPISODE: Final = message("open_new_episode", "Open a new episode for the patient.")
 NO_EPISODE: Final = message("no_episode", "This patient has no episode of care.")
-OPEN_ONE_FIRST: Final = message("open_one_first", "Open one first.")
+OPEN_ONE_FIRST: Final = message("open_one_first", "Open an episode of care first.")
 AT_SECOND: Final = message("at_second", "{reason:text}, at {at_s:.1f} s")
 EDIT_REFUSED: Final = message("edit_refused", "This edit is not possible: {reason:text}.")
 CHOOSE_OTHER_NUMBERS: Final = message("choose_other_numbers", "Choose other values, or trim the recording first.")
@@ -137,32 +143,33 @@ OTHER_ADMINISTRATOR_REVIEWS: Final = message("other_administrator_reviews", "Ano
 EMERGENCY_ACCESS_REVIEWED: Final = message("emergency_access_reviewed", "This access has already been reviewed.")
 RELOAD_LIST: Final = message("reload_list", "Reload the list.")
 SESSION_ENDED: Final = message("session_ended", "This session has ended.")
-BEGIN_NEW_SESSION: Final = message("begin_new_session", "Begin a new one.")
+BEGIN_NEW_SESSION: Final = message("begin_new_session", "Begin a new session.")
 FIXTURES_DEPEND_ON_RECORDING: Final = message("fixtures_depend_on_recording", "The fixtures depend on the recording.")
 CHOOSE_RECORDING_FIRST: Final = message("choose_recording_first", "Choose a recording first.")
 CHECK_IS_AUTOMATIC: Final = message(
-    "check_is_automatic", "The apparatus answers this check; it cannot be confirmed by hand."
+    "check_is_automatic", "The apparatus detects this check automatically; it cannot be confirmed by hand."
 )
 DO_IT_AND_IT_SHOWS: Final = message("do_it_and_it_shows", "Carry out the check; the apparatus detects it.")
-CHECKS_OPEN: Final = message("checks_open", "Not everything is in order yet: {checks:texts}.")
+CHECKS_OPEN: Final = message("checks_open", "These checks are not complete yet: {checks:texts}.")
 GO_THROUGH_CHECKLIST: Final = message("go_through_checklist", "Go through the checklist first.")
 PROGRAMME_OF_OTHER_EPISODE: Final = message(
     "programme_of_other_episode", "This programme does not belong to the patient's open episode of care."
 )
 CHOOSE_OWN_PROGRAMME: Final = message("choose_own_programme", "Choose a programme of this episode.")
 RECORDING_NOT_AT_PLACE: Final = message(
-    "recording_not_at_place", "This recording is not at that place of the session's programme."
+    "recording_not_at_place", "The session's programme has another recording at this place."
 )
 RELOAD_SESSION: Final = message("reload_session", "Reload the session; its programme may have been changed.")
 RECORDING_OF_OTHER_PATIENT: Final = message(
     "recording_of_other_patient", "This recording was taught to another patient."
 )
 RECORDING_ARCHIVED: Final = message("recording_archived", "This recording is archived.")
-NOTHING_PLAYED: Final = message("nothing_played", "Nothing was played in this run.")
+NOTHING_PLAYED: Final = message("nothing_played", "Nothing was played in this playback.")
 NOTHING_TO_COMPARE: Final = message("nothing_to_compare", "There is nothing to compare.")
 RHYTHM_NO_POSE: Final = message("rhythm_no_pose", "The rhythm cannot be calculated: {reason:text}.")
 RHYTHM_CHECK_APPARATUS: Final = message(
-    "rhythm_check_apparatus", "The angles of motors 1 and 2 are of no position of the scapula. Teach the motion again."
+    "rhythm_check_apparatus",
+    "The angles of motors 1 and 2 do not match any position of the scapula. Teach the motion again.",
 )
 RUN_NOT_PLAYABLE: Final = message(
     "run_not_playable", "This recording cannot be played with these settings: {reason:text}."
@@ -171,11 +178,11 @@ CHOOSE_OTHER_SETTINGS: Final = message("choose_other_settings", "Choose other se
 SESSION_SIGNED: Final = message("session_signed", "This session is signed and cannot be changed.")
 LEARNING_FELL_BACK: Final = message(
     "learning_fell_back",
-    "the error of motor {motors:name} had grown by more than a tenth: its earlier correction is used, and it learns half as fast",
+    "the error of motor {motors:name} grew by more than 10 %: its earlier correction is used again, and it learns half as fast",
 )
 LEARNING_DISTURBED: Final = message(
     "learning_disturbed",
-    "motor {motors:name} was not compared with the playback before: too much of it was paused, taken back, resisted or at a limit",
+    "motor {motors:name} was not compared with the previous playback: for too much of the time it was paused, moved back, resisted or at a limit",
 )
 NOT_LEARNED_NOT_COMPLETED: Final = message(
     "not_learned_not_completed", "nothing was learned: the playback did not reach its end"
@@ -184,33 +191,31 @@ NOT_LEARNED_OTHER_STATION: Final = message(
     "not_learned_other_station", "nothing was learned: it was played on another station"
 )
 NOT_LEARNED_NO_FIT: Final = message(
-    "not_learned_no_fit", "nothing was learned: the correction before does not fit this recording"
+    "not_learned_no_fit", "nothing was learned: the earlier correction does not fit this recording"
 )
 NO_APPARATUS_ANGLE: Final = message(
-    "no_apparatus_angle", "The apparatus does not measure this angle in this session now."
+    "no_apparatus_angle", "The apparatus is not measuring this angle in this session at present."
 )
 ENTER_APPARATUS_ANGLE: Final = message("enter_apparatus_angle", "Enter the apparatus angle as well.")
 READING_NOT_FOUND: Final = message("reading_not_found", "There is no goniometer reading with this id in this session.")
 WRITE_ADDENDUM: Final = message("write_addendum", "Write an addendum.")
 RUN_NOT_ENDED: Final = message("run_not_ended", "A playback in this session has not ended.")
-END_OR_STOP_FIRST: Final = message("end_or_stop_first", "End it first, or stop it.")
+END_OR_STOP_FIRST: Final = message("end_or_stop_first", "Wait until the playback has ended, or stop it.")
 RUN_NOT_ARRIVED: Final = message("run_not_arrived", "The result of a playback in this session has not arrived yet.")
 SIGN_AGAIN_SOON: Final = message("sign_again_soon", "Wait a moment and sign again.")
 SESSION_NOT_ENDED: Final = message("session_not_ended", "This session has not ended.")
 NOTE_NOT_SIGNED: Final = message("note_not_signed", "This note has not been signed.")
-CHANGE_NOTE_ITSELF: Final = message("change_note_itself", "Change the note itself.")
-CHECK_IDENTITY: Final = message(
-    "check_identity", "The patient has stated two identifiers, and they agree with the record."
-)
+CHANGE_NOTE_ITSELF: Final = message("change_note_itself", "Edit the note instead.")
+CHECK_IDENTITY: Final = message("check_identity", "The patient has stated two identifiers that match the record.")
 IDENTITY_NOT_CONFIRMED: Final = message(
-    "identity_not_confirmed", "The patient's identity has not been confirmed by two identifiers in this session today."
+    "identity_not_confirmed", "The patient's identity has not been confirmed today by two identifiers in this session."
 )
 BIRTH_DATE_NOT_RECORDED: Final = message("birth_date_not_recorded", "This record has no birth date.")
 COMPARE_OTHER_IDENTIFIERS: Final = message("compare_other_identifiers", "Compare name and clinic number.")
 TWO_IDENTIFIERS_NEEDED: Final = message("two_identifiers_needed", "Two identifiers are needed to confirm the identity.")
 COMPARE_TWO_IDENTIFIERS: Final = message(
     "compare_two_identifiers",
-    "Let the patient state name, birth date or clinic number, and confirm two that agree with the record.",
+    "Ask the patient to state name, birth date or clinic number, and confirm two that match the record.",
 )
 CHECK_LEFT_SIDE: Final = message("check_left_side", "The apparatus is set to the left shoulder, and its pin is in.")
 CHECK_RIGHT_SIDE: Final = message("check_right_side", "The apparatus is set to the right shoulder, and its pin is in.")
@@ -237,37 +242,38 @@ PLAYED_UNDER_OLD_LIMITS: Final = message(
 )
 BEGUN_BESIDE_ANOTHER: Final = message(
     "begun_beside_another",
-    "Begun while the database was unavailable; another session of this patient was begun elsewhere.",
+    "Started while the database was unavailable; another session of this patient had been started elsewhere.",
 )
 BEGUN_WITH_OLD_PROGRAMME: Final = message(
-    "begun_with_old_programme", "Begun while the database was unavailable; the programme was changed elsewhere."
+    "begun_with_old_programme", "Started while the database was unavailable; the programme had been changed elsewhere."
 )
 BEGUN_IN_CLOSED_EPISODE: Final = message(
-    "begun_in_closed_episode", "Begun while the database was unavailable; the episode of care was closed elsewhere."
+    "begun_in_closed_episode",
+    "Started while the database was unavailable; the episode of care had been closed elsewhere.",
 )
 BEGUN_FOR_ARCHIVED_PATIENT: Final = message(
     "begun_for_archived_patient",
-    "Begun while the database was unavailable; the patient's record was archived elsewhere.",
+    "Started while the database was unavailable; the patient's record had been archived elsewhere.",
 )
 BEGUN_FOR_RESTRICTED_PATIENT: Final = message(
     "begun_for_restricted_patient",
-    "Begun while the database was unavailable; the patient's record was restricted elsewhere.",
+    "Started while the database was unavailable; the patient's record had been restricted elsewhere.",
 )
 ENDED_ALREADY: Final = message(
     "ended_already",
-    "Ended while the database was unavailable; the session had already ended in the record, which was not changed.",
+    "Ended while the database was unavailable; the record already had an end of the session, and it was not changed.",
 )
 PAIN_BEFORE_DIFFERS: Final = message(
     "pain_before_differs",
-    "Pain before, entered while the database was unavailable: {pain:name}. The session has another score, entered elsewhere.",
+    "Pain before the session, entered while the database was unavailable: {pain:name}. The session has a different score, entered elsewhere.",
 )
 WORST_PAIN_DIFFERS: Final = message(
     "worst_pain_differs",
-    "Worst pain, entered while the database was unavailable: {pain:name}. The session has another score, entered elsewhere.",
+    "Worst pain, entered while the database was unavailable: {pain:name}. The session has a different score, entered elsewhere.",
 )
 PAIN_AFTER_DIFFERS: Final = message(
     "pain_after_differs",
-    "Pain after, entered while the database was unavailable: {pain:name}. The session has another score, entered elsewhere.",
+    "Pain after the session, entered while the database was unavailable: {pain:name}. The session has a different score, entered elsewhere.",
 )
 DONE_MIRRORED_LEFT: Final = message("done_mirrored_left", "mirrored for the left shoulder")
 DONE_MIRRORED_RIGHT: Final = message("done_mirrored_right", "mirrored for the right shoulder")
@@ -279,7 +285,7 @@ IMPORT_LICENSED_TEXTS: Final = message(
 )
 QUESTIONNAIRE_FINISHED: Final = message("questionnaire_finished", "This questionnaire is finished already.")
 GIVE_TABLET_BACK: Final = message("give_tablet_back", "Please give the tablet back.")
-ANSWERS_DO_NOT_FIT: Final = message("answers_do_not_fit", "The answers do not fit the questions.")
+ANSWERS_DO_NOT_FIT: Final = message("answers_do_not_fit", "The answers do not match the questions.")
 RELOAD_QUESTIONNAIRE: Final = message("reload_questionnaire", "Reload the page.")
 NO_PATIENT_MODE: Final = message("no_patient_mode", "No questionnaire is open on this browser.")
 FIGURE_NO: Final = message("figure_no", "no")
@@ -301,10 +307,10 @@ FIGURE_SPADI: Final = message("figure_spadi", "SPADI")
 FIGURE_DISABILITY: Final = message("figure_disability", "Disability")
 FIGURE_SPADI_SCALE: Final = message("figure_spadi_scale", "SPADI, 0 (none) to 100 (worst)")
 FIGURE_BETTER_PERHAPS: Final = message(
-    "figure_better_perhaps", "{points:g} points better: perhaps important, or chance"
+    "figure_better_perhaps", "{points:g} points better: possibly important, possibly chance"
 )
 FIGURE_BETTER_IMPORTANT: Final = message(
-    "figure_better_important", "Over {points:g} points better: important, not chance"
+    "figure_better_important", "Over {points:g} points better: important, and more than chance"
 )
 FIGURE_TOTAL: Final = message("figure_total", "Total")
 FIGURE_TOTAL_POINTS: Final = message("figure_total_points", "Total, points")
@@ -313,8 +319,10 @@ FIGURE_LOWER_IS_BETTER: Final = message("figure_lower_is_better", "{lowest:g} to
 FIGURE_HIGHER_IS_BETTER: Final = message(
     "figure_higher_is_better", "{lowest:g} to {highest:g} points, higher is better"
 )
-FIGURE_PERHAPS_FROM_HERE: Final = message("figure_perhaps_from_here", "From here on perhaps important, or chance")
-FIGURE_IMPORTANT_BEYOND: Final = message("figure_important_beyond", "Beyond this important, not chance")
+FIGURE_PERHAPS_FROM_HERE: Final = message(
+    "figure_perhaps_from_here", "From here on possibly important, possibly chance"
+)
+FIGURE_IMPORTANT_BEYOND: Final = message("figure_important_beyond", "Beyond this line important, more than chance")
 FIGURE_IMPORTANT_NOTE: Final = message(
     "figure_important_note", "Patients call a change of {least_points:g} points important."
 )
@@ -365,8 +373,8 @@ FIGURE_LEARNED: Final = message("figure_learned", "learned")
 FIGURE_PAPER: Final = message("figure_paper", "paper")
 FIGURE_BETTER: Final = message("figure_better", "better")
 FIGURE_WORSE: Final = message("figure_worse", "worse")
-FIGURE_PERHAPS_BETTER: Final = message("figure_perhaps_better", "perhaps better")
-FIGURE_PERHAPS_WORSE: Final = message("figure_perhaps_worse", "perhaps worse")
+FIGURE_PERHAPS_BETTER: Final = message("figure_perhaps_better", "possibly better")
+FIGURE_PERHAPS_WORSE: Final = message("figure_perhaps_worse", "possibly worse")
 FIGURE_RECORDING_SMOOTH: Final = message("figure_recording_smooth", "{recording:name}, smooth")
 FIGURE_RECORDING_LEARNED: Final = message("figure_recording_learned", "{recording:name}, learned")
 FIGURE_RECORDING_PAPER: Final = message("figure_recording_paper", "{recording:name}, paper")
@@ -396,13 +404,11 @@ PATIENT_NOT_FOUND: Final = message("patient_not_found", "There is no such patien
 RECORDING_NOT_FOUND: Final = message("recording_not_found", "There is no such recording.")
 SESSION_NOT_FOUND: Final = message("session_not_found", "There is no such session.")
 PROGRAMME_NOT_FOUND: Final = message("programme_not_found", "There is no such programme.")
-EPISODE_OF_PATIENT_NOT_FOUND: Final = message(
-    "episode_of_patient_not_found", "There is no such episode of this patient."
-)
+EPISODE_OF_PATIENT_NOT_FOUND: Final = message("episode_of_patient_not_found", "This patient has no such episode.")
 EMERGENCY_ACCESS_NOT_FOUND: Final = message("emergency_access_not_found", "There is no such emergency access.")
-RUN_NOT_FOUND: Final = message("run_not_found", "There is no such run.")
+RUN_NOT_FOUND: Final = message("run_not_found", "There is no such playback.")
 STATION_NOT_FOUND: Final = message("station_not_found", "There is no such station.")
-CHECK_FIXTURES: Final = message("check_fixtures", "The arm lies in {fixtures:text}, closed.")
+CHECK_FIXTURES: Final = message("check_fixtures", "The arm lies in {fixtures:text}, and all fixtures are closed.")
 FIXTURES_AND: Final = message("fixtures_and", "{first:text} and {second:text}")
 FIXTURE_ARM_FIXER_1: Final = message("fixture_arm_fixer_1", "arm fixer 1")
 FIXTURE_ARM_FIXER_2: Final = message("fixture_arm_fixer_2", "arm fixer 2")
@@ -445,11 +451,11 @@ SOURCE_CLINIC: Final = message(
 )
 SOURCE_STAGE: Final = message(
     "source_stage",
-    "Kelley et al., JOSPT 2013; 43(5): A1-A31 and Diercks and Stevens, JSES 2004; 13: 499-502: the more painful, the gentler. The numbers are the clinic's decision.",
+    "Kelley et al., JOSPT 2013; 43(5): A1-A31 and Diercks and Stevens, JSES 2004; 13: 499-502: the more pain, the gentler the treatment. The numbers are the clinic's decision.",
 )
 MOTION_CONTRAINDICATED: Final = message(
     "motion_contraindicated",
-    "No motion is taught or played with this condition: {conditions:texts}.",
+    "Teaching and playback are not allowed with this condition: {conditions:texts}.",
 )
 RESOLVE_CONTRAINDICATION: Final = message(
     "resolve_contraindication",
@@ -473,7 +479,7 @@ CHECK_LIST_OF_CONTRAINDICATIONS: Final = message(
 )
 NO_SIGN_OFF_FOR_THIS: Final = message(
     "no_sign_off_for_this",
-    "This contraindication needs no permission, or no permission suffices.",
+    "A doctor's permission is not needed for this contraindication, or it is not sufficient.",
 )
 CONTRAINDICATION_NOT_FOUND: Final = message(
     "contraindication_not_found",
@@ -488,4 +494,4 @@ PLAYED_CONTRAINDICATED: Final = message(
     "Played while the database was unavailable; a contraindication had been recorded elsewhere.",
 )
 TIME_ZONE_UNKNOWN: Final = message("time_zone_unknown", "This time zone does not exist.")
-CHOOSE_TIME_ZONE: Final = message("choose_time_zone", "Choose a time zone of the list, such as Asia/Tokyo.")
+CHOOSE_TIME_ZONE: Final = message("choose_time_zone", "Choose a time zone from the list, such as Asia/Tokyo.")

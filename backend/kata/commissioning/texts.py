@@ -51,7 +51,7 @@ STEP_STOPS_DOES: Final = message(
 STEP_GAINS: Final = message("step_gains", "Measure the step response of each motor")
 STEP_GAINS_DOES: Final = message(
     "step_gains_does",
-    "Each motor moves by one step of 2 deg, with the test weight and empty. Kata measures rise time, overshoot and the error that stays.",
+    "Each motor moves by one step of 2 deg, with the test weight and empty. Kata measures rise time, overshoot and the remaining error.",
 )
 STEP_LAGS: Final = message("step_lags", "Identify lag and friction of each motor")
 STEP_LAGS_DOES: Final = message(
@@ -78,7 +78,7 @@ LIFT_ARM_SIDEWAYS: Final = message("lift_arm_sideways", "lift the arm sideways (
 LIFT_ARM_FORWARD: Final = message("lift_arm_forward", "lift the arm forward (flexion)")
 TURN_FOREARM_OUT: Final = message("turn_forearm_out", "turn the forearm outwards (external rotation)")
 PUSH_AXIS: Final = message(
-    "push_axis", "Motor {motor:d} holds. Push it gently in its positive direction: {motion:text}."
+    "push_axis", "Motor {motor:d} holds its position. Push it gently in its positive direction: {motion:text}."
 )
 RELEASE_ESTOP: Final = message("release_estop", "Release the emergency stop.")
 PRESS_ESTOP: Final = message("press_estop", "Press the emergency stop.")
@@ -87,9 +87,10 @@ PLUG_IN_ESTOP: Final = message("plug_in_estop", "Plug the cable of the emergency
 PRESS_PEDAL: Final = message("press_pedal", "Step on the pedal.")
 RELEASE_PEDAL: Final = message("release_pedal", "Take the foot off the pedal.")
 STAND_CLEAR: Final = message(
-    "stand_clear", "The motors move now. Keep everyone away from the apparatus; hold the emergency stop in your hand."
+    "stand_clear",
+    "The motors will move now. Keep everyone away from the apparatus, and hold the emergency stop in your hand.",
 )
-FIT_POSE: Final = message("fit_pose", "Fix the apparatus in reference pose {pose:d} with the fixture.")
+FIT_POSE: Final = message("fit_pose", "Lock the apparatus in reference pose {pose:d} with the fixture.")
 FREE_ARM: Final = message("free_arm", "Remove the fixture and put the test weight into the arm fixer.")
 EMPTY_ARM: Final = message("empty_arm", "Take the test weight out of the arm fixer.")
 TURN_TO_LEFT: Final = message("turn_to_left", "Turn the apparatus to the left shoulder.")
@@ -110,14 +111,14 @@ SEVERAL_DRIVES_FOUND: Final = message(
 DRIVES_ANSWER_TOGETHER: Final = message(
     "drives_answer_together", "Several drives answer to id {drive_id:d}. Connect only the drive of motor {motor:d}."
 )
-ID_NOT_TAKEN: Final = message("id_not_taken", "The drive of motor {motor:d} did not take its id and baud rate.")
+ID_NOT_TAKEN: Final = message("id_not_taken", "The drive of motor {motor:d} did not accept its id and baud rate.")
 BUS_NOISE: Final = message(
     "bus_noise",
     "{damaged_percent:.0f} % of the answers of motor {motor:d} are damaged. Check shielding, termination and ground of the bus.",
 )
 DRIVES_SWAPPED: Final = message(
     "drives_swapped",
-    "Motor {motor:d} was moved, but the drive with the id of motor {moved:d} reported it. Give the drives their ids again.",
+    "Motor {motor:d} was moved, but the drive with the id of motor {moved:d} reported the movement. Assign the ids of the drives again.",
 )
 NO_MOVEMENT_SEEN: Final = message("no_movement_seen", "No drive reported a movement of motor {motor:d}.")
 VOLTAGE_LOW: Final = message(
@@ -126,7 +127,9 @@ VOLTAGE_LOW: Final = message(
 VOLTAGE_HIGH: Final = message(
     "voltage_high", "Motor {motor:d} has {volt:.1f} V; it accepts at most {most:.1f} V. Check its power supply."
 )
-DRIVE_TOO_WARM: Final = message("drive_too_warm", "Motor {motor:d} has {celsius:d} deg C before it was used.")
+DRIVE_TOO_WARM: Final = message(
+    "drive_too_warm", "Motor {motor:d} is at {celsius:d} °C although it has not been used yet."
+)
 HARDWARE_ERROR_FOUND: Final = message("hardware_error_found", "Motor {motor:d} reports hardware error {code:d}.")
 ESTOP_WIRE_BROKEN: Final = message(
     "estop_wire_broken", "The normally closed contact of the emergency stop is open: its wire is broken."
@@ -137,45 +140,46 @@ SECOND_WIRE_BROKEN: Final = message(
 CONTACT_WELDED: Final = message(
     "contact_welded", "The normally closed contact of the emergency stop does not open: it is welded or bridged."
 )
-ESTOP_NOT_SEEN: Final = message("estop_not_seen", "The emergency stop was not seen to change. Check its wiring.")
-PEDAL_NOT_SEEN: Final = message("pedal_not_seen", "The pedal was not seen to change. Check its wiring.")
+ESTOP_NOT_SEEN: Final = message("estop_not_seen", "No change of the emergency stop was detected. Check its wiring.")
+PEDAL_NOT_SEEN: Final = message("pedal_not_seen", "No change of the pedal was detected. Check its wiring.")
 USB_PEDAL_NOT_SEEN: Final = message(
-    "usb_pedal_not_seen", "The pedal at {path:name} was not seen to change. Check that it is plugged in."
+    "usb_pedal_not_seen", "No change of the pedal at {path:name} was detected. Check that it is plugged in."
 )
 AXIS_STUCK: Final = message(
     "axis_stuck",
-    "Motor {motor:d} moved {moved_deg:.1f} of {wanted_deg:.1f} deg: something holds it, or it has too little torque.",
+    "Motor {motor:d} moved {moved_deg:.1f} of {wanted_deg:.1f} deg. Something blocks it, or its torque is too low.",
 )
 AXIS_REVERSED: Final = message(
-    "axis_reversed", "Motor {motor:d} turns the wrong way. Find the directions of the axes again."
+    "axis_reversed",
+    "Motor {motor:d} turns in the wrong direction. Repeat the step that finds the directions of the axes.",
 )
 TORQUE_SIGN_WRONG: Final = message("torque_sign_wrong", "Motor {motor:d} reports torque with the wrong sign.")
-PUSH_NOT_SEEN: Final = message("push_not_seen", "No push was seen at motor {motor:d}.")
+PUSH_NOT_SEEN: Final = message("push_not_seen", "No push was detected at motor {motor:d}.")
 POSE_DIFFERS: Final = message(
     "pose_differs",
     "Motor {motor:d} is {off_deg:.1f} deg from reference pose {pose:d}. Check that the fixture sits correctly.",
 )
 GRAVITY_CONTRADICTS: Final = message(
     "gravity_contradicts",
-    "Motor {motor:d} does not carry the weight of the arm as gravity requires. Find the zeros again.",
+    "The torque of motor {motor:d} does not match the weight of the arm. Repeat the step that finds the zeros.",
 )
 RANGE_TOO_SMALL: Final = message(
     "range_too_small",
-    "Motor {motor:d} moved over {span_deg:.0f} deg only; the apparatus needs {needed_deg:.0f} deg. Something blocks it.",
+    "Motor {motor:d} moved by only {span_deg:.0f} deg; the apparatus needs {needed_deg:.0f} deg. Something blocks it.",
 )
 RANGE_AMBIGUOUS: Final = message(
     "range_ambiguous",
     "The range of motor {motor:d} is {span_deg:.0f} deg: after power-up its position would be ambiguous.",
 )
 POSITION_AFTER_RESTART: Final = message(
-    "position_after_restart", "Motor {motor:d} reports a position {off_deg:.1f} deg away after its restart."
+    "position_after_restart", "After its restart, motor {motor:d} reports a position that differs by {off_deg:.1f} deg."
 )
 TORQUE_STAYS_ON: Final = message("torque_stays_on", "Motor {motor:d} still has torque after torque-off.")
 WATCHDOG_SILENT: Final = message(
     "watchdog_silent", "The watchdog of motor {motor:d} did not stop it when the bus fell silent."
 )
 OVERSHOOT_TOO_LARGE: Final = message(
-    "overshoot_too_large", "Motor {motor:d} swings over by {overshoot_percent:.0f} % of a step. Its gains are too high."
+    "overshoot_too_large", "Motor {motor:d} overshoots by {overshoot_percent:.0f} % of a step. Its gains are too high."
 )
 STEADY_ERROR_LARGE: Final = message(
     "steady_error_large",
@@ -184,17 +188,17 @@ STEADY_ERROR_LARGE: Final = message(
 NOT_IDENTIFIABLE: Final = message("not_identifiable", "Lag and friction cannot be identified: {reason:name}.")
 POOR_FIT: Final = message(
     "poor_fit",
-    "Lag and friction of motor {motor:d} explain {explained_percent:.0f} % of its motion only ({residual_deg:.1f} deg remain). "
-    "Check it for play and stiffness.",
+    "Lag and friction of motor {motor:d} explain only {explained_percent:.0f} % of its motion ({residual_deg:.1f} deg remain). Check the motor for play and stiffness.",
 )
 MOTION_FAILED: Final = message("motion_failed", "Motion {motion:d} was not played to its end: {reason:name}")
 TRACKING_POOR: Final = message(
     "tracking_poor",
-    "Motor {motor:d} was up to {peak_deg:.1f} deg off in motion {motion:d}; {limit_deg:.0f} deg is the limit.",
+    "The error of motor {motor:d} reached {peak_deg:.1f} deg in motion {motion:d}; the limit is {limit_deg:.0f} deg.",
 )
 NOT_COMMISSIONED: Final = message("not_commissioned", "The station is not commissioned: {reason:text}.")
 RUN_COMMISSION: Final = message(
-    "run_commission", "Treat no patient. A technician stops the service and runs kata commission."
+    "run_commission",
+    "Do not treat patients at this station. A technician must stop the service and run kata commission.",
 )
 NO_RECORD: Final = message("no_record", "there is no commissioning record")
 RECORD_CHANGED: Final = message("record_changed", "its record was changed or cannot be read")

@@ -125,7 +125,8 @@ class AvailabilityMonitor:
                         del self._lost[engine]
                         self._changed.notify_all()
                     log.warning(
-                        "the database answers again; it was unavailable since %s", since.isoformat(timespec="seconds")
+                        "the database answers again; it had been unavailable since %s",
+                        since.isoformat(timespec="seconds"),
                     )
                     if engine is self._writer:
                         self.on_back(since)

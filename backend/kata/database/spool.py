@@ -238,7 +238,7 @@ class Spool:
                     self._changed.wait_for(lambda: self._closing, self._retry_s)
                 continue
             if self._full_since:
-                log.error("the disk accepts the station's records again; %d records are lost", self._dropped)
+                log.error("the disk accepts the station's records again; %d records were lost", self._dropped)
                 self._full_since, self._dropped = None, 0
             with self._changed:
                 for _ in batch:

@@ -92,7 +92,8 @@ def _migrate(database: Database, connection: Connection, present: str) -> None:
     try:
         if present and _is_usable(connection, present, [one.revision for one in script.walk_revisions()]):
             log.warning(
-                "the database is newer (%s) than this program, which can use it: upgrade this station too", present
+                "the database is newer (%s) than this program; this program can use it, but upgrade this station too",
+                present,
             )
             return
         if present:

@@ -117,14 +117,14 @@ def _number(value: float) -> str:
 def _one_turn(motor: int) -> str:
     low, high = MOTOR_RANGES_DEG[motor - 1]
     return (
-        f"the mechanism ({low:g} to {high:g} deg) and {_MECHANISM_MARGIN_DEG:g} deg for mounting; with the tolerances less than one turn, "
+        f"the range of the mechanism ({low:g} to {high:g} deg) and {_MECHANISM_MARGIN_DEG:g} deg for mounting; with the tolerances this is less than one turn, "
         "so the position after power-up is unambiguous"
     )
 
 
 _REGISTER: Final = "Modbus addresses have 16 bits"
 _PAIR: Final = "Modbus addresses have 16 bits, and this value takes two registers"
-_GAIN: Final = "the drive's register holds no more (XH540 e-manual, addresses 80 to 84)"
+_GAIN: Final = "the drive's register holds no larger value (XH540 e-manual, addresses 80 to 84)"
 
 RANGES: Final[tuple[Range, ...]] = (
     Range(
@@ -142,7 +142,7 @@ RANGES: Final[tuple[Range, ...]] = (
         high=4_000_000,
         unit="bit/s",
         protocol="modbus",
-        reason="below, no 20 cycles a second are possible; above, no serial adapter follows",
+        reason="a lower rate does not allow 20 cycles a second; serial adapters support no higher rate",
     ),
     Range(
         field="return_delay_us",
@@ -159,7 +159,7 @@ RANGES: Final[tuple[Range, ...]] = (
         high=10_000,
         unit="us",
         protocol="modbus",
-        reason="six answers a cycle with a longer delay exceed the cycle",
+        reason="with a longer delay, the six answers of a cycle take longer than the cycle",
     ),
     Range(
         field="rate_hz",
@@ -173,49 +173,49 @@ RANGES: Final[tuple[Range, ...]] = (
         low=20,
         high=500,
         unit="Hz",
-        reason="below, the emergency stop is seen later than 50 ms; above, no bus and no computer follow",
+        reason="at a lower rate the emergency stop is noticed later than after 50 ms; no bus and no computer reach a higher rate",
     ),
     Range(
         field="limit_tolerance_deg",
         low=1.0,
         high=6.0,
         unit="deg",
-        reason="an encoder and its gears are no better than 1 deg; more than 6 deg beyond the range stretch the joint",
+        reason="an encoder with its gears is accurate to 1 deg; more than 6 deg beyond the range would overstretch the joint",
     ),
     Range(
         field="approach_speed_deg_s",
         low=1.0,
         high=45.0,
         unit="deg/s",
-        reason="slower takes minutes; faster than the paper's motions (40 deg/s) is no gentle way to the start",
+        reason="a slower move takes minutes; a move faster than the paper's motions (40 deg/s) is not gentle",
     ),
     Range(
         field="following_error_deg",
         low=2.0,
         high=30.0,
         unit="deg",
-        reason="the play of the gears is 1 to 2 deg; further ahead, the drive presses with all its torque against what holds the arm",
+        reason="the gears have 1 to 2 deg of play; at a larger distance the drive pushes with its full torque against what blocks the arm",
     ),
     Range(
         field="following_error_ms",
         low=50,
         high=500,
         unit="ms",
-        reason="shorter is a push that a moving arm takes; longer, the drive presses for too long",
+        reason="a moving arm can be pushed for a shorter time without a fault; after a longer time the drive has pushed for too long",
     ),
     Range(
         field="silence_ms",
         low=20,
         high=300,
         unit="ms",
-        reason="so that a silent drive is noticed within 0.5 s on the slowest bus too",
+        reason="a silent drive is then noticed within 0.5 s, even on the slowest bus",
     ),
     Range(
         field="reversal_s",
         low=0.2,
         high=10.0,
         unit="s",
-        reason="shorter gives no relief from what the arm met; longer is a motion of its own",
+        reason="a shorter move does not relieve the arm; a longer move is a motion of its own",
     ),
     Range(
         field="service_silence_ms",
@@ -230,7 +230,7 @@ RANGES: Final[tuple[Range, ...]] = (
         high=200,
         unit="ms",
         step=20,
-        reason="the drive counts steps of 20 ms; the arm must stand 200 ms after the control program has died",
+        reason="the drive counts steps of 20 ms; the arm must be at rest 200 ms after the control program has failed",
     ),
     Range(
         field="inputs.drive_id",
@@ -278,7 +278,7 @@ RANGES: Final[tuple[Range, ...]] = (
         low=1,
         high=150,
         unit="cycles",
-        reason="300 ms at the highest rate; a rule below bounds the time",
+        reason="300 ms at the highest rate; a rule below limits the time",
     ),
     Range(
         field="axes.id",
@@ -302,7 +302,7 @@ RANGES: Final[tuple[Range, ...]] = (
         protocol="dynamixel",
         reason=f"current and torque are converted with the model's torque constant; known are {known_models()}",
     ),
-    Range(field="axes.model", low=1, high=65_535, protocol="modbus", reason="it is not used"),
+    Range(field="axes.model", low=1, high=65_535, protocol="modbus", reason="Modbus drives do not use it"),
     Range(
         field="axes.zero_count",
         low=0,
@@ -317,9 +317,9 @@ RANGES: Final[tuple[Range, ...]] = (
         high=1_000_000_000,
         unit="counts",
         protocol="modbus",
-        reason="every position of the range then fits 32 bits",
+        reason="every position of the range then fits into 32 bits",
     ),
-    Range(field="axes.direction", low=-1, high=1, choices=(-1, 1), reason="it is a sign"),
+    Range(field="axes.direction", low=-1, high=1, choices=(-1, 1), reason="the sign of the drive's angle"),
     *(
         Range(
             field=f"axes[{motor}].{end}",
@@ -336,16 +336,16 @@ RANGES: Final[tuple[Range, ...]] = (
         low=1.0,
         high=150.0,
         unit="deg/s",
-        reason="the fastest motion of the paper's kind has 60 deg/s, 90 at 150 % speed (decision 0022); the trip at 1.5 times the limit "
-        "must stay far below the motors' 450 deg/s (75 rpm), or it never trips",
+        reason="the fastest motion of the paper's kind reaches 60 deg/s, and 90 deg/s at 150 % speed (decision 0022); the fault at 1.5 times the limit "
+        "must stay far below the motors' highest speed of 450 deg/s (75 rpm), or it never occurs",
     ),
     Range(
         field="axes.max_acceleration_deg_s2",
         low=500.0,
         high=6_000.0,
         unit="deg/s2",
-        reason="one count of the drive's speed is 137 deg/s2 at 100 Hz, so less trips on noise; more exceeds 150 deg/s within the 30 ms after "
-        "which it is judged (decision 0022)",
+        reason="one count of the drive's speed is 137 deg/s2 at 100 Hz, so noise would exceed a lower limit; with a higher limit the speed exceeds 150 deg/s within the 30 ms before "
+        "the acceleration is evaluated (decision 0022)",
     ),
     Range(
         field="axes.max_torque_nm",
@@ -359,42 +359,42 @@ RANGES: Final[tuple[Range, ...]] = (
         low=0.0,
         high=LARGEST_LAG_S,
         unit="s",
-        reason="a drive that follows later is out of order; do not compensate it",
+        reason="a drive with a longer lag is defective; repair it instead of compensating the lag",
     ),
     Range(
         field="axes.lag2_s2",
         low=0.0,
         high=LARGEST_LAG2_S2,
         unit="s2",
-        reason="a drive with more inertia than this is out of order; do not compensate it",
+        reason="a drive with more inertia is defective; repair it instead of compensating the lag",
     ),
     Range(
         field="axes.friction_deg",
         low=0.0,
         high=LARGEST_FRICTION_DEG,
         unit="deg",
-        reason="a drive with more friction is out of order; do not compensate it",
+        reason="a drive with more friction is defective; repair it instead of compensating the friction",
     ),
     Range(
         field="axes.integral_s",
         low=0.0,
         high=LARGEST_INTEGRAL_S,
         unit="s",
-        reason="an integral that is slower than a minute takes up nothing of a motion; write 0",
+        reason="an integral slower than a minute has no effect within a motion; write 0",
     ),
     Range(
         field="axes.droop_deg_nm",
         low=0.0,
         high=LARGEST_DROOP_DEG_NM,
         unit="deg/Nm",
-        reason="a drive that gives way by more under a Nm is out of order; do not compensate it",
+        reason="a drive that gives way by more per Nm is defective; repair it instead of compensating the droop",
     ),
     Range(
         field="axes.damping_nm_s_deg",
         low=0.0,
         high=LARGEST_DAMPING_NM_S_DEG,
         unit="Nm s/deg",
-        reason="6 Nm at 60 deg/s are more than a drive's rated torque",
+        reason="the highest value means 6 Nm at 60 deg/s, which is more than a drive's rated torque",
     ),
     Range(
         field="axes.inertia_nm_s2_deg",
@@ -408,27 +408,27 @@ RANGES: Final[tuple[Range, ...]] = (
         low=0.0,
         high=LARGEST_COULOMB_NM,
         unit="Nm",
-        reason="a drive that needs its rated torque for friction is out of order",
+        reason="a drive that needs its rated torque to overcome friction is defective",
     ),
     Range(
         field="axes.torque_share",
         low=0.7,
         high=1.4,
-        reason="drives of one model differ by some percent; one that differs by more is out of order",
+        reason="drives of one model differ by a few percent; a drive that differs by more is defective",
     ),
     Range(
         field="arm.link_nm",
         low=-LARGEST_LINK_NM,
         high=LARGEST_LINK_NM,
         unit="Nm",
-        reason="motor 3's link weighs less than an arm; more was not measured",
+        reason="motor 3's link weighs less than an arm; no higher value has been measured",
     ),
     Range(
         field="arm.balancer_n",
         low=-LARGEST_BALANCER_N,
         high=LARGEST_BALANCER_N,
         unit="N",
-        reason="the paper's balancer pulls with 10 to 20 N (Table 1); more was not measured",
+        reason="the paper's balancer pulls with 10 to 20 N (Table 1); no higher value has been measured",
     ),
     *(Range(field=f"axes.position_{gain}_gain", low=0, high=16_383, reason=_GAIN) for gain in ("p", "i", "d")),
     Range(
@@ -471,35 +471,35 @@ RANGES: Final[tuple[Range, ...]] = (
         low=10.0,
         high=1_000_000.0,
         unit="counts a deg",
-        reason="coarser than 0.1 deg cannot be controlled; finer does not fit 32 bits",
+        reason="steps above 0.1 deg are too coarse for control; with finer steps the position does not fit into 32 bits",
     ),
     Range(
         field="modbus.speed_per_deg_s",
         low=1.0,
         high=1_000.0,
         unit="counts a deg/s",
-        reason="coarser than 1 deg/s shows no acceleration; a rule below bounds it further",
+        reason="steps above 1 deg/s are too coarse to show acceleration; a rule below limits the value further",
     ),
     Range(
         field="modbus.torque_per_nm",
         low=50.0,
         high=10_000.0,
         unit="counts a Nm",
-        reason="the lowest resistance level of the weakest motor is 0.02 Nm; a rule below bounds it further",
+        reason="the lowest resistance level of the weakest motor is 0.02 Nm; a rule below limits the value further",
     ),
     Range(
         field="modbus.voltage_per_v",
         low=1.0,
         high=1_000.0,
         unit="counts a V",
-        reason="coarser than 1 V shows no sagging supply; finer than 1 mV does not fit 16 bits",
+        reason="steps above 1 V are too coarse to show a weak supply; with steps below 1 mV the voltage does not fit into 16 bits",
     ),
     Range(
         field="modbus.temperature_per_c",
         low=0.5,
         high=100.0,
         unit="counts a degC",
-        reason="coarser than 2 degC hides the margin of the warning; no sensor is finer than 0.01 degC",
+        reason="steps above 2 degC are too coarse for the warning; no sensor has finer steps than 0.01 degC",
     ),
 )
 """Ranges of every number of a configuration. A test compares them with the fields of :mod:`kata.device.config`."""
@@ -517,7 +517,7 @@ class FieldRule:
 
 def _five_axes(config: "StationConfig") -> Iterator[str]:
     if len(config.axes) != N_AXES:
-        yield f"axes: {N_AXES} are needed, {len(config.axes)} given"
+        yield f"axes: {N_AXES} are needed, but {len(config.axes)} are given"
 
 
 def _ids_differ(config: "StationConfig") -> Iterator[str]:
@@ -540,7 +540,7 @@ def _load_is_an_arms(config: "StationConfig") -> Iterator[str]:
     ):
         for number, (value, limit) in enumerate(zip(values, largest, strict=True), start=1):
             if not abs(value) <= limit:
-                yield f"arm.{name}: number {number}, {value:g}, is beyond {limit:g}"
+                yield f"arm.{name}: number {number}, {value:g}, is more than {limit:g}"
 
 
 def _ends_in_order(config: "StationConfig") -> Iterator[str]:
@@ -559,7 +559,7 @@ def _bus_carries_it(config: "StationConfig") -> Iterator[str]:
     if config.cycle_hz > ceiling:
         yield (
             f"cycle_hz: this bus carries at most {int(ceiling)} cycles a second ({config.protocol} at {config.baud} bit/s); "
-            f"{config.cycle_hz} are asked for"
+            f"the file requests {config.cycle_hz}"
         )
 
 
@@ -588,7 +588,7 @@ def _inputs_are_young(config: "StationConfig") -> Iterator[str]:
     if age_ms > _LONGEST_INPUT_AGE_MS:
         yield (
             f"inputs.max_age_cycles: {config.inputs.max_age_cycles} are {age_ms:g} ms at {config.cycle_hz} Hz; "
-            f"{_LONGEST_INPUT_AGE_MS:g} ms is the longest"
+            f"the maximum is {_LONGEST_INPUT_AGE_MS:g} ms"
         )
 
 
@@ -599,7 +599,7 @@ def _ports_differ(config: "StationConfig") -> Iterator[str]:
         ports["inputs.estop_second_port"] = inputs.estop_second_port
     for (first, port), (second, other) in combinations(ports.items(), 2):
         if port == other:
-            yield f"{second}: {other} is {first} too"
+            yield f"{second}: {other} is also {first}"
     span = max(ports.values()) - min(ports.values()) + 1
     if config.protocol == "modbus" and span > _INPUTS_BYTE:
         yield f"inputs: the ports {sorted(ports.values())} must lie within {_INPUTS_BYTE} consecutive inputs"
@@ -620,7 +620,7 @@ def _can_turn_back(config: "StationConfig") -> Iterator[str]:
         if axis.max_acceleration_deg_s2 < needed_deg_s2:
             yield (
                 f"axes[{motor}].max_acceleration_deg_s2: {axis.max_acceleration_deg_s2:g} is less than the {needed_deg_s2:g} deg/s2 "
-                f"that turning back from {axis.max_speed_deg_s:g} deg/s takes"
+                f"that turning back from {axis.max_speed_deg_s:g} deg/s needs"
             )
 
 
@@ -653,7 +653,7 @@ def _modbus_registers_apart(config: "StationConfig") -> Iterator[str]:
             f"modbus: status to torque span {registers.block_registers} registers; one request reads at most {_MODBUS_BLOCK}"
         )
     if registers.status_torque_bit == registers.status_watchdog_bit:
-        yield f"modbus.status_watchdog_bit: {registers.status_watchdog_bit} is modbus.status_torque_bit too"
+        yield f"modbus.status_watchdog_bit: {registers.status_watchdog_bit} is also modbus.status_torque_bit"
 
 
 def _modbus_measures_faults(config: "StationConfig") -> Iterator[str]:
@@ -664,13 +664,13 @@ def _modbus_measures_faults(config: "StationConfig") -> Iterator[str]:
     for motor, axis in enumerate(config.axes, start=1):
         if OVERSPEED * axis.max_speed_deg_s >= fastest:
             yield (
-                f"modbus.speed_per_deg_s: a register holds at most {fastest:g} deg/s, and motor {motor} is too fast above "
-                f"{OVERSPEED * axis.max_speed_deg_s:g}"
+                f"modbus.speed_per_deg_s: a register holds at most {fastest:g} deg/s, but the overspeed fault of motor {motor} occurs at "
+                f"{OVERSPEED * axis.max_speed_deg_s:g} deg/s"
             )
         if OVERTORQUE * axis.max_torque_nm >= strongest:
             yield (
-                f"modbus.torque_per_nm: a register holds at most {strongest:g} Nm, and motor {motor} is too strong above "
-                f"{OVERTORQUE * axis.max_torque_nm:g}"
+                f"modbus.torque_per_nm: a register holds at most {strongest:g} Nm, but the overtorque fault of motor {motor} occurs at "
+                f"{OVERTORQUE * axis.max_torque_nm:g} Nm"
             )
 
 
@@ -680,7 +680,7 @@ def _models_are_strong_enough(config: "StationConfig") -> Iterator[str]:
     for motor, axis in enumerate(config.axes, start=1):
         model = MODELS[axis.model]
         if axis.max_torque_nm > model.stall_nm:
-            yield f"axes[{motor}].max_torque_nm: {axis.max_torque_nm:g} is more than a {model.name} has ({model.stall_nm:g})"
+            yield f"axes[{motor}].max_torque_nm: {axis.max_torque_nm:g} is more than the stall torque of a {model.name} ({model.stall_nm:g})"
 
 
 RULES: Final[tuple[FieldRule, ...]] = (
@@ -695,19 +695,19 @@ RULES: Final[tuple[FieldRule, ...]] = (
     ),
     FieldRule(
         "`inputs.estop_port`, `inputs.estop_second_port` and `inputs.pedal_port` differ; with Modbus they lie within eight consecutive inputs.",
-        "A pedal on the port of the emergency stop records when it is pressed; the time of a cycle is calculated with one byte of inputs.",
+        "With the pedal on the port of the emergency stop, pressing the stop would record; the time of a cycle is calculated with one byte of inputs.",
         _ports_differ,
     ),
-    FieldRule("`axes.min_deg` is below `axes.max_deg`.", "Otherwise no angle is allowed.", _ends_in_order),
+    FieldRule("`axes.min_deg` is below `axes.max_deg`.", "Otherwise the axis has no allowed angle.", _ends_in_order),
     FieldRule(
         "The numbers of `arm.inertia` are at most 4 kg m2 (six), 8 kg m (three) and 20 kg; those of `arm.girdle_nm_rad` 60 Nm/rad; those of "
         "`arm.balancer_m` 0.5, 0.6 and 2 m.",
         "An arm of 8 kg at half a metre has half of that inertia, a relaxed girdle a tenth of that stiffness; the apparatus is 2 m high.",
         _load_is_an_arms,
     ),
-    FieldRule("`rate_hz` divides `cycle_hz`.", "Setpoints are sent every so many cycles.", _rates_divide),
+    FieldRule("`rate_hz` divides `cycle_hz`.", "Setpoints are sent once in a whole number of cycles.", _rates_divide),
     FieldRule(
-        "The bus carries `cycle_hz`.", "The bytes of a cycle take longer than the cycle otherwise.", _bus_carries_it
+        "The bus carries `cycle_hz`.", "Otherwise the bytes of a cycle take longer than the cycle.", _bus_carries_it
     ),
     FieldRule(
         "`silence_ms`, `following_error_ms` and `inputs.contacts_disagree_ms` last at least two cycles.",
@@ -726,12 +726,12 @@ RULES: Final[tuple[FieldRule, ...]] = (
     ),
     FieldRule(
         "`approach_speed_deg_s` is at most each `axes.max_speed_deg_s`.",
-        "The way to the start is the slowest motion.",
+        "The move to the start must be the slowest motion.",
         _approach_is_slower,
     ),
     FieldRule(
         "`axes.max_acceleration_deg_s2` is at least 35.8 /s times `axes.max_speed_deg_s`.",
-        "When the arm meets resistance it must come to a stand from its highest speed within 0.08 s, with 35 % of the limit.",
+        "When the arm meets resistance it must stop from its highest speed within 0.08 s, with 35 % of the limit.",
         _can_turn_back,
     ),
     FieldRule(
@@ -797,7 +797,7 @@ def _texts(config: "StationConfig") -> Iterator[str]:
         yield f"port: {config.port!r} must be the path of a serial port"
     pedal = config.inputs.usb_pedal
     if pedal is not None and not (pedal.startswith("/") and pedal.isprintable()):
-        yield f"inputs.usb_pedal: {pedal!r} must be an absolute path, as /dev/input/by-id/...-event-kbd"
+        yield f"inputs.usb_pedal: {pedal!r} must be an absolute path, such as /dev/input/by-id/...-event-kbd"
 
 
 def _outside(config: "StationConfig") -> Iterator[str]:

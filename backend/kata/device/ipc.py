@@ -129,7 +129,7 @@ class ServiceLink(Protocol):
 
     @property
     def closing(self) -> bool:
-        """True if the service is gone or asked this process to end."""
+        """True if the service has closed the connection or asked this process to end."""
 
     @property
     def heartbeats(self) -> Heartbeats:
@@ -152,7 +152,7 @@ class ServiceLink(Protocol):
         """Return the next command, or None. The loop calls this once in each cycle."""
 
     def service_age_ms(self, t_ns: int) -> float:
-        """Return the milliseconds since the last message of the service; infinity if the service is gone."""
+        """Return the milliseconds since the last message of the service; infinity if the service has closed the connection."""
 
     def reply(self, reply: Reply) -> None:
         """Answer a command."""
@@ -197,7 +197,7 @@ class SocketServiceLink:
         """Allocated once. With locked memory the kernel would have to clear 64 pages at once for each new buffer."""
         self._decoder = msgspec.msgpack.Decoder(ToDevice)
         self.closing = False
-        """True if the service is gone or asked this process to end."""
+        """True if the service has closed the connection or asked this process to end."""
         self.heartbeats: Heartbeats = Heartbeats(0, None)
         """Number of heartbeats received, and the run that the last heartbeat named."""
         self.dropped = 0
@@ -340,7 +340,7 @@ class SocketServiceLink:
         except OSError:
             count = 0
         if not count:
-            log.info("the service is gone")
+            log.info("the service has closed the connection")
             self.closing = True
             return
         incoming += self._receive_buffer[:count]

@@ -94,5 +94,5 @@ class UsbPedal:
         return {code for code in range(_KEYS) if keys[code // 8] >> code % 8 & 1}
 
     def _lose(self, why: str) -> None:
-        log.warning("the pedal is gone (%s): %s", self._path, why)
+        log.warning("the pedal was disconnected (%s): %s", self._path, why)
         self.close()

@@ -15,7 +15,7 @@ DRIVE_GARBLED: Final = message("drive_garbled", "Motor {motor:d} sends damaged a
 DRIVE_ERROR: Final = message("drive_error", "Motor {motor:d} reports a hardware error.")
 DRIVE_WATCHDOG: Final = message("drive_watchdog", "Motor {motor:d} stopped because it received no messages.")
 DRIVE_HOT: Final = message(
-    "drive_hot", "Motor {motor:d} is {temperature_c:.0f} °C warm. It switches off above {limit_c:.0f} °C."
+    "drive_hot", "Motor {motor:d} has reached {temperature_c:.0f} °C. It switches off above {limit_c:.0f} °C."
 )
 SUPPLY_LOW: Final = message(
     "supply_low", "The supply of motor {motor:d} has {voltage_v:.1f} V. The motor switches off below {limit_v:.1f} V."
@@ -27,29 +27,33 @@ TORQUE_LOST: Final = message("torque_lost", "Motor {motor:d} has switched its to
 TORQUE_REMAINS: Final = message("torque_remains", "Motor {motor:d} still has torque although it was switched off.")
 POSITION_JUMP: Final = message("position_jump", "Motor {motor:d} reported a position that it cannot have reached.")
 POSITION_FROZEN: Final = message("position_frozen", "Motor {motor:d} does not move, or its encoder has stopped.")
-OVERTORQUE: Final = message("overtorque", "Motor {motor:d} gave more than its rated torque.")
+OVERTORQUE: Final = message("overtorque", "Motor {motor:d} exceeded its rated torque.")
 OVERACCELERATION: Final = message("overacceleration", "Motor {motor:d} moved too abruptly.")
 POSITION_LIMIT: Final = message("position_limit", "Motor {motor:d} left its range.")
-OVERSPEED: Final = message("overspeed", "Motor {motor:d} was too fast.")
+OVERSPEED: Final = message("overspeed", "Motor {motor:d} moved too fast.")
 FOLLOWING_ERROR: Final = message(
-    "following_error", "Motor {motor:d} could not follow its setpoint: something holds the arm."
+    "following_error", "Motor {motor:d} could not follow its setpoint: something blocks the arm."
 )
-SETPOINT_STEP: Final = message("setpoint_step", "The next setpoint of motor {motor:d} was a jump.")
+SETPOINT_STEP: Final = message("setpoint_step", "The next setpoint of motor {motor:d} would have caused a jump.")
 SETPOINT_LIMIT: Final = message("setpoint_limit", "The next setpoint of motor {motor:d} was beyond its limit.")
-SETPOINT_ACCELERATION: Final = message("setpoint_acceleration", "The next setpoint of motor {motor:d} was a jerk.")
+SETPOINT_ACCELERATION: Final = message(
+    "setpoint_acceleration", "The next setpoint of motor {motor:d} would have caused a jerk."
+)
 SETPOINT_FROZEN: Final = message("setpoint_frozen", "The control program has stopped planning the movement.")
 OVERRUN: Final = message("overrun", "The control computer was too slow.")
 SERVICE_SILENT: Final = message("service_silent", "The control computer lost its connection to the clinic service.")
-OTHER_RUN: Final = message("other_run", "The clinic service and the control computer have different runs loaded.")
+OTHER_RUN: Final = message("other_run", "The service and the control computer have different playbacks loaded.")
 JOURNAL_FAULT: Final = message("journal_fault", "Measurements can no longer be written to the disk.")
-LOAD_REPEATED: Final = message("load_repeated", "Motor {motor:d} met resistance twice in the same place.")
-LOAD_ON_THE_WAY: Final = message("load_on_the_way", "Motor {motor:d} met resistance on the way to the start or back.")
+LOAD_REPEATED: Final = message("load_repeated", "Motor {motor:d} met resistance twice at the same place.")
+LOAD_ON_THE_WAY: Final = message(
+    "load_on_the_way", "Motor {motor:d} met resistance while the arm moved to the start or back."
+)
 LOAD_WHILE_HELD: Final = message("load_while_held", "Motor {motor:d} met resistance while the arm was held.")
 OPERATOR_STOP: Final = message("operator_stop", "Stopped by the operator.")
-BROWSER_LOST: Final = message("browser_lost", "The browser that operated the apparatus was gone for too long.")
+BROWSER_LOST: Final = message("browser_lost", "The browser that operated the apparatus was disconnected for too long.")
 UNEXPECTED_ERROR: Final = message("unexpected_error", "The control program had an internal error.")
 RELEASE_SWITCH: Final = message(
-    "release_switch", "Support the arm and look after the patient. Release the switch, then acknowledge."
+    "release_switch", "Support the arm and check the patient. Release the switch, then acknowledge."
 )
 CHECK_SWITCH_CABLE: Final = message(
     "check_switch_cable", "Support the arm. Check the switch's cable and its drive's power, then acknowledge."
@@ -80,13 +84,13 @@ LET_MOTOR_COOL: Final = message(
 )
 END_AND_LET_COOL: Final = message(
     "end_and_let_cool",
-    "End the motion and let the motor cool down. If it stays warm, check what the arm pushes against.",
+    "End the motion and let the motor cool down. If it stays warm, check whether the arm pushes against something.",
 )
 HAVE_SUPPLY_CHECKED: Final = message(
     "have_supply_checked", "End the motion. Have the power supply and its cables checked before the next patient."
 )
 CHECK_PATIENT_AND_ARM: Final = message(
-    "check_patient_and_arm", "Support the arm and look after the patient, then acknowledge."
+    "check_patient_and_arm", "Support the arm and check the patient, then acknowledge."
 )
 CHECK_MOTOR_POWER: Final = message(
     "check_motor_power", "Support the arm. Check the motor's power supply, then acknowledge."
@@ -99,37 +103,38 @@ HAVE_ENCODER_CHECKED: Final = message(
 )
 LOOK_WHETHER_ARM_IS_HELD: Final = message(
     "look_whether_arm_is_held",
-    "Support the arm. Check whether something holds it. If not, have the encoder checked. Then acknowledge.",
+    "Support the arm. Check whether something blocks it. If not, have the encoder checked. Then acknowledge.",
 )
 HAVE_LIMITS_CHECKED: Final = message(
     "have_limits_checked",
-    "Support the arm and look after the patient. Have the motor's limits checked, then acknowledge.",
+    "Support the arm and check the patient. Have the motor's limits checked, then acknowledge.",
 )
 REPORT_IMPOSSIBLE: Final = message(
-    "report_impossible", "Support the arm, then acknowledge. Report this: it should not be possible."
+    "report_impossible", "Support the arm, then acknowledge. Report this to an administrator: it should never happen."
 )
 ACKNOWLEDGE_AND_LOAD_AGAIN: Final = message(
     "acknowledge_and_load_again", "Support the arm, then acknowledge. Load the recording again."
 )
-MAKE_ROOM_ON_DISK: Final = message("make_room_on_disk", "Support the arm. Make room on the disk, then acknowledge.")
+MAKE_ROOM_ON_DISK: Final = message("make_room_on_disk", "Support the arm. Free up space on the disk, then acknowledge.")
 SUPPORT_THEN_ACKNOWLEDGE: Final = message(
-    "support_then_acknowledge", "The arm is held: support it, then acknowledge, and its torque goes off."
+    "support_then_acknowledge", "The motors hold the arm. Support it, then acknowledge: torque is then switched off."
 )
 ACKNOWLEDGE_WHEN_SAFE: Final = message(
-    "acknowledge_when_safe", "Support the arm. Acknowledge when it is safe to go on."
+    "acknowledge_when_safe", "Support the arm. Acknowledge when it is safe to continue."
 )
-CHECK_PATIENT: Final = message("check_patient", "Support the arm. Look after the patient, then acknowledge.")
+CHECK_PATIENT: Final = message("check_patient", "Support the arm. Check the patient, then acknowledge.")
 REPORT_WITH_DEVICE_LOG: Final = message(
-    "report_with_device_log", "Support the arm, then acknowledge. Report this with the log."
+    "report_with_device_log", "Support the arm, then acknowledge. Report this to an administrator, with the log."
 )
 PORT_NOT_OPEN: Final = message("port_not_open", "{port:name} is not open")
-PORT_GONE: Final = message("port_gone", "{port:name} is gone: {error:name}")
+PORT_GONE: Final = message("port_gone", "{port:name} was disconnected: {error:name}")
 PORT_CANNOT_BE_OPENED: Final = message("port_cannot_be_opened", "{port:name} cannot be opened: {error:name}")
 DRIVE_ANSWERS_DAMAGED: Final = message(
-    "drive_answers_damaged", "motor {motor:d} (id {drive_id:d}) answers, but damaged: do two drives share its id?"
+    "drive_answers_damaged",
+    "the answers of motor {motor:d} (id {drive_id:d}) are damaged; check whether two drives share this id",
 )
 NOT_PLAYABLE_PAPER_RATE: Final = message(
-    "not_playable_paper_rate", "this station's cycles do not divide into the paper's 10 Hz"
+    "not_playable_paper_rate", "this station's cycle rate is not a multiple of the paper's 10 Hz"
 )
 NOT_PLAYABLE_LOAD_LEVEL: Final = message("not_playable_load_level", "its resistance level must be 1 to {levels:d}")
 NOT_PLAYABLE_SOME_LIMITS: Final = message("not_playable_some_limits", "it has limits for some motors only")
@@ -138,7 +143,7 @@ NOT_PLAYABLE_CORRECTION_METHOD: Final = message(
 )
 NOT_PLAYABLE_CORRECTION_CUT: Final = message("not_playable_correction_cut", "its learned correction is incomplete")
 NOT_PLAYABLE_CORRECTION_LENGTH: Final = message(
-    "not_playable_correction_length", "its learned correction has another length"
+    "not_playable_correction_length", "its learned correction and the recording differ in length"
 )
 NOT_PLAYABLE_CORRECTION_LARGE: Final = message(
     "not_playable_correction_large", "its learned correction exceeds {largest_deg:g} deg"
@@ -148,40 +153,42 @@ NOT_PLAYABLE_END_FEEL_CUT: Final = message(
 )
 NOT_PLAYABLE_END_FEEL_WAY: Final = message(
     "not_playable_end_feel_way",
-    "in an end-feel test motor {motor:d} must move one way, by at least {least_deg:g} deg, at {slowest:g} to {fastest:g} deg/s",
+    "in an end-feel test motor {motor:d} must move in one direction, by at least {least_deg:g} deg, at {slowest:g} to {fastest:g} deg/s",
 )
 NOT_PLAYABLE_END_FEEL_TORQUE: Final = message(
     "not_playable_end_feel_torque",
-    "arm and test need {needed_nm:.1f} Nm of motor {motor:d}, and the patient's level allows {limit_nm:.1f} Nm",
+    "the arm and the test need {needed_nm:.1f} Nm of motor {motor:d}, but the patient's level allows only {limit_nm:.1f} Nm",
 )
-RANGE_IS_MEASURED: Final = message("range_is_measured", "This run measures the range.")
+RANGE_IS_MEASURED: Final = message(
+    "range_is_measured", "This playback measures the range, so its range cannot be reduced."
+)
 TOO_MANY_COMMANDS: Final = message("too_many_commands", "Too many commands are waiting.")
 WAIT_A_MOMENT: Final = message("wait_a_moment", "Wait a moment.")
 NOT_PLAYABLE_SAMPLES_CUT: Final = message("not_playable_samples_cut", "its samples are incomplete")
 RECORDING_NOT_PLAYABLE: Final = message("recording_not_playable", "This recording cannot be played: {reason:text}.")
 LOOK_AT_ARM_AND_TRY_AGAIN: Final = message(
-    "look_at_arm_and_try_again", "Look at the arm and the patient, then try again."
+    "look_at_arm_and_try_again", "Check the arm and the patient, then try again."
 )
 CHECKING_ANOTHER_RECORDING: Final = message("checking_another_recording", "Another recording is being checked.")
 WAIT_THEN_LOAD_AGAIN: Final = message("wait_then_load_again", "Wait a moment, then load it again.")
 CHECKING_PROGRAM_FAILED: Final = message(
     "checking_program_failed", "This recording could not be checked: the program that checks recordings has failed."
 )
-LOAD_RECORDING_AGAIN: Final = message("load_recording_again", "Load it again.")
-NOT_PLAYABLE_CHECK_FAILED: Final = message("not_playable_check_failed", "checking it failed ({error:name})")
-NOT_PLAYABLE_TOO_LONG: Final = message("not_playable_too_long", "it is longer than the apparatus can take")
+LOAD_RECORDING_AGAIN: Final = message("load_recording_again", "Load the recording again.")
+NOT_PLAYABLE_CHECK_FAILED: Final = message("not_playable_check_failed", "its check failed ({error:name})")
+NOT_PLAYABLE_TOO_LONG: Final = message("not_playable_too_long", "it is too long for the apparatus")
 NOT_PLAYABLE_REPETITION: Final = message("not_playable_repetition", "its repetition must be 0 s or longer")
 NOT_PLAYABLE_LIMITS_CROSSED: Final = message(
     "not_playable_limits_crossed", "each of its limits must be a lower and a higher angle"
 )
 NOT_PLAYABLE_PATIENT_SPEED_LOW: Final = message(
-    "not_playable_patient_speed_low", "the patient's speed limit is below what the apparatus can be set to"
+    "not_playable_patient_speed_low", "the patient's speed limit is below the lowest speed of the apparatus"
 )
 NOT_PLAYABLE_PATIENT_SPEED_ZERO: Final = message(
     "not_playable_patient_speed_zero", "the patient's speed limit must be above 0 deg/s"
 )
 REFERENCE_TOO_SHORT: Final = message(
-    "reference_too_short", "it lasts {duration_ms:.0f} ms; {shortest_ms:.0f} ms is the shortest"
+    "reference_too_short", "it lasts {duration_ms:.0f} ms; it must last at least {shortest_ms:.0f} ms"
 )
 TEACH_AGAIN_MORE_SLOWLY: Final = message(
     "teach_again_more_slowly", "Teach the motion again, within the range and more slowly."
@@ -203,7 +210,7 @@ TAKE_ENDED: Final = message("take_ended", "Take {take:d} has ended after {take_s
 TAKE_STARTED: Final = message("take_started", "Take {take:d} is being recorded.")
 FAULT_EVENT: Final = message("fault_event", "{fault:sentence} ({fault_code:name}, category {category:d})")
 RESISTANCE_MET: Final = message(
-    "resistance_met", "Motor {motor:d} met resistance at {at_s:.1f} s; the arm is taken back."
+    "resistance_met", "Motor {motor:d} met resistance at {at_s:.1f} s; the arm is moved back."
 )
 ALREADY_PAUSING: Final = message("already_pausing", "It is already pausing.")
 WAIT_UNTIL_IT_STANDS: Final = message("wait_until_it_stands", "Wait until it has stopped.")
@@ -216,25 +223,26 @@ LOAD_RECORDING_FIRST: Final = message("load_recording_first", "Load a recording 
 IS_TEACHING: Final = message("is_teaching", "Teaching is in progress.")
 FINISH_TEACHING_FIRST: Final = message("finish_teaching_first", "Finish teaching first.")
 IS_READY: Final = message("is_ready", "A recording is loaded, and the arm is not at its start yet.")
-APPROACH_OR_UNLOAD: Final = message("approach_or_unload", "Move to the start, or unload it.")
-IS_APPROACHING: Final = message("is_approaching", "The arm is on its way to the start.")
-WAIT_OR_STOP: Final = message("wait_or_stop", "Wait until it is there, or stop.")
+APPROACH_OR_UNLOAD: Final = message("approach_or_unload", "Move to the start, or unload the recording.")
+IS_APPROACHING: Final = message("is_approaching", "The arm is moving to the start.")
+WAIT_OR_STOP: Final = message("wait_or_stop", "Wait until the arm has arrived, or stop.")
 IS_PLAYING: Final = message("is_playing", "The recording is playing.")
 PAUSE_OR_STOP_FIRST: Final = message("pause_or_stop_first", "Pause first, or stop.")
-IS_PAUSED: Final = message("is_paused", "The arm is held on the recording's path.")
-PLAY_RETURN_OR_STOP: Final = message("play_return_or_stop", "Continue, return, or stop.")
-IS_RETURNING: Final = message("is_returning", "The arm is on its way back.")
+IS_PAUSED: Final = message("is_paused", "The playback is paused, and the arm is held.")
+PLAY_RETURN_OR_STOP: Final = message("play_return_or_stop", "Resume, return, or stop.")
+IS_RETURNING: Final = message("is_returning", "The arm is moving back.")
 IS_STOPPED: Final = message("is_stopped", "The apparatus has been stopped.")
 ACKNOWLEDGE_FIRST: Final = message("acknowledge_first", "Acknowledge the stop first.")
 STOPPED_MEANWHILE: Final = message("stopped_meanwhile", "The apparatus was stopped after this command was sent.")
-NOT_STOPPED: Final = message("not_stopped", "Nothing is stopped.")
-NOTHING_TO_DO: Final = message("nothing_to_do", "Nothing to do.")
+NOT_STOPPED: Final = message("not_stopped", "The apparatus is not stopped.")
+NOTHING_TO_DO: Final = message("nothing_to_do", "No action is needed.")
 NOT_TEACHING: Final = message("not_teaching", "No teaching is in progress.")
 OTHER_SIDE: Final = message(
-    "other_side", "This is for the {wanted:text} shoulder, but the apparatus is set to the {stands_for:text} one."
+    "other_side",
+    "This is for the {wanted:text} shoulder, but the apparatus is set up for the {stands_for:text} shoulder.",
 )
 TURN_APPARATUS_OR_CHOOSE: Final = message(
-    "turn_apparatus_or_choose", "Turn the apparatus and confirm its side, or choose a recording of its side."
+    "turn_apparatus_or_choose", "Turn the apparatus and confirm its side, or choose a recording for its present side."
 )
 RANGE_IS_LEAST: Final = message("range_is_least", "The range cannot be less than {least_percent:.0f} %.")
 PAUSE_OR_STOP: Final = message("pause_or_stop", "Pause, or stop.")
@@ -243,19 +251,19 @@ OUTSIDE_RANGE: Final = message("outside_range", "Motor {motor:d} is at {angle_de
 MOVE_BACK_BY_HAND: Final = message("move_back_by_hand", "Move the arm back by hand.")
 TOO_FAR_FROM_START: Final = message(
     "too_far_from_start",
-    "Motor {motor:d} is {distance_deg:.0f} deg from the start of the recording; this method goes there in one step.",
+    "Motor {motor:d} is {distance_deg:.0f} deg from the start of the recording; this method would move there in one step.",
 )
 MOVE_WITHIN_OR_OTHER_METHOD: Final = message(
     "move_within_or_other_method", "Move the arm to within {within_deg:g} deg by hand, or choose another method."
 )
 MOTOR_CANNOT_BE_SET_UP: Final = message("motor_cannot_be_set_up", "A motor cannot be set up: {reason:text}.")
-HAVE_IT_CHECKED: Final = message("have_it_checked", "Have it checked.")
+HAVE_IT_CHECKED: Final = message("have_it_checked", "Have the apparatus checked.")
 SETTINGS_BEING_CHECKED: Final = message("settings_being_checked", "The motors' settings are being checked.")
-COMMAND_EXPIRED: Final = message("command_expired", "The command came too late.")
+COMMAND_EXPIRED: Final = message("command_expired", "The command arrived too late.")
 NO_TORQUE_FOUND: Final = message("no_torque_found", "No motor had torque when the apparatus was connected.")
 ACKNOWLEDGE_STOP: Final = message("acknowledge_stop", "Acknowledge the stop.")
 DRIVE_HAS_TORQUE: Final = message(
-    "drive_has_torque", "motor {motor:d} (id {drive_id:d}) has torque: its settings are not changed"
+    "drive_has_torque", "motor {motor:d} (id {drive_id:d}) has torque, so its settings are not changed"
 )
 DRIVE_SETTING_REFUSED: Final = message(
     "drive_setting_refused", "motor {motor:d} (id {drive_id:d}) does not accept its {setting:name}"
@@ -272,7 +280,7 @@ DRIVE_OLD_FIRMWARE: Final = message(
     "drive_old_firmware",
     "motor {motor:d} (id {drive_id:d}) has firmware {firmware:d}; Kata needs {oldest:d} or newer",
 )
-DRIVES_SHARE_ID: Final = message("drives_share_id", "two drives answer to id {drive_id:d}, motor {motor:d}'s")
+DRIVES_SHARE_ID: Final = message("drives_share_id", "two drives answer to id {drive_id:d} of motor {motor:d}")
 DRIVE_REGISTER_REFUSED: Final = message(
     "drive_register_refused", "motor {motor:d} (id {drive_id:d}) refused register {register:d} (error {error:d})"
 )
@@ -280,5 +288,5 @@ DRIVE_REGISTER_EXCEPTION: Final = message(
     "drive_register_exception",
     "motor {motor:d} (id {drive_id:d}) refused register {register:d} (exception {exception:d})",
 )
-PORT_HUNG_UP: Final = message("port_hung_up", "{port:name} is gone: it was disconnected")
+PORT_HUNG_UP: Final = message("port_hung_up", "{port:name} was disconnected")
 PORT_TAKES_NOTHING: Final = message("port_takes_nothing", "{port:name} does not accept data")

@@ -27,18 +27,18 @@ if TYPE_CHECKING:
 _PlantOption = Annotated[
     str | None,
     typer.Option(
-        help="Simulated mechanics: mujoco (independent of the controller's authors) or simple (quick). "
+        help="Simulated mechanics: mujoco (written independently of the controller) or simple (faster). "
         "Default: mujoco if it is installed; simple in real time."
     ),
 ]
 _BalancerOption = Annotated[
     float | None,
     typer.Option(
-        "--balancer", min=0.0, max=10.0, help="Balancer's weight in kg, of the plant mujoco. Default: as designed."
+        "--balancer", min=0.0, max=10.0, help="With mujoco: weight on the balancer in kg. Default: as designed."
     ),
 ]
 _PatientOption = Annotated[
-    str, typer.Option(help="Patient of the plant mujoco: healthy, freezing, frozen, thawing, large or small.")
+    str, typer.Option(help="With mujoco: the patient, one of healthy, freezing, frozen, thawing, large and small.")
 ]
 
 
@@ -46,29 +46,35 @@ def evaluate(
     taught: Annotated[
         Path | None, typer.Option(help="Folder of motions (CSV) instead of the built-in motions.")
     ] = None,
-    methods: Annotated[str, typer.Option(help="Methods, separated by commas.")] = "paper,smooth,learned",
+    methods: Annotated[str, typer.Option(help="Playback methods, separated by commas.")] = "paper,smooth,learned",
     repetitions: Annotated[
         int | None,
-        typer.Option(min=1, help="Plays of each recording. Default: five for learned, one for the other methods."),
+        typer.Option(
+            min=1, help="Number of playbacks of each recording. Default: five for learned, one for the other methods."
+        ),
     ] = None,
     seed: Annotated[
-        int | None, typer.Option(min=0, help="Vary the simulated mechanics by up to 30 %. Default: as designed.")
+        int | None,
+        typer.Option(
+            min=0, help="Seed of a variation of the simulated mechanics by up to 30 %. Default: no variation."
+        ),
     ] = None,
-    seeds: Annotated[int, typer.Option(min=1, help="Number of variations, beginning with the seed.")] = 1,
+    seeds: Annotated[int, typer.Option(min=1, help="Number of variations: this seed and the following ones.")] = 1,
     json_out: Annotated[Path | None, typer.Option("--json", help="Write the figures to this JSON file.")] = None,
     html_out: Annotated[Path | None, typer.Option("--html", help="Write a report to this HTML file.")] = None,
     plant: _PlantOption = None,
     patient: _PatientOption = "healthy",
     balancer_kg: _BalancerOption = None,
     processes: Annotated[
-        int | None, typer.Option(min=1, help="Cases played at a time. Default: one for each processor.")
+        int | None,
+        typer.Option(min=1, help="Number of cases played at the same time. Default: one for each processor."),
     ] = None,
     real_time: Annotated[
         bool,
-        typer.Option("--real-time", help="In real time, through the service's processes and a pseudo-terminal."),
+        typer.Option("--real-time", help="Play in real time, through the service's processes and a pseudo-terminal."),
     ] = False,
     station: Annotated[
-        Path | None, typer.Option(help="The station's TOML file: play on that apparatus, in real time.")
+        Path | None, typer.Option(help="Play on the real apparatus of this station's TOML file, in real time.")
     ] = None,
 ) -> None:
     """Teach, play back and compare: the paper's fourteen cases, or a folder of motions, by every method."""
@@ -85,7 +91,7 @@ def evaluate(
     chosen_plant = _choose_plant(plant, real_time=real_time or station is not None)
     judge = run.Judge(chosen_plant, _parse_patient(patient, chosen_plant), balancer_kg)
     if balancer_kg is not None and chosen_plant != "mujoco":
-        raise typer.BadParameter("only of the plant mujoco", param_hint="--balancer")
+        raise typer.BadParameter("is possible only with --plant mujoco", param_hint="--balancer")
     try:
         cases = recorded_cases(taught) if taught else paper_cases()
     except TaughtError as error:
@@ -141,7 +147,7 @@ def _choose_plant(plant: str | None, *, real_time: bool) -> "PlantName":
     else:
         raise typer.BadParameter(f"{plant} is not one of {', '.join(get_args(PlantName))}", param_hint="--plant")
     if plant == "mujoco" and real_time:
-        raise typer.BadParameter("in real time and on an apparatus only simple", param_hint="--plant")
+        raise typer.BadParameter("in real time and on a real apparatus only simple is possible", param_hint="--plant")
     if plant == "mujoco" and not installed:
         fail("MuJoCo is not installed: pip install kata[evaluate].")
     return "mujoco" if plant == "mujoco" else "simple"

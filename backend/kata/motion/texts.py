@@ -15,7 +15,9 @@ CELL_WITHOUT_COLUMN: Final = message(
     "cell_without_column", "{cell:name} is in a column without a name in the first line"
 )
 CELL_NOT_NUMBER: Final = message("cell_not_number", "{cell:name} is not a number")
-TIME_MUST_INCREASE: Final = message("time_must_increase", "time must increase, {time_s:g} s follows {before_s:g} s")
+TIME_MUST_INCREASE: Final = message(
+    "time_must_increase", "the time must increase, but {time_s:g} s follows {before_s:g} s"
+)
 ANGLE_OUT_OF_APPARATUS: Final = message(
     "angle_out_of_apparatus",
     "{angle_deg:g} deg is outside the apparatus' range of {lowest_deg:g} to {highest_deg:g} deg",
@@ -27,41 +29,44 @@ SIDE_RIGHT: Final = message("side_right", "right")
 COLUMN_UNIT_WRONG: Final = message("column_unit_wrong", "the unit is wrong; the column must be called {column:name}")
 MOTOR_OVERLOADED: Final = message(
     "motor_overloaded",
-    "motor {motor:d} would need {torque_nm:.1f} Nm at {at_s:.1f} s; {limit_nm:.1f} Nm is the most it may give",
+    "motor {motor:d} would need {torque_nm:.1f} Nm at {at_s:.1f} s; its limit is {limit_nm:.1f} Nm",
 )
-COLUMN_TWICE: Final = message("column_twice", "this column occurs twice")
+COLUMN_TWICE: Final = message("column_twice", "this column appears twice")
 COLUMN_MISSING: Final = message("column_missing", "this column is missing")
 CSV_UNREADABLE: Final = message("csv_unreadable", "line {line:d} cannot be read as CSV: {error:name}")
 TRIM_TOO_SHORT: Final = message(
     "trim_too_short",
-    "from {start_s:g} s to {end_s:g} s there must be at least {least_s:g} s, within the motion's {duration_s:.1f} s",
+    "the part from {start_s:g} s to {end_s:g} s must last at least {least_s:g} s and lie within the motion's {duration_s:.1f} s",
 )
 LESS_THAN_RANGE: Final = message(
-    "less_than_range", "{deg:g} deg less is not possible: the motion covers {reach_deg:.1f} deg"
+    "less_than_range", "the range cannot be reduced by {deg:g} deg: the motion covers only {reach_deg:.1f} deg"
 )
 NO_MOTOR_LEFT: Final = message("no_motor_left", "at least one of motors {first:d} to {last:d} must move")
 HOLD_OUTSIDE_MOTION: Final = message(
-    "hold_outside_motion", "hold at {at_s:g} s for {hold_s:g} s: the motion lasts {duration_s:.1f} s"
+    "hold_outside_motion", "a hold of {hold_s:g} s at {at_s:g} s is not allowed; the motion lasts {duration_s:.1f} s"
 )
-REPETITIONS_REFUSED: Final = message("repetitions_refused", "{repetitions:d} repetitions with {pause_s:g} s of pause")
+REPETITIONS_REFUSED: Final = message(
+    "repetitions_refused", "{repetitions:d} repetitions with a pause of {pause_s:g} s are not allowed"
+)
 REPETITIONS_TOO_LONG: Final = message(
     "repetitions_too_long",
-    "{repetitions:d} repetitions of {duration_s:.0f} s with {pause_s:g} s of pause last longer than an hour",
+    "{repetitions:d} repetitions of {duration_s:.0f} s with a pause of {pause_s:g} s last longer than an hour",
 )
 WARM_UP_REFUSED: Final = message(
-    "warm_up_refused", "a warm-up by {step_deg:g} deg a repetition with {pause_s:g} s of pause"
+    "warm_up_refused", "a warm-up by {step_deg:g} deg per repetition with a pause of {pause_s:g} s is not allowed"
 )
 STRETCH_REFUSED: Final = message(
-    "stretch_refused", "a stretch of {further_deg:g} deg from {back_deg:g} deg below, held for {hold_s:g} s"
+    "stretch_refused",
+    "a stretch by {further_deg:g} deg from {back_deg:g} deg before the end, held for {hold_s:g} s, is not allowed",
 )
 STRETCH_BEYOND_RANGE: Final = message(
-    "stretch_beyond_range", "motor {motor:d} does not go through {back_deg:g} deg on its way to the end of its range"
+    "stretch_beyond_range", "motor {motor:d} moves by less than {back_deg:g} deg before the end of its range"
 )
 RANGE_PERCENT_REFUSED: Final = message(
-    "range_percent_refused", "{percent:g} % of the range: it must be {lowest:g} to {highest:g} %"
+    "range_percent_refused", "{percent:g} % of the range is not allowed; it must be {lowest:g} to {highest:g} %"
 )
 SPEED_PERCENT_REFUSED: Final = message(
-    "speed_percent_refused", "{percent:g} % of the speed: it must be {lowest:g} to {highest:g} %"
+    "speed_percent_refused", "{percent:g} % of the speed is not allowed; it must be {lowest:g} to {highest:g} %"
 )
 SCAPULA_UNREACHABLE: Final = message(
     "scapula_unreachable",
@@ -69,7 +74,7 @@ SCAPULA_UNREACHABLE: Final = message(
 )
 NO_SCAPULA_POSITION: Final = message(
     "no_scapula_position",
-    "no position of the scapula has motor 1 at {angle_1_deg:.1f} deg and motor 2 at {angle_2_deg:.1f} deg",
+    "no position of the scapula matches motor 1 at {angle_1_deg:.1f} deg and motor 2 at {angle_2_deg:.1f} deg",
 )
 MOTION_TOO_SHORT: Final = message(
     "motion_too_short", "the motion is too short: at least {least_s:g} s and two rows are needed"
@@ -80,11 +85,11 @@ TIME_NOT_INCREASING: Final = message("time_not_increasing", "the recording's tim
 SAMPLES_TOO_CLOSE: Final = message("samples_too_close", "two samples are closer together than {shortest_ms:g} ms")
 SAMPLES_MISSING: Final = message("samples_missing", "samples are missing for {gap_s:.1f} s after {at_s:.1f} s")
 RECORDING_TOO_SHORT: Final = message(
-    "recording_too_short", "it lasts {duration_s:g} s; at least {least_s:g} s are needed"
+    "recording_too_short", "it lasts {duration_s:g} s; it must last at least {least_s:g} s"
 )
 ANGLE_IMPLAUSIBLE: Final = message(
     "angle_implausible",
-    "motor {motor:d} would go to {angle_deg:.3g} deg; {largest_deg:g} deg is the most for any motor",
+    "motor {motor:d} would go to {angle_deg:.3g} deg; no motor goes beyond {largest_deg:g} deg",
 )
 MOTOR_OUT_OF_RANGE: Final = message(
     "motor_out_of_range",
@@ -103,10 +108,12 @@ PLANE_OF_ELEVATION: Final = message("plane_of_elevation", "plane of elevation")
 FLEXION_OF_MOTOR_4: Final = message("flexion_of_motor_4", "angle of motor 4")
 MOTOR_TOO_FAST: Final = message(
     "motor_too_fast",
-    "motor {motor:d} would move at {speed_deg_s:.0f} deg/s at {at_s:.1f} s; {limit_deg_s:g} deg/s is its limit",
+    "motor {motor:d} would move at {speed_deg_s:.0f} deg/s at {at_s:.1f} s; its limit is {limit_deg_s:g} deg/s",
 )
 MOTOR_WOULD_JERK: Final = message("motor_would_jerk", "motor {motor:d} would jerk at {at_s:.1f} s")
-WOULD_LAST_TOO_LONG: Final = message("would_last_too_long", "it would last {minutes:.0f} minutes, longer than an hour")
+WOULD_LAST_TOO_LONG: Final = message(
+    "would_last_too_long", "it would last {minutes:.0f} minutes; the maximum is one hour"
+)
 DONE_TRIMMED: Final = message("done_trimmed", "trimmed to {start_s:.1f} s to {end_s:.1f} s")
 DONE_SPEED: Final = message("done_speed", "at {percent:g} % speed")
 DONE_RANGE: Final = message("done_range", "{percent:.3g} % of the range")
@@ -117,12 +124,14 @@ DONE_ISOLATED_MOTORS: Final = message("done_isolated_motors", "motors {motors:na
 DONE_HELD: Final = message("done_held", "held for {hold_s:g} s at {at_s:.1f} s")
 DONE_REPETITIONS: Final = message("done_repetitions", "{repetitions:d} repetitions")
 DONE_REPETITIONS_WITH_PAUSE: Final = message(
-    "done_repetitions_with_pause", "{repetitions:d} repetitions with {pause_s:g} s of pause at each end"
+    "done_repetitions_with_pause", "{repetitions:d} repetitions with a pause of {pause_s:g} s at each end"
 )
-DONE_WARM_UP: Final = message("done_warm_up", "warm-up from {less_deg:g} deg less, {step_deg:g} deg a repetition")
+DONE_WARM_UP: Final = message(
+    "done_warm_up", "warm-up from {less_deg:g} deg less, {step_deg:g} deg more per repetition"
+)
 DONE_STRETCHED: Final = message(
     "done_stretched",
-    "stretched by {further_deg:g} deg at the end of motor {motor:d}'s range, from {back_deg:g} deg below",
+    "stretched {further_deg:g} deg beyond the end of motor {motor:d}'s range, from {back_deg:g} deg before it",
 )
 MOTION_1: Final = message("motion_1", "Abduction / adduction of the scapula")
 MOTION_2: Final = message("motion_2", "Upward / downward rotation of the scapula")

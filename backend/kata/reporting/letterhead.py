@@ -73,7 +73,7 @@ def _wrong_png(image: bytes) -> str:
     if len(image) < _HEADER_LENGTH or image[12:16] != b"IHDR":
         return "is a damaged PNG"
     sides = struct.unpack(">II", image[16:24])
-    return "" if all(0 < side <= _LARGEST_SIDE for side in sides) else f"has more than {_LARGEST_SIDE} pixels a side"
+    return "" if all(0 < side <= _LARGEST_SIDE for side in sides) else f"has more than {_LARGEST_SIDE} pixels on a side"
 
 
 def _wrong_svg(image: bytes) -> str:
@@ -94,7 +94,7 @@ def _wrong_svg(image: bytes) -> str:
         if any(_is_external(key, value) for key, value in attributes.items()):
             wrong.append("is an SVG with external content")
         if depth > _DEEPEST_SVG:
-            wrong.append("is an SVG with elements nested in too many others")
+            wrong.append("is an SVG whose elements are nested too deeply")
 
     def ends(name: str) -> None:
         nonlocal depth

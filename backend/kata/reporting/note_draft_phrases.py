@@ -4,7 +4,7 @@ from typing import Final
 
 from kata.reporting.phrases import LANGUAGES, Language, Phrases
 
-WORDS: Final[dict[str, tuple[str, str]]] = {
+PHRASES: Final[dict[str, tuple[str, str]]] = {
     "between": (" ", ""),
     "and": (", ", "、"),
     "motions_between": ("; ", "、"),
@@ -22,7 +22,7 @@ WORDS: Final[dict[str, tuple[str, str]]] = {
     "with_settings": ("{name} ({settings})", "{name}({settings})"),
     "settings.range": ("{percent:g} % of the range", "範囲{percent:g}%"),
     "settings.speed": ("{percent:g} % speed", "速度{percent:g}%"),
-    "settings.pause": ("{seconds:g} s of pause", "休止{seconds:g}秒"),
+    "settings.pause": ("pause {seconds:g} s", "休止{seconds:g}秒"),
     "settings.learned": ("learned", "学習"),
     "settings.paper": ("as in the paper", "論文方式"),
     "not_played": ("Not played: {names}.", "実施せず：{names}。"),
@@ -41,19 +41,19 @@ WORDS: Final[dict[str, tuple[str, str]]] = {
         "追従誤差は最大{peak:.1f}°(モータ{motor}、RMSE {rmse:.1f}°)。",
     ),
     "less": (
-        "Less range was asked for in {name}: part of it was played with {percent:.0f} % of its range.",
+        "The range was reduced in {name}: part of it was played with {percent:.0f} % of the range.",
         "「{name}」では可動範囲を狭める操作があり、一部を範囲{percent:.0f}%で実施。",
     ),
     "reversed_once": (
-        "In {name} the arm met resistance and was taken back once (level {level}).",
+        "In {name} the arm met resistance and was moved back once (level {level}).",
         "「{name}」で腕が抵抗を受け、1回引き戻された(抵抗許容レベル{level})。",
     ),
     "reversed_twice": (
-        "In {name} the arm met resistance and was taken back twice (level {level}).",
+        "In {name} the arm met resistance and was moved back twice (level {level}).",
         "「{name}」で腕が抵抗を受け、2回引き戻された(抵抗許容レベル{level})。",
     ),
     "reversed": (
-        "In {name} the arm met resistance and was taken back {count} times (level {level}).",
+        "In {name} the arm met resistance and was moved back {count} times (level {level}).",
         "「{name}」で腕が抵抗を受け、{count}回引き戻された(抵抗許容レベル{level})。",
     ),
     "stopped": ("{name} was stopped: {cause}", "「{name}」は停止した。原因：{cause}"),
@@ -79,7 +79,7 @@ class NotePhrases:
 
     def text(self, key: str, /, **values: object) -> str:
         """Return the phrase of a key, filled with its parameters."""
-        return WORDS[key][self._column].format(**values)
+        return PHRASES[key][self._column].format(**values)
 
     def join(self, key: str, words: list[str]) -> str:
         """Join texts with the separator of a key."""

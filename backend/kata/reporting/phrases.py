@@ -15,7 +15,7 @@ _MONTHS: Final = (
     "July", "August", "September", "October", "November", "December",
 )  # fmt: skip
 
-WORDS: Final[dict[str, tuple[str, str]]] = {
+PHRASES: Final[dict[str, tuple[str, str]]] = {
     # Both reports
     "patient": ("Patient", "患者"),
     "name": ("Name", "氏名"),
@@ -31,7 +31,7 @@ WORDS: Final[dict[str, tuple[str, str]]] = {
     "side.left": ("Left", "左"),
     "side.right": ("Right", "右"),
     "diagnosis": ("Diagnosis", "診断名"),
-    "diagnosis_words": ("In words", "診断の説明"),
+    "diagnosis_words": ("Description", "診断の説明"),
     "diagnosis.M75.0": ("Adhesive capsulitis (frozen shoulder, M75.0)", "凍結肩（癒着性関節包炎、M75.0）"),
     "diagnosis.M75.1": ("Rotator cuff syndrome (M75.1)", "腱板症候群（M75.1）"),
     "diagnosis.M75.2": ("Bicipital tendinitis (M75.2)", "上腕二頭筋腱炎（M75.2）"),
@@ -61,7 +61,7 @@ WORDS: Final[dict[str, tuple[str, str]]] = {
     "version": ("Version", "バージョン"),
     "configuration_hash": ("Hash of the configuration", "設定のハッシュ"),
     "record_hash": ("Hash of this record", "この記録のハッシュ"),
-    "former_record": ("Hash of the former record", "前の記録のハッシュ"),
+    "former_record": ("Hash of the previous record", "前の記録のハッシュ"),
     "commissioning_steps": ("Steps", "手順"),
     "commissioning_step": ("Step", "手順"),
     "result": ("Result", "結果"),
@@ -70,15 +70,15 @@ WORDS: Final[dict[str, tuple[str, str]]] = {
     "value_before": ("Before", "前"),
     "value_after": ("After", "後"),
     "step_responses": (
-        "Responses to a step, deg: solid with the test weight, dashed without it; the thin line is the step.",
+        "Step responses, deg. Solid line: with the test weight; dashed line: without it; thin line: the step.",
         "ステップ応答（度）：実線は試験用おもりあり、破線はなし、細線は指令値",
     ),
     "signature_line": ("Date, signature: ______________________________", "日付・署名：______________________________"),
     "simulated": (
-        "SIMULATED APPARATUS: the measured values are invented, not a patient's",
+        "SIMULATED APPARATUS: the measured values are not those of a patient",
         "シミュレーション装置：測定値は架空であり、患者のものではない",
     ),
-    "simulated_visit": ("simulated", "シミュレーション"),
+    "simulated_session": ("simulated", "シミュレーション"),
     # The session
     "session_report": ("Session report", "治療セッション報告書"),
     "session": ("Session", "セッション"),
@@ -88,12 +88,12 @@ WORDS: Final[dict[str, tuple[str, str]]] = {
     "minutes": ("{minutes} min", "{minutes}分"),
     "therapist": ("Therapist", "担当療法士"),
     "station": ("Station", "装置"),
-    "end": ("How it ended", "終了理由"),
-    "end.completed": ("As planned", "予定どおり終了"),
-    "end.shortened": ("Shortened", "短縮して終了"),
-    "end.stopped": ("After a stop", "停止のため終了"),
+    "end": ("Reason for ending", "終了理由"),
+    "end.completed": ("Completed as planned", "予定どおり終了"),
+    "end.shortened": ("Shortened by the therapist", "短縮して終了"),
+    "end.stopped": ("Ended by a stop", "停止のため終了"),
     "end.patient_request": ("At the patient's request", "患者の希望により終了"),
-    "end.other": ("For another reason", "その他の理由で終了"),
+    "end.other": ("Other reason", "その他の理由で終了"),
     "note": ("Note", "所見"),
     "no_note": ("No note has been written.", "所見は記入されていない。"),
     "signed": ("Signed by {name}, {moment}", "署名：{name}（{moment}）"),
@@ -108,12 +108,12 @@ WORDS: Final[dict[str, tuple[str, str]]] = {
     "pain_during": ("During", "治療中"),
     "pain_after": ("After", "治療後"),
     "stops": ("Stops", "停止"),
-    "no_stops": ("Nothing was stopped.", "停止はなかった。"),
+    "no_stops": ("There were no stops.", "停止はなかった。"),
     "cause": ("Cause", "原因"),
     "checklist": ("Checklist before the start", "開始前の確認"),
     "check": ("Check", "確認事項"),
     "confirmed": ("Confirmed", "確認"),
-    "detected": ("by the apparatus", "装置が検出"),
+    "detected": ("detected by the apparatus", "装置が検出"),
     "check.identity": (
         "The patient's identity is confirmed by two identifiers",
         "2つの識別情報により本人であることを確認した",
@@ -122,7 +122,10 @@ WORDS: Final[dict[str, tuple[str, str]]] = {
         "The apparatus is set up for this shoulder, and its pin is in",
         "装置の左右が合い、ピンが差し込まれている",
     ),
-    "check.fixtures": ("The arm lies in its fixtures, closed", "腕が固定具に収まり、固定具が閉じている"),
+    "check.fixtures": (
+        "The arm lies in its fixtures, and all fixtures are closed",
+        "腕が固定具に収まり、固定具がすべて閉じている",
+    ),
     "check.belt": ("The belt holds the patient in the seat", "ベルトで患者が座席に固定されている"),
     "check.pedal": ("The foot pedal answers", "フットペダルが反応する"),
     "check.estop": ("The emergency stop was pressed and released today", "本日、非常停止を押して解除した"),
@@ -141,14 +144,14 @@ WORDS: Final[dict[str, tuple[str, str]]] = {
     "done": ("Done", "実施"),
     "not_done": ("Not done", "未実施"),
     "done_of": ("{done} of {planned} repetitions", "{planned}回中{done}回"),
-    "run_number": ("run {number}", "再生{number}"),
-    "besides": ("Runs besides the programme: {numbers}", "プログラム外の再生：{numbers}"),
+    "run_number": ("playback {number}", "再生{number}"),
+    "besides": ("Playbacks outside the programme: {numbers}", "プログラム外の再生：{numbers}"),
     "no_programme": (
-        "Recordings were chosen one by one, without a programme.",
+        "Recordings were chosen individually, without a programme.",
         "プログラムによらず、記録を個別に選んで再生した。",
     ),
-    "runs": ("Runs", "再生"),
-    "run": ("Run", "再生"),
+    "runs": ("Playbacks", "再生"),
+    "run": ("Playback", "再生"),
     "no_runs": ("Nothing was played in this session.", "このセッションでは何も再生されていない。"),
     "recording": ("Recording", "記録"),
     "settings": ("Settings", "設定"),
@@ -162,8 +165,8 @@ WORDS: Final[dict[str, tuple[str, str]]] = {
     "worst_rmse": ("RMSE, °", "RMSE, °"),
     "worst_peak": ("Peak, °", "最大誤差°"),
     "worst_of": (
-        "Following: playback minus the requested motion, without the start; of the five motors the worst one's is given. "
-        "Partial: less than 90\u00a0% of the playing time was compared. A dash: nothing was compared.",
+        "Tracking error: playback minus the requested motion, without the start, of the motor with the largest error. "
+        "Partial: less than 90\u00a0% of the playing time was compared. A dash means that nothing was compared.",
         "追従誤差は「再生−要求した動作」（開始時を除く）。5個のモータのうち最大のものを示す。「部分的」は再生時間の90%未満の比較。"
         "「–」は比較なし。",
     ),
@@ -176,11 +179,11 @@ WORDS: Final[dict[str, tuple[str, str]]] = {
     "method.smooth": ("smooth", "平滑"),
     "method.learned": ("smooth, learned", "平滑・学習"),
     "rate": ("{rate}\u00a0Hz", "{rate}\u00a0Hz"),
-    "reversals": ("taken back by resistance: {count}", "抵抗による後退{count}回"),
-    "least_range": ("least range {percent}\u00a0%", "最小可動範囲{percent}%"),
-    "run_details": ("Each run: teaching and playback", "各再生：教示と再生の比較"),
+    "reversals": ("moved back by resistance: {count}", "抵抗による引き戻し{count}回"),
+    "least_range": ("smallest range {percent}\u00a0%", "最小可動範囲{percent}%"),
+    "run_details": ("Each playback compared with teaching", "各再生：教示と再生の比較"),
     "legend": (
-        "Motor angles in degrees over the motion's time. Solid line: teaching with the settings of the run; dashed line: playback.",
+        "Motor angles in degrees over the motion's time. Solid line: teaching with the settings of the playback; dashed line: playback.",
         "動作の時間に対するモータ角度（°）。実線：設定を適用した教示、破線：再生。",
     ),
     "motor": ("Motor", "モータ"),
@@ -190,28 +193,28 @@ WORDS: Final[dict[str, tuple[str, str]]] = {
     "start": ("Start, °", "開始時(°)"),
     "lag": ("Lag, ms", "遅れ、ms"),
     "torque": ("Torque, Nm", "トルク(Nm)"),
-    "wall_peak": ("Wall clock, °", "実時間(°)"),
+    "wall_peak": ("Real time, °", "実時間(°)"),
     "by_settings": ("Change, °", "変更(°)"),
     "errors_caption": (
-        "Motor angle: following, change by settings, and the largest torque",
+        "Motor angle: tracking error, change by settings, and the largest torque",
         "モータ角度：追従誤差、設定による変更、最大トルク",
     ),
     "errors_explained": (
-        "Following (peak, RMSE, start) is playback minus the requested motion: the taught samples with range, speed and "
-        "repetitions of the run. The start is the first half second. Change by settings is requested minus taught, with "
-        "Reduce range. “Wall clock” is the peak when compared by real time instead of the motion's clock.",
+        "Tracking error (peak, RMSE, start) is playback minus the requested motion: the taught motion with the range, speed and "
+        "repetitions of the playback. The start is the first half second. Change by settings is the requested minus the taught motion, including a "
+        "reduced range. “Real time” is the peak when compared in real time instead of motion time.",
         "追従誤差（最大、RMSE、開始時）は「再生−要求した動作」。要求した動作は、教示した測定点に再生の範囲・速度・反復を適用したもの。開始時は最初の0.5秒。"
         "設定による変更は「要求−教示」（可動範囲を狭めた分を含む）。「実時間」は、動作の時間ではなく実時間で比較した最大誤差。",
     ),
     "compared": ("compared: {percent}\u00a0% of the playing time", "再生時間の{percent}%を比較"),
     "partial": ("partial", "部分的"),
-    "clock_offset": ("wall clock ahead by up to {seconds}\u00a0s", "実時間との差 最大{seconds}秒"),
+    "clock_offset": ("real time ahead by up to {seconds}\u00a0s", "実時間との差 最大{seconds}秒"),
     "old_figures": ("peak and RMSE include the start", "最大誤差とRMSEは開始時を含む"),
     "motion": ("Motion", "動作"),
-    "asked": ("Asked, °", "指示(°)"),
+    "asked": ("Requested, °", "指示(°)"),
     "reached": ("Apparatus angle reached, °", "到達した装置角度(°)"),
     "apparatus_angle": (
-        "Angles of the apparatus, not of a goniometer: the arm can slip in its cuff (Sun et al., Robotics 2025, 14, 12).",
+        "These are angles of the apparatus, not of a goniometer: the arm can slip in its cuff (Sun et al., Robotics 2025, 14, 12).",
         "角度計の値ではなく装置の角度である。腕は固定具の中で滑ることがある(Sun et al., Robotics 2025, 14, 12)。",
     ),
     "patient_angle": ("Patient's angle, °", "患者の角度(°)"),
@@ -220,9 +223,9 @@ WORDS: Final[dict[str, tuple[str, str]]] = {
         "{low:.0f}° ± {low_u:.0f}° 〜 {high:.0f}° ± {high_u:.0f}°",
     ),
     "patient_angle_explained": (
-        "The patient's angle is estimated from goniometer readings at two poses or more of this session; 95 of 100 lie within ±. It takes "
-        "the apparatus angle, a constant difference, one that grows with the angle, and slip over time; the sizes of these "
-        "are from publications, that of the slip is assumed. Without readings of a motion only its apparatus angle is known.",
+        "The patient's angle is estimated from goniometer readings at two or more poses in this session; it lies within ± in 95\u00a0% of cases. The estimate includes "
+        "the apparatus angle, a constant difference, a difference that grows with the angle, and slip over time. The sizes of the differences "
+        "are from publications; the size of the slip is an assumption. Without readings only the apparatus angle of a motion is known.",
         "患者の角度は、このセッションの2肢位以上での角度計の測定値から推定した値で、±は95%の範囲を示す。装置角度、一定の差、角度とともに増える差、時間とともに"
         "増える滑りを考慮した。これらの大きさは文献によるが、滑りの大きさは仮定である。測定値のない動作では装置角度のみが分かる。",
     ),
@@ -234,7 +237,7 @@ WORDS: Final[dict[str, tuple[str, str]]] = {
     "motions_caption": ("Range by the body's motions", "身体の動作別の範囲"),
     "nothing_compared": ("Nothing was played, so there is nothing to compare.", "再生されていないため、比較はない。"),
     "unreadable": (
-        "The samples of this run cannot be read; there are no curves.",
+        "The samples of this playback cannot be read, so there are no curves.",
         "この再生のデータは読み取れないため、曲線を示せない。",
     ),
     "motion.1": ("1 Scapular abduction / adduction", "1 肩甲骨 外転・内転"),
@@ -288,11 +291,11 @@ WORDS: Final[dict[str, tuple[str, str]]] = {
         f"抵抗許容レベル上限：{RESISTANCE_LEVELS}段階中{{level}}",
     ),
     "assessments": ("Assessments", "評価"),
-    "no_assessments": ("Nothing has been assessed yet.", "評価はまだ行われていない。"),
+    "no_assessments": ("There are no assessments yet.", "評価はまだ行われていない。"),
     "rom": ("Range of motion", "関節可動域"),
     "rom_caption": (
-        "Degrees. First and newest of the treated side, the newest of the other side, and a healthy shoulder's reference. "
-        "Rotation with the arm flexed 90° counts from the forearm that points straight up.",
+        "Degrees: first and newest values of the treated side, newest value of the other side, and reference of a healthy shoulder. "
+        "Rotation with the arm flexed 90° is measured from the forearm pointing straight up.",
         "単位は度。治療側の初回と最新、反対側の最新、および健常肩の参考可動域。3rdの回旋は前腕が真上を向く肢位を0°とする。",
     ),
     "kind": ("Kind", "種別"),
@@ -321,11 +324,11 @@ WORDS: Final[dict[str, tuple[str, str]]] = {
     "meaning": ("Meaning of the change", "変化の意味"),
     "meaning.none": ("no important change", "意味のある変化なし"),
     "meaning.perhaps_better": (
-        "improvement, perhaps important, or chance",
+        "improvement, possibly important, possibly chance",
         "意味のある改善の可能性（測定誤差の可能性あり）",
     ),
     "meaning.perhaps_worse": (
-        "worsening, perhaps important, or chance",
+        "worsening, possibly important, possibly chance",
         "意味のある悪化の可能性（測定誤差の可能性あり）",
     ),
     "meaning.better": ("important improvement, more than chance", "測定誤差を超える意味のある改善"),
@@ -348,8 +351,8 @@ WORDS: Final[dict[str, tuple[str, str]]] = {
     ),
     "trends": ("Trends", "推移"),
     "trends_rom": (
-        "Range of motion of the treated side in degrees. Solid line: active; dashed line: passive; dotted: the other "
-        "side's newest (passive, where there is one); thin: a healthy shoulder.",
+        "Range of motion of the treated side in degrees. Solid line: active; dashed line: passive; dotted line: newest value of "
+        "the other side (passive, if measured); thin line: a healthy shoulder.",
         "治療側の関節可動域（°）。実線：自動、破線：他動、点線：反対側の最新値（他動があれば他動）、細線：健常肩の参考値。",
     ),
     "trends_angle": ("{name}, °", "{name}（°）"),
@@ -360,15 +363,15 @@ WORDS: Final[dict[str, tuple[str, str]]] = {
     "sessions": ("Sessions", "セッション一覧"),
     "sessions_count": ("{count} sessions, {first} to {last}.", "{count}回（{first}〜{last}）。"),
     "planned_done": (
-        "Planned repetitions played to their end: {done} of {planned}.",
+        "Planned repetitions that were completed: {done} of {planned}.",
         "予定した反復のうち最後まで再生：{planned}回中{done}回。",
     ),
     "repetitions_note": (
-        "Planned and done are repetitions. Before and after: pain, 0 to 10.",
+        "“Planned” and “Done” are numbers of repetitions. “Before” and “After” are pain scores, 0 to 10.",
         "「予定」「実施」は反復回数。「治療前」「治療後」は痛み（0〜10）。",
     ),
-    "stops_count": ("Runs that were stopped: {count}.", "停止した再生：{count}回。"),
-    "no_sessions": ("There has been no session yet.", "セッションはまだ行われていない。"),
+    "stops_count": ("Playbacks that were stopped: {count}.", "停止した再生：{count}回。"),
+    "no_sessions": ("There have been no sessions yet.", "セッションはまだ行われていない。"),
     "in_sessions": ("Sessions", "セッション数"),
     "pain_change": ("Pain", "痛み"),
     "signed_column": ("Signed", "署名"),
@@ -427,11 +430,11 @@ class Phrases:
 
     def text(self, key: str, /, **values: object) -> str:
         """Return the phrase of a key, filled with its parameters."""
-        return WORDS[key][self._column].format(**values)
+        return PHRASES[key][self._column].format(**values)
 
     def named(self, kind: str, value: str | int) -> str:
         """Return the phrase of a value of the record, or the value itself if there is no phrase."""
-        words = WORDS.get(f"{kind}.{value}")
+        words = PHRASES.get(f"{kind}.{value}")
         return words[self._column] if words else str(value).replace("_", " ")
 
     def measure(self, motion: str, position: str) -> str:

@@ -94,7 +94,10 @@ class Operating:
     async def _act(self, action: AbsenceAction, holder: Browser) -> None:
         refusal = await self._command(Pause() if action == "pause" else Stop(because="browser_lost"))
         log.warning(
-            "the browser with login session %s is absent: %s %s", holder.id, action, refusal.code if refusal else "done"
+            "the operator's browser (login session %s) is disconnected; automatic %s: %s",
+            holder.id,
+            action,
+            refusal.code if refusal else "done",
         )
         if refusal is None:
             if action == "pause":

@@ -98,9 +98,11 @@ class DriveWarningLive(_Schema):
 
     code: str = Field(examples=["drive_hot"])
     motor: Motor
-    message: str = Field(examples=["Motor 3 is 72 °C warm. It switches off above 80 °C."])
+    message: str = Field(examples=["Motor 3 has reached 72 °C. It switches off above 80 °C."])
     next_step: str = Field(
-        examples=["End the motion and let the motor cool down. If it stays warm, check what the arm pushes against."]
+        examples=[
+            "End the motion and let the motor cool down. If it stays warm, check whether the arm pushes against something."
+        ]
     )
     message_key: OptionalKey = None
     next_step_key: OptionalKey = None
@@ -124,9 +126,7 @@ class StopCauseLive(_Schema):
     code: str = Field(examples=["estop_pressed"])
     category: Literal[0, 1, 2] = Field(description="0: torque off at once. 1: ramped down, then torque off. 2: held.")
     message: str = Field(examples=["The emergency stop was pressed."])
-    next_step: str = Field(
-        examples=["Support the arm and look after the patient. Release the switch, then acknowledge."]
-    )
+    next_step: str = Field(examples=["Support the arm and check the patient. Release the switch, then acknowledge."])
     axis: int | None = Field(ge=1, le=5, description="Motor number, if the cause belongs to a motor.")
     cleared: bool = Field(
         description="The condition has ended. A stop can be acknowledged when every cause is cleared."
@@ -175,7 +175,7 @@ class RunLive(_Schema):
     )
     resistance: str | None = Field(
         description="Description of the last resistance; null: none.",
-        examples=["Motor 3 met resistance at 12.3 s; the arm is taken back."],
+        examples=["Motor 3 met resistance at 12.3 s; the arm is moved back."],
     )
     resistance_key: OptionalKey = None
 

@@ -129,4 +129,4 @@ def _beyond_limit() -> bool:
 
 
 def _not_locked(why: str) -> None:
-    log.warning("memory is not locked (%s): a computer short of memory may make a cycle wait for its disk", why)
+    log.warning("memory is not locked (%s): a cycle may wait for the disk when memory is short", why)

@@ -151,7 +151,7 @@ class Update:
         if state is None:
             return False
         self._units = [ServiceUnit(name) for name in state.units]
-        self._say(f"The update from {state.old} to {state.new} was interrupted in its step {state.step}.")
+        self._say(f"The update from {state.old} to {state.new} was interrupted in the step {state.step}.")
         if state.step == "install":
             self._abandon(state)
             return True
@@ -180,7 +180,7 @@ class Update:
             for unit in self._units:
                 unit.start()
             raise UpdateError(
-                f"{error}\nThe update is not undone completely. Repair this, then: {self._kata(state.old)} update --resume"
+                f"{error}\nThe update could not be undone completely. Repair this, then run: {self._kata(state.old)} update --resume"
             ) from error
         self._abandon(state)
         raise UpdateError(f"The update to {state.new} was undone; {state.old} is in use. {state.reason}")

@@ -41,7 +41,7 @@ class Manifest(msgspec.Struct, frozen=True, tag_field="format", tag="kata-update
 
     def __post_init__(self) -> None:
         if not _VERSION.fullmatch(self.version):
-            raise ValueError(f"{self.version} is no version")
+            raise ValueError(f"{self.version} is not a version")
         if not self.wheels or not all(_WHEEL.fullmatch(name) for name in self.wheels):
             raise ValueError("the names of its wheels are invalid")
 
@@ -98,7 +98,7 @@ def _opened(bundle: Path) -> tarfile.TarFile:
     try:
         return tarfile.open(bundle, "r:")
     except tarfile.TarError as error:
-        raise BundleError(f"{bundle} is no bundle of Kata.") from error
+        raise BundleError(f"{bundle} is not a bundle of Kata.") from error
 
 
 def _verified_manifest(archive: tarfile.TarFile, key: Ed25519PublicKey, bundle: Path) -> Manifest:
@@ -108,7 +108,7 @@ def _verified_manifest(archive: tarfile.TarFile, key: Ed25519PublicKey, bundle: 
         key.verify(signature, encoded)
     except InvalidSignature as error:
         raise BundleError(
-            f"The signature of {bundle} is not valid: another key has signed it, or it was changed."
+            f"The signature of {bundle} is not valid: it was signed with another key, or it was changed."
         ) from error
     try:
         return msgspec.json.decode(encoded, type=Manifest)
@@ -120,7 +120,7 @@ def _content(archive: tarfile.TarFile, name: str, longest: int, bundle: Path) ->
     with _member_file(archive, name, bundle) as file:
         content = file.read(longest + 1)
     if len(content) > longest:
-        raise BundleError(f"{bundle} is no bundle of Kata: {name} is too long.")
+        raise BundleError(f"{bundle} is not a bundle of Kata: {name} is too long.")
     return content
 
 
@@ -129,9 +129,9 @@ def _member_file(archive: tarfile.TarFile, name: str, bundle: Path) -> IO[bytes]
         member = archive.getmember(name)
         file = archive.extractfile(member) if member.isreg() else None
     except (KeyError, tarfile.TarError) as error:
-        raise BundleError(f"{bundle} is no bundle of Kata, or it is cut off: {name} is missing.") from error
+        raise BundleError(f"{bundle} is not a bundle of Kata, or it is incomplete: {name} is missing.") from error
     if file is None:
-        raise BundleError(f"{bundle} is no bundle of Kata: {name} is no file.")
+        raise BundleError(f"{bundle} is not a bundle of Kata: {name} is not a file.")
     return file
 
 
@@ -139,9 +139,9 @@ def _public_key(file: Path) -> Ed25519PublicKey:
     try:
         key = load_pem_public_key(file.read_bytes())
     except (ValueError, UnsupportedAlgorithm) as error:
-        raise BundleError(f"{file} is no public key (PEM).") from error
+        raise BundleError(f"{file} is not a public key (PEM).") from error
     if not isinstance(key, Ed25519PublicKey):
-        raise BundleError(f"{file} is no public key for Ed25519.")
+        raise BundleError(f"{file} is not a public key for Ed25519.")
     return key
 
 
@@ -170,7 +170,7 @@ def main() -> int:
     arguments = parser.parse_args()
     key = load_pem_private_key(arguments.key.read_bytes(), password=None)
     if not isinstance(key, Ed25519PrivateKey):
-        parser.error(f"{arguments.key} is no private key for Ed25519")
+        parser.error(f"{arguments.key} is not a private key for Ed25519")
     try:
         write_bundle(arguments.out, arguments.version, arguments.wheels, key)
     except ValueError as error:

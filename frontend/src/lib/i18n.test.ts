@@ -30,8 +30,8 @@ test("what a person has written is shown as it is", async () => {
 
 test("plurals and lists follow the language", async () => {
   const t = await speaking("en");
-  expect(t("sessions:session.reversals", { count: 1 })).toBe("taken back once");
-  expect(t("sessions:session.reversals", { count: 2 })).toBe("taken back 2 times");
+  expect(t("sessions:session.reversals", { count: 1 })).toBe("moved back once by resistance");
+  expect(t("sessions:session.reversals", { count: 2 })).toBe("moved back 2 times by resistance");
   expect(t("common:format.list", { words: ["a", "b", "c"] })).toBe("a, b, c");
   vi.resetModules();
   const japanese = await speaking("ja");

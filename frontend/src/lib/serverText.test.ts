@@ -29,7 +29,7 @@ describe("a server text on a Japanese page", () => {
       "これは左肩用ですが、装置は右肩用の向きです。",
     ],
     [
-      "Not everything is in order yet: The foot pedal answers; The belt holds the patient in the seat.",
+      "These checks are not complete yet: The foot pedal answers; The belt holds the patient in the seat.",
       {
         code: "checks_open",
         params: {
@@ -39,7 +39,7 @@ describe("a server text on a Japanese page", () => {
           ],
         },
       },
-      "まだ確認が済んでいません：フットペダルが反応する、ベルトで患者が座席に固定されている。",
+      "次の確認がまだ済んでいません：フットペダルが反応する、ベルトで患者が座席に固定されている。",
     ],
     [
       "This method cannot play the recording: motor 4 would jerk at 3.1 s.",

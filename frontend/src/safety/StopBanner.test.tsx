@@ -11,7 +11,7 @@ import { StopBanner } from "./StopBanner";
 const cause = {
   code: "load_repeated",
   category: 2 as const,
-  message: "Motor 4 met resistance twice in the same place.",
+  message: "Motor 4 met resistance twice at the same place.",
   next_step: "The arm is held: support it, then acknowledge.",
   axis: 4,
   cleared: true,
@@ -72,7 +72,7 @@ describe("a stop", () => {
   it("cannot be acknowledged behind a locked screen", () => {
     authStore.signedIn({ ...ME, locked: true });
     expect(show({ arm_held: false })).toContain(
-      "acknowledges the stop, signed in and with the screen unlocked",
+      "can acknowledge the stop, signed in and with the screen unlocked",
     );
     expect(screen.queryByRole("button")).toBeNull();
   });
@@ -81,7 +81,7 @@ describe("a stop", () => {
     const text = show({ arm_held: true, torque: "on", connected: false });
     expect(text).not.toContain("motors still hold");
     expect(text).not.toContain("has been stopped");
-    expect(text).toContain("It is not known whether the motors hold the arm");
+    expect(text).toContain("It is unknown whether the motors hold the arm");
     expect(text).toContain("Support the arm");
     // The causes may be old, so they are grey. The instruction must stay readable; `.stale` has too little contrast
     // for words.

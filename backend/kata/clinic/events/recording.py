@@ -20,7 +20,7 @@ async def recording(station: Station, put: Callable[[NewDeviceEvent | AlarmsEnde
 
     def take(subscription: Subscription) -> None:
         if subscription.overflown:
-            log.error("the service was too busy for all events of the device; some are not recorded")
+            log.error("the service was too busy to record all events of the device; some are missing")
             subscription.overflown = False
         for item in observer.observe_state(station.live(), station.occupation):
             put(item)

@@ -38,7 +38,9 @@ def import_texts(
     data: Annotated[Path | None, typer.Option(help="Folder for database and journals.")] = None,
     may_be_exported: Annotated[
         bool,
-        typer.Option("--may-be-exported", help="The licence allows to pass the texts on with a patient's answers."),
+        typer.Option(
+            "--may-be-exported", help="The licence allows the clinic to export the texts with a patient's answers."
+        ),
     ] = False,
 ) -> None:
     """Import the texts of a questionnaire in one language, in place of earlier ones. The clinic needs a licence for them."""
@@ -54,7 +56,7 @@ def import_texts(
     use_folder(clinic_folder(settings.data))
     definition = DEFINITIONS.get(code)
     if definition is None:
-        fail(f"There is no questionnaire {code}. There are {', '.join(DEFINITIONS)}.")
+        fail(f"There is no questionnaire {code}. The questionnaires are {', '.join(DEFINITIONS)}.")
     try:
         given = read_texts(file.read_bytes(), definition)
     except (ValueError, OSError) as error:

@@ -64,7 +64,7 @@ class SerialTransport:
         try:
             self._serial.set_low_latency_mode(True)
         except (OSError, ValueError, NotImplementedError):
-            log.info("%s cannot be set to low latency; `kata doctor` tells whether this matters", port)
+            log.info("%s cannot be set to low latency; run kata doctor to see whether this matters", port)
 
     def now_ns(self) -> int:
         """See :class:`Transport`."""

@@ -39,5 +39,10 @@ test("lists changes by kind", () => {
   const changes = { added: { runs: ["a"], run_samples: 12 }, changed: { sessions: { b: ["note"] } } };
   expect(
     describeDetail(entry({ ...changes, removed: { stages: ["c"] }, changed_many: ["accounts"] })),
-  ).toEqual(["Added: run, samples of a run", "Changed: session", "Changed: account", "Removed: stage"]);
+  ).toEqual([
+    "Added: playback, samples of a playback",
+    "Changed: session",
+    "Changed: account",
+    "Removed: stage",
+  ]);
 });

@@ -131,12 +131,12 @@ describe("entering an assessment", () => {
     expect(notes()).toEqual([]);
     type(outwards, "100");
     expect(notes()).toEqual([
-      `${outwards}: 100° fits a zero with the forearm level across the chest. Counted from the forearm straight up, ` +
-        "the same rotation is 10°. Check the zero; the angle is saved as typed.",
+      `${outwards}: 100° looks like an angle from the forearm level across the chest. From the forearm straight up, ` +
+        "the same rotation is 10°. Check the zero. The angle is saved as typed.",
     ]);
     expect(screen.getByText("Save assessment").closest("button")?.disabled).toBe(false);
     type(inwards, "−5");
-    expect(notes()[1]).toContain(`${inwards}: −5° fits`);
+    expect(notes()[1]).toContain(`${inwards}: −5° looks like`);
     expect(notes()[1]).toContain("the same rotation is 85°");
     // The rotation outwards of a stiff shoulder is counted from Kata's zero.
     type(outwards, "10");

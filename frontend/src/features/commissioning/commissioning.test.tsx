@@ -36,7 +36,9 @@ describe("the state", () => {
         </QueryClientProvider>
       </MantineProvider>,
     );
-    expect((await screen.findByRole("alert")).textContent).toMatch(/there is no record\..*refuses patients/);
+    expect((await screen.findByRole("alert")).textContent).toMatch(
+      /there is no record\..*No patient can be treated/,
+    );
   });
 });
 

@@ -94,7 +94,7 @@ describe("words", () => {
       "Stopped, holding the arm",
     );
     const progress = { position_s: 1, duration_s: 2, left_s: 1, reversing: true };
-    expect(doingWords({ ...state, progress })).toBe("Taking the arm back");
+    expect(doingWords({ ...state, progress })).toBe("Moving back after resistance");
   });
 
   it("describe the length of a take", () => {

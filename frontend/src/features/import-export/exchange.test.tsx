@@ -92,10 +92,12 @@ describe("a motion from a CSV file", () => {
     give("lift.csv");
     const text = await screen.findByTestId("understood");
     expect(text.textContent).toContain(
-      "Angles of the arm, 401 rows at 100 Hz, 0:04 long, for the left shoulder.",
+      "Angles of the arm, 401 rows at 100 Hz, length 0:04, for the left shoulder.",
     );
     expect(text.textContent).toContain("Ignored columns: remark.");
-    expect(text.textContent).toContain("Smallest margin to the reachable set: 12.5 deg at 3.2 s");
+    expect(text.textContent).toContain(
+      "Smallest margin to the limit of what the arm can reach: 12.5 deg at 3.2 s",
+    );
     expect(text.textContent).toContain("Simulated apparatus");
     expect(preview).toHaveBeenCalledWith("p", "left", expect.any(File));
     press("Save as a recording");

@@ -34,7 +34,7 @@ describe("the patient banner", () => {
     for (const part of ["ヤマダ ハナコ", "age 58", "K-0042", "Left shoulder, Freezing", "No traction."]) {
       expect(words).toContain(part);
     }
-    expect(words).toContain("Fracture that has not united, Left: No motion is taught or played.");
+    expect(words).toContain("Fracture that has not united, Left: Teaching and playback are not allowed.");
   });
 
   it("shows a doctor's permission beside the condition", async () => {
@@ -111,7 +111,9 @@ describe("the stage's proposal", () => {
       />,
     );
     const warning = await screen.findByRole("status");
-    expect(warning.textContent).toContain("More than the stage (Freezing) proposes: range.");
+    expect(warning.textContent).toContain(
+      "These settings are above the proposal for the stage Freezing: range.",
+    );
     expect(warning.textContent).toContain("Kelley et al.");
   });
 });
@@ -124,7 +126,7 @@ describe("the contraindications", () => {
     const signOff = vi.spyOn(api, "signOffContraindication").mockResolvedValue(REPAIR);
     const resolve = vi.spyOn(api, "resolveContraindication").mockResolvedValue(FRACTURE);
     show(<Contraindications patientId="p" />);
-    await screen.findByText("No motion is taught or played.");
+    await screen.findByText("Teaching and playback are not allowed.");
     // No doctor can permit a treatment with a fracture.
     expect(screen.getAllByLabelText("Doctor who allows it")).toHaveLength(1);
     fireEvent.change(screen.getByLabelText("Doctor who allows it"), { target: { value: "Dr. Mori" } });

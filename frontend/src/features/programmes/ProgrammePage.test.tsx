@@ -171,7 +171,7 @@ describe("a programme", { timeout: 30_000 }, () => {
     expect(screen.getByText("Too much.")).toBeTruthy();
     expect(names()).toEqual(["Turn", "Lift"]);
     saved.mockResolvedValue(CHANGED);
-    press("I have read version 2: save mine after it");
+    press("I have read version 2: save my changes as the next version");
     press("Save as version 3");
     await waitFor(() => expect(saved.mock.calls.at(-1)?.[1].based_on).toBe(2));
   });

@@ -30,7 +30,7 @@ describe("the description of a programme", () => {
   it("lists its settings", () => {
     expect(itemWords(item("Lift"))).toBe("As taught, once; resistance level 8 of 25");
     expect(itemWords(item("Lift", { range_percent: 80, repetitions: 10, pause_s: 2, load_level: 5 }))).toBe(
-      "80 % of the range, 10 repetitions, 2 s of pause at each end; resistance level 5 of 25",
+      "80 % of the range, 10 repetitions, pause of 2 s at each end; resistance level 5 of 25",
     );
     expect(itemWords({ ...item("Lift"), load_level: null, method: null })).toBe("As taught, once");
     expect(versionWords(version([item("Lift")]))).toBe("1 recording, playing time 1:30");

@@ -67,14 +67,14 @@ it("shows ratios, reasons and the published ratio of each direction", async () =
   const [, raising, lowering] = within(await screen.findByTestId("ratios")).getAllByRole("row");
   expect(raising?.textContent).toContain("2.8Scapula at the apparatus' limit2.6 (30 to 71°)");
   expect(raising?.textContent).toContain("2.0, standard deviation 0.4 (Giphart et al., 2013)");
-  expect(lowering?.textContent).toContain("None for this plane and direction");
+  expect(lowering?.textContent).toContain("No published value for this plane and direction");
   expect(screen.getByText(/not of bones/)).toBeTruthy();
-  expect(screen.getByText(/no motion of the sound side is taught/)).toBeTruthy();
+  expect(screen.getByText(/no motion of the unaffected side has been taught/)).toBeTruthy();
   fireEvent.click(screen.getByRole("button", { name: "Show numbers" }));
   expect(screen.getByRole("columnheader", { name: "Taught, raising, deg" })).toBeTruthy();
 });
 
-it("says where the scapula runs ahead of the sound side", async () => {
+it("says where the scapula is ahead of the unaffected side", async () => {
   const lead = { from_deg: 13, to_deg: 74, largest_deg: 8.04, at_elevation_deg: 32, ahead_from_deg: 22 };
   vi.spyOn(api, "runRhythm").mockResolvedValue(
     rhythm({
@@ -87,8 +87,8 @@ it("says where the scapula runs ahead of the sound side", async () => {
     }),
   );
   show(<RhythmOfRun runId="r" />);
-  expect(await screen.findByText(/^Played: the scapula runs ahead .* from 22° .* 8.0° at 32°/)).toBeTruthy();
-  expect(screen.getByText(/^Taught: the scapula does not run ahead .* −3.0°/)).toBeTruthy();
+  expect(await screen.findByText(/^Played: from 22° .* the scapula is ahead .* 8.0° at 32°/)).toBeTruthy();
+  expect(screen.getByText(/^Taught: the scapula is not ahead .* −3.0°/)).toBeTruthy();
   expect(screen.getByText(/not a diagnosis/)).toBeTruthy();
 });
 
@@ -103,7 +103,7 @@ it("draws a line for each curve and the apparatus' limit", () => {
   const curves = [curve({}), curve({ plane: "flexion", plane_deg: 88 }), curve({ of: "sound" })];
   expect(rhythmFigure(rhythm({ curves })).data.map(({ name }) => name)).toEqual([
     "Limit of the apparatus",
-    "Sound side, raising",
+    "Unaffected side, raising",
     "Taught, raising, Flexion (88°)",
     "Taught, raising, Abduction (-4°)",
   ]);

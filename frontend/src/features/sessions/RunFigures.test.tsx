@@ -20,8 +20,8 @@ it("offers the wall clock and states its offset", async () => {
     </MantineProvider>,
   );
   await vi.waitFor(() => expect(asked).toHaveBeenLastCalledWith("run", null, "path"));
-  expect(screen.getByText("The wall clock is ahead by up to 0.094 s.")).toBeTruthy();
-  fireEvent.click(screen.getByRole("radio", { name: "Wall clock" }));
+  expect(screen.getByText("Real time is ahead of motion time by up to 0.094 s.")).toBeTruthy();
+  fireEvent.click(screen.getByRole("radio", { name: "Real time" }));
   await vi.waitFor(() => expect(asked).toHaveBeenLastCalledWith("run", null, "wall"));
 });
 

@@ -79,7 +79,7 @@ describe("playback settings", () => {
     const value = { ...AS_TAUGHT, speed_percent: 50, range_percent: 80, repetitions: 10, pause_s: 2 };
     show(value, value);
     expect(screen.getByTestId("settings").textContent).toContain(
-      "80 % of the range, 50 % of the speed, 10 repetitions, 2 s of pause at each end, as last time.",
+      "80 % of the range, 50 % of the speed, 10 repetitions, pause of 2 s at each end, as last time.",
     );
     expect(settingsWords(AS_TAUGHT)).toBeNull();
     expect(settingsWords({ ...AS_TAUGHT, pause_s: 5 })).toBeNull();

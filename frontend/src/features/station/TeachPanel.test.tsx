@@ -96,7 +96,7 @@ describe("before teaching", () => {
   it("starts only after two identifiers agree", async () => {
     const teach = show([check("identity", "", false), ...LOOKED_AT, PEDAL, ESTOP]);
     const start = await screen.findByRole("button", { name: "Confirm all 3 checks and start teaching" });
-    fireEvent.click(await screen.findByRole("checkbox", { name: /Name as spoken/ }));
+    fireEvent.click(await screen.findByRole("checkbox", { name: /Stated name/ }));
     expect(start.hasAttribute("disabled")).toBe(true);
     fireEvent.click(screen.getByRole("checkbox", { name: "Clinic number: K-1" }));
     fireEvent.click(await enabled("Confirm all 3 checks and start teaching"));

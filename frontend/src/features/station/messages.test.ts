@@ -17,12 +17,12 @@ const loop = {
 describe("the state on the path", () => {
   it.each([
     ["playing", {}, "Playing"],
-    ["playing", { reversing: true }, "Taking the arm back"],
+    ["playing", { reversing: true }, "Moving back after resistance"],
     ["paused", {}, "Paused, holding"],
     ["paused", { at_start: true }, "At the start, holding"],
-    ["paused", { reversing: true }, "Taken back, holding"],
-    // The arm was taken back to the start, so the text must differ from that of a loaded run.
-    ["paused", { at_start: true, reversing: true }, "Taken back, holding"],
+    ["paused", { reversing: true }, "Moved back, holding"],
+    // The arm was moved back to the start, so the text must differ from that of a loaded run.
+    ["paused", { at_start: true, reversing: true }, "Moved back, holding"],
   ] as const)("%s with %o", (mode, part, words) => {
     expect(pathWords(mode, { ...run, ...part })).toBe(words);
   });
@@ -39,7 +39,7 @@ describe("the apparatus state", () => {
   it("distinguishes playing from taking the arm back", () => {
     expect(describeMode({ mode: "playing", stop: null, run })).toBe("Playing");
     expect(describeMode({ mode: "playing", stop: null, run: { ...run, reversing: true } })).toBe(
-      "Taking the arm back",
+      "Moving back after resistance",
     );
   });
 });

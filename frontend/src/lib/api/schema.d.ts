@@ -5021,12 +5021,12 @@ export interface components {
             motor: number;
             /**
              * Message
-             * @example Motor 3 is 72 °C warm. It switches off above 80 °C.
+             * @example Motor 3 has reached 72 °C. It switches off above 80 °C.
              */
             message: string;
             /**
              * Next Step
-             * @example End the motion and let the motor cool down. If it stays warm, check what the arm pushes against.
+             * @example End the motion and let the motor cool down. If it stays warm, check whether the arm pushes against something.
              */
             next_step: string;
             /** @description Code and parameters of the English text; null: it has none. */
@@ -9187,7 +9187,7 @@ export interface components {
             /**
              * Resistance
              * @description Description of the last resistance; null: none.
-             * @example Motor 3 met resistance at 12.3 s; the arm is taken back.
+             * @example Motor 3 met resistance at 12.3 s; the arm is moved back.
              */
             resistance: string | null;
             /** @description Code and parameters of the English text; null: it has none. */
@@ -10514,7 +10514,7 @@ export interface components {
             message: string;
             /**
              * Next Step
-             * @example Support the arm and look after the patient. Release the switch, then acknowledge.
+             * @example Support the arm and check the patient. Release the switch, then acknowledge.
              */
             next_step: string;
             /**

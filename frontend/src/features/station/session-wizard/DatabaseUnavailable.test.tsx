@@ -102,10 +102,10 @@ describe("while the database is unavailable", () => {
     expect(offered.map((option) => option.textContent)).toEqual(["Yamada Hanako (K-1)"]);
   });
 
-  it("says that no patient is available", async () => {
+  it("says that no patient can be treated now", async () => {
     vi.spyOn(api, "readyPatients").mockResolvedValue([]);
     show(<ReadySelect chosen={null} onChange={vi.fn()} />);
-    await screen.findByText(/no patient is available/);
+    await screen.findByText(/no patient can be treated now/);
     expect(screen.getByRole("combobox", { name: "Patient" }).hasAttribute("disabled")).toBe(true);
   });
 

@@ -136,7 +136,7 @@ describe("the checklist", () => {
     // Pressing the button for the other checks must not confirm the identity.
     expect(button("Confirm all 2 checks")).toBeTruthy();
     expect(confirm.hasAttribute("disabled")).toBe(true);
-    fireEvent.click(screen.getByRole("checkbox", { name: "Name as spoken: Yamada Hanako (ヤマダ ハナコ)" }));
+    fireEvent.click(screen.getByRole("checkbox", { name: "Stated name: Yamada Hanako (ヤマダ ハナコ)" }));
     expect(confirm.hasAttribute("disabled")).toBe(true);
     fireEvent.click(screen.getByRole("checkbox", { name: /Birth date/ }));
     fireEvent.click(confirm);
