@@ -51,6 +51,51 @@ def test_every_page_is_accessible(tab: Page, clinic: Clinic, scheme: Any, every:
     assert found == {}, json.dumps(found, ensure_ascii=False, indent=1)
 
 
+DIALOGS: Final = {
+    "patients": ("New patient", "Import"),
+    "patient": ("Edit",),
+    "patient-episodes": ("Change", "Close episode", "Open an episode of the left shoulder"),
+    "patient-assessments": ("Questionnaire for the patient",),
+    "accounts": ("New account",),
+    "station": (re.compile("^Set up for the (left|right) shoulder"),),
+}
+"""Buttons that open a dialog, by page."""
+
+
+def test_numbers_in_dialogs_and_opened_parts_have_a_unit(tab: Page, clinic: Clinic) -> None:
+    """axe checks each dialog, too, and every table of the progress page."""
+    pages = addresses(tab, clinic)
+    found: dict[str, list[str]] = {}
+
+    def look(name: str) -> None:
+        if wrongs := [*bare_numbers(tab), *wrong(tab)]:
+            found[name] = wrongs
+
+    for name, buttons in DIALOGS.items():
+        tab.goto(clinic.url + pages[name])
+        if name == "station":
+            wait_until_idle(tab)
+        for button in buttons:
+            tab.get_by_role("button", name=button, exact=True).first.click()
+            expect(tab.get_by_role("dialog")).to_be_visible(timeout=LONG_MS)
+            look(f"{name}: {button}")
+            tab.keyboard.press("Escape")
+            expect(tab.get_by_role("dialog")).to_have_count(0, timeout=LONG_MS)
+    tab.goto(clinic.url + pages["patient-assessments"])
+    tab.get_by_role("button", name="New assessment").click()
+    expect(tab.get_by_role("button", name="Save assessment")).to_be_visible(timeout=LONG_MS)
+    look("New assessment")
+    tab.goto(clinic.url + pages["progress"])
+    expect(tab.locator("figure[data-drawn=true]")).to_have_count(5, timeout=LONG_MS)
+    closed = tab.get_by_role("button", name="Show numbers")
+    expect(closed).to_have_count(5)
+    for _ in range(5):
+        closed.first.click()
+    expect(tab.get_by_role("table")).to_have_count(5)
+    look("progress with its tables")
+    assert found == {}, json.dumps(found, ensure_ascii=False, indent=1)
+
+
 def test_numbers_in_printed_reports_have_a_unit(page: Page, clinic: Clinic) -> None:
     pages = addresses(page, clinic)
     for record in (pages["session"], pages["progress"].partition("/progress")[0]):
@@ -71,11 +116,37 @@ def test_walk_finds_a_number_without_a_unit(browser: Browser) -> None:
         <figure><figcaption>Motor 1, ° over s</figcaption><svg width="9" height="9"><text y="9">15</text></svg></figure>
         <figure><figcaption>Motor 1</figcaption><svg width="9" height="9"><text y="9">16</text></svg></figure>
         <div class="js-plotly-plot"><span class="xtick">17</span><span class="ytitle">Angle, deg</span></div>
-        <div class="js-plotly-plot"><span class="xtick">18</span><span class="ytitle">Angle</span></div></main>"""
+        <div class="js-plotly-plot"><span class="xtick">18</span><span class="ytitle">Angle</span></div></main>
+        <div role="dialog"><p>Level 12 of 25</p><p>Flexion 91</p><p>Motors 3 and 4</p></div>"""
     )
     found = bare_numbers(page)
     assert found[0] == 'a figure with the titles "Angle"'
-    assert [one.split(" ")[0] for one in found[1:]] == ["95", "92", "98", "94", "93", "16"]
+    assert [one.split(" ")[0] for one in found[1:]] == ["95", "92", "98", "94", "93", "16", "91"]
+
+
+def test_walk_reads_the_axes_of_a_drawn_figure(browser: Browser) -> None:
+    """The ticks of each axis need a unit, not only those of one of the figure's axes."""
+    page = browser.new_page()
+    page.set_content('<main><div class="js-plotly-plot"></div></main>')
+    layout: dict[str, Any] = {
+        "xaxis": {"domain": [0, 0.4], "title": {"text": ""}},
+        "xaxis2": {"domain": [0, 0.4], "title": {"text": "Week"}},
+        "xaxis3": {"domain": [0.6, 1], "title": {"text": ""}, "ticksuffix": "%"},
+        "yaxis": {"domain": [0.6, 1], "title": {"text": ""}},
+        "yaxis2": {"domain": [0, 0.4], "title": {"text": ""}},
+        "annotations": [{"text": "Flexion, deg", "y": 1}, {"text": "Extension", "y": 0.4}],
+    }
+    page.evaluate("(layout) => { document.querySelector('.js-plotly-plot')._fullLayout = layout; }", layout)
+    assert bare_numbers(page) == ['an axis yaxis2 with the titles " |  | Extension"']
+
+
+def test_walk_finds_a_japanese_number_without_a_unit(browser: Browser) -> None:
+    page = browser.new_page()
+    page.set_content(
+        """<main><p>屈曲 95</p><p>屈曲 96°、外転97度</p><p>10回中3回</p><p>2026年11月25日 10:30</p><p>モータ3</p><p>収録2</p>
+        <h3>痛み（0〜10）</h3><table><thead><tr><th>初回</th></tr></thead><tbody><tr><td>4</td></tr></tbody></table></main>"""
+    )
+    assert bare_numbers(page, "ja") == ['95 in "屈曲 95"']
 
 
 @pytest.mark.parametrize("scheme", ["light", "dark"])

@@ -13,6 +13,7 @@ from kata.auth.login_session import COOKIE
 from tests.support.accessibility import addresses, opened, wrong
 from tests.support.browser_clinic import LONG_MS, START_LIMIT_S, Clinic
 from tests.support.page_actions import acknowledge
+from tests.support.units import bare_numbers
 
 IDLE: Final = "待機中・トルク切"
 STOPPED: Final = "停止"
@@ -133,7 +134,7 @@ def english_on(page: Page, records: set[str]) -> list[str]:
 @pytest.mark.timeout(900)
 @pytest.mark.parametrize("every", [2, pytest.param(1, marks=pytest.mark.campaign)])
 def test_every_page_speaks_japanese(tab: Page, clinic: Clinic, every: int) -> None:
-    """Check the words of every page. axe checks every second page, from the second one, or every page in the campaign."""
+    """Check the words of every page, and that each number has a unit. axe checks every second page, from the second one, or every page in the campaign."""
     tabs = tab, tab.context.new_page()
     heard: defaultdict[Page, list[Response]] = defaultdict(list)
     tab.context.on("response", lambda answer: heard[answer.frame.page].append(answer))
@@ -141,6 +142,7 @@ def test_every_page_speaks_japanese(tab: Page, clinic: Clinic, every: int) -> No
         one.emulate_media(color_scheme="dark", reduced_motion="reduce")
     english: dict[str, list[str]] = {}
     barred: dict[str, list[str]] = {}
+    bare_of: dict[str, list[str]] = {}
     for number, (name, page) in enumerate(opened(tabs, clinic, addresses(tab, clinic))):
         checked = number % every == every - 1
         wait_until_idle(page)
@@ -159,8 +161,12 @@ def test_every_page_speaks_japanese(tab: Page, clinic: Clinic, every: int) -> No
             english[name] = found
         if violations := wrong(page) if checked else []:
             barred[name] = violations
+        if bare := bare_numbers(page, "ja"):
+            bare_of[name] = bare
         heard[page].clear()
-    told = "\n".join(f"{name}: {sorted(set(texts))}" for name, texts in (english | barred).items())
+    told = "\n".join(
+        f"{name}: {sorted(set(texts))}" for found in (english, barred, bare_of) for name, texts in found.items()
+    )
     assert not told, told
 
 

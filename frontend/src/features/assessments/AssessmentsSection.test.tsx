@@ -53,7 +53,7 @@ describe("the newest findings", () => {
     const cells = (row: HTMLElement) => [...row.children].map((cell) => cell.textContent);
     expect((await screen.findAllByRole("row")).map(cells)).toEqual([
       ["Motion", "Left, active", "Left, passive", "Right, active"],
-      ["Flexion", "105° (+15)", "120°", "175°"],
+      ["Flexion", "105° (+15°)", "120°", "175°"],
       ["External rotation, arm at the side", "−5° (unchanged)", "–", "–"],
     ]);
     const scores = screen.getAllByRole("listitem").map((item) => item.textContent);
@@ -61,6 +61,7 @@ describe("the newest findings", () => {
       "Pain (0 to 10): at rest 2 (−2), average over the last week 5 (unchanged)",
       "SPADI 45 of 100 (−10): pain 60, disability 30. Possibly important improvement (from 8 to 13 points), but 17 points or less may be chance",
     ]);
+    expect(screen.getByTestId("newest-assessment").textContent).toMatch(/^Left shoulder, /);
   });
 
   it("show no change for the first assessment", async () => {

@@ -157,6 +157,7 @@ function NewestFindings(props: {
   const { assessment, form, affected } = props;
   const baseline = props.baseline?.id === assessment.id ? null : props.baseline;
   const moment = formatMoment(assessment.assessed_at);
+  const shoulder = t(`station:station.shoulder.${affected}`);
   const scores = [
     describePain(assessment, baseline),
     describeSpadi(assessment, baseline, form),
@@ -167,11 +168,12 @@ function NewestFindings(props: {
       <Text fw={600}>
         {baseline
           ? t("assessments:assessments.recordedAtSince", {
+              shoulder,
               moment,
               by: assessment.assessed_by,
               first: formatMoment(baseline.assessed_at),
             })
-          : t("assessments:assessments.recordedAt", { moment, by: assessment.assessed_by })}
+          : t("assessments:assessments.recordedAt", { shoulder, moment, by: assessment.assessed_by })}
       </Text>
       <Angles rows={describeRom(assessment, baseline, form.rom, affected)} affected={affected} />
       <List spacing={4}>

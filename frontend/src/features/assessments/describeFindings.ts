@@ -4,14 +4,14 @@ import { t } from "../../lib/i18n";
 import { angleKey, PAIN_NAMES, type Side } from "./draft";
 import { formatScore, measureName } from "./messages";
 
-/** Return 3 as "+3" and -3 as "−3"; empty without a baseline. */
-function formatChange(value: number, first: number | null | undefined): string {
+/** Return 3 as "+3" and -3 as "−3", followed by `unit`; empty without a baseline. */
+function formatChange(value: number, first: number | null | undefined, unit = ""): string {
   if (first === null || first === undefined) return "";
   const change = Math.round(value - first);
   if (change === 0) return t("assessments:found.unchanged");
   return change > 0
-    ? t("assessments:found.more", { by: change })
-    : t("assessments:found.less", { by: -change });
+    ? t("assessments:found.more", { by: change, unit })
+    : t("assessments:found.less", { by: -change, unit });
 }
 
 /** The columns of the measured angles: both shoulders, actively and passively. */
@@ -42,7 +42,7 @@ export function describeRom(
         const key = angleKey({ side, motion: measure.motion, position: measure.position, kind });
         const entry = assessment.rom.find((candidate) => angleKey(candidate) === key);
         if (!entry) return "";
-        const change = shoulder === "affected" ? formatChange(entry.angle_deg, first.get(key)) : "";
+        const change = shoulder === "affected" ? formatChange(entry.angle_deg, first.get(key), "°") : "";
         return t("assessments:found.angle", { angle: formatDeg(entry.angle_deg, 0), changed: change });
       }),
     }))
