@@ -16,6 +16,8 @@ DESKTOP, TABLET = {"width": 1280, "height": 800}, {"width": 800, "height": 1180}
 def page_of(browser: Browser, clinic: Clinic, size: dict[str, int], scheme: str) -> Page:
     context = browser.new_context(viewport=size, color_scheme=scheme)  # type: ignore[arg-type]
     context.add_cookies([{"name": COOKIE, "value": clinic.cookie, "url": clinic.url}])
+    # A clinic has hidden the guide of the simulated apparatus.
+    context.add_init_script("localStorage.setItem('kata.first-steps-hidden', 'true')")
     return context.new_page()
 
 
@@ -49,7 +51,6 @@ def test_take_the_pictures_of_the_tour(browser: Browser, demonstration: Clinic) 
     tablet = page_of(browser, clinic, TABLET, "light")
     tablet.goto(patient)
     tablet.get_by_role("link", name="Go to the station").click()
-    tablet.get_by_role("button", name="Hide", exact=True).click()
     visit = tablet.get_by_role("region", name="Session")
     visit.get_by_role("button", name="Begin the session").click()
     expect(visit.get_by_role("heading", name="Checklist")).to_be_visible(timeout=LONG_MS)
@@ -61,8 +62,6 @@ def test_take_the_pictures_of_the_tour(browser: Browser, demonstration: Clinic) 
     expect(visit.get_by_role("heading", name="Play")).to_be_visible(timeout=LONG_MS)
     screen = page_of(browser, clinic, DESKTOP, "light")
     screen.goto(f"{clinic.url}/station")
-    screen.evaluate("localStorage.setItem('kata.first-steps-hidden', 'true')")
-    screen.reload()
     expect(screen.get_by_test_id("apparatus-canvas")).to_be_visible(timeout=LONG_MS)
     load_and_play(tablet)
     expect(tablet.get_by_text("0:05 remaining")).to_be_visible(timeout=LONG_MS)

@@ -57,7 +57,8 @@ test("a zoom requests a window and redraws in place", async () => {
   expect(plotly.purge).toHaveBeenCalledTimes(1);
 });
 
-test("prints in light colours on a sheet and keeps the zoom", async () => {
+test("has the colour of the page, prints in light colours on a sheet and keeps the zoom", async () => {
+  document.body.style.backgroundColor = "rgb(36, 36, 36)";
   const drawn = {
     data: [],
     layout: { height: 300, paper_bgcolor: "white", xaxis: { title: "Time" } },
@@ -70,7 +71,7 @@ test("prints in light colours on a sheet and keeps the zoom", async () => {
   );
   await waitFor(() => expect(plotly.listeners.plotly_relayout).toBeDefined());
   const layout = () => plotly.react.mock.lastCall?.[2];
-  expect(layout()).toMatchObject({ paper_bgcolor: "#242424" });
+  expect(layout()).toMatchObject({ paper_bgcolor: "rgb(36, 36, 36)" });
   vi.spyOn(HTMLElement.prototype, "clientWidth", "get").mockReturnValue(1200);
   plotly.plot.layout = { xaxis: { range: [10, 20], autorange: false } };
 
@@ -81,7 +82,7 @@ test("prints in light colours on a sheet and keeps the zoom", async () => {
     xaxis: { title: "Time", range: [10, 20], autorange: false },
   });
   window.dispatchEvent(new Event("afterprint"));
-  expect(layout()).toMatchObject({ paper_bgcolor: "#242424", xaxis: { range: [10, 20] } });
+  expect(layout()).toMatchObject({ paper_bgcolor: "rgb(36, 36, 36)", xaxis: { range: [10, 20] } });
   expect(layout()).not.toHaveProperty("width");
 
   unmount();
