@@ -5,7 +5,7 @@ from playwright.sync_api import Browser, Locator, Page, expect
 
 from kata.auth.login_session import COOKIE
 from tests.support.browser_clinic import LONG_MS, Clinic
-from tests.support.page_actions import confirm_identity, load_and_play, open_tab, try_estop
+from tests.support.page_actions import confirm_identity, load_and_play, open_tab, try_estop, wait_until_idle
 from tests.support.paths import ROOT
 
 PICTURES = ROOT / "docs" / "tour"
@@ -51,6 +51,7 @@ def test_take_the_pictures_of_the_tour(browser: Browser, demonstration: Clinic) 
     tablet = page_of(browser, clinic, TABLET, "light")
     tablet.goto(patient)
     tablet.get_by_role("link", name="Go to the station").click()
+    wait_until_idle(tablet)
     visit = tablet.get_by_role("region", name="Session")
     visit.get_by_role("button", name="Begin the session").click()
     expect(visit.get_by_role("heading", name="Checklist")).to_be_visible(timeout=LONG_MS)
@@ -60,13 +61,12 @@ def test_take_the_pictures_of_the_tour(browser: Browser, demonstration: Clinic) 
     visit.get_by_role("button", name="Confirm all 3 checks").click()
     visit.get_by_role("button", name="Pain before: 4").click()
     expect(visit.get_by_role("heading", name="Play")).to_be_visible(timeout=LONG_MS)
-    screen = page_of(browser, clinic, DESKTOP, "light")
-    screen.goto(f"{clinic.url}/station")
-    expect(screen.get_by_test_id("apparatus-canvas")).to_be_visible(timeout=LONG_MS)
     load_and_play(tablet)
     expect(tablet.get_by_text("0:05 remaining")).to_be_visible(timeout=LONG_MS)
     take(tablet, "playing")
-    take(screen, "../station")
+    tablet.set_viewport_size(DESKTOP)
+    take(tablet, "../station")
+    tablet.set_viewport_size(TABLET)
 
     watching = page_of(browser, clinic, DESKTOP, "dark")
     watching.goto(f"{clinic.url}/stations")

@@ -1,5 +1,5 @@
 import { expect, it } from "vitest";
-import { formatAfter, formatMoment } from "./format";
+import { formatAfter, formatMoment, formatShortDays } from "./format";
 
 it("shows only the time for a later moment that day", () => {
   const began = new Date(2026, 10, 22, 23, 30).toISOString();
@@ -8,4 +8,10 @@ it("shows only the time for a later moment that day", () => {
   expect(formatMoment(sameDay)).toContain(formatAfter(sameDay, began));
   expect(formatAfter(sameDay, began)).not.toContain("2026");
   expect(formatAfter(nextDay, began)).toBe(formatMoment(nextDay));
+});
+
+it("leaves the year out of short days only within one year", () => {
+  const [first, last] = [new Date(2026, 9, 21).toISOString(), new Date(2026, 10, 25).toISOString()];
+  expect(formatShortDays([first, last])).toEqual(["Oct 21", "Nov 25"]);
+  expect(formatShortDays([new Date(2025, 9, 21).toISOString(), last])).toEqual(["10/25", "11/26"]);
 });

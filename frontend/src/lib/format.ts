@@ -2,6 +2,8 @@ import { t } from "./i18n";
 import { LOCALE } from "./language";
 
 const day = new Intl.DateTimeFormat(LOCALE, { year: "numeric", month: "short", day: "numeric" });
+const dayOfYear = new Intl.DateTimeFormat(LOCALE, { month: "short", day: "numeric" });
+const month = new Intl.DateTimeFormat(LOCALE, { year: "2-digit", month: "numeric" });
 const time = new Intl.DateTimeFormat(LOCALE, { hour: "2-digit", minute: "2-digit" });
 const clock = new Intl.DateTimeFormat(LOCALE, { hour: "2-digit", minute: "2-digit", second: "2-digit" });
 
@@ -9,6 +11,12 @@ const clock = new Intl.DateTimeFormat(LOCALE, { hour: "2-digit", minute: "2-digi
 export const formatDay = (iso: string) => day.format(new Date(`${iso}T00:00`));
 /** Return the local day of a time. */
 export const formatDayOf = (moment: string) => day.format(new Date(moment));
+/** Return two local days in short: without the year if it is the same, else without the day. */
+export function formatShortDays(moments: string[]): string[] {
+  const dates = moments.map((moment) => new Date(moment));
+  const years = new Set(dates.map((date) => date.getFullYear()));
+  return dates.map((date) => (years.size > 1 ? month : dayOfYear).format(date));
+}
 export const formatMoment = (iso: string) => {
   const moment = new Date(iso);
   return t("common:format.moment", { day: day.format(moment), time: time.format(moment) });

@@ -1,5 +1,5 @@
 import { useElementSize } from "@mantine/hooks";
-import { formatDayOf } from "../lib/format";
+import { formatDayOf, formatShortDays } from "../lib/format";
 import { timeScale } from "./timeScale";
 import classes from "./ui.module.css";
 
@@ -7,6 +7,8 @@ import classes from "./ui.module.css";
 export type Trend = { name: string; points: { at: string; value: number }[] };
 
 const HEIGHT = 150;
+/** Below this width in pixels, two days with their years do not fit below the chart. */
+const NARROW = 320;
 const [LEFT, RIGHT, TOP, BOTTOM] = [30, 46, 10, 22];
 /** Colour, dash and marker of each line. The lines also differ without colour. */
 const LOOKS = [
@@ -25,6 +27,7 @@ export function TrendChart(props: { label: string; trends: Trend[]; max: number;
     (width || 360) - RIGHT,
   );
   const y = (value: number) => HEIGHT - BOTTOM - (value / max) * (HEIGHT - TOP - BOTTOM);
+  const days = width && width < NARROW ? formatShortDays(x.ends) : x.ends.map(formatDayOf);
   const ticks = Array.from({ length: max / step + 1 }, (_, n) => n * step);
   return (
     <div ref={ref} style={{ minHeight: HEIGHT }}>
@@ -52,7 +55,7 @@ export function TrendChart(props: { label: string; trends: Trend[]; max: number;
             y={HEIGHT - 4}
             textAnchor={n === 0 ? "start" : "end"}
           >
-            {formatDayOf(at)}
+            {days[n]}
           </text>
         ))}
         {props.trends.map((trend, n) => (
