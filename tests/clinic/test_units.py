@@ -294,9 +294,9 @@ def _texts(part: Any, place: str) -> Iterator[tuple[str, str]]:
 
 NOT_NUMBERS: Final = {
     "import-export.fhir.number", "patients.choice.nameAndNumber", "patients.patient.number", "station.identity.clinicNumber",
-    "patients.stage.proposes", "auth", "administration",
+    "patients.stage.proposes", "commissioning.settings.acceptedOf", "auth", "administration",
 }  # fmt: skip
-"""Clinic numbers; and texts about no treatment."""
+"""Clinic numbers; a range in the unit that the row names; and texts about no treatment."""
 
 
 @pytest.mark.parametrize("language", ["en", "ja"])

@@ -143,7 +143,7 @@ def test_walk_reads_the_axes_of_a_drawn_figure(browser: Browser) -> None:
 def test_walk_finds_a_japanese_number_without_a_unit(browser: Browser) -> None:
     page = browser.new_page()
     page.set_content(
-        """<main><p>屈曲 95</p><p>屈曲 96°、外転97度</p><p>10回中3回</p><p>2026年11月25日 10:30</p><p>モータ3</p><p>収録2</p>
+        """<main><p>屈曲 95</p><p>屈曲 96°、外転97度</p><p>10回中3回</p><p>2026年11月25日 10:30</p><p>モータ3</p><p>収録2</p><p>手順2／6</p><p>54.5 → 44.1点（100点満点）</p>
         <h3>痛み（0〜10）</h3><table><thead><tr><th>初回</th></tr></thead><tbody><tr><td>4</td></tr></tbody></table></main>"""
     )
     assert bare_numbers(page, "ja") == ['95 in "屈曲 95"']

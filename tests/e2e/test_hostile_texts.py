@@ -222,6 +222,7 @@ MADE_BY_KATA: Final = {
     "RunLive.changes", "RunLive.resistance", "Draft.text", "LearningNote.message",
     # Definitions of questionnaires, and texts that a technician imports on the service's computer.
     "AnswerOption.label", "ChangeThreshold.source", "PatientQuestion.text", "PatientQuestionnaire.copyright", "PatientQuestionnaire.title", "Questionnaire.better",
+    "ProgressNote.title", "ProgressNote.sentence", "ProgressNote.source",
     "Questionnaire.code", "Questionnaire.copyright", "Questionnaire.scoring_source", "Questionnaire.title", "QuestionnaireScore.code", "QuestionnaireScore.title",
     # The therapist of a session, which SessionSummary.therapist tries; no programme of the poisoned clinic is due.
     "DuePatient.therapist", "Operation.version",
