@@ -22,9 +22,9 @@ def page_of(browser: Browser, clinic: Clinic, size: dict[str, int], scheme: str)
 
 
 def take(page: Page, name: str, top: Locator | None = None) -> None:
-    """Take a picture after everything has been drawn. Scroll ``top`` below the header first."""
+    """Take a picture after everything has been drawn. Scroll ``top`` below header and patient banner first."""
     if top:
-        top.evaluate("one => window.scrollBy(0, one.getBoundingClientRect().top - 150)")
+        top.evaluate("one => window.scrollBy(0, one.getBoundingClientRect().top - 240)")
     else:
         page.evaluate("window.scrollTo(0, 0)")
     page.mouse.move(0, 0)

@@ -7,7 +7,7 @@ import { api } from "../../lib/api/client";
 import { CommissioningState, stateWords } from "./CommissioningState";
 import { readCommissioningSearch } from "./commissioningTabs";
 import { driftFigure, driftTable, type Entry, measured } from "./driftCharts";
-import { comparedRows } from "./SettingsTab";
+import { comparedRows, motorRows } from "./SettingsTab";
 import { acceptedWords, fieldWords, recordedWords } from "./settingWords";
 
 const state: Schemas["CommissioningState"] = {
@@ -80,6 +80,23 @@ describe("two versions", () => {
       ["gone", "", "3"],
     ]);
   });
+});
+
+it("the settings of the motors are one row for each field", () => {
+  const fields = ["baud", "axes[1].id", "axes[1].lag_s", "axes[2].id"];
+  const rows = motorRows(fields.map((name) => ({ name, value: `of ${name}`, unit: "", accepted: null })));
+  expect(
+    rows.map(({ field, settings }) => [field, [...settings].map(([n, { value }]) => [n, value])]),
+  ).toEqual([
+    [
+      "id",
+      [
+        [1, "of axes[1].id"],
+        [2, "of axes[2].id"],
+      ],
+    ],
+    ["lag_s", [[1, "of axes[1].lag_s"]]],
+  ]);
 });
 
 describe("the words of a station's file", () => {

@@ -36,7 +36,7 @@ export function IdentityChoice(props: {
       label={<Text span>{t("station:identity.ask")}</Text>}
       data-testid="identity"
     >
-      <Group gap="0 md" mt="xs">
+      <Group gap={0} mt="xs" style={{ columnGap: "var(--mantine-spacing-lg)" }}>
         {shown.map(([identifier, label]) => (
           <Checkbox
             key={identifier}
