@@ -111,7 +111,7 @@ def test_run_names_its_following_error_and_its_change_by_settings(database: Data
     runs = [one for one in of_kind(told, "Observation") if one["code"]["coding"][0]["code"] == "run-tracking"]
     assert runs
     for run in runs:
-        assert run["code"]["coding"][0]["display"].startswith("Following error")
+        assert run["code"]["coding"][0]["display"].startswith("Tracking error")
         values = {
             part["code"]["coding"][0]["code"]: part["valueQuantity"]
             for part in run["component"]
@@ -167,6 +167,8 @@ def test_bundle_repeats_the_values_of_the_record(database: Database, tmp_path: P
     assert (old["status"], new["status"]) == ("revoked", "active")
     assert new["replaces"][0]["reference"] == f"urn:uuid:{old['id']}"
     assert new["activity"][0]["detail"]["quantity"]["value"] == 10
+    assert new["activity"][0]["detail"]["scheduledTiming"]["repeat"]["frequency"] == 3
+    assert "scheduledTiming" not in old["activity"][0]["detail"], "no number was prescribed"
 
     observations = of_kind(told, "Observation")
     codes = Counter(one["code"]["coding"][0]["code"] for one in observations)

@@ -69,6 +69,7 @@ def treated(database: Database, sessions: int = 50, number: str = NUMBER) -> UUI
             row = ProgrammeVersionRow(
                 id=uuid4(), programme_id=programme.id, number=version, made_at=BEGAN + timedelta(days=version),
                 made_by="Suzuki Aya", note="As Mrs Yamada asked." if version == 2 else "", timer_minutes=20.0,
+                sessions_per_week=3 if version == 2 else None,
             )  # fmt: skip
             session.add(row)
             session.flush()

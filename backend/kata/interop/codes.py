@@ -52,6 +52,7 @@ LOCAL_CODES: Final[dict[str, str]] = {
     "apparatus": "Shoulder rehabilitation apparatus that plays back what a therapist has taught",
     "simulated-apparatus": "Simulated apparatus: its measured values are invented",
     "session": "Session on the shoulder rehabilitation apparatus",
+    "programme-item": "Recording of a programme, played in each session",
     "arm-position": "Position of the arm during the measurement",
     "position-at_side": "Arm at the side",
     "position-abducted_90": "Arm abducted to 90 degrees",
@@ -69,11 +70,11 @@ LOCAL_CODES: Final[dict[str, str]] = {
     "spadi-total": "Shoulder Pain and Disability Index, total score (0 none, 100 the worst)",
     "assessment-note": "Note of an assessment",
     "closing-note": "Note at the end of an episode of care",
-    "run-tracking": "Following error of one playback: what was played minus the taught motion with the settings of the run",
+    "run-tracking": "Tracking error of one playback: what was played minus the taught motion with the settings of the run",
     "run-outcome": "How a playback ended",
     "run-repetitions": "Repetitions asked for in a playback",
-    "tracking-peak": "Largest following error, without sign",
-    "compared-share": "Share of the playing time of which the following error is known",
+    "tracking-peak": "Largest tracking error, without sign",
+    "compared-share": "Share of the playing time of which the tracking error is known",
     "clock-offset": "Largest time by which the wall clock is ahead of the clock of the comparison",
     "change-by-settings": "Largest change by settings: the taught motion with the settings of the run minus the taught motion",
     "goniometer-reading": "Angle of a basic motion of the shoulder read with a goniometer at a pose",
@@ -85,7 +86,7 @@ LOCAL_CODES: Final[dict[str, str]] = {
     "patient-angle-lowest-uncertainty": "Half width of the interval that covers it in 95 of 100 cases",
     "patient-angle-highest": "Patient's angle at the highest apparatus angle",
     "patient-angle-highest-uncertainty": "Half width of the interval that covers it in 95 of 100 cases",
-    **{f"motion-{number}-rmse": f"Root mean square following error of basic motion {number}" for number in range(1, 7)},
+    **{f"motion-{number}-rmse": f"Root mean square tracking error of basic motion {number}" for number in range(1, 7)},
     **{
         f"motion-{number}-lowest": f"Lowest apparatus angle of basic motion {number} in a playback"
         for number in range(1, 7)

@@ -1,4 +1,6 @@
-"""FHIR resources of patient, condition, device and care plan. Each function returns one resource as JSON."""
+"""FHIR resources of patient, episode, diagnosis, contraindications, questionnaires, device and programme (a CarePlan). Each function returns
+one resource as JSON.
+"""
 
 from collections.abc import Iterator
 from uuid import UUID
@@ -209,7 +211,7 @@ def care_plan(row: ProgrammeVersionRow, patient_id: UUID, reason: UUID | None) -
             "created": fhir_date(row.made_at),
             "addresses": [reference(reason)] if reason else [],
             "supportingInfo": [reference(derived_id("episode-of-care", row.programme.episode_id))],
-            "activity": [_activity(item, status) for item in row.items],
+            "activity": [_activity(item, status, row.sessions_per_week) for item in row.items],
             "note": [
                 annotation(
                     row.note or f"Made by {row.made_by}." if row.made_by else row.note, row.made_by, row.made_at
@@ -220,16 +222,19 @@ def care_plan(row: ProgrammeVersionRow, patient_id: UUID, reason: UUID | None) -
     )
 
 
-def _activity(item: ProgrammeItemRow, status: str) -> Resource:
+def _activity(item: ProgrammeItemRow, status: str, sessions_per_week: int | None) -> Resource:
+    """Return an item of a programme. Each session plays every item, so that the prescribed sessions per week are the item's timing."""
     description = (
         f"{item.recording.name}: {item.repetitions} times, {item.speed_percent:g} % speed, {item.range_percent:g} % range, "
         f"pause {item.pause_s:g} s, resistance level {item.load_level} of {RESISTANCE_LEVELS}, {item.method}"
     )
+    timing = {"repeat": {"frequency": sessions_per_week, "period": 1, "periodUnit": "wk"}}
     return {
         "detail": {
-            "code": local_concept("session"),
+            "code": local_concept("programme-item"),
             "status": "in-progress" if status == "active" else "completed" if status == "completed" else "stopped",
             "doNotPerform": False,
+            **({} if sessions_per_week is None else {"scheduledTiming": timing}),
             "quantity": quantity(item.repetitions, "{repetition}"),
             "description": description,
         }

@@ -101,9 +101,9 @@ def session_pain(row: SessionRow, side: str | None) -> Iterator[Resource]:
 
 
 def run_tracking(row: RunRow, patient_id: UUID) -> Resource:
-    """Return the following error of one run, how the settings changed the motion, and the run's outcome.
+    """Return the tracking error of one run, how the settings changed the motion, and the run's outcome.
 
-    The following error of a partial run does not cover the whole playback; the compared share tells how much it covers.
+    The tracking error of a partial run does not cover the whole playback; the compared share tells how much it covers.
     """
     components = [
         _component("run-outcome", valueString=row.outcome if row.outcome != "loaded" else None),
@@ -132,7 +132,7 @@ def run_tracking(row: RunRow, patient_id: UUID) -> Resource:
             "status": "final" if row.ended_at else "preliminary",
             "category": [_THERAPY],
             "code": local_concept("run-tracking")
-            | {"text": f"Following error (root mean square) of {row.recording.name}"},
+            | {"text": f"Tracking error (root mean square) of {row.recording.name}"},
             "subject": reference(patient_id),
             "effectivePeriod": without_empty({"start": fhir_date(row.started_at), "end": fhir_date(row.ended_at)}),
             "valueQuantity": value,

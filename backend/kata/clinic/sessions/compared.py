@@ -1,7 +1,7 @@
 """Compare a run's journal with its motion, and store the errors with the run.
 
 Three motions are compared. The *taught* motion is the samples of the recording. The *requested* motion is the taught samples with the run's
-range, speed and repetitions, before they are approximated for the drives. The *played* motion was measured. The following error is played
+range, speed and repetitions, before they are approximated for the drives. The *played* motion was measured. The tracking error is played
 minus requested. The change by settings is requested minus taught. While the range was reduced during playback, the change is played minus
 taught, because the journal does not contain the momentary range.
 """

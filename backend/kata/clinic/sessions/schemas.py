@@ -44,23 +44,23 @@ class PlaybackSettings(Schema):
 
 
 class Tracking(Schema):
-    """Errors of one angle. The following error is playback minus the requested motion. The requested motion is the taught samples with
+    """Errors of one angle. The tracking error is playback minus the requested motion. The requested motion is the taught samples with
     the run's settings.
     """
 
     peak_deg: float = Field(
-        description="Largest following error with its sign, without the start, degrees. In runs of versions that did not store "
+        description="Largest tracking error with its sign, without the start, degrees. In runs of versions that did not store "
         "`compared_percent` it includes the start.",
         examples=[-1.4],
     )
     peak_at_s: float = Field(description="Time of the peak on the motion, seconds.", examples=[6.2])
     rmse_deg: float = Field(
         ge=0,
-        description="Root mean square of the following error, without the start as in `peak_deg`, degrees.",
+        description="Root mean square of the tracking error, without the start as in `peak_deg`, degrees.",
         examples=[0.4],
     )
     start_deg: float = Field(
-        description="Largest following error of the first half second with its sign, degrees. In runs of versions that did not store "
+        description="Largest tracking error of the first half second with its sign, degrees. In runs of versions that did not store "
         "`compared_percent` it is the error of the first sample.",
         examples=[0.1],
     )

@@ -6271,7 +6271,7 @@ export interface components {
         MotionTracking: {
             /**
              * Peak Deg
-             * @description Largest following error with its sign, without the start, degrees. In runs of versions that did not store `compared_percent` it includes the start.
+             * @description Largest tracking error with its sign, without the start, degrees. In runs of versions that did not store `compared_percent` it includes the start.
              * @example -1.4
              */
             peak_deg: number;
@@ -6283,13 +6283,13 @@ export interface components {
             peak_at_s: number;
             /**
              * Rmse Deg
-             * @description Root mean square of the following error, without the start as in `peak_deg`, degrees.
+             * @description Root mean square of the tracking error, without the start as in `peak_deg`, degrees.
              * @example 0.4
              */
             rmse_deg: number;
             /**
              * Start Deg
-             * @description Largest following error of the first half second with its sign, degrees. In runs of versions that did not store `compared_percent` it is the error of the first sample.
+             * @description Largest tracking error of the first half second with its sign, degrees. In runs of versions that did not store `compared_percent` it is the error of the first sample.
              * @example 0.1
              */
             start_deg: number;
@@ -6523,7 +6523,7 @@ export interface components {
         MotorTracking: {
             /**
              * Peak Deg
-             * @description Largest following error with its sign, without the start, degrees. In runs of versions that did not store `compared_percent` it includes the start.
+             * @description Largest tracking error with its sign, without the start, degrees. In runs of versions that did not store `compared_percent` it includes the start.
              * @example -1.4
              */
             peak_deg: number;
@@ -6535,13 +6535,13 @@ export interface components {
             peak_at_s: number;
             /**
              * Rmse Deg
-             * @description Root mean square of the following error, without the start as in `peak_deg`, degrees.
+             * @description Root mean square of the tracking error, without the start as in `peak_deg`, degrees.
              * @example 0.4
              */
             rmse_deg: number;
             /**
              * Start Deg
-             * @description Largest following error of the first half second with its sign, degrees. In runs of versions that did not store `compared_percent` it is the error of the first sample.
+             * @description Largest tracking error of the first half second with its sign, degrees. In runs of versions that did not store `compared_percent` it is the error of the first sample.
              * @example 0.1
              */
             start_deg: number;
