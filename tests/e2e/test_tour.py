@@ -1,7 +1,7 @@
 """Take the pictures of docs/tutorial/tour.md and the README in a demonstration clinic: a session from the patient's page to its plots."""
 
 import pytest
-from playwright.sync_api import Browser, Locator, Page, expect
+from playwright.sync_api import Browser, Locator, Page, ViewportSize, expect
 
 from kata.auth.login_session import COOKIE
 from tests.support.browser_clinic import LONG_MS, Clinic
@@ -10,10 +10,10 @@ from tests.support.paths import ROOT
 
 PICTURES = ROOT / "docs" / "tour"
 DRAWN_MS = 1000
-DESKTOP, TABLET = {"width": 1280, "height": 800}, {"width": 800, "height": 1180}
+DESKTOP, TABLET = ViewportSize(width=1280, height=800), ViewportSize(width=800, height=1180)
 
 
-def page_of(browser: Browser, clinic: Clinic, size: dict[str, int], scheme: str) -> Page:
+def page_of(browser: Browser, clinic: Clinic, size: ViewportSize, scheme: str) -> Page:
     context = browser.new_context(viewport=size, color_scheme=scheme)  # type: ignore[arg-type]
     context.add_cookies([{"name": COOKIE, "value": clinic.cookie, "url": clinic.url}])
     # A clinic has hidden the guide of the simulated apparatus.
