@@ -6,6 +6,8 @@ import pytest
 from kata.motion.edit import Motion
 from kata.motion.end_feel import (
     DISAGREEMENT_NM,
+    PLACE_DEG,
+    TURN_DEG,
     GuardingError,
     TooFewWaysError,
     TorqueAngleCurve,
@@ -20,7 +22,7 @@ from kata.motion.linkage import Floats
 from tests.support.stepped import REST_DEG
 
 CHOSEN_NM = 2.0
-PLACES = np.arange(5.0, 95.0)
+PLACES = np.arange(5.0, 95.0, PLACE_DEG)
 FRICTION_NM = 0.5
 FREE_DEG = (8.0, 50.0)
 
@@ -86,7 +88,7 @@ def test_shoulder_that_does_not_reach_the_torque_has_no_figures() -> None:
     soft = [TorqueAngleCurve(one.places_deg, one.out_nm, one.back_nm) for one in [repetition(shift_deg=15.0)] * 3]
     found = measured(soft, BASELINE, growth(), FREE_DEG, CHOSEN_NM)
     assert (found.unmeasured, found.figures, found.interval) == ("torque_not_reached", None, None)
-    assert found.curve.places_deg[-1] == 94.0
+    assert found.curve.places_deg[-1] == 94.5
 
 
 def test_resistance_from_the_first_place_on_has_no_onset() -> None:
@@ -122,11 +124,29 @@ def samples(outward: float, turns_deg: tuple[float, ...]) -> tuple[Floats, Float
 @pytest.mark.parametrize("outward", [1.0, -1.0])
 def test_samples_become_one_curve_for_each_repetition(outward: float) -> None:
     found = curves(*samples(outward, (96.0, 95.0, 94.0)), outward)
-    assert [one.places_deg[-1] for one in found] == [94.0, 93.0, 92.0]
-    assert all(one.places_deg[0] in (13.0, 14.0) for one in found)
+    assert [one.places_deg[-1] for one in found] == [95.5, 94.5, 93.5]
+    assert [one.places_deg[one.returned][-1] for one in found] == [94.0, 93.0, 92.0]
     for one in found:
-        assert one.opposing_nm == pytest.approx(np.full(len(one.places_deg), FRICTION_NM), abs=0.02)
-        assert one.mean_nm == pytest.approx(elastic_nm(one.places_deg), abs=0.03)
+        assert one.places_deg[0] == 13.5
+        whole = one.completed()
+        assert whole.opposing_nm == pytest.approx(np.full(len(one.places_deg), FRICTION_NM), abs=0.02)
+        assert whole.mean_nm == pytest.approx(elastic_nm(one.places_deg), abs=0.03)
+
+
+def test_stiff_capsule_is_measured_up_to_the_turn() -> None:
+    """0.4 Nm in 1 deg: what is left out of the way back must not hide the stated torque."""
+    base = TorqueAngleCurve(PLACES, np.full(len(PLACES), FRICTION_NM), np.full(len(PLACES), -FRICTION_NM))
+    elastic = np.maximum(0.4 * (PLACES - 90.0), 0.0)
+    back = np.where(PLACES > PLACES[-1] - TURN_DEG, np.nan, elastic - FRICTION_NM - 0.1)
+    one = TorqueAngleCurve(PLACES, elastic + FRICTION_NM + 0.1, back)
+    found = measured([one] * 3, base, growth(), FREE_DEG, CHOSEN_NM)
+    assert found.figures is not None
+    assert found.figures.range_deg == pytest.approx(93.0, abs=0.2)
+
+
+def test_repetition_that_turns_at_once_is_left_out() -> None:
+    path, angle, torque = samples(1.0, (15.0, 95.0, 95.0))
+    assert len(curves(path, angle, torque, 1.0)) == 2
 
 
 def test_a_way_without_its_return_is_left_out() -> None:

@@ -9,6 +9,7 @@ from kata.device.config import StationConfig
 from kata.device.cycle_state import CycleState
 from kata.device.messages import EndFeel
 from kata.device.movement import Movement
+from kata.motion.axes import N_AXES
 from kata.motion.linkage import Floats
 from kata.motion.trajectory import Trajectory
 
@@ -27,6 +28,12 @@ _REACTION_S: Final = 0.05
 """Time from the newest reading until the arm moves back. The line is continued by it. It contains a cycle, the drive's reaction and half a turn."""
 _MARGIN_NM: Final = 0.1
 """The arm is taken back this much below the chosen torque, because a drive takes up to 0.1 s longer to follow."""
+_LATEST_S: Final = 0.05
+"""On the way back, the torque is the mean over this time."""
+_RETREAT_DEG_S_NM: Final = 40.0
+"""Additional speed of the way back for each Nm above the chosen torque: a patient's muscles rise faster than the path takes the arm back."""
+_RETREAT_DEG_S: Final = 10.0
+"""Highest additional speed."""
 _KNOWN_NM: Final = 1.0
 """Draws the arm's weight to that of the baseline. It counts as much as one reading in which a factor makes 1 Nm."""
 _KNOWN_TONE_NM: Final = 10.0
@@ -39,7 +46,7 @@ class EndFeelTest:
     def __init__(self, asked: EndFeel, trajectory: Trajectory, config: StationConfig) -> None:
         self._axis = asked.motor - 1
         self._torque_nm = asked.torque_nm
-        self._curves_nm = np.array([asked.expected_nm, *asked.arm_nm])
+        self._curves_nm = np.array([asked.expected_nm, asked.back_nm or asked.expected_nm, *asked.arm_nm])
         self._places_a_s = (len(asked.expected_nm) - 1) / trajectory.duration_s
         self._weighed_s = asked.weighed_s
         self._arm = _ArmWeight(len(asked.arm_nm))
@@ -49,25 +56,38 @@ class EndFeelTest:
         """True: the patient pressed the pedal, which is in the patient's hand. No repetition follows."""
         rows = max(3, round(_WINDOW_S * config.cycle_hz))
         self._recent: deque[float] = deque(maxlen=rows)
+        self._latest: deque[float] = deque(maxlen=max(2, round(_LATEST_S * config.cycle_hz)))
         self._weights = _continued(rows, _REACTION_S * config.cycle_hz)
 
     def must_turn(self, state: CycleState, movement: Movement) -> bool:
         """Return True if the arm is on its way out and must be taken back. Call it in every cycle of the test."""
         self.ended_by_patient = self.ended_by_patient or bool(state.pedal_down)
-        if movement.direction != 1:
+        out_nm, back_nm, *arm_nm = self._curves_at(movement.position_s).tolist()
+        outward = movement.direction == 1
+        beyond_nm = state.torque_nm[self._axis] - (out_nm if outward else back_nm)
+        if outward and self._weighed_s[0] <= movement.position_s <= self._weighed_s[1]:
+            self._arm.add(arm_nm, beyond_nm)
+        against_nm = float(self._outward * (beyond_nm - self._arm.weight_nm(arm_nm)))
+        if not outward:
             self._recent.clear()
+            self._latest.append(against_nm)
             return False
+        self._latest.clear()
+        self._recent.append(against_nm)
         if self.ended_by_patient:
             return True
-        expected_nm, *arm_nm = self._curves_at(movement.position_s).tolist()
-        beyond_nm = state.torque_nm[self._axis] - expected_nm
-        if self._weighed_s[0] <= movement.position_s <= self._weighed_s[1]:
-            self._arm.add(arm_nm, beyond_nm)
-        self._recent.append(float(self._outward * (beyond_nm - self._arm.weight_nm(arm_nm))))
         if len(self._recent) < len(self._weights):
             return False
         recent = np.array(self._recent)
         return bool(max(self._weights @ recent, recent.mean()) >= self._torque_nm - _MARGIN_NM)
+
+    def retreat_deg_s(self) -> Floats:
+        """Return the additional speed of every setpoint on the way back, ``(5,)``: the patient pushes more than the chosen torque."""
+        speeds = np.zeros(N_AXES)
+        if len(self._latest) == self._latest.maxlen:
+            excess_nm = sum(self._latest) / len(self._latest) - (self._torque_nm - _MARGIN_NM)
+            speeds[self._axis] = -self._outward * min(max(excess_nm, 0.0) * _RETREAT_DEG_S_NM, _RETREAT_DEG_S)
+        return speeds
 
     def _curves_at(self, position_s: float) -> Floats:
         place = position_s * self._places_a_s

@@ -138,6 +138,8 @@ class EndFeel(_Message, frozen=True, kw_only=True, tag="end_feel"):
     """The arm is taken back before this torque is exceeded."""
     expected_nm: tuple[float, ...]
     """The motor's torque on the way out without a shoulder (friction and weight), evenly spaced from the recording's start to its end."""
+    back_nm: tuple[float, ...] = ()
+    """The same on the way back; empty: as on the way out."""
     arm_nm: tuple[tuple[float, ...], ...] = ()
     """How the torque grows with each factor of the arm's weight, as long as ``expected_nm`` each. The test finds the factors itself."""
     weighed_s: tuple[float, float] = (0.0, 0.0)

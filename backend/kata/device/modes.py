@@ -212,6 +212,8 @@ class StateMachine(MachineState):
             run.yield_to_push(state)
         elif self.mode == "playing" and run.resisting_axis is not None and movement.speed_override <= 0.0:
             run.yield_to_push(state, only_to_reversal=True)
+        elif self.mode == "playing":
+            run.retreat_in_test()
 
     def _step_without_torque(self, state: CycleState) -> None:
         """Do nothing, because torque is off."""

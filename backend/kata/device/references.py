@@ -189,7 +189,8 @@ def _check_end_feel(load: Load, config: StationConfig, trajectory: Trajectory) -
         return
     expected_nm = np.array(test.expected_nm)
     complete = 1 <= test.motor <= len(config.axes) and test.repetitions >= 1 and len(expected_nm) >= 2
-    curves_complete = all(len(curve) == len(expected_nm) and np.all(np.isfinite(curve)) for curve in test.arm_nm)
+    others = [*test.arm_nm, *([test.back_nm] if test.back_nm else [])]
+    curves_complete = all(len(curve) == len(expected_nm) and np.all(np.isfinite(curve)) for curve in others)
     if not (complete and curves_complete and 0 < test.torque_nm < math.inf and np.all(np.isfinite(expected_nm))):
         raise TrajectoryError(texts.NOT_PLAYABLE_END_FEEL_CUT())
     axis = test.motor - 1

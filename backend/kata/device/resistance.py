@@ -123,6 +123,10 @@ class YieldOffset:
         over = np.abs(torque_nm) >= self._thresholds_nm
         self.offset_deg = np.clip(self.offset_deg - np.where(over, sign * change, 0.0), -FARTHEST_DEG, FARTHEST_DEG)
 
+    def retreat(self, change_deg: Floats) -> None:
+        """Change the offset for one setpoint, ``(5,)``."""
+        self.offset_deg = np.clip(self.offset_deg + change_deg, -FARTHEST_DEG, FARTHEST_DEG)
+
     def resume(self, speed_override: float) -> None:
         """Reduce the offset for one setpoint period in which the recording plays at ``speed_override``."""
         back = self._resume_deg * speed_override

@@ -276,6 +276,11 @@ class Run:
         if self.end_feel and self.end_feel.must_turn(state, movement):
             self._turn_back(movement)
 
+    def retreat_in_test(self) -> None:
+        """Let the next setpoint retreat faster than the path if the patient pushes more than the test's torque."""
+        if self.end_feel:
+            self._yield_offset.retreat(self.end_feel.retreat_deg_s() / self.rate_hz)
+
     def goes_on(self, movement: Movement) -> bool:
         """Turn at an end of the path if the test is not over. Return False if the run has ended."""
         test = self.end_feel

@@ -240,6 +240,7 @@ def _judged(case: EndFeelCase) -> Judged:
         motor=motor,
         torque_nm=CHOSEN_NM[motor],
         expected_nm=_on_path(out, motor, baseline, baseline.out_nm),
+        back_nm=_on_path(out, motor, baseline, baseline.back_nm),
         arm_nm=tuple(_on_path(out, motor, baseline, column) for column in growth.T),
         weighed_s=(weighed_s[0], weighed_s[1]),
     )

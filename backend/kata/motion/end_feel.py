@@ -8,13 +8,14 @@ fitted where the shoulder is free. docs/explanation/end-feel.md has definitions,
 Outward angles and torques are positive away from rest.
 """
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 from itertools import pairwise
 from typing import Final, Literal, NamedTuple
 
 import numpy as np
-from numpy.typing import ArrayLike
+from numpy.typing import ArrayLike, NDArray
 
 from kata.motion.axes import Side
 from kata.motion.edit import Motion
@@ -31,15 +32,20 @@ STATED_SHARE: Final = 0.6
 ONSET_SHARE: Final = 0.25
 """The onset of resistance is at this share of the chosen torque."""
 TURN_DEG: Final = 1.5
-"""Curves end this much before a turn. Friction changes its sign there, and play and soft tissue are reloaded."""
+"""The way back counts from this far after a turn. Friction changes its sign there, and play and soft tissue are reloaded. The way out has no
+such part: it counts up to the turn."""
+PLACE_DEG: Final = 0.5
+"""Distance of a curve's places. A stiff capsule gains 0.4 Nm in 1 deg."""
 START_DEG: Final = 3.0
 """Curves begin this much after the start, where the arm gains speed."""
 DISAGREEMENT_NM: Final = 0.2
 """Largest difference of a relaxed patient's repetitions: RMS over :data:`_SPAN_PLACES` of a way."""
-_SPAN_PLACES: Final = 6
-_SMOOTH_PLACES: Final = 7
+_SPAN_PLACES: Final = 12
+_SMOOTH_PLACES: Final = 13
 """An encoder's count of 0.09 deg makes a position loop give 0.25 Nm more or less."""
 _LEAST_SAMPLES: Final = 3
+_HELD_PLACES: Final = 6
+"""What opposes movement near the turn is the mean of this many places before it."""
 _KNOWN_NM: Final = 1.0
 """Draws the arm's moments to those of the test weight, as the device does (:mod:`kata.device.end_feel`)."""
 _T_95: Final = {2: 12.706, 3: 4.303, 4: 3.182, 5: 2.776}
@@ -67,11 +73,12 @@ class TooFewWaysError(ValueError):
 
 @dataclass(frozen=True)
 class TorqueAngleCurve:
-    """Outward torque of one repetition, or the mean of several, at outward angles 1 deg apart: ``(n,)`` each."""
+    """Outward torque of one repetition, or the mean of several, at outward angles :data:`PLACE_DEG` apart: ``(n,)`` each."""
 
     places_deg: Floats
     out_nm: Floats
     back_nm: Floats
+    """NaN in the part after the turn that is left out, until :meth:`completed`."""
 
     @property
     def mean_nm(self) -> Floats:
@@ -84,6 +91,21 @@ class TorqueAngleCurve:
         """Torque that opposes movement: half of the difference of both ways."""
         half: Floats = (self.out_nm - self.back_nm) / 2
         return half
+
+    @property
+    def returned(self) -> NDArray[np.bool_]:
+        """True at each place that the way back has."""
+        return ~np.isnan(self.back_nm)
+
+    def completed(self) -> "TorqueAngleCurve":
+        """Return the curve with the way back up to the turn: there it opposes movement as much as in the last places before."""
+        known = self.returned
+        if np.all(known) or not np.any(known):
+            return self
+        held_nm = np.mean(self.opposing_nm[known][-_HELD_PLACES:])
+        return TorqueAngleCurve(
+            self.places_deg, self.out_nm, np.where(known, self.back_nm, self.out_nm - 2 * held_nm)
+        )
 
     def between(self, low_deg: float, high_deg: float) -> "TorqueAngleCurve":
         """Return the part of the curve between two angles."""
@@ -156,29 +178,34 @@ def curves(path_s: ArrayLike, angle_deg: ArrayLike, torque_nm: ArrayLike, outwar
     found = []
     for (out, is_out), (back, back_is_out) in pairwise(strokes):
         if is_out and not back_is_out:
-            top_deg = min(angle[out].max(), angle[back].max())
-            curve = _curve((angle[out], torque[out]), (angle[back], torque[back]))
-            found.append(curve.between(angle[out[0]] + START_DEG, top_deg - TURN_DEG))
+            curve = _curve((angle[out], torque[out]), (angle[back], torque[back]), float(angle[out[0]]) + START_DEG)
+            if np.any(curve.returned):
+                found.append(curve)
     return found
 
 
-def _curve(out: tuple[Floats, Floats], back: tuple[Floats, Floats]) -> TorqueAngleCurve:
-    """Return the curve of the angles and torques of a way out and a way back."""
-    first, last = round(float(min(out[0].min(), back[0].min()))), round(float(max(out[0].max(), back[0].max())))
-    places = np.arange(first, last + 1, dtype=np.float64)
+def _curve(out: tuple[Floats, Floats], back: tuple[Floats, Floats], from_deg: float) -> TorqueAngleCurve:
+    """Return the curve of the angles and torques of a way out and a way back. The way back is NaN near the turn."""
+    first, last = (math.floor(float(angle) / PLACE_DEG) for angle in (min(out[0].min(), back[0].min()), out[0].max()))
+    places = PLACE_DEG * np.arange(first, last + 1)
     at_out, at_back = (_at_places(places, *way) for way in (out, back))
-    known = ~np.isnan(at_out) & ~np.isnan(at_back)
+    at_back[places > min(out[0].max(), back[0].max()) - TURN_DEG] = np.nan
+    known = ~np.isnan(at_out) & (places >= from_deg)
     return TorqueAngleCurve(places[known], at_out[known], at_back[known])
 
 
 def _at_places(places_deg: Floats, angle_deg: Floats, torque_nm: Floats) -> Floats:
-    """Return the torque at the places, NaN where there are too few samples."""
-    place = np.rint(angle_deg - places_deg[0]).astype(int)
-    count, angles, torques = (np.bincount(place, values, len(places_deg)) for values in (None, angle_deg, torque_nm))
+    """Return the torque at the places, NaN before the first and after the last place with enough samples."""
+    place = np.rint((angle_deg - places_deg[0]) / PLACE_DEG).astype(int)
+    count, angles, torques = (np.bincount(place, values, len(places_deg) + 1) for values in (None, angle_deg, torque_nm))
     known = count >= _LEAST_SAMPLES
+    if not np.any(known):
+        return np.full(len(places_deg), np.nan)
     # An encoder's counts are unevenly spread over the places: a mean torque belongs to the mean angle.
-    values = np.interp(places_deg, (angles[known] / count[known]), torques[known] / count[known])
-    found: Floats = np.where(known, values, np.nan)
+    means_deg = angles[known] / count[known]
+    values = np.interp(places_deg, means_deg, torques[known] / count[known])
+    inside = (places_deg >= means_deg[0] - PLACE_DEG / 4) & (places_deg <= means_deg[-1] + PLACE_DEG / 4)
+    found: Floats = np.where(inside, values, np.nan)
     return found
 
 
@@ -194,7 +221,7 @@ def together(repetitions: Sequence[TorqueAngleCurve]) -> TorqueAngleCurve:
         common[0].places_deg,
         np.mean([one.out_nm for one in common], axis=0),
         np.mean([one.back_nm for one in common], axis=0),
-    )
+    ).completed()
 
 
 def _at_common(one: TorqueAngleCurve, others: Sequence[TorqueAngleCurve]) -> TorqueAngleCurve:
@@ -233,7 +260,7 @@ def measured(
     base = _at_common(baseline, common)
     grows = growth[np.isin(baseline.places_deg, base.places_deg)]
     places = base.places_deg
-    free = (places >= weighed_deg[0]) & (places <= weighed_deg[1])
+    free = (places >= weighed_deg[0]) & (places <= weighed_deg[1]) & np.all([one.returned for one in common], axis=0)
     left = [one.mean_nm - base.mean_nm for one in common]
     factors = _arm_factors(np.tile(grows[free], (len(left), 1)), np.concatenate([one[free] for one in left]))
     disagreement_nm = _disagreement_nm(common)
@@ -246,7 +273,7 @@ def measured(
             places,
             one.out_nm - base.out_nm - weight_nm,
             one.back_nm - base.back_nm - weight_nm,
-        )
+        ).completed()
         for one in common
     ]
     values = [figures_of(one, stated_nm, onset_nm) for one in net]
@@ -273,18 +300,19 @@ def _arm_factors(growth: Floats, torque_nm: Floats) -> Floats:
 def _disagreement_nm(common: Sequence[TorqueAngleCurve]) -> float:
     """Return the largest RMS difference of the repetitions from their mean, over some neighbouring places of a way."""
     worst = 0.0
-    for side in ("out_nm", "back_nm"):
-        ways = np.array([getattr(one, side) for one in common])
+    returned = np.all([one.returned for one in common], axis=0)
+    for ways in (np.array([one.out_nm for one in common]), np.array([one.back_nm[returned] for one in common])):
         square = np.sum((ways - ways.mean(axis=0)) ** 2, axis=0) / (len(ways) - 1)
         span = min(_SPAN_PLACES, len(square))
-        worst = max(worst, float(np.sqrt(np.convolve(square, np.full(span, 1 / span), "valid").max())))
+        if span:
+            worst = max(worst, float(np.sqrt(np.convolve(square, np.full(span, 1 / span), "valid").max())))
     return worst
 
 
 def figures_of(curve: TorqueAngleCurve, stated_nm: float, onset_nm: float) -> Figures | Unmeasured:
     """Return the figures of a curve without weight, or why there are none."""
     places, elastic_nm = curve.places_deg, _smooth(curve.mean_nm)
-    if elastic_nm[-1] < stated_nm:
+    if len(elastic_nm) == 0 or elastic_nm[-1] < stated_nm:
         return "torque_not_reached"
     range_deg, onset_deg = (_last_crossing(places, elastic_nm, level) for level in (stated_nm, onset_nm))
     if range_deg is None or onset_deg is None:
