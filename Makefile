@@ -36,7 +36,7 @@ seed: $(PACKAGES) ## sixty invented patients with two years of history for `make
 # that keep both processors busy. Journeys that move an arm run one after another: two browsers at once on two processors starve a
 # simulated apparatus, whose emergency stop then counts as unknown.
 MEASURED := tests/bench tests/evaluation/test_real_time.py tests/simulator/test_wire.py tests/simulator/test_modbus.py
-TIMED := tests/integration $(addprefix tests/api/test_,begin_away.py cli.py contraindications.py crash.py demo.py derived.py episodes.py \
+TIMED := tests/integration $(addprefix tests/api/test_,begin_away.py cli.py contraindications.py crash.py demo.py derived.py end_feel.py episodes.py \
 	guarded.py json_bombs.py lease.py operations.py outage.py restricted_live.py station.py stopping.py teaching_checklist.py visit.py \
 	watchdog.py)
 # Tests of the device that reach every line and branch of the modules that coverage counts. Counting takes more than twice the time, so

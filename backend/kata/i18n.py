@@ -212,6 +212,7 @@ _NAMES: Final = (
     "time_zone",
     "timer",
     "to",
+    "torque",
     "until",
     "updated_at",
     "username",

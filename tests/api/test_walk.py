@@ -70,7 +70,7 @@ BEHIND_A_LOCK: Final = set(SOCKETS) | {
 }
 DEVICE: Final = {"get_simulator", "set_pedal", "set_estop", "guide_arm", "release_arm", "upload_motion"}
 OPERATE: Final = {
-    "set_side", "teach", "finish_teaching", "load", "unload", "approach", "play", "pause", "reduce_range", "return_to_rest",
+    "set_side", "teach", "finish_teaching", "load", "load_end_feel", "unload", "approach", "play", "pause", "reduce_range", "return_to_rest",
     "release_torque", "acknowledge", "take_lease", "release_lease",
 }  # fmt: skip
 ADMINISTER: Final = {
@@ -102,7 +102,7 @@ READ: Final = {
     "get_worklist", "get_outcomes", "list_questionnaires", "get_patient_banner", "list_contraindication_kinds",
     "list_contraindications",
     "get_session", "get_checklist", "get_teaching_checklist", "get_run", "get_run_motion", "get_played_motion",
-    "get_run_figures", "get_run_rhythm",
+    "get_run_figures", "get_run_rhythm", "get_end_feel_guide", "get_end_feel", "get_end_feel_csv",
 }  # fmt: skip
 WRITE: Final = {
     "create_assessment", "update_assessment", "withdraw_assessment", "open_episode", "update_episode", "close_episode",

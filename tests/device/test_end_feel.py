@@ -138,6 +138,42 @@ def test_arm_of_another_weight_is_weighed_on_the_way(stepped: Stepped, heavier_n
     assert CHOSEN_NM - 0.4 < shoulder.largest_nm < CHOSEN_NM + 0.1
 
 
+def test_patient_who_works_while_weighed_is_taken_back(stepped: Stepped) -> None:
+    """The weight would be wrong by as much at the turn, and the shoulder would get more than the chosen torque."""
+    started(stepped, with_weighing(repetitions=1))
+    shoulder = Shoulder(stepped, onset_deg=45.0)
+    shoulder.forward(2.5)
+    shoulder.guarding_nm = -1.5
+    shoulder.forward(2.0)
+    shoulder.guarding_nm = 0.0
+    shoulder.until("idle")
+    assert shoulder.farthest_deg < 30.0
+    assert len(turns(stepped)) == 1
+
+
+def test_push_on_the_way_back_makes_it_faster(stepped: Stepped) -> None:
+    started(stepped)
+    shoulder = Shoulder(stepped)
+    while shoulder.largest_nm < CHOSEN_NM - 0.35:
+        shoulder.cycle()
+    shoulder.forward(0.5)
+    before_deg = stepped.apparatus.angles_deg[AXIS]
+    shoulder.guarding_nm = 2.5
+    shoulder.forward(0.6)
+    assert before_deg - stepped.apparatus.angles_deg[AXIS] > 1.5 * 0.6 * SPEED_DEG_S
+
+
+def test_push_does_not_take_the_arm_beyond_the_start(stepped: Stepped) -> None:
+    started(stepped, msgspec.structs.replace(TEST, repetitions=1))
+    shoulder = Shoulder(stepped, onset_deg=10.0)
+    while shoulder.largest_nm < CHOSEN_NM - 0.35:
+        shoulder.cycle()
+    shoulder.forward(0.5)
+    shoulder.guarding_nm = 2.5
+    shoulder.until("idle")
+    assert min(stepped.journal().setpoint_deg[:, AXIS]) > -0.2
+
+
 def test_heavier_arm_without_weighing_is_taken_back_early(stepped: Stepped) -> None:
     started(stepped)
     shoulder = Shoulder(stepped, heavier_nm=1.5)

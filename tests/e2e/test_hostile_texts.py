@@ -201,9 +201,10 @@ _NOT_ASKED: Final = {
     "get_commissioning",
     "get_recording_rhythm",
     "get_run_rhythm",
+    "get_end_feel",
 }
 """Operations without an answer here: the FHIR export, which tests/clinic/test_fhir.py checks; the patients of a station, which this user
-does not have; commissioning records, of which there are none; and the rhythm, because the recordings here are of no pose of the scapula.
+does not have; commissioning records, of which there are none; the rhythm, because the recordings here are of no pose of the scapula; and end-feel tests, of which there are none.
 """
 NOT_KEPT: Final = {
     "", "AccessTokenCreate.password", "AccountUpdate.openid", "Reauthentication.password", "BeginOpenId.to", "OidcCallback.iss", "OidcCallback.state", "ChangePassword.old_password", "ChangePassword.password", "GuideRequest.motion_id",
@@ -256,6 +257,8 @@ MADE_BY_KATA: Final = {
     "CreatedAccessToken.name",
     # The name of a recording, which RecordingDetail.name tries.
     "SoundRecording.name",
+    # The name of a recording, as before, and names of motions.
+    "EndFeelRecord.recording_name", "EndFeelRecord.name", "EndFeelMotion.name",
 }  # fmt: skip
 """Text fields of the API that contain no text of a user."""
 

@@ -137,7 +137,7 @@ def test_stiff_capsule_is_measured_up_to_the_turn() -> None:
     """0.4 Nm in 1 deg: what is left out of the way back must not hide the stated torque."""
     base = TorqueAngleCurve(PLACES, np.full(len(PLACES), FRICTION_NM), np.full(len(PLACES), -FRICTION_NM))
     elastic = np.maximum(0.4 * (PLACES - 90.0), 0.0)
-    back = np.where(PLACES > PLACES[-1] - TURN_DEG, np.nan, elastic - FRICTION_NM - 0.1)
+    back = np.where(PLACES[-1] - TURN_DEG < PLACES, np.nan, elastic - FRICTION_NM - 0.1)
     one = TorqueAngleCurve(PLACES, elastic + FRICTION_NM + 0.1, back)
     found = measured([one] * 3, base, growth(), FREE_DEG, CHOSEN_NM)
     assert found.figures is not None

@@ -35,12 +35,13 @@ NOT_WRITTEN: Final = frozenset(
         "episodes.diagnosis_code", "episodes.verification", "erasures.decision",
         "patients.dominant_side", "patients.sex", "programme_items.method", "recordings.side", "rom_measurements.side",
         "rom_measurements.motion", "rom_measurements.kind", "rom_measurements.position", "runs.method", "runs.outcome",
+        "end_feel_runs.kind", "end_feel_runs.unmeasured",
         "sessions.end_reason", "sign_ins.end_reason", "sign_ins.method", "stages.stage", "teachings.side",
         # Secrets and their hashes.
         "accounts.code_hash", "accounts.password_hash", "accounts.totp_sealed", "recovery_codes.code_hash",
         "access_tokens.secret_hash", "sign_ins.before_hash", "sign_ins.secret_hash", "accounts.oidc_subject",
         # Derived by the program from other columns.
-        "patients.search_text", "stations.config", "run_corrections.station", "spools.station", "schemas.oldest", "schemas.revision",
+        "patients.search_text", "stations.config", "run_corrections.station", "end_feel_runs.station", "spools.station", "schemas.oldest", "schemas.revision",
         "station_versions.software", "station_versions.station", "station_versions.config",
         "session_stops.therapist", "session_stops.station", "station_hours.station", "episode_outcomes.measure",
         # Imported on the service's computer; shown only in the patient's mode, which no record page shows.

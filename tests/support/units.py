@@ -10,6 +10,7 @@ SUFFIXES: Final = {
     "_deg": ("deg", "°", "degrees", "度"),
     "_deg_s": ("deg/s", "°/s", "度/秒", "°"),
     "_nm": ("Nm",),
+    "_nm_deg": ("Nm/deg", "Nm/°"),
     "_ms": ("ms", "ミリ秒"),
     "_s": ("s", "seconds", "秒"),
     "_hz": ("Hz",),
@@ -31,7 +32,7 @@ LEVEL: Final = "a resistance level of 1 to 25"
 
 DECLARED: Final[dict[str, str]] = {
     **dict.fromkeys(
-        ("motor", "axis", "motion", "position", "programme_position", "number", "version", "take", "category", "status"), ORDINAL
+        ("motor", "axis", "motion", "outward", "position", "programme_position", "number", "version", "take", "category", "status"), ORDINAL
     ),
     **dict.fromkeys(
         (

@@ -11,6 +11,7 @@ from kata import __version__
 from kata.api import (
     authorization,
     commissioning_run_router,
+    end_feel_router,
     errors,
     fleet_router,
     health,
@@ -44,6 +45,7 @@ from kata.clinic.questionnaires.router import router as questionnaires_router
 from kata.clinic.recordings.router import router as recordings_router
 from kata.clinic.restricted.router import router as restricted_router
 from kata.clinic.rhythm.router import router as rhythm_router
+from kata.clinic.sessions.end_feel_router import router as end_feel_results_router
 from kata.clinic.sessions.goniometer_router import router as goniometer_router
 from kata.clinic.sessions.lists_router import router as session_lists_router
 from kata.clinic.sessions.router import router as sessions_router
@@ -89,10 +91,12 @@ _ROUTERS: Final[tuple[APIRouter, ...]] = (
     goniometer_router,
     runs_router,
     rhythm_router,
+    end_feel_results_router,
     statistics_router,
     own_account_router.router,
     openid_router.router,
     station_router.router,
+    end_feel_router.router,
     station_settings_router.router,
     commissioning_run_router.router,
     fleet_router.router,

@@ -1,10 +1,7 @@
 """Routes for the station: the therapist's commands. Each writes its records before it sends the command."""
 
-from collections.abc import Iterator
-from contextlib import contextmanager
-from dataclasses import dataclass
 from functools import partial
-from typing import Annotated, Any, Final, Literal
+from typing import Annotated, Any, Final
 from uuid import UUID, uuid4
 
 from fastapi import APIRouter, Depends, Request
@@ -18,6 +15,7 @@ from kata.api.errors import refused
 from kata.api.lease_dependencies import Operator, Watcher, record_takeover
 from kata.api.live_view import LiveStateView
 from kata.api.redaction import Redaction
+from kata.api.run_start import BegunRun, RunStores, send_load, writing
 from kata.api.services import services_of
 from kata.api.simulator_router import AnySimulation
 from kata.api.stopping import stop_by_user
@@ -26,7 +24,6 @@ from kata.clinic.contraindications import service as contraindications
 from kata.clinic.episodes import limits as doctor
 from kata.clinic.episodes import service as episodes
 from kata.clinic.episodes import stages
-from kata.clinic.episodes.limits import DoctorLimits, MotorLimits
 from kata.clinic.event_spool import EventSpool
 from kata.clinic.patients import service as patients
 from kata.clinic.patients.tables import PatientRow
@@ -48,7 +45,6 @@ from kata.dependencies import PROBLEMS, TheActor, TheDatabase, TheStation
 from kata.device import messages
 from kata.errors import ProblemError
 from kata.messages import Text
-from kata.motion.edit import Motion
 from kata.motion.ilc import Correction
 from kata.motion.method import Method
 from kata.station.guard import Guard
@@ -322,14 +318,7 @@ async def load(
         repetition_s=motion.duration_s / wanted.repetitions,
     )
     changes = (*motion.done, *_METHOD_TEXTS[wanted.method, learned is not None], *_learning_notes(learned))
-    occupation = Occupation(str(run.id), begun.patient, run.recording_name, run.session_id, changes)
-    never_begun = partial(event_spool.put_not_begun, "run", run.id)
-    refusal = await station.command(command, occupation, by=here, refused_late=never_begun)
-    if refusal:
-        if refusal.code != NO_ANSWER:
-            await run_in_threadpool(_forget_run, database, event_spool, offline_sessions, begun)
-        raise refused(refusal)
-    return run
+    return await send_load(station, RunStores(database, event_spool, offline_sessions), here, begun, command, changes)
 
 
 @router.post("/unload", responses=_COMMAND, summary="Unload the recording")
@@ -404,24 +393,10 @@ async def _send(station: Station, command: messages.Command, here: Browser | Non
     return Accepted(accepted=True)
 
 
-@dataclass(frozen=True)
-class _BegunRun:
-    """A run that is recorded and that the device may load."""
-
-    run: Run
-    motion: Motion
-    learned: Correction | None
-    side: Side
-    limits: MotorLimits
-    allowed: DoctorLimits
-    patient: PatientRef
-    without_database: bool = False
-
-
 def _begin_teaching(
     database: Database, event_spool: EventSpool, wanted: TeachRequest, apparatus: checks.ApparatusState
 ) -> tuple[TeachingRow, PatientRow]:
-    with _writing(database, event_spool, "teaching") as (session, began):
+    with writing(database, event_spool, "teaching") as (session, began):
         patient = patients.get(session, wanted.patient_id)
         if patient.archived_at:
             raise ProblemError(
@@ -449,25 +424,6 @@ def _begin_teaching(
     return row, patient
 
 
-@contextmanager
-def _writing(
-    database: Database, event_spool: EventSpool, what: Literal["run", "teaching"]
-) -> Iterator[tuple[Session, list[UUID]]]:
-    """Open a session as :meth:`Database.write` does. The caller appends the id of a new run or teaching to the list.
-
-    If the database is lost during the commit, the row may exist although the device never began. This function then records that the run or
-    teaching has not begun.
-    """
-    began: list[UUID] = []
-    try:
-        with database.write() as session:
-            yield session, began
-    except DatabaseUnavailableError:
-        for id_ in began:
-            event_spool.put_not_begun(what, id_)
-        raise
-
-
 def _learning_notes(learned: Correction | None) -> list[Text]:
     """Return why the playback that taught a correction used an earlier correction; empty if it did not."""
     return learning.fall_back(learned.lesson) if learned and learned.lesson else []
@@ -481,7 +437,7 @@ def _run_request(wanted: LoadRequest) -> runs.RunRequest:
 
 def _begin_run(
     database: Database, event_spool: EventSpool, wanted: LoadRequest, apparatus: checks.ApparatusState
-) -> _BegunRun:
+) -> BegunRun:
     """Check the recording in a read session, which takes seconds for an hour of motion, then write. Other writers need not wait for the
     check.
     """
@@ -498,7 +454,7 @@ def _begin_run(
         taught = runs.taught(session, recording.id)
     motion = runs.with_settings(taught, request.settings)
     limits = allowed.check(motion, wanted.load_level, wanted.method)
-    with _writing(database, event_spool, "run") as (session, began):
+    with writing(database, event_spool, "run") as (session, began):
         row = runs.begin(session, request, apparatus.station, prepared=prepared)
         began.append(row.id)
         if wanted.programme_position is not None:
@@ -515,7 +471,7 @@ def _begin_run(
         checks.require(session, wanted.session_id, wanted.recording_id, apparatus)
         patient = sessions.get(session, wanted.session_id).patient
         _note_exceeded(session, patient.id, side, wanted)
-        return _BegunRun(
+        return BegunRun(
             run=runs.as_run(row),
             motion=motion,
             learned=learned,
@@ -536,7 +492,7 @@ def _note_exceeded(session: Session, patient_id: UUID, side: Side, wanted: LoadR
 
 def _begin_without_database(
     offline_sessions: OfflineSessions, event_spool: EventSpool, wanted: LoadRequest, apparatus: checks.ApparatusState
-) -> _BegunRun | None:
+) -> BegunRun | None:
     """Begin a run from the offline cache. Return None if the cache lacks data or the spool cannot store the run."""
     found = offline_sessions.start_run(_run_request(wanted), apparatus)
     if found is None:
@@ -547,7 +503,7 @@ def _begin_without_database(
         event_spool.put_not_begun("run", found.begun.id)
         offline_sessions.finish_run(found.begun.id, None)
         return None
-    return _BegunRun(
+    return BegunRun(
         found.run,
         found.motion,
         found.learned,
@@ -557,19 +513,3 @@ def _begin_without_database(
         PatientRef(id=found.patient.id, name=found.patient.name),
         without_database=True,
     )
-
-
-def _forget_run(
-    database: Database, event_spool: EventSpool, offline_sessions: OfflineSessions, begun: _BegunRun
-) -> None:
-    """Remove a run that the device refused."""
-    if begun.without_database:
-        # This is queued behind the record of the run's beginning, which may not be delivered yet.
-        event_spool.put_not_begun("run", begun.run.id)
-        offline_sessions.finish_run(begun.run.id, None)
-        return
-    try:
-        with database.write() as session:
-            runs.remove_refused(session, begun.run.id)
-    except DatabaseUnavailableError:
-        event_spool.put_not_begun("run", begun.run.id)

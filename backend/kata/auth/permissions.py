@@ -232,6 +232,9 @@ RULES: Final[Mapping[str, RouteRule]] = MappingProxyType(
         "get_run_motion": _READ,
         "get_played_motion": _READ,
         "get_run_rhythm": _READ,
+        "get_end_feel_guide": _READ,
+        "get_end_feel": _READ,
+        "get_end_feel_csv": _READ,
         # The clinic's figures. Those of the stations name no patient and no therapist.
         "get_worklist": _READ,
         "get_outcomes": _READ,
@@ -298,6 +301,7 @@ RULES: Final[Mapping[str, RouteRule]] = MappingProxyType(
         "teach": _OPERATE,
         "finish_teaching": _OPERATE_OFFLINE,
         "load": _OPERATE_OFFLINE,
+        "load_end_feel": _OPERATE,
         "unload": _OPERATE_OFFLINE,
         "approach": _OPERATE_OFFLINE,
         "play": _OPERATE_OFFLINE,

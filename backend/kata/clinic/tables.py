@@ -17,6 +17,7 @@ from kata.clinic.recordings.tables import RecordingRow, RecordingSamplesRow, Tea
 from kata.clinic.restricted.tables import BreakGlassAccessRow, CareTeamRow
 from kata.clinic.sessions.tables import (
     AddendumRow,
+    EndFeelRow,
     GoniometerReadingRow,
     MotionTrackingRow,
     MotorTrackingRow,
@@ -45,6 +46,7 @@ __all__ = [
     "CommissioningRow",
     "ContraindicationRow",
     "DeviceEventRow",
+    "EndFeelRow",
     "EpisodeOutcomeRow",
     "EpisodeRow",
     "ErasureRow",

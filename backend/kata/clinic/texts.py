@@ -495,3 +495,27 @@ PLAYED_CONTRAINDICATED: Final = message(
 )
 TIME_ZONE_UNKNOWN: Final = message("time_zone_unknown", "This time zone does not exist.")
 CHOOSE_TIME_ZONE: Final = message("choose_time_zone", "Choose a time zone from the list, such as Asia/Tokyo.")
+END_FEEL_NOT_FOUND: Final = message("end_feel_not_found", "There is no end-feel test with this id.")
+END_FEEL_TOO_SHORT: Final = message(
+    "end_feel_too_short",
+    "This recording moves no motor of the shoulder joint by {least_deg:.0f} deg, so its end-feel cannot be measured.",
+)
+CHOOSE_WIDER_MOTION: Final = message(
+    "choose_wider_motion", "Choose a recording of motion 3, 4, 5 or 6 with more range."
+)
+NO_BASELINE_TODAY: Final = message(
+    "no_baseline_today", "There is no baseline of this motion at this station and speed from today."
+)
+MEASURE_BASELINE_FIRST: Final = message(
+    "measure_baseline_first", "Take the patient's arm out, put the test weight in, and measure the baseline."
+)
+FIGURE_THIS_TEST: Final = message("figure_this_test", "This test, mean of both ways")
+FIGURE_WAY_OUT: Final = message("figure_way_out", "Way out")
+FIGURE_WAY_BACK: Final = message("figure_way_back", "Way back")
+FIGURE_EARLIER_TEST: Final = message("figure_earlier_test", "Earlier test, {day:name}")
+FIGURE_OTHER_SIDE: Final = message("figure_other_side", "Other side")
+FIGURE_APPARATUS_ANGLE: Final = message("figure_apparatus_angle", "Apparatus angle, deg")
+FIGURE_SHOULDER_TORQUE: Final = message("figure_shoulder_torque", "Torque between apparatus and shoulder, Nm")
+FIGURE_TORQUE_HOVER: Final = message("figure_torque_hover", "%{{x:.1f}} deg: %{{y:.2f}} Nm")
+END_FEEL_NO_CURVE: Final = message("end_feel_no_curve", "This test has no curve.")
+MEASURE_AGAIN: Final = message("measure_again", "Measure again.")

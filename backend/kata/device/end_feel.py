@@ -15,9 +15,6 @@ from kata.motion.trajectory import Trajectory
 
 TURN_S: Final = 0.03
 """Time from the path's speed to rest and from rest to the speed back. 10 deg/s then need 330 deg/s2."""
-SLOWEST_DEG_S: Final = 2.0
-FASTEST_DEG_S: Final = 10.0
-"""Range of a test's speed. A slower arm sticks and slips. A faster arm turns too late."""
 SPEED_LIMIT_DEG_S: Final = 15.0
 """Speed limit of every axis during a test. The time for a turn follows from it and from the axes' acceleration; at the station's usual limit a
 turn would take longer than :data:`TURN_S`."""
@@ -28,6 +25,10 @@ _REACTION_S: Final = 0.05
 """Time from the newest reading until the arm moves back. The line is continued by it. It contains a cycle, the drive's reaction and half a turn."""
 _MARGIN_NM: Final = 0.1
 """The arm is taken back this much below the chosen torque, because a drive takes up to 0.1 s longer to follow."""
+_UNSTEADY_NM: Final = 0.25
+"""Largest RMS difference between the torque in the free range and the weight that was found there. Relaxed patients have up to 0.12 Nm. A
+patient who works there makes the weight wrong by 1 Nm at the turn."""
+_LEAST_READINGS: Final = 20
 _LATEST_S: Final = 0.05
 """On the way back, the torque is the mean over this time."""
 _RETREAT_DEG_S_NM: Final = 40.0
@@ -65,8 +66,8 @@ class EndFeelTest:
         out_nm, back_nm, *arm_nm = self._curves_at(movement.position_s).tolist()
         outward = movement.direction == 1
         beyond_nm = state.torque_nm[self._axis] - (out_nm if outward else back_nm)
-        if outward and self._weighed_s[0] <= movement.position_s <= self._weighed_s[1]:
-            self._arm.add(arm_nm, beyond_nm)
+        if outward:
+            self._weigh(movement, arm_nm, beyond_nm)
         against_nm = float(self._outward * (beyond_nm - self._arm.weight_nm(arm_nm)))
         if not outward:
             self._recent.clear()
@@ -74,12 +75,23 @@ class EndFeelTest:
             return False
         self._latest.clear()
         self._recent.append(against_nm)
-        if self.ended_by_patient:
+        if self.ended_by_patient or self._is_unsteady(movement):
             return True
         if len(self._recent) < len(self._weights):
             return False
         recent = np.array(self._recent)
         return bool(max(self._weights @ recent, recent.mean()) >= self._torque_nm - _MARGIN_NM)
+
+    def _weigh(self, movement: Movement, arm_nm: list[float], beyond_nm: float) -> None:
+        """Weigh the arm in the free range, anew on every way out."""
+        if movement.position_s < self._weighed_s[0]:
+            self._arm = _ArmWeight(len(arm_nm))
+        elif movement.position_s <= self._weighed_s[1]:
+            self._arm.add(arm_nm, beyond_nm)
+
+    def _is_unsteady(self, movement: Movement) -> bool:
+        """Return True after the free range if the patient worked there, so that the arm's weight is unknown."""
+        return movement.position_s > self._weighed_s[1] and self._arm.rms_nm > _UNSTEADY_NM
 
     def retreat_deg_s(self) -> Floats:
         """Return the additional speed of every setpoint on the way back, ``(5,)``: the patient pushes more than the chosen torque."""
@@ -110,17 +122,30 @@ class _ArmWeight:
     """
 
     def __init__(self, number: int) -> None:
-        self._products = np.diag([_KNOWN_NM**2] * number + [_KNOWN_TONE_NM**2])
+        self._known = np.diag([_KNOWN_NM**2] * number + [_KNOWN_TONE_NM**2])
+        self._products = self._known.copy()
+        self._count = 0
+        self._square = 0.0
         self._sums = np.zeros(number + 1)
         self.factors: Floats = np.zeros(number + 1)
 
     def weight_nm(self, growth_nm: list[float]) -> float:
         return float(self.factors[:-1] @ np.array(growth_nm))
 
+    @property
+    def rms_nm(self) -> float:
+        """Return the RMS difference between the torques and the weight that was found."""
+        if self._count < _LEAST_READINGS:
+            return 0.0
+        found = self.factors @ (self._products - self._known) @ self.factors
+        return float(np.sqrt(max(self._square - 2 * self.factors @ self._sums + found, 0.0) / self._count))
+
     def add(self, growth_nm: list[float], beyond_nm: float) -> None:
         row = np.array([*growth_nm, 1.0])
         self._products += np.outer(row, row)
         self._sums += row * beyond_nm
+        self._count += 1
+        self._square += beyond_nm**2
         self.factors = np.asarray(np.linalg.solve(self._products, self._sums), dtype=np.float64)
 
 

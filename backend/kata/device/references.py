@@ -18,12 +18,12 @@ import numpy as np
 
 from kata.device import texts
 from kata.device.config import ConfigError, StationConfig
-from kata.device.end_feel import FASTEST_DEG_S, SLOWEST_DEG_S
 from kata.device.messages import RESISTANCE_LEVELS, SAMPLE_FIELDS, Load, LoadPart, Refusal, Request
 from kata.device.resistance import RESISTS_NS, resistance_thresholds_nm
 from kata.messages import Text, text_of
 from kata.motion import texts as motion_texts
 from kata.motion.axes import N_AXES
+from kata.motion.end_feel import FASTEST_DEG_S, SLOWEST_DEG_S
 from kata.motion.ilc import MAX_CORRECTION_DEG, Correction
 from kata.motion.linkage import Floats
 from kata.motion.method import rate_hz, reference

@@ -277,9 +277,13 @@ class Run:
             self._turn_back(movement)
 
     def retreat_in_test(self) -> None:
-        """Let the next setpoint retreat faster than the path if the patient pushes more than the test's torque."""
+        """Let the next setpoint retreat faster than the path if the patient pushes more than the test's torque. It never goes beyond the
+        path's start.
+        """
         if self.end_feel:
             self._yield_offset.retreat(self.end_feel.retreat_deg_s() / self.rate_hz)
+            from_start_deg = np.abs(self.reference_deg - self.trajectory.start_deg)
+            self._yield_offset.keep_within(-from_start_deg, from_start_deg)
 
     def goes_on(self, movement: Movement) -> bool:
         """Turn at an end of the path if the test is not over. Return False if the run has ended."""

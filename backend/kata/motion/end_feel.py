@@ -27,6 +27,9 @@ MOTORS: Final = (3, 4, 5)
 """Motors of the shoulder joint: abduction, flexion and rotation."""
 REPETITIONS: Final = 3
 SPEED_DEG_S: Final = 5.0
+SLOWEST_DEG_S: Final = 2.0
+FASTEST_DEG_S: Final = 10.0
+"""Range of a test's speed. A slower arm sticks and slips. A faster arm turns too late."""
 STATED_SHARE: Final = 0.6
 """The range is stated at this share of the chosen torque, because out and back must both have passed the place."""
 ONSET_SHARE: Final = 0.25
@@ -103,9 +106,7 @@ class TorqueAngleCurve:
         if np.all(known) or not np.any(known):
             return self
         held_nm = np.mean(self.opposing_nm[known][-_HELD_PLACES:])
-        return TorqueAngleCurve(
-            self.places_deg, self.out_nm, np.where(known, self.back_nm, self.out_nm - 2 * held_nm)
-        )
+        return TorqueAngleCurve(self.places_deg, self.out_nm, np.where(known, self.back_nm, self.out_nm - 2 * held_nm))
 
     def between(self, low_deg: float, high_deg: float) -> "TorqueAngleCurve":
         """Return the part of the curve between two angles."""
@@ -187,7 +188,7 @@ def curves(path_s: ArrayLike, angle_deg: ArrayLike, torque_nm: ArrayLike, outwar
 def _curve(out: tuple[Floats, Floats], back: tuple[Floats, Floats], from_deg: float) -> TorqueAngleCurve:
     """Return the curve of the angles and torques of a way out and a way back. The way back is NaN near the turn."""
     first, last = (math.floor(float(angle) / PLACE_DEG) for angle in (min(out[0].min(), back[0].min()), out[0].max()))
-    places = PLACE_DEG * np.arange(first, last + 1)
+    places = PLACE_DEG * np.arange(first, last + 1, dtype=np.float64)
     at_out, at_back = (_at_places(places, *way) for way in (out, back))
     at_back[places > min(out[0].max(), back[0].max()) - TURN_DEG] = np.nan
     known = ~np.isnan(at_out) & (places >= from_deg)
@@ -197,7 +198,9 @@ def _curve(out: tuple[Floats, Floats], back: tuple[Floats, Floats], from_deg: fl
 def _at_places(places_deg: Floats, angle_deg: Floats, torque_nm: Floats) -> Floats:
     """Return the torque at the places, NaN before the first and after the last place with enough samples."""
     place = np.rint((angle_deg - places_deg[0]) / PLACE_DEG).astype(int)
-    count, angles, torques = (np.bincount(place, values, len(places_deg) + 1) for values in (None, angle_deg, torque_nm))
+    count, angles, torques = (
+        np.bincount(place, values, len(places_deg) + 1) for values in (None, angle_deg, torque_nm)
+    )
     known = count >= _LEAST_SAMPLES
     if not np.any(known):
         return np.full(len(places_deg), np.nan)

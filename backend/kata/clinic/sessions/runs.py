@@ -14,7 +14,7 @@ from sqlalchemy.orm import Session as DatabaseSession
 from kata.clinic import texts
 from kata.clinic.programmes import played as counting
 from kata.clinic.recordings import service as recordings
-from kata.clinic.sessions import compared, ending, learning, phases, plans
+from kata.clinic.sessions import compared, end_feel, ending, learning, phases, plans
 from kata.clinic.sessions.patient_angles import PatientAngles
 from kata.clinic.sessions.schemas import (
     Comparison,
@@ -218,24 +218,43 @@ def complete(session: DatabaseSession, journal: Journal, config: StationConfig) 
     row.stop_message = journal.end.cause_message if journal.end else None
     row.stop_key = msgspec.to_builtins(journal.end.cause_key) if journal.end else None
     row.rate_hz = journal.rate_hz
-    made = RunMotions(session, row)
-    counting.count_repetitions(row, journal, lambda: (made.taught, made.motion))
-    if len(journal.t_ns):
-        _complete_phases(row, journal, made)
     seen: bytes | None = None
-    if np.any((journal.phase == PHASE_PLAYING) | (journal.phase == PHASE_REDUCED_RANGE)):
-        motion = made.motion
-        whole = edit.without_range(motion, made.taught, row.range_percent)
-        result = compared.compare_run(row, journal, motion, whole)
-        if result is not None:
-            seen = downsampling.of_run(motion, result)
-            learning.learn_from_run(session, row, journal, motion, config)
+    if row.end_feel:
+        _complete_end_feel(session, row, journal)
+    else:
+        seen = _complete_playback(session, row, journal, config)
     if len(journal.t_ns):
         SAMPLES.store(session, row.id, _series(journal), seen)
     if row.outcome == "stopped":
         _store_stop(session, row)
     session.flush()
     return row
+
+
+def _complete_playback(session: DatabaseSession, row: RunRow, journal: Journal, config: StationConfig) -> bytes | None:
+    """Compare a playback with its motion, and learn from it. Return the overview of the comparison."""
+    made = RunMotions(session, row)
+    counting.count_repetitions(row, journal, lambda: (made.taught, made.motion))
+    if len(journal.t_ns):
+        _complete_phases(row, journal, made)
+    if not np.any((journal.phase == PHASE_PLAYING) | (journal.phase == PHASE_REDUCED_RANGE)):
+        return None
+    motion = made.motion
+    whole = edit.without_range(motion, made.taught, row.range_percent)
+    result = compared.compare_run(row, journal, motion, whole)
+    if result is None:
+        return None
+    learning.learn_from_run(session, row, journal, motion, config)
+    return downsampling.of_run(motion, result)
+
+
+def _complete_end_feel(session: DatabaseSession, row: RunRow, journal: Journal) -> None:
+    """Calculate the result of an end-feel run. It repeats no recording, so it counts neither repetitions nor errors of a playback."""
+    assert row.end_feel is not None
+    row.repetitions_done, row.played_s = 0, 0.0
+    if len(journal.t_ns):
+        row.reversals = phases.reversals(journal.phase)
+    end_feel.complete(session, row, row.end_feel, journal)
 
 
 def outcome_of(journal: Journal) -> Outcome:
@@ -368,6 +387,7 @@ def as_run(row: RunRow, recording_name: str | None = None, angles: PatientAngles
         compared_percent=row.compared_percent,
         partial=row.partial,
         clock_offset_s=row.clock_offset_s,
+        end_feel=row.end_feel.kind if row.end_feel else None,
         comparison=Comparison(samples=row.samples, motors=motors, motions=motions) if row.samples else None,
     )
 

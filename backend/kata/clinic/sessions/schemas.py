@@ -16,6 +16,7 @@ from kata.types import By, Moment, Motor, Name, Note, Pain, Schema, Side
 EndReason = Literal["completed", "shortened", "stopped", "patient_request", "other"]
 """completed: the session went as planned. shortened: the therapist shortened it. stopped: a stop ended it."""
 PainWhen = Literal["pain_before", "pain_during", "pain_after"]
+EndFeelKind = Literal["baseline", "test"]
 Outcome = Literal["loaded", "completed", "returned", "stopped", "unloaded", "interrupted"]
 
 
@@ -220,6 +221,11 @@ class Run(PlaybackSettings):
         description="Largest difference between the wall clock and the clock of the comparison, seconds. The clock of the comparison is "
         "that of the motion, which starts slowly.",
         examples=[0.094],
+    )
+    end_feel: EndFeelKind | None = Field(
+        None,
+        description="Null for a playback. baseline, test: the run measured the end-feel and played no recording. "
+        "baseline: with a test weight in the fixers.",
     )
     comparison: Comparison | None = Field(description="Null if nothing was played with the requested range.")
 

@@ -210,6 +210,8 @@ class RunRow(Base):
     recording: Mapped[RecordingRow] = relationship(lazy="joined", innerjoin=True)
     tracking: Mapped[list["MotorTrackingRow"]] = relationship(order_by="MotorTrackingRow.motor", lazy="selectin")
     motions: Mapped[list["MotionTrackingRow"]] = relationship(order_by="MotionTrackingRow.motion", lazy="selectin")
+    end_feel: Mapped["EndFeelRow | None"] = relationship(lazy="selectin", cascade="all, delete-orphan")
+    """None for a playback."""
 
     @property
     def change_deg(self) -> float | None:
@@ -329,3 +331,43 @@ class RunCorrectionRow(Base):
     run_id: Mapped[UUID] = mapped_column(ForeignKey("runs.id"), primary_key=True)
     station: Mapped[str] = mapped_column(String(100))
     data: Mapped[bytes] = mapped_column(LargeBinary)
+
+
+class EndFeelRow(Base):
+    """What an end-feel run asks of the apparatus, and its result (:mod:`kata.clinic.sessions.end_feel`)."""
+
+    __tablename__ = "end_feel_runs"
+
+    run_id: Mapped[UUID] = mapped_column(ForeignKey("runs.id"), primary_key=True)
+    kind: Mapped[str] = mapped_column(String(8))
+    """baseline: with a test weight. test: with the patient's arm."""
+    station: Mapped[str] = mapped_column(String(100))
+    motion: Mapped[int]
+    """Number of the basic motion in Table 2."""
+    motor: Mapped[int]
+    outward: Mapped[int]
+    """Sign of the motor's angle on the way out. Angles and torques of the result are positive outwards."""
+    speed_deg_s: Mapped[float]
+    further_deg: Mapped[float]
+    """How far the way goes beyond the end of the recorded motion."""
+    torque_nm: Mapped[float]
+    """The chosen torque."""
+    baseline_run_id: Mapped[UUID | None]
+    """The baseline that is subtracted. This is no foreign key, because a run is erased before the other."""
+    unmeasured: Mapped[str | None] = mapped_column(String(24))
+    """Reason why there are no figures; None before the run has ended, and if there are figures."""
+    range_deg: Mapped[float | None]
+    onset_deg: Mapped[float | None]
+    stiffness_nm_deg: Mapped[float | None]
+    last_third_nm_deg: Mapped[float | None]
+    hysteresis_nm: Mapped[float | None]
+    interval_range_deg: Mapped[float | None]
+    interval_onset_deg: Mapped[float | None]
+    interval_stiffness_nm_deg: Mapped[float | None]
+    interval_last_third_nm_deg: Mapped[float | None]
+    interval_hysteresis_nm: Mapped[float | None]
+    """Half of the width of the 95 % interval of each figure."""
+    disagreement_nm: Mapped[float | None]
+    """Largest difference of the repetitions, RMS."""
+    curve: Mapped[bytes | None] = mapped_column(LargeBinary)
+    """Torque-angle curve (:class:`kata.motion.end_feel.TorqueAngleCurve`): of a test without weight and friction of the apparatus."""

@@ -2055,6 +2055,68 @@ export interface paths {
         patch?: never;
         trace?: never;
     };
+    "/api/sessions/{session_id}/end-feel": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        /**
+         * Get what an end-feel test can measure in a session
+         * @description Return the recordings along which the patient can be measured, with today's baselines at this station and the session's tests.
+         */
+        get: operations["get_end_feel_guide"];
+        put?: never;
+        post?: never;
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/api/runs/{run_id}/end-feel": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        /**
+         * Get an end-feel test
+         * @description Return an end-feel test with its torque-angle curve, earlier ones of the same motion, and the newest of the other side.
+         *
+         *     The torque is the drive's current times its nominal factor. It was tried in simulation only.
+         */
+        get: operations["get_end_feel"];
+        put?: never;
+        post?: never;
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/api/runs/{run_id}/end-feel.csv": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        /**
+         * Download an end-feel test's curve as CSV
+         * @description Return the torque-angle curve: angle, torque on the way out and back, and their mean. Figures and origin are in the first rows.
+         */
+        get: operations["get_end_feel_csv"];
+        put?: never;
+        post?: never;
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
     "/api/worklist": {
         parameters: {
             query?: never;
@@ -2732,6 +2794,29 @@ export interface paths {
          * @description Acknowledge a stop whose causes have cleared. This starts no motion.
          */
         post: operations["acknowledge"];
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/api/station/load-end-feel": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        get?: never;
+        put?: never;
+        /**
+         * Load an end-feel test or its baseline
+         * @description Check a way out along a recording against all limits, and load it as a new run of the session.
+         *
+         *     Refused as `load` is; also without a baseline of today, for a recording that moves no motor of the shoulder joint far enough, and for a
+         *     torque above the patient's level. While the database does not answer, no test begins; the result of a test that has begun arrives later.
+         */
+        post: operations["load_end_feel"];
         delete?: never;
         options?: never;
         head?: never;
@@ -5063,6 +5148,252 @@ export interface components {
              * @description Therapist of the last session; empty if unknown.
              */
             therapist: string;
+        };
+        /**
+         * EndFeelCurves
+         * @description The torque-angle curve of a test with earlier ones of the same motion, and the newest of the other side.
+         */
+        EndFeelCurves: {
+            result: components["schemas"]["EndFeelRecord"];
+            /**
+             * Earlier
+             * @description Earlier tests of this motion and side with figures, newest first.
+             */
+            earlier: components["schemas"]["EndFeelRecord"][];
+            /** @description Newest test of this motion on the other side with figures. */
+            other_side: components["schemas"]["EndFeelRecord"] | null;
+            /** @description Torque over angle; null if the test has no curve. */
+            figure: components["schemas"]["Figure"] | null;
+        };
+        /**
+         * EndFeelFigures
+         * @description Figures of an end-feel test. Angles are apparatus angles. The torque is that of the drive's current and its nominal factor.
+         */
+        EndFeelFigures: {
+            /**
+             * Range Deg
+             * @description Angle at 60 % of the chosen torque, degrees.
+             * @example 92.4
+             */
+            range_deg: number;
+            /**
+             * Onset Deg
+             * @description Angle at 25 % of the chosen torque, degrees.
+             * @example 86.1
+             */
+            onset_deg: number;
+            /**
+             * Stiffness Nm Deg
+             * @description Slope of the straight line from onset to range, newton metres for each degree.
+             * @example 0.11
+             */
+            stiffness_nm_deg: number;
+            /**
+             * Last Third Nm Deg
+             * @description The same slope over the last third of that way.
+             * @example 0.14
+             */
+            last_third_nm_deg: number;
+            /**
+             * Hysteresis Nm
+             * @description Mean difference of way out and way back from onset to range, without the apparatus' friction, newton metres.
+             * @example 0.2
+             */
+            hysteresis_nm: number;
+        };
+        /**
+         * EndFeelGuide
+         * @description What can be measured in a session.
+         */
+        EndFeelGuide: {
+            /** Speed Deg S */
+            speed_deg_s: number;
+            /**
+             * Motions
+             * @description Recordings of motions 3 to 6, the newest first.
+             */
+            motions: components["schemas"]["EndFeelMotion"][];
+        };
+        /**
+         * EndFeelLoadRequest
+         * @description An end-feel test or its baseline along a recorded motion.
+         */
+        EndFeelLoadRequest: {
+            /**
+             * Session Id
+             * Format: uuid
+             */
+            session_id: string;
+            /**
+             * Recording Id
+             * Format: uuid
+             */
+            recording_id: string;
+            /**
+             * Kind
+             * @description baseline: a test weight in the form of an arm is in the fixers, not the patient. test: the patient's arm.
+             * @enum {string}
+             */
+            kind: "baseline" | "test";
+            /**
+             * Torque Nm
+             * @description Torque between apparatus and shoulder at which the arm is taken back, newton metres. A baseline ignores it.
+             * @example 2
+             */
+            torque_nm: number;
+            /**
+             * Load Level
+             * @description Resistance at which the arm moves back, from 1 (light) to 25 (the motors' rated torque).
+             * @example 8
+             */
+            load_level: number;
+            /**
+             * Speed Deg S
+             * @description Speed of the way out and back, degrees per second.
+             * @default 5
+             * @example 5
+             */
+            speed_deg_s: number;
+        };
+        /**
+         * EndFeelMotion
+         * @description A recording along which the session's patient can be measured.
+         */
+        EndFeelMotion: {
+            /**
+             * Recording Id
+             * Format: uuid
+             */
+            recording_id: string;
+            /** Recording Name */
+            recording_name: string;
+            /**
+             * Motion
+             * @description Number of the motion in Table 2 of Sun et al. (2025).
+             * @example 4
+             */
+            motion: number;
+            /** Name */
+            name: string;
+            /** @description Code and parameters of the English text; null: it has none. */
+            name_key?: components["schemas"]["TextKey"] | null;
+            /**
+             * Motor
+             * @description Motor number, 1 to 5.
+             * @example 3
+             */
+            motor: number;
+            /**
+             * Side
+             * @enum {string}
+             */
+            side: "left" | "right";
+            /**
+             * Baseline Run Id
+             * @description Baseline of today at this station; null: none yet.
+             */
+            baseline_run_id: string | null;
+            /**
+             * Tests
+             * @description Tests of this recording in the session, newest first.
+             */
+            tests: components["schemas"]["EndFeelRecord"][];
+        };
+        /**
+         * EndFeelRecord
+         * @description An end-feel test or a baseline, and its result.
+         */
+        EndFeelRecord: {
+            /**
+             * Run Id
+             * Format: uuid
+             */
+            run_id: string;
+            /**
+             * Session Id
+             * Format: uuid
+             */
+            session_id: string;
+            /**
+             * Recording Id
+             * Format: uuid
+             */
+            recording_id: string;
+            /** Recording Name */
+            recording_name: string;
+            /**
+             * Kind
+             * @description baseline: with a test weight in the fixers. test: with the patient's arm.
+             * @enum {string}
+             */
+            kind: "baseline" | "test";
+            /**
+             * Side
+             * @enum {string}
+             */
+            side: "left" | "right";
+            /**
+             * Motion
+             * @description Number of the motion in Table 2 of Sun et al. (2025).
+             * @example 4
+             */
+            motion: number;
+            /**
+             * Name
+             * @example Abduction / adduction of the shoulder
+             */
+            name: string;
+            /** @description Code and parameters of the English text; null: it has none. */
+            name_key?: components["schemas"]["TextKey"] | null;
+            /**
+             * Motor
+             * @description Motor number, 1 to 5.
+             * @example 3
+             */
+            motor: number;
+            /**
+             * Started At
+             * Format: date-time
+             * @description UTC.
+             * @example 2026-11-21T09:30:00Z
+             */
+            started_at: string;
+            /**
+             * Outcome
+             * @enum {string}
+             */
+            outcome: "loaded" | "completed" | "returned" | "stopped" | "unloaded" | "interrupted";
+            /**
+             * Simulated
+             * @description True if the station was a simulated apparatus.
+             */
+            simulated: boolean;
+            /** Speed Deg S */
+            speed_deg_s: number;
+            /**
+             * Torque Nm
+             * @description Chosen torque, newton metres. For a baseline: torque at which it turned back.
+             */
+            torque_nm: number;
+            /**
+             * Baseline Run Id
+             * @description The baseline that is subtracted; null for a baseline.
+             */
+            baseline_run_id: string | null;
+            /**
+             * Unmeasured
+             * @description Reason why there are no figures. guarding: the repetitions differ by more than 0.2 Nm, so the patient worked with or against the apparatus. too_few_ways: fewer than two repetitions are complete. Null: there are figures, or the run has not ended.
+             */
+            unmeasured: ("torque_not_reached" | "resistance_from_start" | "guarding" | "too_few_ways") | null;
+            /** @description Means of the repetitions. */
+            figures: components["schemas"]["EndFeelFigures"] | null;
+            /** @description Half of the width of each figure's 95 % interval over the repetitions. */
+            interval: components["schemas"]["EndFeelFigures"] | null;
+            /**
+             * Disagreement Nm
+             * @description Largest RMS difference of the repetitions, newton metres; null if it was not calculated.
+             */
+            disagreement_nm: number | null;
         };
         /**
          * Episode
@@ -9042,6 +9373,11 @@ export interface components {
              * @example 0.094
              */
             clock_offset_s?: number | null;
+            /**
+             * End Feel
+             * @description Null for a playback. baseline, test: the run measured the end-feel and played no recording. baseline: with a test weight in the fixers.
+             */
+            end_feel?: ("baseline" | "test") | null;
             /** @description Null if nothing was played with the requested range. */
             comparison: components["schemas"]["Comparison"] | null;
         };
@@ -21200,6 +21536,270 @@ export interface operations {
             };
         };
     };
+    get_end_feel_guide: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path: {
+                session_id: string;
+            };
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["EndFeelGuide"];
+                };
+            };
+            /** @description No user is signed in at this browser. */
+            401: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Not allowed for this account, or the request came from another site's page. */
+            403: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Not found. */
+            404: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description The request is invalid; see its errors. */
+            422: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description The screen is locked: give the password first. Stop works nevertheless. */
+            423: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Too many attempts: wait for the seconds in Retry-After. */
+            429: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description The apparatus' control program or the database does not answer. */
+            503: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    get_end_feel: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path: {
+                run_id: string;
+            };
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["EndFeelCurves"];
+                };
+            };
+            /** @description No user is signed in at this browser. */
+            401: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Not allowed for this account, or the request came from another site's page. */
+            403: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Not found. */
+            404: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description The request is invalid; see its errors. */
+            422: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description The screen is locked: give the password first. Stop works nevertheless. */
+            423: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Too many attempts: wait for the seconds in Retry-After. */
+            429: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description The apparatus' control program or the database does not answer. */
+            503: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    get_end_feel_csv: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path: {
+                run_id: string;
+            };
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "text/csv": unknown;
+                };
+            };
+            /** @description No user is signed in at this browser. */
+            401: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Not allowed for this account, or the request came from another site's page. */
+            403: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Not found. */
+            404: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Refused in the present state, with cause and next step. */
+            409: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description The request is invalid; see its errors. */
+            422: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description The screen is locked: give the password first. Stop works nevertheless. */
+            423: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Too many attempts: wait for the seconds in Retry-After. */
+            429: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description The apparatus' control program or the database does not answer. */
+            503: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
     get_worklist: {
         parameters: {
             query?: {
@@ -23889,6 +24489,111 @@ export interface operations {
             };
             /** @description Refused in the present state, with cause and next step. */
             409: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description The request is invalid; see its errors. */
+            422: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description The screen is locked: give the password first. Stop works nevertheless. */
+            423: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Too many attempts: wait for the seconds in Retry-After. */
+            429: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description The apparatus' control program or the database does not answer. */
+            503: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    load_end_feel: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        requestBody: {
+            content: {
+                "application/json": components["schemas"]["EndFeelLoadRequest"];
+            };
+        };
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["Run"];
+                };
+            };
+            /** @description No user is signed in at this browser. */
+            401: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Not allowed for this account, or the request came from another site's page. */
+            403: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Not found. */
+            404: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Refused in the present state, with cause and next step. */
+            409: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description The data exists but can no longer be read. */
+            410: {
                 headers: {
                     [name: string]: unknown;
                 };

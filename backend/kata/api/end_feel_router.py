@@ -1,0 +1,127 @@
+"""Route that loads an end-feel test or its baseline. The therapist starts it as a playback: approach, then play."""
+
+from uuid import UUID
+
+from fastapi import APIRouter
+from fastapi.concurrency import run_in_threadpool
+from pydantic import Field
+
+from kata.api import texts
+from kata.api.errors import refused
+from kata.api.lease_dependencies import Operator
+from kata.api.run_start import BegunRun, RunStores, send_load, writing
+from kata.clinic.contraindications import service as contraindications
+from kata.clinic.episodes import limits as doctor
+from kata.clinic.recordings import service as recordings
+from kata.clinic.sessions import checks, end_feel, runs
+from kata.clinic.sessions import service as sessions
+from kata.clinic.sessions.end_feel import EndFeelRequest
+from kata.clinic.sessions.end_feel_schemas import EndFeelSpeed
+from kata.clinic.sessions.router import TheEventSpool, TheOfflineSessions
+from kata.clinic.sessions.schemas import EndFeelKind, Run
+from kata.dependencies import PROBLEMS, TheDatabase, TheStation
+from kata.device import messages
+from kata.device.config import StationConfig
+from kata.errors import ProblemError
+from kata.motion.end_feel import SPEED_DEG_S
+from kata.station.schemas import PatientRef, ResistanceLevel
+from kata.types import Schema, side_of
+
+router = APIRouter(prefix="/api/station", tags=["station"])
+
+
+class EndFeelLoadRequest(Schema):
+    """An end-feel test or its baseline along a recorded motion."""
+
+    session_id: UUID
+    recording_id: UUID
+    kind: EndFeelKind = Field(
+        description="baseline: a test weight in the form of an arm is in the fixers, not the patient. test: the patient's arm."
+    )
+    torque_nm: float = Field(
+        ge=0.3,
+        le=4.0,
+        description="Torque between apparatus and shoulder at which the arm is taken back, newton metres. A baseline ignores it.",
+        examples=[2.0],
+    )
+    load_level: ResistanceLevel
+    speed_deg_s: EndFeelSpeed = SPEED_DEG_S
+
+
+@router.post(
+    "/load-end-feel",
+    responses=PROBLEMS.of(404, 409, 410, 422, 503),
+    summary="Load an end-feel test or its baseline",
+)
+async def load_end_feel(
+    station: TheStation,
+    database: TheDatabase,
+    event_spool: TheEventSpool,
+    offline_sessions: TheOfflineSessions,
+    here: Operator,
+    wanted: EndFeelLoadRequest,
+) -> Run:
+    """Check a way out along a recording against all limits, and load it as a new run of the session.
+
+    Refused as `load` is; also without a baseline of today, for a recording that moves no motor of the shoulder joint far enough, and for a
+    torque above the patient's level. While the database does not answer, no test begins; the result of a test that has begun arrives later.
+    """
+    if refusal := station.refusal("load"):
+        raise refused(refusal)
+    apparatus = checks.apparatus_state(station.info.name, station.live())
+    request = EndFeelRequest(**wanted.model_dump())
+    stores = RunStores(database, event_spool, offline_sessions)
+    begun, asked = await run_in_threadpool(_begin, stores, request, apparatus, station.config)
+    offline_sessions.cache.attend(begun.patient.id, wanted.session_id)
+    command = messages.Load(
+        run_id=str(begun.run.id),
+        recording_id=str(begun.run.recording_id),
+        times_s=begun.motion.times_s.astype("<f8").tobytes(),
+        angles_deg=begun.motion.angles_deg.astype("<f8").tobytes(),
+        side=begun.side,
+        load_level=wanted.load_level,
+        limits_deg=begun.limits,
+        arm_limits=begun.allowed.arm,
+        max_speed_deg_s=begun.allowed.max_speed_deg_s,
+        end_feel=asked,
+    )
+    changes = (
+        texts.END_FEEL_BASELINE() if wanted.kind == "baseline" else texts.END_FEEL_TEST(torque_nm=wanted.torque_nm)
+    )
+    return await send_load(station, stores, here, begun, command, (changes,))
+
+
+def _begin(
+    stores: RunStores, request: EndFeelRequest, apparatus: checks.ApparatusState, config: StationConfig
+) -> tuple[BegunRun, messages.EndFeel]:
+    run_request = runs.RunRequest(request.session_id, request.recording_id, request.load_level)
+    with stores.database.read() as session:
+        runs.to_begin(session, run_request, apparatus.station)
+        recording = recordings.get(session, request.recording_id)
+        side = side_of(recording.side)
+        contraindications.require_none(session, recording.patient_id, side)
+        allowed = doctor.allowed(session, recording.patient_id, side)
+        taught = runs.taught(session, recording.id)
+    way = end_feel.longest_way(taught, allowed, config, request)
+    limits = allowed.check(way.motion, request.load_level, "smooth")
+    with writing(stores.database, stores.event_spool, "run") as (session, began):
+        prepared = end_feel.prepare(session, request, way, config, checks.today())
+        row = runs.begin(session, run_request, apparatus.station)
+        began.append(row.id)
+        end_feel.add(session, row, request, prepared, config.name)
+        contraindications.require_none(session, recording.patient_id, side)
+        if doctor.allowed(session, recording.patient_id, side) != allowed:
+            raise ProblemError(409, "edited_meanwhile", texts.LIMITS_CHANGED_MEANWHILE(), texts.LOAD_AGAIN())
+        # Checked last, so that users do not prepare a patient for a recording that may not be played.
+        checks.require(session, request.session_id, request.recording_id, apparatus)
+        patient = sessions.get(session, request.session_id).patient
+        begun = BegunRun(
+            run=runs.as_run(row),
+            motion=way.motion,
+            learned=None,
+            side=side,
+            limits=limits,
+            allowed=allowed,
+            patient=PatientRef(id=patient.id, name=patient.name),
+        )
+        return begun, prepared.asked

@@ -1,0 +1,107 @@
+"""Begins a run at the station: its records are written first, then the device loads it."""
+
+from collections.abc import Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass
+from functools import partial
+from typing import Literal
+from uuid import UUID
+
+from fastapi.concurrency import run_in_threadpool
+from sqlalchemy.orm import Session
+
+from kata.api.errors import refused
+from kata.clinic.episodes.limits import DoctorLimits, MotorLimits
+from kata.clinic.event_spool import EventSpool
+from kata.clinic.sessions import runs
+from kata.clinic.sessions.offline_sessions import OfflineSessions
+from kata.clinic.sessions.schemas import Run
+from kata.database.availability import DatabaseUnavailableError
+from kata.database.engine import Database
+from kata.device import messages
+from kata.motion.edit import Motion
+from kata.motion.ilc import Correction
+from kata.station.lease import Browser
+from kata.station.schemas import PatientRef
+from kata.station.snapshot_tracker import Occupation
+from kata.station.station import NO_ANSWER, Station
+from kata.types import Side
+
+
+@dataclass(frozen=True)
+class BegunRun:
+    """A run that is recorded and that the device may load."""
+
+    run: Run
+    motion: Motion
+    learned: Correction | None
+    side: Side
+    limits: MotorLimits
+    allowed: DoctorLimits
+    patient: PatientRef
+    without_database: bool = False
+
+
+@dataclass(frozen=True)
+class RunStores:
+    """Where runs are recorded."""
+
+    database: Database
+    event_spool: EventSpool
+    offline_sessions: OfflineSessions
+
+
+@contextmanager
+def writing(
+    database: Database, event_spool: EventSpool, what: Literal["run", "teaching"]
+) -> Iterator[tuple[Session, list[UUID]]]:
+    """Open a session as :meth:`Database.write` does. The caller appends the id of a new run or teaching to the list.
+
+    If the database is lost during the commit, the row may exist although the device never began. This function then records that the run or
+    teaching has not begun.
+    """
+    began: list[UUID] = []
+    try:
+        with database.write() as session:
+            yield session, began
+    except DatabaseUnavailableError:
+        for id_ in began:
+            event_spool.put_not_begun(what, id_)
+        raise
+
+
+async def send_load(
+    station: Station,
+    stores: RunStores,
+    here: Browser | None,
+    begun: BegunRun,
+    command: messages.Load,
+    changes: tuple[str, ...],
+) -> Run:
+    """Let the device load a run that is recorded. ``changes``: what the page shows of how it differs from the recording.
+
+    :raises ProblemError: when the device refuses. The run is then removed.
+    """
+    run = begun.run
+    occupation = Occupation(str(run.id), begun.patient, run.recording_name, run.session_id, changes)
+    never_begun = partial(stores.event_spool.put_not_begun, "run", run.id)
+    refusal = await station.command(command, occupation, by=here, refused_late=never_begun)
+    if refusal:
+        if refusal.code != NO_ANSWER:
+            await run_in_threadpool(_forget_run, stores, begun)
+        raise refused(refusal)
+    return run
+
+
+def _forget_run(stores: RunStores, begun: BegunRun) -> None:
+    """Remove a run that the device refused."""
+    if begun.without_database:
+        # This is queued behind the record of the run's beginning, which may not be delivered yet.
+        stores.event_spool.put_not_begun("run", begun.run.id)
+        stores.offline_sessions.finish_run(begun.run.id, None)
+        return
+    try:
+        with stores.database.write() as session:
+            runs.remove_refused(session, begun.run.id)
+    except DatabaseUnavailableError:
+        stores.event_spool.put_not_begun("run", begun.run.id)

@@ -1,0 +1,103 @@
+"""Response models of end-feel tests."""
+
+from typing import Annotated, Literal
+from uuid import UUID
+
+from pydantic import Field
+
+from kata.clinic.recordings.schemas import Figure
+from kata.clinic.sessions.schemas import EndFeelKind, Outcome
+from kata.motion.end_feel import FASTEST_DEG_S, SLOWEST_DEG_S, SPEED_DEG_S
+from kata.station.schemas import OptionalKey
+from kata.types import Moment, Motor, Schema, Side
+
+EndFeelSpeed = Annotated[
+    float,
+    Field(
+        ge=SLOWEST_DEG_S,
+        le=FASTEST_DEG_S,
+        description="Speed of the way out and back, degrees per second.",
+        examples=[SPEED_DEG_S],
+    ),
+]
+
+
+class EndFeelFigures(Schema):
+    """Figures of an end-feel test. Angles are apparatus angles. The torque is that of the drive's current and its nominal factor."""
+
+    range_deg: float = Field(description="Angle at 60 % of the chosen torque, degrees.", examples=[92.4])
+    onset_deg: float = Field(description="Angle at 25 % of the chosen torque, degrees.", examples=[86.1])
+    stiffness_nm_deg: float = Field(
+        description="Slope of the straight line from onset to range, newton metres for each degree.", examples=[0.11]
+    )
+    last_third_nm_deg: float = Field(description="The same slope over the last third of that way.", examples=[0.14])
+    hysteresis_nm: float = Field(
+        description="Mean difference of way out and way back from onset to range, without the apparatus' friction, newton metres.",
+        examples=[0.2],
+    )
+
+
+class EndFeelRecord(Schema):
+    """An end-feel test or a baseline, and its result."""
+
+    run_id: UUID
+    session_id: UUID
+    recording_id: UUID
+    recording_name: str
+    kind: EndFeelKind = Field(description="baseline: with a test weight in the fixers. test: with the patient's arm.")
+    side: Side
+    motion: int = Field(ge=1, le=6, description="Number of the motion in Table 2 of Sun et al. (2025).", examples=[4])
+    name: str = Field(examples=["Abduction / adduction of the shoulder"])
+    name_key: OptionalKey = None
+    motor: Motor
+    started_at: Moment
+    outcome: Outcome
+    simulated: bool = Field(description="True if the station was a simulated apparatus.")
+    speed_deg_s: float
+    torque_nm: float = Field(
+        description="Chosen torque, newton metres. For a baseline: torque at which it turned back."
+    )
+    baseline_run_id: UUID | None = Field(description="The baseline that is subtracted; null for a baseline.")
+    unmeasured: Literal["torque_not_reached", "resistance_from_start", "guarding", "too_few_ways"] | None = Field(
+        description="Reason why there are no figures. guarding: the repetitions differ by more than 0.2 Nm, so the patient worked with or "
+        "against the apparatus. too_few_ways: fewer than two repetitions are complete. Null: there are figures, or the run has not ended."
+    )
+    figures: EndFeelFigures | None = Field(description="Means of the repetitions.")
+    interval: EndFeelFigures | None = Field(
+        description="Half of the width of each figure's 95 % interval over the repetitions."
+    )
+    disagreement_nm: float | None = Field(
+        description="Largest RMS difference of the repetitions, newton metres; null if it was not calculated."
+    )
+
+
+class EndFeelCurves(Schema):
+    """The torque-angle curve of a test with earlier ones of the same motion, and the newest of the other side."""
+
+    result: EndFeelRecord
+    earlier: list[EndFeelRecord] = Field(
+        description="Earlier tests of this motion and side with figures, newest first."
+    )
+    other_side: EndFeelRecord | None = Field(description="Newest test of this motion on the other side with figures.")
+    figure: Figure | None = Field(description="Torque over angle; null if the test has no curve.")
+
+
+class EndFeelMotion(Schema):
+    """A recording along which the session's patient can be measured."""
+
+    recording_id: UUID
+    recording_name: str
+    motion: int = Field(ge=1, le=6, description="Number of the motion in Table 2 of Sun et al. (2025).", examples=[4])
+    name: str
+    name_key: OptionalKey = None
+    motor: Motor
+    side: Side
+    baseline_run_id: UUID | None = Field(description="Baseline of today at this station; null: none yet.")
+    tests: list[EndFeelRecord] = Field(description="Tests of this recording in the session, newest first.")
+
+
+class EndFeelGuide(Schema):
+    """What can be measured in a session."""
+
+    speed_deg_s: float
+    motions: list[EndFeelMotion] = Field(description="Recordings of motions 3 to 6, the newest first.")

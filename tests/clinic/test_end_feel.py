@@ -1,0 +1,126 @@
+"""Results of end-feel runs from journals whose truth is known."""
+
+from pathlib import Path
+from uuid import UUID
+
+import pytest
+
+from kata.clinic.sessions import end_feel, end_feel_results, runs
+from kata.clinic.sessions.tables import EndFeelRow, RunRow, SessionRow
+from kata.database.base import utc_now
+from kata.database.engine import Database
+from kata.errors import ProblemError
+from tests.support.end_feel_runs import CHOSEN_NM, NM_DEG, ONSET_DEG, SPEED_DEG_S, STATION, begin, ended, row_of
+from tests.support.imported_runs import Clinic, pose
+
+TURNS_DEG = (68.0, 68.0, 68.0)
+
+
+@pytest.fixture
+def clinic(tmp_path: Path, database: Database) -> Clinic:
+    return Clinic(tmp_path, database)
+
+
+@pytest.fixture
+def recording(clinic: Clinic) -> UUID:
+    return clinic.recording(4.0, pose)
+
+
+@pytest.fixture
+def baseline(clinic: Clinic, recording: UUID) -> UUID:
+    run_id = begin(clinic, recording, "baseline")
+    assert ended(clinic, run_id, (100.0,), shoulder=False).curve
+    return run_id
+
+
+def played(clinic: Clinic, recording: UUID, **given: tuple[float, ...]) -> EndFeelRow:
+    return ended(clinic, begin(clinic, recording, "test"), TURNS_DEG, shoulder=True, **given)
+
+
+def test_known_capsule_gives_range_onset_and_stiffness(clinic: Clinic, recording: UUID, baseline: UUID) -> None:
+    row = played(clinic, recording)
+    assert (row.motor, row.motion, row.outward, row.unmeasured) == (3, 4, 1, None)
+    assert row.baseline_run_id == baseline
+    assert row.range_deg == pytest.approx(ONSET_DEG + 0.6 * CHOSEN_NM / NM_DEG, abs=0.3)
+    assert row.onset_deg == pytest.approx(ONSET_DEG + 0.25 * CHOSEN_NM / NM_DEG, abs=0.3)
+    assert row.stiffness_nm_deg == pytest.approx(NM_DEG, rel=0.05)
+    assert row.interval_range_deg is not None and row.interval_range_deg < 0.2
+
+
+def test_patient_who_pushes_in_one_repetition_has_no_figures(clinic: Clinic, recording: UUID, baseline: UUID) -> None:
+    row = played(clinic, recording, bursts_nm=(0.0, 1.5, 0.0))
+    assert (row.unmeasured, row.range_deg, row.curve) == ("guarding", None, None)
+    assert row.disagreement_nm is not None and row.disagreement_nm > 0.2
+
+
+def test_test_without_a_baseline_of_today_is_refused(clinic: Clinic, recording: UUID) -> None:
+    with pytest.raises(ProblemError) as refused:
+        begin(clinic, recording, "test")
+    assert refused.value.code == "no_baseline_today"
+
+
+def test_baseline_of_another_speed_does_not_count(clinic: Clinic, recording: UUID, baseline: UUID) -> None:
+    with clinic.database.read() as session:
+        today = utc_now().replace(hour=0, minute=0, second=0, microsecond=0)
+        found = end_feel.baseline_of(session, recording, STATION, SPEED_DEG_S, today)
+        assert found is not None and found.run_id == baseline
+        assert end_feel.baseline_of(session, recording, STATION, 4.0, today) is None
+        assert end_feel.baseline_of(session, recording, "Station 2", SPEED_DEG_S, today) is None
+        assert end_feel.baseline_of(session, recording, STATION, SPEED_DEG_S, utc_now()) is None
+
+
+def test_end_feel_run_counts_no_repetitions_and_no_errors(clinic: Clinic, recording: UUID, baseline: UUID) -> None:
+    row = played(clinic, recording)
+    with clinic.database.read() as session:
+        run = session.get_one(RunRow, row.run_id)
+        assert (run.repetitions_done, run.samples, run.outcome) == (0, None, "completed")
+        shown = runs.as_run(run)
+        assert (shown.end_feel, shown.comparison) == ("test", None)
+
+
+def test_refused_run_leaves_nothing_behind(clinic: Clinic, recording: UUID) -> None:
+    run_id = begin(clinic, recording, "baseline")
+    with clinic.database.write() as session:
+        runs.remove_refused(session, run_id)
+    with clinic.database.read() as session:
+        assert session.get(EndFeelRow, run_id) is None
+
+
+def test_curves_hold_earlier_tests_and_figures(clinic: Clinic, recording: UUID, baseline: UUID) -> None:
+    first, second = played(clinic, recording).run_id, played(clinic, recording).run_id
+    with clinic.database.read() as session:
+        found = end_feel_results.curves(session, second)
+        assert [one.run_id for one in found.earlier] == [first]
+        assert found.result.figures is not None and found.other_side is None
+        assert found.figure is not None
+        assert len(found.figure.data) == 4
+
+
+def test_guide_shows_baselines_and_tests_of_the_session(clinic: Clinic, recording: UUID, baseline: UUID) -> None:
+    run_id = played(clinic, recording).run_id
+    with clinic.database.read() as session:
+        visit = session.query(SessionRow).one()
+        today = utc_now().replace(hour=0, minute=0, second=0, microsecond=0)
+        (motion,) = end_feel_results.guide(session, visit.id, STATION, today).motions
+        assert (motion.motion, motion.baseline_run_id) == (4, baseline)
+        assert [one.run_id for one in motion.tests] == [run_id]
+        (elsewhere,) = end_feel_results.guide(session, visit.id, "Station 2", today).motions
+        assert elsewhere.baseline_run_id is None
+
+
+def test_curve_as_csv_has_units_and_every_place(clinic: Clinic, recording: UUID, baseline: UUID) -> None:
+    row = played(clinic, recording)
+    with clinic.database.read() as session:
+        lines = end_feel_results.as_csv(session, row.run_id).splitlines()
+        curve = end_feel.curve_of(row)
+        assert curve is not None
+        assert lines[0].startswith("angle_deg,torque_out_nm,torque_back_nm,torque_mean_nm")
+        assert len(lines) == 1 + len(curve.places_deg)
+        with pytest.raises(ProblemError):
+            end_feel_results.as_csv(session, begin_without_curve(clinic, recording))
+
+
+def begin_without_curve(clinic: Clinic, recording: UUID) -> UUID:
+    run_id = begin(clinic, recording, "test")
+    assert row_of(clinic, run_id).curve is None
+    return run_id
