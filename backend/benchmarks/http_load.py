@@ -279,7 +279,7 @@ def _shape(path: str) -> Sequence[str]:
     return ["{}" if part.startswith("{") else part for part in path.split("/")]
 
 
-_CHARTS: Final = ("rom", "pain", "spadi", "tracking", "correction", "adherence")
+_CHARTS: Final = ("rom", "pain", "spadi", "tracking", "correction", "adherence", "end_feel")
 _KANA: Final = ("ヤマダ", "コバヤシ ケン", "モリ マイ")
 _BORN: Final = ("1968", "1955-03", "1949-12")
 

@@ -12,7 +12,7 @@ from tests.support.responses import problem
 
 pytestmark = pytest.mark.no_apparatus
 
-CHARTS = ("rom", "pain", "spadi", "questionnaires", "tracking", "correction", "adherence")
+CHARTS = ("rom", "pain", "spadi", "questionnaires", "tracking", "correction", "adherence", "end_feel")
 
 
 @pytest.mark.parametrize("chart", CHARTS)

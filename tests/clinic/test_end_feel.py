@@ -5,13 +5,20 @@ from uuid import UUID
 
 import pytest
 
+from kata.clinic.progress import figures
+from kata.clinic.progress import service as progress
 from kata.clinic.sessions import end_feel, end_feel_results, runs
 from kata.clinic.sessions.tables import EndFeelRow, RunRow, SessionRow
 from kata.database.base import utc_now
 from kata.database.engine import Database
 from kata.errors import ProblemError
+from kata.reporting import rendering
+from kata.reporting import session as session_report
+from kata.reporting.phrases import Language
 from tests.support.end_feel_runs import CHOSEN_NM, NM_DEG, ONSET_DEG, SPEED_DEG_S, STATION, begin, ended, row_of
+from tests.support.fhir_bundle import exported, judged, of_kind
 from tests.support.imported_runs import Clinic, pose
+from tests.support.reports import how
 
 TURNS_DEG = (68.0, 68.0, 68.0)
 
@@ -118,6 +125,52 @@ def test_curve_as_csv_has_units_and_every_place(clinic: Clinic, recording: UUID,
         assert len(lines) == 1 + len(curve.places_deg)
         with pytest.raises(ProblemError):
             end_feel_results.as_csv(session, begin_without_curve(clinic, recording))
+
+
+def test_observation_has_method_and_components(clinic: Clinic, recording: UUID, baseline: UUID, tmp_path: Path) -> None:
+    row = played(clinic, recording)
+    told = exported(clinic.database, clinic.patient_id, tmp_path / "bundle.json")
+    found = [one for one in of_kind(told, "Observation") if one["code"]["coding"][0]["code"] == "end-feel"]
+    # The baseline is of the apparatus.
+    assert [one["id"] for one in found] == [str(row.run_id)]
+    assert found[0]["valueQuantity"]["value"] == pytest.approx(row.range_deg, abs=1e-3)
+    assert found[0]["method"]["coding"][0]["code"] == "end-feel-test"
+    assert {part["code"]["coding"][0]["code"] for part in found[0]["component"]} >= {
+        "end-feel-torque", "end-feel-range-interval", "end-feel-onset", "end-feel-stiffness", "end-feel-hysteresis",
+    }  # fmt: skip
+    assert judged({"bundle": told}) == {"bundle": []}
+
+
+def test_observation_without_figures_says_why(clinic: Clinic, recording: UUID, baseline: UUID, tmp_path: Path) -> None:
+    played(clinic, recording, bursts_nm=(0.0, 1.5, 0.0))
+    told = exported(clinic.database, clinic.patient_id, tmp_path / "bundle.json")
+    (found,) = (one for one in of_kind(told, "Observation") if one["code"]["coding"][0]["code"] == "end-feel")
+    assert "valueQuantity" not in found
+    assert found["dataAbsentReason"]["text"] == "guarding"
+    assert judged({"bundle": told}) == {"bundle": []}
+
+
+@pytest.mark.parametrize(("language", "words"), [("en", "End-feel test"), ("ja", "エンドフィール検査")])
+def test_session_report_has_figures_of_the_test(
+    clinic: Clinic, recording: UUID, baseline: UUID, language: Language, words: str
+) -> None:
+    row = played(clinic, recording)
+    with clinic.database.read() as session:
+        content = session_report.read_content(session, session.query(SessionRow).one().id)
+    page = rendering.session_page(content, how(language)).html
+    assert words in page
+    assert f"{row.range_deg:.1f} ± {row.interval_range_deg:.1f}" in page
+
+
+def test_progress_has_the_range_of_each_test(clinic: Clinic, recording: UUID, baseline: UUID) -> None:
+    row = played(clinic, recording)
+    with clinic.database.read() as session:
+        visit = session.query(SessionRow).one()
+        assert visit.episode_id is not None
+        points = progress.end_feel_points(session, progress.timeline_of(session, visit.episode_id))
+    (point,) = points
+    assert (point.range_deg, point.half_deg) == (row.range_deg, row.interval_range_deg)
+    assert figures.end_feel(points)["data"][0]["error_y"]["array"] == [row.interval_range_deg]
 
 
 def begin_without_curve(clinic: Clinic, recording: UUID) -> UUID:

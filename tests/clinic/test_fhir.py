@@ -353,7 +353,7 @@ ENTERED: dict[str, dict[str, str]] = {
         "valueQuantity": "angle, score or pain as typed; calculated errors and angles", "valueString": "note", "code": "what was asked for",
         "category": "of the code", "component": "position of the arm; calculated figures of a run", "bodySite": "side",
         "effectiveDateTime": "time of the assessment, of the reading or of the score", "effectivePeriod": "period of run or session",
-        "performer": "assessed by, read by", "method": "goniometer, or estimate from its readings", "derivedFrom": "answers; readings",
+        "performer": "assessed by, read by", "method": "goniometer, estimate from its readings, or end-feel test", "derivedFrom": "answers; readings",
         "partOf": "session", "status": "withdrawn or not",
     },
     "QuestionnaireResponse": {

@@ -148,7 +148,7 @@ def test_columns_of_exported_tables_have_units() -> None:
     exported_rows: tuple[type[Base], ...] = (
         tables.EpisodeRow, tables.ProgrammeVersionRow, tables.ProgrammeItemRow, tables.AssessmentRow, tables.RomRow,
         tables.SessionRow, tables.RecordingRow, tables.RunRow, tables.MotorTrackingRow, tables.MotionTrackingRow,
-        tables.GoniometerReadingRow,
+        tables.GoniometerReadingRow, tables.EndFeelRow,
     )  # fmt: skip
     columns = [
         column

@@ -4,7 +4,10 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from typer.testing import CliRunner
 
+from kata.cli.main import app
+from kata.evaluation import end_feel
 from kata.evaluation.end_feel import GOALS, EndFeelCase, Judged, cases, judge, summary
 from kata.simulator.independent.plant import IndependentPlant
 
@@ -31,6 +34,16 @@ def test_summary_shows_each_goal_beside_its_figures(relaxed: Judged) -> None:
     shown = {str(column.header): str(next(iter(column.cells))) for column in table.columns}
     assert shown["outcomes"] == "2 measured"
     assert shown["range, deg (goal 2)"].endswith("3.00; 50 %")
+
+
+def test_command_judges_every_motor_of_the_chosen_seeds(monkeypatch: pytest.MonkeyPatch) -> None:
+    judged: list[EndFeelCase] = []
+    monkeypatch.setattr(end_feel, "judge_many", lambda chosen, processes, json_out: judged.extend(chosen))
+    done = CliRunner().invoke(app, ["evaluate", "--end-feel", "--plant", "simple", "--seed", "3", "--seeds", "2"])
+    assert done.exit_code == 0, done.output
+    assert {(case.seed, case.motor, case.kind) for case in judged} == {
+        (seed, motor, kind) for seed in (3, 4) for motor in (3, 4, 5) for kind in ("relaxed", "guarding")
+    }
 
 
 def test_cases_of_the_independent_plant_have_every_stage() -> None:

@@ -40,19 +40,29 @@ _BalancerOption = Annotated[
 _PatientOption = Annotated[
     str, typer.Option(help="With mujoco: the patient, one of healthy, freezing, frozen, thawing, large and small.")
 ]
+_TaughtOption = Annotated[Path | None, typer.Option(help="Folder of motions (CSV) instead of the built-in motions.")]
+_RepetitionsOption = Annotated[
+    int | None,
+    typer.Option(
+        min=1, help="Number of playbacks of each recording. Default: five for learned, one for the other methods."
+    ),
+]
+_RealTimeOption = Annotated[
+    bool, typer.Option("--real-time", help="Play in real time, through the service's processes and a pseudo-terminal.")
+]
+_EndFeelOption = Annotated[
+    bool,
+    typer.Option(
+        "--end-feel",
+        help="Judge the end-feel test instead of playback. Of the other options only plant, seed, seeds, processes and json apply.",
+    ),
+]
 
 
 def evaluate(
-    taught: Annotated[
-        Path | None, typer.Option(help="Folder of motions (CSV) instead of the built-in motions.")
-    ] = None,
+    taught: _TaughtOption = None,
     methods: Annotated[str, typer.Option(help="Playback methods, separated by commas.")] = "paper,smooth,learned",
-    repetitions: Annotated[
-        int | None,
-        typer.Option(
-            min=1, help="Number of playbacks of each recording. Default: five for learned, one for the other methods."
-        ),
-    ] = None,
+    repetitions: _RepetitionsOption = None,
     seed: Annotated[
         int | None,
         typer.Option(
@@ -69,10 +79,8 @@ def evaluate(
         int | None,
         typer.Option(min=1, help="Number of cases played at the same time. Default: one for each processor."),
     ] = None,
-    real_time: Annotated[
-        bool,
-        typer.Option("--real-time", help="Play in real time, through the service's processes and a pseudo-terminal."),
-    ] = False,
+    real_time: _RealTimeOption = False,
+    end_feel: _EndFeelOption = False,
     station: Annotated[
         Path | None, typer.Option(help="Play on the real apparatus of this station's TOML file, in real time.")
     ] = None,
@@ -89,6 +97,9 @@ def evaluate(
     logging.basicConfig(level=logging.ERROR)
     chosen = _parse_methods(methods)
     chosen_plant = _choose_plant(plant, real_time=real_time or station is not None)
+    if end_feel:
+        _judge_end_feel(chosen_plant, range(seed or 0, (seed or 0) + seeds), processes, json_out)
+        return
     judge = run.Judge(chosen_plant, _parse_patient(patient, chosen_plant), balancer_kg)
     if balancer_kg is not None and chosen_plant != "mujoco":
         raise typer.BadParameter("is possible only with --plant mujoco", param_hint="--balancer")
@@ -108,6 +119,13 @@ def evaluate(
         beside = _on_virtual_time(other, processes)
     _report(outcomes, beside, (json_out, html_out), simulated=station is None, judge=judge)
     sys.exit(any(outcome.problem for outcome in outcomes))
+
+
+def _judge_end_feel(plant: "PlantName", seeds: range, processes: int | None, json_out: Path | None) -> None:
+    from kata.evaluation import end_feel
+
+    chosen = end_feel.cases(plant, seeds, get_args(end_feel.Kind), list(end_feel.CHOSEN_NM))
+    end_feel.judge_many(chosen, processes, json_out)
 
 
 def _report(

@@ -1,6 +1,6 @@
-"""How well the end-feel test measures a simulated shoulder whose truth is known: ``python -m kata.evaluation.end_feel``.
+"""How well the end-feel test measures a simulated shoulder whose truth is known: ``kata evaluate --end-feel``.
 
-Each case: a test weight in the fixers (the day's baseline), then a patient's arm with the three repetitions, both by the control loop that
+``python -m kata.evaluation.end_feel`` judges single motors and kinds of patients. Each case: a test weight in the fixers (the day's baseline), then a patient's arm with the three repetitions, both by the control loop that
 treats patients, on virtual time. docs/explanation/end-feel.md has the figures.
 """
 
@@ -376,6 +376,20 @@ def cases(plant: PlantName, seeds: Sequence[int], kinds: Sequence[Kind], motors:
     ]
 
 
+def judge_many(chosen: Sequence[EndFeelCase], processes: int | None, json_out: Path | None) -> None:
+    """Run the tests and print the figures beside the goals. The JSON file has the tests that have ended."""
+    seeds = len({case.seed for case in chosen})
+    found: list[Judged] = []
+    spawning = multiprocessing.get_context("spawn")
+    with ProcessPoolExecutor(processes, mp_context=spawning, initializer=_settle) as pool:
+        # The cases of a seed share the station's commissioning.
+        for one in pool.map(_shown, chosen, chunksize=len(chosen) // seeds):
+            found.append(one)
+            if json_out:
+                json_out.write_text(json.dumps([asdict(each) for each in found], indent=1) + "\n")
+    Console(width=120).print(summary(found))
+
+
 def main() -> None:
     """Print the figures beside the goals."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
@@ -390,14 +404,7 @@ def main() -> None:
     kinds = [kind for kind in get_args(Kind) if kind in asked.kinds.split(",")]
     motors = [int(motor) for motor in asked.motors.split(",")]
     chosen = cases(asked.plant, range(asked.seed, asked.seed + asked.seeds), kinds, motors)
-    found = []
-    spawning = multiprocessing.get_context("spawn")
-    with ProcessPoolExecutor(asked.processes, mp_context=spawning, initializer=_settle) as pool:
-        for one in pool.map(_shown, chosen, chunksize=len(chosen) // asked.seeds):
-            found.append(one)
-            if asked.json:
-                asked.json.write_text(json.dumps([asdict(each) for each in found], indent=1) + "\n")
-    Console(width=120).print(summary(found))
+    judge_many(chosen, asked.processes, asked.json)
 
 
 def _settle() -> None:

@@ -105,6 +105,11 @@ def _clinic_session(clinic_session: SessionRow, side: str | None, reason: UUID |
         yield fhir_observations.goniometer_reading(reading, clinic_session.patient_id, side)
     angles = patient_angles.of_session(clinic_session)
     for run in clinic_session.runs:
+        if run.end_feel:
+            # A baseline is of the apparatus, not of the patient.
+            if run.end_feel.kind == "test":
+                yield fhir_observations.end_feel(run, clinic_session.patient_id)
+            continue
         yield fhir_observations.run_tracking(run, clinic_session.patient_id)
         yield from fhir_observations.patient_angles(run, clinic_session, angles)
 

@@ -143,6 +143,41 @@ def run_tracking(row: RunRow, patient_id: UUID) -> Resource:
     )
 
 
+def end_feel(row: RunRow, patient_id: UUID) -> Resource:
+    """Return the Observation of one end-feel test with its figures, or why there are none."""
+    test = row.end_feel
+    assert test is not None
+    value = quantity(None if test.range_deg is None else test.outward * test.range_deg, "deg")
+    onset_deg = None if test.onset_deg is None else test.outward * test.onset_deg
+    return without_empty(
+        {
+            "resourceType": "Observation",
+            "id": str(row.id),
+            "partOf": [reference(row.session_id)],
+            "status": "final" if row.ended_at else "preliminary",
+            "category": [_EXAM],
+            "code": local_concept("end-feel") | {"text": f"End-feel: {_motion_name(test.motion)}"},
+            "subject": reference(patient_id),
+            "effectivePeriod": without_empty({"start": fhir_date(row.started_at), "end": fhir_date(row.ended_at)}),
+            "valueQuantity": value,
+            "dataAbsentReason": None
+            if value
+            else concept(f"{HL7}data-absent-reason", "not-performed", "Not Performed", test.unmeasured or ""),
+            "bodySite": shoulder(row.recording.side),
+            "method": local_concept("end-feel-test"),
+            "component": [
+                _component("run-outcome", valueString=row.outcome if row.outcome != "loaded" else None),
+                _component("end-feel-torque", valueQuantity=quantity(test.torque_nm, "N.m")),
+                _component("end-feel-range-interval", valueQuantity=quantity(test.interval_range_deg, "deg")),
+                _component("end-feel-onset", valueQuantity=quantity(onset_deg, "deg")),
+                _component("end-feel-stiffness", valueQuantity=quantity(test.stiffness_nm_deg, "N.m/deg")),
+                _component("end-feel-last-third", valueQuantity=quantity(test.last_third_nm_deg, "N.m/deg")),
+                _component("end-feel-hysteresis", valueQuantity=quantity(test.hysteresis_nm, "N.m")),
+            ],
+        }
+    )
+
+
 def goniometer_reading(row: GoniometerReadingRow, patient_id: UUID, side: str | None) -> Resource:
     """Return the Observation of one goniometer reading, which also contains the apparatus angle."""
     return without_empty(

@@ -18,7 +18,7 @@ from kata.clinic.events.tables import DeviceEventRow
 from kata.clinic.patients.tables import ErasureRow, PatientRow
 from kata.clinic.programmes.tables import ProgrammeRow
 from kata.clinic.recordings.tables import RecordingRow
-from kata.clinic.sessions.tables import GoniometerReadingRow, RunRow, SessionRow, SessionStopRow
+from kata.clinic.sessions.tables import EndFeelRow, GoniometerReadingRow, RunRow, SessionRow, SessionStopRow
 from kata.database.base import Base
 from kata.database.engine import Database
 from kata.database.series import Series
@@ -43,6 +43,7 @@ runs.csv          what was played, a line each, with the file of its samples
                   They are empty where compared_percent, the share of the playing time that was compared, is below 90
                   change_by_settings_deg is requested minus taught: what range and Reduce range changed, not an error
                   clock_offset_s is how far the wall clock is ahead of the motion's clock, by which the errors are compared
+end-feel.csv      end-feel tests and their baselines, a line each: figures with half of their 95 % intervals, or why there are none
 runs/             samples: time, phase, place on the motion, setpoint, measured angle and torque of each motor
 
 Where "simulated" is true or 1 (column, metadata, file name), the apparatus was simulated and the values are invented.
@@ -116,6 +117,13 @@ def _files(
         columns = [column.key for column in inspect(GoniometerReadingRow).column_attrs]
         _write_table(path, [_plain(row) for row in session.scalars(readings)], empty=columns)
     yield "goniometer.csv", path
+    with database.read() as session:
+        tests = select(EndFeelRow).join(RunRow, RunRow.id == EndFeelRow.run_id)
+        tests = tests.join(SessionRow, SessionRow.id == RunRow.session_id).where(SessionRow.patient_id == patient_id)
+        columns = [column.key for column in inspect(EndFeelRow).column_attrs if column.key != "curve"]
+        found = (_plain(row) for row in session.scalars(tests.order_by(RunRow.started_at)))
+        _write_table(path, [{name: row[name] for name in columns} for row in found], empty=columns)
+    yield "end-feel.csv", path
     yield from _recordings(database, worker, patient_id, path)
     yield from _runs(database, worker, patient_id, path)
 

@@ -96,6 +96,20 @@ class PrintedReading:
 
 
 @dataclass(frozen=True)
+class PrintedEndFeel:
+    """An end-feel test or its baseline. Figures are None if there is a reason instead."""
+
+    kind: str
+    motion: int
+    torque_nm: float
+    unmeasured: str | None
+    range_deg: tuple[float, float] | None
+    """Range and half of its 95 % interval."""
+    onset_deg: float | None
+    stiffness_nm_deg: float | None
+
+
+@dataclass(frozen=True)
 class RunContent:
     """One playback."""
 
@@ -116,6 +130,8 @@ class RunContent:
     worst_peak_deg: float | None
     motors: tuple[MotorErrors, ...]
     motions: tuple[MotionReach, ...]
+    end_feel: PrintedEndFeel | None
+    """None for a playback."""
     parts: RunFigureSamples | None
     """Data for the run's curves; None if there is nothing to draw."""
 

@@ -15,7 +15,7 @@ _TOLD_METHODS: Final = ("learned", "paper")
 def draft(session: Session, language: Language = "en") -> str:
     """Return the sentences that apply, in the order of a session."""
     phrases = NotePhrases(language)
-    runs = [run for run in session.runs if run.outcome not in ("loaded", "unloaded")]
+    runs = [run for run in session.runs if run.outcome not in ("loaded", "unloaded") and run.end_feel is None]
     happened = (
         [
             *(_played(phrases, session, run) for run in runs),

@@ -233,6 +233,22 @@ PHRASES: Final[dict[str, tuple[str, str]]] = {
     "goniometer_apparatus": ("Apparatus angle, °", "装置角度(°)"),
     "goniometer_reading": ("Goniometer, °", "角度計(°)"),
     "goniometer_by": ("Read by", "測定者"),
+    "end_feel": ("End-feel test", "エンドフィール検査"),
+    "end_feel_explained": (
+        "Angles of the apparatus at 60 % (range) and 25 % (onset) of the chosen torque; ± is the 95 % interval over three repetitions. The torque "
+        "is the drive's current times a nominal factor. The test was tried in simulation only.",
+        "選んだトルクの60%(可動域)と25%(抵抗の開始)での装置角度。±は3回の往復にわたる95%区間である。トルクはモータの電流に公称係数を掛けた値で、この検査は"
+        "シミュレーションでのみ試されている。",
+    ),
+    "end_feel_baseline": ("Baseline of an end-feel test", "エンドフィール検査の基準測定"),
+    "end_feel_torque": ("Torque, Nm", "トルク(Nm)"),
+    "end_feel_range": ("Range, °", "可動域(°)"),
+    "end_feel_onset": ("Onset, °", "抵抗の開始(°)"),
+    "end_feel_stiffness": ("Stiffness, Nm/°", "スティフネス(Nm/°)"),
+    "unmeasured.torque_not_reached": ("the torque was not reached", "トルクに達しなかった"),
+    "unmeasured.resistance_from_start": ("resistance begins at the start", "開始位置から抵抗がある"),
+    "unmeasured.guarding": ("the patient worked with or against the apparatus", "患者が装置に力を加えた"),
+    "unmeasured.too_few_ways": ("fewer than two repetitions are complete", "完了した往復が2回未満"),
     "healthy": ("Healthy, °", "参考値(°)"),
     "motions_caption": ("Range by the body's motions", "身体の動作別の範囲"),
     "nothing_compared": ("Nothing was played, so there is nothing to compare.", "再生されていないため、比較はない。"),

@@ -12,7 +12,14 @@ from kata.clinic.programmes.tables import ProgrammeVersionRow
 from kata.clinic.sessions import patient_angles, runs
 from kata.clinic.sessions import service as sessions
 from kata.clinic.sessions.patient_angles import PatientAngles
-from kata.clinic.sessions.tables import GoniometerReadingRow, MotionTrackingRow, MotorTrackingRow, RunRow, SessionRow
+from kata.clinic.sessions.tables import (
+    EndFeelRow,
+    GoniometerReadingRow,
+    MotionTrackingRow,
+    MotorTrackingRow,
+    RunRow,
+    SessionRow,
+)
 from kata.motion.edit import PlaybackSettings
 from kata.reporting.content import (
     Check,
@@ -21,6 +28,7 @@ from kata.reporting.content import (
     PlannedItem,
     PlaybackDescription,
     PrintedAddendum,
+    PrintedEndFeel,
     PrintedPlan,
     PrintedReading,
     PrintedStop,
@@ -122,7 +130,21 @@ def _run(session: DatabaseSession, row: RunRow, number: int, angles: PatientAngl
         worst_peak_deg=max((abs(motor.peak_deg) for motor in row.tracking), default=None),
         motors=tuple(_motor(motor) for motor in row.tracking),
         motions=tuple(_motion(motion, row, angles) for motion in row.motions),
+        end_feel=_end_feel(row.end_feel) if row.end_feel else None,
         parts=None if row.samples is None else runs.figure_samples(session, row.id),
+    )
+
+
+def _end_feel(row: EndFeelRow) -> PrintedEndFeel:
+    measured = row.range_deg is not None and row.interval_range_deg is not None
+    return PrintedEndFeel(
+        kind=row.kind,
+        motion=row.motion,
+        torque_nm=row.torque_nm,
+        unmeasured=row.unmeasured,
+        range_deg=(row.outward * (row.range_deg or 0.0), row.interval_range_deg or 0.0) if measured else None,
+        onset_deg=None if row.onset_deg is None else row.outward * row.onset_deg,
+        stiffness_nm_deg=row.stiffness_nm_deg,
     )
 
 

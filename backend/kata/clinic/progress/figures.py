@@ -17,6 +17,7 @@ from kata.clinic.progress.series import (
     KINDS,
     PAIN_CONTEXTS,
     PAIN_IN_SESSIONS,
+    EndFeelPoint,
     LineSeries,
     Point,
     QuestionnairePanel,
@@ -222,6 +223,20 @@ def correction(lines: Sequence[LineSeries]) -> Figure:
     )
 
 
+def end_feel(points: Sequence[EndFeelPoint]) -> Figure:
+    """Return the range at 60 % of the chosen torque with its 95 % interval, one line per motion."""
+    last = _last_week(points)
+    traces = []
+    for place, motion in enumerate(dict.fromkeys(point.motion for point in points)):
+        own = [point for point in points if point.motion == motion]
+        line = LineSeries(motion, tuple(Point(point.at, point.week, point.range_deg) for point in own))
+        error = {"type": "data", "array": [point.half_deg for point in own]}
+        traces.append(_nth_line(line, place, texts.FIGURE_NAMED_ANGLE_HOVER()) | {"error_y": error})
+    values = [point.range_deg for point in points] or [0.0]
+    axes = _axes(texts.FIGURE_END_FEEL_RANGE(), [min(values) - 10.0, max(values) + 10.0], last)
+    return _figure(traces, _layout(420) | axes)
+
+
 def adherence(weeks: Sequence[AdherenceWeek]) -> Figure:
     """Return the sessions per week as bars and the prescribed sessions as a line."""
     mondays = [week.begins_on for week in weeks]
@@ -350,7 +365,7 @@ def _level(name: str, value: float, last: float, colour: str, dash: str, width: 
     }
 
 
-def _last_week(points: Iterable[Point | SpadiPoint | TotalPoint | Tracked]) -> float:
+def _last_week(points: Iterable[Point | SpadiPoint | TotalPoint | Tracked | EndFeelPoint]) -> float:
     return max([1.0, *(point.week for point in points)])
 
 

@@ -11,6 +11,7 @@ from kata.clinic.programmes.adherence import AdherenceWeek
 from kata.clinic.progress.series import (
     KINDS,
     METHODS,
+    EndFeelPoint,
     LineSeries,
     QuestionnairePanel,
     RomPanel,
@@ -156,6 +157,34 @@ def correction(lines: Sequence[LineSeries]) -> NumberTable:
         _moment(texts.FIGURE_SESSION()),
         _text(texts.FIGURE_RECORDING()),
         _number(texts.FIGURE_CORRECTION(), digits=2),
+    ]
+    return NumberTable(columns=columns, rows=rows)
+
+
+def end_feel(points: Sequence[EndFeelPoint]) -> NumberTable:
+    """Return a table with one row per test."""
+    rows: list[list[Cell]] = [
+        [
+            point.at,
+            point.motion,
+            point.side,
+            point.torque_nm,
+            point.range_deg,
+            point.half_deg,
+            point.onset_deg,
+            point.stiffness_nm_deg,
+        ]
+        for point in points
+    ]
+    columns = [
+        _moment(texts.FIGURE_WHEN()),
+        _text(texts.FIGURE_MOTION()),
+        _text(texts.FIGURE_SIDE()),
+        _number(texts.FIGURE_CHOSEN_TORQUE(), digits=1),
+        _number(texts.FIGURE_END_FEEL_RANGE(), digits=1),
+        _number(texts.FIGURE_END_FEEL_INTERVAL(), digits=1),
+        _number(texts.FIGURE_END_FEEL_ONSET(), digits=1),
+        _number(texts.FIGURE_END_FEEL_STIFFNESS(), digits=3),
     ]
     return NumberTable(columns=columns, rows=rows)
 

@@ -8,7 +8,7 @@ from kata.clinic import texts
 from kata.clinic.assessments.rom import Kind, Measure
 from kata.clinic.questionnaires.definitions import Definition
 
-Chart = Literal["rom", "pain", "spadi", "questionnaires", "tracking", "correction", "adherence"]
+Chart = Literal["rom", "pain", "spadi", "questionnaires", "tracking", "correction", "adherence", "end_feel"]
 
 
 @dataclass(frozen=True)
@@ -88,6 +88,21 @@ class Tracked:
     """Mean over the playbacks."""
     peak_deg: float
     """The largest absolute error."""
+
+
+@dataclass(frozen=True)
+class EndFeelPoint:
+    """The figures of one end-feel test. ``half_deg``: half of the 95 % interval of the range."""
+
+    motion: str
+    side: str
+    at: datetime
+    week: float
+    torque_nm: float
+    range_deg: float
+    half_deg: float
+    onset_deg: float
+    stiffness_nm_deg: float
 
 
 KINDS: Final = {"active": texts.FIGURE_KIND_ACTIVE(), "passive": texts.FIGURE_KIND_PASSIVE()}

@@ -19,6 +19,7 @@ from kata.clinic.programmes.adherence import AdherenceWeek
 from kata.clinic.progress.series import (
     PAIN_CONTEXTS,
     PAIN_IN_SESSIONS,
+    EndFeelPoint,
     LineSeries,
     Point,
     QuestionnairePanel,
@@ -30,8 +31,11 @@ from kata.clinic.progress.series import (
 )
 from kata.clinic.questionnaires.definitions import DEFINITIONS, score
 from kata.clinic.recordings.tables import RecordingRow
-from kata.clinic.sessions.tables import RunRow, SessionRow
+from kata.clinic.sessions.tables import EndFeelRow, RunRow, SessionRow
 from kata.errors import not_found
+from kata.motion.axes import BASIC_MOTIONS
+from kata.motion.texts import SIDES
+from kata.types import side_of
 
 _WEEK: Final = timedelta(weeks=1)
 
@@ -181,6 +185,34 @@ def correction_lines(session: Session, timeline: EpisodeTimeline) -> list[LineSe
         assert rms_deg is not None
         lines[names[recording]][at] = Point(at, timeline.week(at), rms_deg)
     return [LineSeries(name, tuple(points.values())) for name, points in lines.items()]
+
+
+def end_feel_points(session: Session, timeline: EpisodeTimeline) -> list[EndFeelPoint]:
+    """Return the figures of the end-feel tests in the episode's sessions."""
+    query = (
+        select(RunRow.started_at, RecordingRow.side, EndFeelRow)
+        .join(RunRow, RunRow.id == EndFeelRow.run_id)
+        .join(SessionRow, SessionRow.id == RunRow.session_id)
+        .join(RecordingRow, RecordingRow.id == RunRow.recording_id)
+        .where(
+            SessionRow.episode_id == timeline.episode_id, EndFeelRow.kind == "test", EndFeelRow.range_deg.is_not(None)
+        )
+        .order_by(RunRow.started_at)
+    )
+    return [
+        EndFeelPoint(
+            BASIC_MOTIONS[row.motion - 1].name,
+            SIDES[side_of(side)],
+            at,
+            timeline.week(at),
+            row.torque_nm,
+            row.outward * (row.range_deg or 0.0),
+            row.interval_range_deg or 0.0,
+            row.outward * (row.onset_deg or 0.0),
+            row.stiffness_nm_deg or 0.0,
+        )
+        for at, side, row in session.execute(query)
+    ]
 
 
 def weeks(session: Session, timeline: EpisodeTimeline) -> list[AdherenceWeek]:

@@ -2,6 +2,7 @@ import { Card, Stack, Text } from "@mantine/core";
 import type { Run } from "../../lib/api/client";
 import { t } from "../../lib/i18n";
 import { translateServerText } from "../../lib/serverText";
+import { EndFeelOfRun } from "../end-feel/lazyEndFeel";
 import { RunFigures } from "./RunFigures";
 import { nothingComparedWords, RunHeading } from "./RunHeading";
 import { worstMotor } from "./sessionResult";
@@ -14,6 +15,7 @@ export function RunCard({ run, number }: { run: Run; number: number }) {
         <RunHeading run={run} number={number} />
         {run.stop && <Text fw={600}>{translateServerText(run.stop.message, run.stop.message_key)}</Text>}
         {run.partial && <Text fw={600}>{t("sessions:compared.partial")}</Text>}
+        {run.end_feel && <EndFeelOfRun key={run.id} runId={run.id} />}
         {run.comparison ? (
           <RunFigures
             key={run.id}
@@ -23,7 +25,7 @@ export function RunCard({ run, number }: { run: Run; number: number }) {
             length_s={run.rate_hz ? run.comparison.samples / run.rate_hz : null}
           />
         ) : (
-          <Text>{nothingComparedWords(run)}</Text>
+          !run.end_feel && <Text>{nothingComparedWords(run)}</Text>
         )}
       </Stack>
     </Card>

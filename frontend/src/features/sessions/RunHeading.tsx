@@ -48,6 +48,7 @@ export function RunHeading({ run, number }: { run: Run; number: number }) {
 /** Return in words how much was played and what interrupted it. */
 function doneWords(run: Run): string {
   const words: string[] = [];
+  if (run.end_feel) return t(`sessions:session.endFeel.${run.end_feel}`);
   if (run.repetitions_done !== null) {
     words.push(t("sessions:session.repetitions", { done: run.repetitions_done, planned: run.repetitions }));
   }

@@ -9,6 +9,7 @@ import { useMaxResistanceLevel, useRecordings } from "../../lib/patientQueries";
 import { Margin } from "../../ui/Margin";
 import { ProblemNote } from "../../ui/ProblemNote";
 import { SimulatedBadge } from "../../ui/SimulatedBadge";
+import { MeasureEndFeel } from "../end-feel/lazyEndFeel";
 import { StageWarning } from "../patients/StageWarning";
 import { CommandButton } from "./CommandButton";
 import { arePlayable, PlaySettings } from "./PlaySettings";
@@ -138,6 +139,7 @@ export function RecordingChooser({ session, wanted, level, onLevel }: ChooserPro
       <CommandButton command="load" disabled={!isReady || complete !== true} send={load}>
         {t("station:play.load")}
       </CommandButton>
+      <MeasureEndFeel session={session} level={shownLevel} />
     </>
   );
 }

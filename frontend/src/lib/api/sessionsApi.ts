@@ -108,6 +108,10 @@ export const sessionsApi = {
     unwrap(client.GET("/api/runs/{run_id}/played", { params: { path: { run_id: key } } })),
   runRhythm: (key: string) =>
     unwrap(client.GET("/api/runs/{run_id}/rhythm", { params: { path: { run_id: key } } })),
+  endFeel: (key: string) =>
+    unwrap(client.GET("/api/runs/{run_id}/end-feel", { params: { path: { run_id: key } } })),
+  endFeelGuide: (key: string) =>
+    unwrap(client.GET("/api/sessions/{session_id}/end-feel", { params: { path: { session_id: key } } })),
   runMotion: (key: string) =>
     unwrap(client.GET("/api/runs/{run_id}/motion", { params: { path: { run_id: key } } })),
 };

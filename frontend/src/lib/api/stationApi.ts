@@ -18,6 +18,8 @@ export const stationApi = {
   takeLease: (take_over: boolean) => unwrap(client.POST("/api/station/lease", { body: { take_over } })),
   releaseLease: () => unwrap(client.DELETE("/api/station/lease")),
   load: (body: Schemas["LoadRequest"]) => unwrap(client.POST("/api/station/load", { body })),
+  loadEndFeel: (body: Schemas["EndFeelLoadRequest"]) =>
+    unwrap(client.POST("/api/station/load-end-feel", { body })),
   finishTeaching: () => unwrap(client.POST("/api/station/finish-teaching")),
   unload: () => unwrap(client.POST("/api/station/unload")),
   approach: (body: Schemas["SeenState"]) => unwrap(client.POST("/api/station/approach", { body })),

@@ -1,0 +1,104 @@
+import { MantineProvider } from "@mantine/core";
+import { QueryClient, QueryClientProvider } from "@tanstack/react-query";
+import { act, cleanup, fireEvent, render, screen, waitFor } from "@testing-library/react";
+import { afterEach, beforeEach, expect, it, vi } from "vitest";
+import { api, type Schemas, type Session } from "../../lib/api/client";
+import { type LiveState, store } from "../../lib/live/store";
+import { HOLD_MS } from "../../safety/useHold";
+import { EndFeelMeasurement } from "./EndFeelMeasurement";
+
+vi.mock("../auth/hooks", () => ({ useMayOperate: () => true, useHasPermission: () => true }));
+vi.mock("../station/session-wizard/PreflightChecklist", () => ({
+  PreflightChecklist: () => null,
+  useChecklist: () => ({ data: { complete: true } }),
+}));
+
+type Motion = Schemas["EndFeelMotion"];
+const motion = (given: Partial<Motion>): Motion => ({
+  recording_id: "a",
+  recording_name: "Lift",
+  motion: 4,
+  name: "Abduction / adduction of the shoulder",
+  motor: 3,
+  side: "right",
+  baseline_run_id: null,
+  tests: [],
+  ...given,
+});
+
+function show(motions: Motion[]) {
+  vi.spyOn(api, "endFeelGuide").mockResolvedValue({ speed_deg_s: 5, motions });
+  render(
+    <MantineProvider env="test">
+      <QueryClientProvider client={new QueryClient()}>
+        <EndFeelMeasurement session={{ id: "s" } as Session} level={20} />
+      </QueryClientProvider>
+    </MantineProvider>,
+  );
+}
+
+function becomes(mode: string, run: object | null) {
+  const live = { device: "running", age_ms: 5, mode, stop: null, run, refusals: {}, stops: 0, at: "now" };
+  const state = { connected: true, heardAt: 0, station: null, live, events: [] };
+  vi.spyOn(store, "get").mockReturnValue(state as unknown as LiveState);
+}
+
+async function hold(name: string) {
+  const button = await screen.findByRole("button", { name });
+  vi.useFakeTimers();
+  fireEvent.pointerDown(button, { button: 0, isPrimary: true });
+  await act(async () => vi.advanceTimersByTime(HOLD_MS + 50));
+  vi.useRealTimers();
+}
+
+beforeEach(() => {
+  becomes("idle", null);
+  vi.spyOn(store, "waitForFreshState").mockResolvedValue();
+});
+afterEach(() => {
+  cleanup();
+  vi.restoreAllMocks();
+});
+
+it("offers the baseline first, and the test after it", async () => {
+  show([
+    motion({}),
+    motion({ recording_id: "b", motion: 6, baseline_run_id: "base" }),
+    motion({ recording_id: "c" }),
+  ]);
+  expect(await screen.findAllByTestId("end-feel-motion")).toHaveLength(2);
+  expect(screen.getByRole("button", { name: "Measure the baseline" })).toBeTruthy();
+  expect(screen.getByRole("button", { name: "Move to the start of the test" })).toBeTruthy();
+  expect(screen.getByText(/tried in simulation only/)).toBeTruthy();
+});
+
+it("one hold loads the test and moves to its start", async () => {
+  const load = vi.spyOn(api, "loadEndFeel").mockResolvedValue({ id: "r" } as Schemas["Run"]);
+  const approach = vi.spyOn(api, "approach").mockResolvedValue({ accepted: true });
+  const play = vi.spyOn(api, "play").mockResolvedValue({ accepted: true });
+  show([motion({ baseline_run_id: "base" })]);
+  await screen.findByRole("button", { name: "Move to the start of the test" });
+  load.mockImplementation(async () => {
+    becomes("ready", { run_id: "r" });
+    return { id: "r" } as Schemas["Run"];
+  });
+  await hold("Move to the start of the test");
+  await waitFor(() => expect(approach).toHaveBeenCalledTimes(1));
+  expect(load).toHaveBeenCalledWith({
+    session_id: "s",
+    recording_id: "a",
+    kind: "test",
+    torque_nm: 1.5,
+    load_level: 20,
+    speed_deg_s: 5,
+  });
+  expect(play).not.toHaveBeenCalled();
+});
+
+it("says why a test has no figures", async () => {
+  const test = { run_id: "t", outcome: "completed", unmeasured: "guarding", figures: null, interval: null };
+  show([motion({ baseline_run_id: "base", tests: [test as unknown as Schemas["EndFeelRecord"]] })]);
+  expect((await screen.findByTestId("end-feel-last")).textContent).toContain(
+    "worked with or against the apparatus",
+  );
+});

@@ -1,0 +1,144 @@
+import "./catalogue";
+import { Card, NumberInput, Stack, Text, Title } from "@mantine/core";
+import { useQuery, useQueryClient } from "@tanstack/react-query";
+import { useState } from "react";
+import { api, type Schemas, type Session } from "../../lib/api/client";
+import { t } from "../../lib/i18n";
+import { store } from "../../lib/live/store";
+import { translateServerText } from "../../lib/serverText";
+import { ProblemNote } from "../../ui/ProblemNote";
+import { CommandButton } from "../station/CommandButton";
+import { PreflightChecklist, useChecklist } from "../station/session-wizard/PreflightChecklist";
+import { figureWords } from "./figureWords";
+import { untilMode } from "./untilMode";
+
+type Motion = Schemas["EndFeelMotion"];
+/** Later than this, the user moves the arm to the start, because the press is too long ago. */
+const LOADED_WITHIN_MS = 5_000;
+const AT_START_WITHIN_MS = 60_000;
+
+type Kind = Schemas["EndFeelLoadRequest"]["kind"];
+
+const TORQUE = { default: 1.5, min: 0.3, max: 4, step: 0.1 } as const;
+
+/** Measures the end-feel of up to three motions: first a baseline with a test weight, then the patient's arm. */
+export function EndFeelMeasurement({ session, level }: { session: Session; level: number | null }) {
+  const [torque, setTorque] = useState<number | string>(TORQUE.default);
+  const guide = useQuery({
+    queryKey: ["session", session.id, "end-feel"],
+    queryFn: () => api.endFeelGuide(session.id),
+  });
+  const motions = newestOfEach(guide.data?.motions ?? []);
+  return (
+    <Card withBorder component="section" aria-label={t("endFeel:title")}>
+      <Stack>
+        <Title order={2} size="h3">
+          {t("endFeel:title")}
+        </Title>
+        <Text fw={600}>{t("endFeel:simulatedOnly")}</Text>
+        <Text>{t("endFeel:steps")}</Text>
+        <ProblemNote error={guide.error} />
+        <NumberInput
+          size="lg"
+          label={t("endFeel:torque")}
+          description={t("endFeel:torqueHint")}
+          min={TORQUE.min}
+          max={TORQUE.max}
+          step={TORQUE.step}
+          decimalScale={1}
+          value={torque}
+          onChange={setTorque}
+        />
+        {guide.data && motions.length === 0 && <Text>{t("endFeel:noMotion")}</Text>}
+        {motions.map((motion) => (
+          <MotionToMeasure
+            key={motion.recording_id}
+            motion={motion}
+            session={session}
+            torque={Number(torque)}
+            speed={guide.data?.speed_deg_s ?? 0}
+            level={level}
+          />
+        ))}
+      </Stack>
+    </Card>
+  );
+}
+
+/** Return the newest recording of each motion. The service sends the newest first. */
+function newestOfEach(motions: Motion[]): Motion[] {
+  return motions.filter((one, place) => motions.findIndex(({ motion }) => motion === one.motion) === place);
+}
+
+type ToMeasure = { motion: Motion; session: Session; torque: number; speed: number; level: number | null };
+
+function MotionToMeasure({ motion, session, torque, speed, level }: ToMeasure) {
+  const complete = useChecklist(session.id, motion.recording_id).data?.complete;
+  const last = motion.tests[0];
+  const can = complete === true && level !== null && torque >= TORQUE.min && torque <= TORQUE.max;
+  return (
+    <Stack gap="xs" data-testid="end-feel-motion">
+      <Title order={3} size="h4">
+        {t("endFeel:motion", {
+          number: motion.motion,
+          name: translateServerText(motion.name, motion.name_key),
+          recording: motion.recording_name,
+        })}
+      </Title>
+      {complete === false && (
+        <PreflightChecklist sessionId={session.id} recordingId={motion.recording_id} onlyOpen />
+      )}
+      {last && <Text data-testid="end-feel-last">{figureWords(last)}</Text>}
+      {motion.baseline_run_id ? (
+        <>
+          <Text>{t("endFeel:armIn")}</Text>
+          <Text>{t("station:play.safetyCheck")}</Text>
+          <MeasureButton kind="test" {...{ motion, session, torque, speed, level, can }} />
+        </>
+      ) : (
+        <>
+          <Text>{t("endFeel:weightIn")}</Text>
+          <MeasureButton kind="baseline" {...{ motion, session, torque, speed, level, can }} />
+        </>
+      )}
+    </Stack>
+  );
+}
+
+/**
+ * Held for a second, it loads the way and moves to its start. A baseline then begins, because no patient is in the
+ * apparatus. A test begins when the user holds Play.
+ */
+function MeasureButton({
+  kind,
+  motion,
+  session,
+  torque,
+  speed,
+  level,
+  can,
+}: ToMeasure & { kind: Kind; can: boolean }) {
+  const queries = useQueryClient();
+  const measure = async () => {
+    if (level === null) return;
+    const run = await api.loadEndFeel({
+      session_id: session.id,
+      recording_id: motion.recording_id,
+      kind,
+      torque_nm: torque,
+      load_level: level,
+      speed_deg_s: speed,
+    });
+    void queries.invalidateQueries({ queryKey: ["session"] });
+    if (!(await untilMode(store, { mode: "ready", runId: run.id, within_ms: LOADED_WITHIN_MS }))) return;
+    await api.approach(store.seen());
+    if (kind === "test") return;
+    if (!(await untilMode(store, { mode: "paused", runId: run.id, within_ms: AT_START_WITHIN_MS }))) return;
+    await api.play(store.seen());
+  };
+  return (
+    <CommandButton held command="load" disabled={!can} send={measure}>
+      {t(`endFeel:measure.${kind}`)}
+    </CommandButton>
+  );
+}

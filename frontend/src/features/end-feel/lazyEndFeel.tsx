@@ -1,0 +1,36 @@
+import { Skeleton } from "@mantine/core";
+import { IconArrowsHorizontal } from "@tabler/icons-react";
+import { lazy, Suspense } from "react";
+import type { Session } from "../../lib/api/client";
+import { t } from "../../lib/i18n";
+import { OpenOnDemand } from "../../ui/OpenOnDemand";
+
+const Measurement = lazy(() =>
+  import("./EndFeelMeasurement").then((module) => ({ default: module.EndFeelMeasurement })),
+);
+const Result = lazy(() => import("./EndFeelCard").then((module) => ({ default: module.EndFeelCard })));
+
+const FALLBACK = <Skeleton h={300} />;
+
+/** The guided measurement of the end-feel, at the station. */
+export function MeasureEndFeel({ session, level }: { session: Session; level: number | null }) {
+  return (
+    <OpenOnDemand
+      title={t("station:play.endFeel")}
+      open={t("station:play.measureEndFeel")}
+      icon={<IconArrowsHorizontal size={20} />}
+      fallback={FALLBACK}
+    >
+      <Measurement session={session} level={level} />
+    </OpenOnDemand>
+  );
+}
+
+/** The result of one end-feel test. */
+export function EndFeelOfRun({ runId }: { runId: string }) {
+  return (
+    <Suspense fallback={FALLBACK}>
+      <Result runId={runId} />
+    </Suspense>
+  );
+}
