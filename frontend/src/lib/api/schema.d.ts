@@ -1247,7 +1247,7 @@ export interface paths {
          *
          *     rom: range of motion, with baseline, other side and reference. pain: pain in assessments and around sessions. spadi: SPADI with the
          *     changes that matter. questionnaires: totals of the other questionnaires, likewise. tracking: error of the playbacks. correction: size of the learned correction. adherence: sessions per week,
-         *     held and prescribed; weeks begin on Monday, UTC.
+         *     held and prescribed; weeks begin on Monday, UTC. end_feel: passive range at 60 % of the chosen torque.
          */
         get: operations["get_progress"];
         put?: never;
@@ -17606,7 +17606,7 @@ export interface operations {
             header?: never;
             path: {
                 episode_id: string;
-                chart: "rom" | "pain" | "spadi" | "questionnaires" | "tracking" | "correction" | "adherence";
+                chart: "rom" | "pain" | "spadi" | "questionnaires" | "tracking" | "correction" | "adherence" | "end_feel";
             };
             cookie?: never;
         };
