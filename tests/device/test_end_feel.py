@@ -288,7 +288,7 @@ def test_motor_that_stands_is_refused() -> None:
 def test_torque_above_the_patients_level_is_refused() -> None:
     refusal = checked(TEST, load_level=12)
     assert refusal is not None and "the arm and the test need 2.0 Nm of motor 4" in refusal.message
-    assert "allows 1.9 Nm" in refusal.message
+    assert "allows only 1.9 Nm" in refusal.message
 
 
 def test_arm_that_leaves_no_torque_for_a_test_is_refused() -> None:
