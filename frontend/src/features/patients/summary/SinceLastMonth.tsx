@@ -66,7 +66,7 @@ export function SinceLastMonth(props: {
             unit={t("patients:summary.of100")}
             note={
               <>
-                <ChangeWords of={spadi} words={pointWords} />
+                <ChangeWords of={spadi} words={pointWords} />{" "}
                 {spadi.change !== null && <div>{rateSpadiChange(spadi.change, form)}</div>}
               </>
             }
