@@ -242,10 +242,11 @@ def main() -> None:
     """Print the table."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("defect", nargs="*", type=int, help="only these")
-    wanted = parser.parse_args().defect
+    parser.add_argument("--what", default="", help="only fixes with this text in their description")
+    given = parser.parse_args()
     _say("| Defect | Taken back | Found by | After |\n|---|---|---|---|")
     for revert in REVERTS:
-        if not wanted or revert.defect in wanted:
+        if given.what in revert.what and (not given.defect or revert.defect in given.defect):
             after = found_after(revert)
             examples = f"{after} of {BUDGET[revert.finder]}" if after else f"**not found in {BUDGET[revert.finder]}**"
             _say(f"| {revert.defect} | {revert.what} | {revert.finder} | {examples} |")

@@ -257,6 +257,16 @@ class Sequences(RuleBasedStateMachine):
             self._make_ready(load)
         self._run(delay_s)
 
+    @rule(load=_loads, after=st.integers(0, 8), seconds=st.sampled_from([0.1, 1.8]))
+    def a_start_loses_a_request(self, load: Load, after: int, seconds: float) -> None:
+        """One of the requests around the start does not reach the drives, such as the one that arms their watchdogs."""
+        self._make_ready(load)
+        self._look(0)
+        self._disturb()
+        self.world.lose_requests(1, after)
+        self._press(0, Approach(), 0.0)
+        self._run(seconds)
+
     @rule(delay_s=_delays_s)
     def stop(self, delay_s: float) -> None:
         self._press(0, _STOP, delay_s)
