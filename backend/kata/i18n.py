@@ -101,6 +101,7 @@ _NAMES: Final = (
     "clock",
     "closing_note",
     "code",
+    "columns",
     "commissioning_id",
     "config",
     "contraindication_id",

@@ -74,7 +74,7 @@ def test_unplayable_programme_is_refused_with_item_motor_and_time(client: TestCl
     )
     assert refusal["detail"].startswith("Item 2 cannot be played with these settings: motor ")
     refusal = problem(post(client, lift, {"repetitions": 200, "speed_percent": 10.0}), 422, "unplayable")
-    assert "longer than an hour" in refusal["detail"]
+    assert "would last 267 minutes; the maximum is one hour" in refusal["detail"]
     assert client.get(f"/api/patients/{lift['patient_id']}/programmes").json() == {"items": [], "next": None}
 
 

@@ -88,7 +88,7 @@ def test_clinics_certificate_is_used_and_reloaded_when_replaced(tmp_path: Path) 
 def test_clinics_key_that_is_readable_or_unreadable_is_refused(tmp_path: Path) -> None:
     file, key = clinics(tmp_path)
     key.chmod(0o604)
-    with pytest.raises(TlsError, match="Others on this computer can read the key"):
+    with pytest.raises(TlsError, match="Other users of this computer can read the key"):
         made(tmp_path, tls_certificate=file, tls_key=key)
     key.chmod(0o600)
     plain = serialization.load_pem_private_key(key.read_bytes(), None)

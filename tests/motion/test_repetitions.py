@@ -51,7 +51,7 @@ def test_single_playback_counts_as_done_at_its_end() -> None:
     "asked", [PlaybackSettings(speed_percent=10.0, repetitions=200), PlaybackSettings(repetitions=200, pause_s=20.0)]
 )
 def test_playback_beyond_an_hour_is_refused_before_it_is_built(asked: PlaybackSettings) -> None:
-    with pytest.raises(EditError, match="longer than an hour"):
+    with pytest.raises(EditError, match="the maximum is one hour"):
         repetition_times(motion(ends_elsewhere=False), asked)
 
 
@@ -59,5 +59,5 @@ def test_return_that_exceeds_an_hour_in_total_is_refused() -> None:
     asked = PlaybackSettings(repetitions=200, pause_s=8.0)
     taught = motion(ends_elsewhere=True)
     assert 200 * taught.duration_s + 199 * asked.pause_s < 3600
-    with pytest.raises(EditError, match="longer than an hour"):
+    with pytest.raises(EditError, match="the maximum is one hour"):
         repetition_times(taught, asked)

@@ -130,7 +130,7 @@ class Opening(_Suite):
         bus = make_bus(world.config, world.open_transport)
         bus.open()
         world.fault("duplicate_id", 4)
-        with pytest.raises(BusError, match=r"motor 4.*do two drives share its id"):
+        with pytest.raises(BusError, match=r"motor 4.*two drives share this id"):
             bus.configure(range(5))
 
 
@@ -175,7 +175,7 @@ class Configuring(_Suite):
 
     def test_a_drive_with_torque_is_not_configured(self, world: RecordingWorld, bus: Bus) -> None:
         bus.torque_on(HOLD)
-        with pytest.raises(BusError, match=r"motor 2 .* has torque: its settings are not changed"):
+        with pytest.raises(BusError, match=r"motor 2 .* has torque, so its settings are not changed"):
             bus.configure([1])
         assert world.torque == [True] * 5
         assert self.wrong(world, 2) == []

@@ -53,7 +53,7 @@ class EndFeelRecord(Schema):
     started_at: Moment
     outcome: Outcome
     simulated: bool = Field(description="True if the station was a simulated apparatus.")
-    speed_deg_s: float
+    speed_deg_s: float = Field(description="Speed of the way, deg/s.", examples=[5.0])
     torque_nm: float = Field(
         description="Chosen torque, newton metres. For a baseline: torque at which it turned back."
     )
@@ -99,5 +99,5 @@ class EndFeelMotion(Schema):
 class EndFeelGuide(Schema):
     """What can be measured in a session."""
 
-    speed_deg_s: float
+    speed_deg_s: float = Field(description="Usual speed of a way, deg/s.", examples=[5.0])
     motions: list[EndFeelMotion] = Field(description="Recordings of motions 3 to 6, the newest first.")

@@ -5206,7 +5206,11 @@ export interface components {
          * @description What can be measured in a session.
          */
         EndFeelGuide: {
-            /** Speed Deg S */
+            /**
+             * Speed Deg S
+             * @description Usual speed of a way, deg/s.
+             * @example 5
+             */
             speed_deg_s: number;
             /**
              * Motions
@@ -5368,7 +5372,11 @@ export interface components {
              * @description True if the station was a simulated apparatus.
              */
             simulated: boolean;
-            /** Speed Deg S */
+            /**
+             * Speed Deg S
+             * @description Speed of the way, deg/s.
+             * @example 5
+             */
             speed_deg_s: number;
             /**
              * Torque Nm
