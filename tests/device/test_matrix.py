@@ -1,5 +1,6 @@
 """Every cell of the fault matrix, run under the stepped clock."""
 
+import copy
 from itertools import product
 from pathlib import Path
 from typing import Any
@@ -26,6 +27,7 @@ from tests.support.faulty_apparatus import FaultyApparatus
 from tests.support.stepped import Stepped
 from tests.support.trajectories import LOAD
 
+CONFIG = StationConfig(approach_speed_deg_s=45.0)
 _WATCHED_MS = 1200
 """How long the test observes the apparatus."""
 
@@ -89,20 +91,36 @@ def _ail_service(stepped: Stepped, kind: Kind, cycle: int) -> None:
             exchange.naming = "another" if cycle % 2 else None
 
 
-def _run_cell(folder: Path, kind: Kind, signal: str, mode: Mode) -> None:
-    folder.mkdir()
-    apparatus = FaultyApparatus()
-    if mode == "offline":
-        # The fault has existed since before the first read.
-        apparatus.last = apparatus.read()
-        apparatus.kind, apparatus.signal = kind, signal
-    config = StationConfig(approach_speed_deg_s=45.0)
-    stepped = Stepped(folder, config, apparatus, settle=mode != "offline")
-    _reach(stepped, mode)
-    assert stepped.mode == mode, "the cell could not be run"
-    known = len(stepped.causes())
-    apparatus.kind, apparatus.signal = kind, signal
+@pytest.fixture(scope="module")
+def healthy(tmp_path_factory: pytest.TempPathFactory) -> dict[Mode, Stepped]:
+    """Return an apparatus without a fault in each mode but offline. A cell runs on a copy, because reaching a mode takes most of its time."""
+    reached = {}
+    for mode in MODES:
+        if mode != "offline":
+            stepped = Stepped(tmp_path_factory.mktemp(mode), CONFIG, FaultyApparatus())
+            _reach(stepped, mode)
+            assert stepped.mode == mode, "the cells of this mode cannot be run"
+            reached[mode] = stepped
+    return reached
 
+
+def _begin_cell(healthy: dict[Mode, Stepped], folder: Path, kind: Kind, signal: str, mode: Mode) -> Stepped:
+    """Return an apparatus in the mode, with the fault. In ``offline`` the fault has existed since before the first read."""
+    if mode != "offline":
+        stepped = copy.deepcopy(healthy[mode])
+        assert isinstance(stepped.apparatus, FaultyApparatus)
+        stepped.apparatus.kind, stepped.apparatus.signal = kind, signal
+        return stepped
+    apparatus = FaultyApparatus()
+    apparatus.last = apparatus.read()
+    apparatus.kind, apparatus.signal = kind, signal
+    stepped = Stepped(folder, CONFIG, apparatus, settle=False)
+    assert stepped.mode == mode, "the cell could not be run"
+    return stepped
+
+
+def _run_cell(stepped: Stepped, kind: Kind, signal: str, mode: Mode) -> None:
+    known = len(stepped.causes())
     should = expected(kind, signal, mode)
     took_ms: int | None = None
     ended = False
@@ -162,10 +180,11 @@ def _rows() -> list[Any]:
 # Not counted for coverage: each line needs a test of its own, and counting takes time.
 @pytest.mark.no_cover
 @pytest.mark.parametrize(("kind", "signal"), _rows())
-def test_every_cell_of_the_fault_matrix(tmp_path: Path, kind: Kind, signal: str) -> None:
+def test_every_cell_of_the_fault_matrix(healthy: dict[Mode, Stepped], tmp_path: Path, kind: Kind, signal: str) -> None:
     for mode in MODES:
+        stepped = _begin_cell(healthy, tmp_path, kind, signal, mode)
         try:
-            _run_cell(tmp_path / mode, kind, signal, mode)
+            _run_cell(stepped, kind, signal, mode)
         except AssertionError as error:
             raise AssertionError(f"{kind} x {signal} x {mode}: {error}") from error
 

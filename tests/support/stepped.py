@@ -224,13 +224,17 @@ class Stepped:
             self.apparatus,
             self.exchange,
             Granted(scheduling=False, memory_lock=False),
-            now_ns=lambda: self._t_ns,
+            now_ns=self._now_ns,
         )
         self.loop._open()
         if settle:
             self.forward(0.2)
         else:
             self.cycle()
+
+    def _now_ns(self) -> int:
+        """Return the time. A method, because a copy of this object gets its own, and would share a lambda."""
+        return self._t_ns
 
     def forward(self, seconds: float, late_ms: float = 0.0) -> None:
         """Let time pass, cycle by cycle."""
