@@ -94,7 +94,7 @@ def _ail_service(stepped: Stepped, kind: Kind, cycle: int) -> None:
 @pytest.fixture(scope="module")
 def healthy(tmp_path_factory: pytest.TempPathFactory) -> dict[Mode, Stepped]:
     """Return an apparatus without a fault in each mode but offline. A cell runs on a copy, because reaching a mode takes most of its time."""
-    reached = {}
+    reached: dict[Mode, Stepped] = {}
     for mode in MODES:
         if mode != "offline":
             stepped = Stepped(tmp_path_factory.mktemp(mode), CONFIG, FaultyApparatus())
