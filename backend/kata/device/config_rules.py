@@ -726,7 +726,7 @@ RULES: Final[tuple[FieldRule, ...]] = (
     ),
     FieldRule(
         "`approach_speed_deg_s` is at most each `axes.max_speed_deg_s`.",
-        "The move to the start must be the slowest motion.",
+        "The move to the start must not be faster than what an axis may do.",
         _approach_is_slower,
     ),
     FieldRule(
