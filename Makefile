@@ -33,8 +33,8 @@ seed: $(PACKAGES) ## sixty invented patients with two years of history for `make
 	@$(BIN)/kata seed --data .data
 
 # Each run has two workers, and a worker runs whole modules. Tests that move in real time and tests that measure run apart from those
-# that keep both processors busy. Journeys that move an arm run one after another: two browsers at once on two processors starve a
-# simulated apparatus, whose emergency stop then counts as unknown.
+# that keep both processors busy. Journeys run one after another: two browsers at once on two processors starve a simulated apparatus,
+# whose emergency stop then counts as unknown.
 MEASURED := tests/bench tests/evaluation/test_real_time.py tests/simulator/test_wire.py tests/simulator/test_modbus.py
 TIMED := tests/integration $(addprefix tests/api/test_,begin_away.py cli.py contraindications.py crash.py demo.py derived.py end_feel.py episodes.py \
 	guarded.py json_bombs.py lease.py operations.py outage.py restricted_live.py station.py stopping.py teaching_checklist.py visit.py \
@@ -44,10 +44,6 @@ TIMED := tests/integration $(addprefix tests/api/test_,begin_away.py cli.py cont
 UNCOUNTED := $(addprefix tests/device/test_,config.py config_effective.py documentation.py ipc.py journal.py latency_histogram.py loader.py \
 	matrix.py power.py)
 COUNTED := $(filter-out $(UNCOUNTED),$(wildcard tests/device/test_*.py))
-# Journeys that move an arm, or show how quickly the page sees the apparatus.
-MOVING := $(addprefix tests/e2e/test_,away.py clicks.py commission.py edit.py lease.py live_page.py look.py main_job.py programme.py \
-	station_page.py stations.py three_dimensions.py tour.py truth.py visit.py)
-AT_A_DESK := $(filter-out $(MOVING),$(wildcard tests/e2e/test_*.py))
 # One of them needs Schemathesis.
 OTHERS := -p schemathesis.pytest.plugin $(addprefix --ignore=,$(COUNTED) tests/e2e $(MEASURED) $(TIMED))
 # At a lower priority than the kernel's threads, which carry the bytes between the device and its simulated drives.
@@ -66,8 +62,7 @@ test: $(PACKAGES) $(PAGE) $(JUDGES) $(if $(KATA_CHROMIUM),,$(BROWSER)) ## every 
 	@$(TWO_BY_TWO) $(OTHERS) $(call once_more,$(OTHERS))
 	@$(TWO_BY_TWO) $(MEASURED) $(call once_more,$(MEASURED))
 	@$(TWO_BY_TWO) $(TIMED) $(call once_more,$(TIMED))
-	@$(TWO_BY_TWO) $(AT_A_DESK) $(call once_more,$(AT_A_DESK))
-	@$(PYTEST) $(MOVING) $(call once_more,$(MOVING))
+	@$(PYTEST) tests/e2e $(call once_more,tests/e2e)
 
 test-fast: $(PACKAGES) ## the tests of device, motion, station and database, without a browser
 	@$(TWO_BY_TWO) tests/device tests/motion tests/station tests/database
