@@ -105,7 +105,7 @@ UNIT_WORDS: Final = {
             "characters?", "errors?", "patients?", "programmes?", "entries", "access(?:es)?", "codes?", "days?", "hours?", "months?", "cycles?",
             "of the five motors", "shoulder",
         ),
-        placed=(
+        placed=("category",
             "Motor", "motor", r"Motors(?: \d and)?", "Version", "version", "Playback", "Station", "Take", "take", "Step", "step", "level", "Level", "number", "item", "M",
             "Kata", r"No\.", "fixer", "SPADI", "Table", "WCAG", "playback", "run",
         ),
@@ -120,7 +120,7 @@ UNIT_WORDS: Final = {
     "ja": UnitWords(
         units_after=_UNITS + r"|周期|[歳度点秒分回件個名人日週月年時行版段番問例台本組種通つ肢軸]|ミリ秒|か月|時間|文字|バイト|サイクル|（単位なし）",
         counted=("時間", "反復", "項目", "動作", "セッション", "エピソード", "モータ", "患者", "種類", "か所", "ビット", "桁"),
-        placed=("モータ", r"手順\d+[／/]", "版", "第", "ステーション", "Station", "収録", "手順", "レベル", "番号", "項目", "M", "Kata", r"No\.", "固定具", "表", "再生", "記録", "Table", "WCAG"),
+        placed=("カテゴリ", "モータ", r"手順\d+[／/]", "版", "第", "ステーション", "Station", "収録", "手順", "レベル", "番号", "項目", "M", "Kata", r"No\.", "固定具", "表", "再生", "記録", "Table", "WCAG"),
         count_heads=("バージョン", "セッション", "アラーム", "再生", "回数", "停止", "測定数", "モータ", "動作", "版", "反復", "測定点", "番号", "患者", "監査", "対象", "数"),
         scales=r"Tスコア|点満点|0[〜～]10|0：なし|0：最良|0（なし）|0は|/ ?10\b|10段階|／100|25段階|レベル",
         unit_head="単位",
