@@ -26,7 +26,7 @@ def test_serve_requires_the_choice_of_an_apparatus(tmp_path: Path) -> None:
     [
         # tests/device/test_config.py has the sentence of each rule.
         ("= =", "station.toml"),
-        ("cycle_hz = 10\nrate_hz = 10", "the emergency stop is seen later than 50 ms"),
+        ("cycle_hz = 10\nrate_hz = 10", "the emergency stop is noticed later than after 50 ms"),
     ],
 )
 def test_serve_reports_a_wrong_station_file(tmp_path: Path, text: str, sentence: str) -> None:
