@@ -67,27 +67,34 @@ it("offers the baseline first, and the test after it", async () => {
     motion({ recording_id: "c" }),
   ]);
   expect(await screen.findAllByTestId("end-feel-motion")).toHaveLength(2);
-  expect(screen.getByRole("button", { name: "Measure the baseline" })).toBeTruthy();
+  expect(screen.getByRole("button", { name: "Move to the start of the baseline" })).toBeTruthy();
   expect(screen.getByRole("button", { name: "Move to the start of the test" })).toBeTruthy();
   expect(screen.getByText(/tried in simulation only/)).toBeTruthy();
 });
 
-it("one hold loads the test and moves to its start", async () => {
+it.each([
+  ["test", "base"],
+  ["baseline", null],
+] as const)("one hold loads a %s and moves to its start, and begins nothing", async (kind, baseline) => {
+  const seen = { stops: 3, seen_at: "when pressed" };
+  vi.spyOn(store, "seen").mockReturnValueOnce(seen).mockReturnValue({ stops: 4, seen_at: "later" });
   const load = vi.spyOn(api, "loadEndFeel").mockResolvedValue({ id: "r" } as Schemas["Run"]);
   const approach = vi.spyOn(api, "approach").mockResolvedValue({ accepted: true });
   const play = vi.spyOn(api, "play").mockResolvedValue({ accepted: true });
-  show([motion({ baseline_run_id: "base" })]);
-  await screen.findByRole("button", { name: "Move to the start of the test" });
+  show([motion({ baseline_run_id: baseline })]);
+  const name = `Move to the start of the ${kind}`;
+  await screen.findByRole("button", { name });
   load.mockImplementation(async () => {
     becomes("ready", { run_id: "r" });
     return { id: "r" } as Schemas["Run"];
   });
-  await hold("Move to the start of the test");
+  await hold(name);
   await waitFor(() => expect(approach).toHaveBeenCalledTimes(1));
+  expect(approach).toHaveBeenCalledWith(seen);
   expect(load).toHaveBeenCalledWith({
     session_id: "s",
     recording_id: "a",
-    kind: "test",
+    kind,
     torque_nm: 1.5,
     load_level: 20,
     speed_deg_s: 5,

@@ -13,9 +13,8 @@ import { figureWords } from "./figureWords";
 import { untilMode } from "./untilMode";
 
 type Motion = Schemas["EndFeelMotion"];
-/** Later than this, the user moves the arm to the start, because the press is too long ago. */
-const LOADED_WITHIN_MS = 5_000;
-const AT_START_WITHIN_MS = 60_000;
+/** Later than this, the user moves the arm to the start: the service refuses a command 2 s after the state that its sender saw. */
+const LOADED_WITHIN_MS = 1_500;
 
 type Kind = Schemas["EndFeelLoadRequest"]["kind"];
 
@@ -106,8 +105,8 @@ function MotionToMeasure({ motion, session, torque, speed, level }: ToMeasure) {
 }
 
 /**
- * Held for a second, it loads the way and moves to its start. A baseline then begins, because no patient is in the
- * apparatus. A test begins when the user holds Play.
+ * Held for a second, it loads the way and moves to its start. The measurement begins when the user holds Play: nobody can see
+ * from here whether a test weight or an arm is in the fixers.
  */
 function MeasureButton({
   kind,
@@ -121,6 +120,7 @@ function MeasureButton({
   const queries = useQueryClient();
   const measure = async () => {
     if (level === null) return;
+    const seen = store.seen();
     const run = await api.loadEndFeel({
       session_id: session.id,
       recording_id: motion.recording_id,
@@ -131,10 +131,7 @@ function MeasureButton({
     });
     void queries.invalidateQueries({ queryKey: ["session"] });
     if (!(await untilMode(store, { mode: "ready", runId: run.id, within_ms: LOADED_WITHIN_MS }))) return;
-    await api.approach(store.seen());
-    if (kind === "test") return;
-    if (!(await untilMode(store, { mode: "paused", runId: run.id, within_ms: AT_START_WITHIN_MS }))) return;
-    await api.play(store.seen());
+    await api.approach(seen);
   };
   return (
     <CommandButton held command="load" disabled={!can} send={measure}>
