@@ -183,7 +183,7 @@ def test_mirrored_recording_beyond_limits_is_refused_with_motor_and_time(
         ({"do": "trim", "start_s": 5, "end_s": 5.2}, "at least 0.5 s"),
         ({"do": "hold", "at_s": 8.5, "hold_s": 1}, "the motion lasts 8.0 s"),
         ({"do": "warm_up", "less_deg": 100, "step_deg": 10}, "the motion covers only 80.0 deg"),
-        ({"do": "warm_up", "less_deg": 79, "step_deg": 0.5, "pause_s": 120}, "the maximum is one hour"),
+        ({"do": "warm_up", "less_deg": 79, "step_deg": 0.5, "pause_s": 120}, "longer than an hour"),
     ],
 )
 def test_impossible_edit_is_refused_with_a_sentence(
