@@ -122,7 +122,7 @@ def test_two_drives_that_answer_one_after_another_are_found() -> None:
     world = RecordingWorld()
     bus = make_bus(world.config, lambda port, baud: _Twice(world.open_transport(port, baud), times=2))
     bus.open()
-    with pytest.raises(BusError, match="two drives answer to id 1, motor 1's"):
+    with pytest.raises(BusError, match="two drives answer to id 1 of motor 1"):
         bus.configure([0])
 
 
