@@ -226,9 +226,13 @@ class Sequences(RuleBasedStateMachine):
         """A page receives the newest snapshot."""
         self._look(browser)
 
-    @rule(load=_loads, end=st.sampled_from(["approaching", "start", "playing", "playing", "paused"]))
-    def go(self, load: Load, end: str) -> None:
-        """Do the steps of a playback in order, which random commands seldom reach."""
+    @rule(
+        load=_loads, end=st.sampled_from(["approaching", "start", "playing", "playing", "paused"]), mended=st.booleans()
+    )
+    def go(self, load: Load, end: str, mended: bool) -> None:
+        """Do the steps of a playback in order, which random commands seldom reach. ``mended``: without the earlier faults."""
+        if mended:
+            self._recover()
         self._make_ready(load)
         self._look(0)
         self._press(0, Approach(), 0.0)
@@ -260,6 +264,7 @@ class Sequences(RuleBasedStateMachine):
     @rule(load=_loads, after=st.integers(0, 8), seconds=st.sampled_from([0.1, 1.8]))
     def a_start_loses_a_request(self, load: Load, after: int, seconds: float) -> None:
         """One of the requests around the start does not reach the drives, such as the one that arms their watchdogs."""
+        self._recover()
         self._make_ready(load)
         self._look(0)
         self._disturb()
@@ -436,7 +441,12 @@ class Sequences(RuleBasedStateMachine):
             self._folder.cleanup()
 
     def _every_state_can_be_left(self) -> None:
-        """After clearing faults, releasing and acknowledging, the apparatus is idle without torque."""
+        self._recover()
+        assert self._snapshot.mode == "idle", self._snapshot
+        assert not any(self.world.torque)
+
+    def _recover(self) -> None:
+        """Clear the faults, release and acknowledge. The apparatus should then be idle without torque."""
         self._travelling.clear()
         self.it_is_mended()
         self.release()
@@ -456,8 +466,6 @@ class Sequences(RuleBasedStateMachine):
             self._press(0, command, 0.0)
             self._run(0.02)
         self._until(lambda: self._snapshot.mode == "idle" and not any(self.world.torque))
-        assert self._snapshot.mode == "idle", self._snapshot
-        assert not any(self.world.torque)
 
     def _nothing_was_recorded_with_the_pedal_up(self) -> None:
         for writer in self._journals + self.exchange.journals:
