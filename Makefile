@@ -45,7 +45,7 @@ UNCOUNTED := $(addprefix tests/device/test_,config.py config_effective.py docume
 	matrix.py power.py)
 COUNTED := $(filter-out $(UNCOUNTED),$(wildcard tests/device/test_*.py))
 # One of them needs Schemathesis.
-OTHERS := -p schemathesis.pytest.plugin $(addprefix --ignore=,$(COUNTED) tests/e2e $(MEASURED) $(TIMED))
+UNTIMED := -p schemathesis.pytest.plugin $(addprefix --ignore=,$(COUNTED) tests/e2e $(MEASURED) $(TIMED))
 # At a lower priority than the kernel's threads, which carry the bytes between the device and its simulated drives.
 # The import of Schemathesis takes two seconds in each process.
 PYTEST := nice -n 10 $(BIN)/python -m pytest -p no:schemathesis
@@ -59,7 +59,7 @@ endef
 test: $(PACKAGES) $(PAGE) $(JUDGES) $(if $(KATA_CHROMIUM),,$(BROWSER)) ## every test, the journeys in a real browser included
 	@cd frontend && npm test --silent
 	@$(TWO_BY_TWO) $(COUNTED) --cov
-	@$(TWO_BY_TWO) $(OTHERS) $(call once_more,$(OTHERS))
+	@$(TWO_BY_TWO) $(UNTIMED) $(call once_more,$(UNTIMED))
 	@$(TWO_BY_TWO) $(MEASURED) $(call once_more,$(MEASURED))
 	@$(TWO_BY_TWO) $(TIMED) $(call once_more,$(TIMED))
 	@$(PYTEST) tests/e2e $(call once_more,tests/e2e)

@@ -7,12 +7,12 @@ const LOCALES = new URL("src/locales/", import.meta.url);
 const REFERENCE = "en";
 const TRANSLATIONS = ["ja"];
 /** Texts that are keyed by the service's codes (checked by tests/repo_checks/test_messages.py) and by Plotly's English. */
-const OTHERS = ["plotly.json", "server.json"];
+const LOADED_APART = ["plotly.json", "server.json"];
 
 /** Return the catalogues of a language by namespace. */
 function read(language) {
   const folder = new URL(`${language}/`, LOCALES);
-  const names = readdirSync(folder).filter((name) => name.endsWith(".json") && !OTHERS.includes(name));
+  const names = readdirSync(folder).filter((name) => name.endsWith(".json") && !LOADED_APART.includes(name));
   return Object.fromEntries(
     names
       .sort()

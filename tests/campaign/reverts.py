@@ -60,7 +60,7 @@ def _one(defect: int, what: str, file: str, now: str, then: str, finder: Finder 
 
 _COMPARED: Final = Edit("bus/verification.py", "        if mismatches:\n", "        if False:\n")
 _NO_LIMITS_TIGHTEN: Final = Edit(
-    "limits.py", "        self.now_deg = tuple(\n            (max(low, min(tight_low", "        _ = tuple(\n            (max(low, min(tight_low"
+    "run_limits.py", "        self.now_deg = tuple(\n            (max(low, min(tight_low", "        _ = tuple(\n            (max(low, min(tight_low"
 )  # fmt: skip
 
 REVERTS: Final = (
@@ -203,7 +203,7 @@ REVERTS: Final = (
         "limits stay as wide as they were for the approach",
         (
             _NO_LIMITS_TIGHTEN,
-            Edit("limits.py", "        self.now_deg, self.beyond_deg = self.tight_deg, 0.0\n        return True", "        return True"),
+            Edit("run_limits.py", "        self.now_deg, self.beyond_deg = self.tight_deg, 0.0\n        return True", "        return True"),
             Edit("run.py", "        self.return_to_deg = np.array(self._held(inside_deg, self._lowest_deg, self._highest_deg))\n", "        self.return_to_deg = here_deg\n"),
         ),
     ),

@@ -27,7 +27,7 @@ from kata.plotting.figures import RunFigureSamples
 from kata.reporting import charts, episode, letterhead, rehabilitation_plan, rendering, session
 from kata.reporting.content import EpisodeContent, SessionContent
 from kata.reporting.letterhead import Letterhead, LetterheadError
-from kata.reporting.phrases import LANGUAGES, PHRASES, STOPS_JA, Language, Phrases
+from kata.reporting.phrases import LANGUAGES, PHRASES, STOP_REASONS_JA, Language, Phrases
 from kata.reporting.rendering import PrintOptions, ReportPage
 from tests.support.databases import upgraded_file
 from tests.support.paths import ROOT
@@ -425,9 +425,9 @@ def test_every_text_exists_in_both_languages_and_is_used() -> None:
 
 
 def test_every_stop_and_outcome_has_a_text() -> None:
-    assert set(STOPS_JA) == {fault.code for fault in FAULTS}
+    assert set(STOP_REASONS_JA) == {fault.code for fault in FAULTS}
     for fault in FAULTS:
-        assert ("{motor}" in STOPS_JA[fault.code]) == ("motor" in fault.message.params), fault.code
+        assert ("{motor}" in STOP_REASONS_JA[fault.code]) == ("motor" in fault.message.params), fault.code
     assert {f"outcome.{outcome}" for outcome in get_args(Outcome)} <= set(PHRASES)
     assert Phrases("ja", "").stop("unheard_of", "As it was told.", None) == "As it was told."
     assert Phrases("ja", "").stop("drive_silent", "Motor 3 does not answer.", None) == "Motor 3 does not answer."

@@ -20,7 +20,7 @@ from kata.bench.report import Report
 from kata.bench.running_service import BenchError
 from kata.device import config
 from kata.device.bus.bandwidth import max_cycle_hz
-from kata.device.bus.dynamixel.registers import LENGTHS, VERIFIED_BLOCKS
+from kata.device.bus.dynamixel.registers import LENGTHS, ROTATION_BLOCKS
 from kata.device.bus.timing import BITS_A_BYTE
 from kata.device.bus.verification import cycles_between_reads
 from kata.device.config import StationConfig
@@ -42,7 +42,7 @@ _GOALS_BYTES: Final = 39
 _SYNC_READ_BYTES: Final = 19 + 5 * 21
 _FAST_READ_BYTES: Final = 19 + 8 + 5 * 14
 _ANSWER_BYTES: Final = 21
-_VERIFIED_BYTES: Final = 14 + 11 + sum(len(block) for block in VERIFIED_BLOCKS) / len(VERIFIED_BLOCKS)
+_VERIFIED_BYTES: Final = 14 + 11 + sum(len(block) for block in ROTATION_BLOCKS) / len(ROTATION_BLOCKS)
 """Bytes of request and answer of a read in the rotation that verifies registers, as the mean of its blocks."""
 _MODBUS_ANSWER_BYTES: Final = 5
 """Bytes of an answer without the registers, which have two bytes each."""
@@ -150,7 +150,7 @@ class BusBench:
         carried, answers, requests = contender.bytes, float(contender.answers), 1.0
         if contender == _WHOLE:
             # The reads of the rotation are added to the read of all drives.
-            reads = 1 / cycles_between_reads(5 * len(VERIFIED_BLOCKS), self._config.cycle_hz)
+            reads = 1 / cycles_between_reads(5 * len(ROTATION_BLOCKS), self._config.cycle_hz)
             carried = _GOALS_BYTES + 19 + 8 + 5 * (4 + sum(LENGTHS) / len(LENGTHS)) + reads * _VERIFIED_BYTES
             answers, requests = answers + reads, requests + reads
         cycle_us = carried * BITS_A_BYTE * 1e6 / self._config.baud + answers * self._config.return_delay_us

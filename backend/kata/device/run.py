@@ -13,11 +13,11 @@ from kata.device.end_feel import SPEED_LIMIT_DEG_S as END_FEEL_SPEED_DEG_S
 from kata.device.end_feel import TURN_S as END_FEEL_TURN_S
 from kata.device.end_feel import EndFeelTest
 from kata.device.journal import JournalWriter, Sample
-from kata.device.limits import RunLimits
 from kata.device.messages import Load, RunState
 from kata.device.movement import CREEP, RAMP_S, Movement, Path, longest_step
 from kata.device.range_override import RangeOverride
 from kata.device.resistance import ResistanceMonitor, YieldOffset, resistance_thresholds_nm
+from kata.device.run_limits import RunLimits
 from kata.device.setpoint_gate import largest_step_deg
 from kata.motion.ilc import Correction
 from kata.motion.linkage import Floats

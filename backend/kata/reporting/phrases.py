@@ -397,7 +397,7 @@ PHRASES: Final[dict[str, tuple[str, str]]] = {
 }
 """English and Japanese text by key. The part of a key after the dot is a value of the record."""
 
-STOPS_JA: Final = {
+STOP_REASONS_JA: Final = {
     "estop_pressed": "非常停止スイッチが押された。",
     "estop_unknown": "非常停止スイッチの状態が不明。",
     "contacts_disagree": "非常停止の2つの接点の状態が矛盾していた。",
@@ -465,7 +465,7 @@ class Phrases:
 
         ``motor``: motor number from 1.
         """
-        words = STOPS_JA.get(code, message)
+        words = STOP_REASONS_JA.get(code, message)
         if self.language == "en" or (motor is None and "{motor}" in words):
             return message
         return words.format(motor=motor)

@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 from kata.device.bus.drivers import make_bus
 from kata.device.bus.dynamixel.cycle_block import AT
 from kata.device.bus.dynamixel.packets import FastParser, StatusParser, encode
-from kata.device.bus.dynamixel.registers import BLOCKS, BLOCKS_WITH_STATUS, VERIFIED_BLOCKS, configured_registers
+from kata.device.bus.dynamixel.registers import BLOCKS, BLOCKS_WITH_STATUS, ROTATION_BLOCKS, configured_registers
 from kata.device.bus.port import Bus, BusError
 from kata.device.bus.serial_transport import Transport
 from kata.device.config import Inputs, StationConfig, simulated
@@ -515,7 +515,7 @@ def test_health_adds_no_request() -> None:
     cycles = [address for code, address in heard if code == protocol.FAST_SYNC_READ]
     assert cycles == [224] * 200
     rotation = {address for code, address in heard if code != protocol.FAST_SYNC_READ}
-    assert rotation == {block.start for block in VERIFIED_BLOCKS}
+    assert rotation == {block.start for block in ROTATION_BLOCKS}
 
 
 @pytest.mark.parametrize("inputs_at", [1, 5])

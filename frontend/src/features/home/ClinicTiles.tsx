@@ -6,7 +6,7 @@ import { AdherenceTile, ImprovedTile } from "./outcomeTiles";
 import {
   BackupTile,
   CommissioningTile,
-  EmergencyTile,
+  EmergencyAccessTile,
   StopsTile,
   StorageTile,
   TrackingTile,
@@ -29,7 +29,7 @@ export function ClinicTiles() {
         {oversees && <UsageTile />}
         {oversees && <StopsTile />}
         {oversees && <TrackingTile />}
-        {administers && <EmergencyTile />}
+        {administers && <EmergencyAccessTile />}
         {administers && <BackupTile />}
         {oversees && <CommissioningTile />}
         {oversees && <StorageTile />}

@@ -96,7 +96,7 @@ export function TrackingTile() {
   );
 }
 
-export function EmergencyTile() {
+export function EmergencyAccessTile() {
   // Accesses that wait for a review come first. If the first page is full of them, there may be more.
   const { data, isError } = useQuery({
     queryKey: ["broken-glass", "tile"],

@@ -6,7 +6,7 @@ import { translateServerText } from "../../lib/serverText";
 import { SampleLinks } from "../import-export/SampleLinks";
 import { patientAngleWords } from "./patientAngle";
 import { nothingComparedWords, RunHeading } from "./RunHeading";
-import { Head, Row } from "./sessionRows";
+import { Head, Row } from "./figureRows";
 
 /** Shows the errors of a playback by motor and by motion, with links to its samples as files. */
 export function RunNumbers({ run, number }: { run: Run; number: number }) {

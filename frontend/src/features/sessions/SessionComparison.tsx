@@ -8,7 +8,7 @@ import { usePagedQuery } from "../../lib/usePagedQuery";
 import { LoadMoreButton } from "../../ui/LoadMoreButton";
 import { ProblemNote } from "../../ui/ProblemNote";
 import { compareSessions } from "./compareSessions";
-import { Head, Row } from "./sessionRows";
+import { Head, Row } from "./figureRows";
 
 /** Compares this session with another session of the patient. */
 export function SessionComparison({ session }: { session: Session }) {

@@ -23,7 +23,7 @@ export function SessionTable(props: {
     <DataTable
       name="sessions"
       label={t("sessions:sessions.title")}
-      columns={props.withPatient ? [STARTED, PATIENT, ...OTHERS] : [STARTED, ...OTHERS]}
+      columns={props.withPatient ? [STARTED, PATIENT, ...AFTER_PATIENT] : [STARTED, ...AFTER_PATIENT]}
       rows={props.items}
       rowKey={({ id }) => id}
       more={props.more}
@@ -60,7 +60,7 @@ const PATIENT: Column<Session> = {
   ),
 };
 
-const OTHERS: Column<Session>[] = [
+const AFTER_PATIENT: Column<Session>[] = [
   {
     key: "therapist",
     head: t("sessions:sessions.therapist"),

@@ -52,7 +52,7 @@ BLOCKS: Final = (
 may replace a status read, so no block is longer than the status block. All blocks of the rotation have different lengths.
 """
 BLOCKS_WITH_STATUS: Final = 2
-VERIFIED_BLOCKS: Final = BLOCKS[BLOCKS_WITH_STATUS:]
+ROTATION_BLOCKS: Final = BLOCKS[BLOCKS_WITH_STATUS:]
 """The blocks that are read in a slow rotation."""
 LENGTHS: Final = lengths(frozenset(len(block) for block in BLOCKS))
 """Lengths of the block to request, a different one in each cycle (:mod:`~kata.device.bus.dynamixel.cycle_block`)."""

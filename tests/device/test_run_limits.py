@@ -8,8 +8,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from kata.device.limits import SETTLE_S, RunLimits
 from kata.device.messages import Approach, Less, Play, Return, Unload
+from kata.device.run_limits import SETTLE_S, RunLimits
 from kata.device.setpoint_gate import largest_step_deg
 from kata.motion.linkage import Floats
 from kata.motion.method import Method, reference
