@@ -223,13 +223,6 @@ REVERTS: Final = (
     ),
     _one(
         9,
-        "a recording may be of any length",
-        "config.py",
-        "        if reference.duration_s < SHORTEST_REFERENCE_S:\n",
-        "        if False:\n",
-    ),
-    _one(
-        9,
         "the alert bit is not looked at",
         "cycle_state.py",
         "or int(drive is not None and drive.alert)",
