@@ -26,12 +26,12 @@ const motion = (given: Partial<Motion>): Motion => ({
   ...given,
 });
 
-function show(motions: Motion[]) {
+function show(motions: Motion[], level: number | null = 20) {
   vi.spyOn(api, "endFeelGuide").mockResolvedValue({ speed_deg_s: 5, motions });
   render(
     <MantineProvider env="test">
       <QueryClientProvider client={new QueryClient()}>
-        <EndFeelMeasurement session={{ id: "s" } as Session} level={20} />
+        <EndFeelMeasurement session={{ id: "s" } as Session} level={level} />
       </QueryClientProvider>
     </MantineProvider>,
   );
@@ -100,6 +100,15 @@ it.each([
     speed_deg_s: 5,
   });
   expect(play).not.toHaveBeenCalled();
+});
+
+it("names what is missing before a measurement", async () => {
+  show([motion({})], null);
+  const button = await screen.findByRole("button", { name: "Move to the start of the baseline" });
+  expect((button as HTMLButtonElement).disabled).toBe(true);
+  expect(screen.getByText("Choose a resistance level first.")).toBeTruthy();
+  fireEvent.change(screen.getByLabelText("Chosen torque, Nm"), { target: { value: "" } });
+  expect(screen.getByText("Enter a torque of 0.3 to 4 Nm.")).toBeTruthy();
 });
 
 it("says why a test has no figures", async () => {

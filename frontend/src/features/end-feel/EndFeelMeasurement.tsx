@@ -47,7 +47,9 @@ export function EndFeelMeasurement({ session, level }: { session: Session; level
           decimalScale={1}
           value={torque}
           onChange={setTorque}
+          error={isTorque(torque) ? null : t("endFeel:torqueRange", { least: TORQUE.min, most: TORQUE.max })}
         />
+        {level === null && <Text>{t("endFeel:levelMissing")}</Text>}
         {guide.data && motions.length === 0 && <Text>{t("endFeel:noMotion")}</Text>}
         {motions.map((motion) => (
           <MotionToMeasure
@@ -64,6 +66,10 @@ export function EndFeelMeasurement({ session, level }: { session: Session; level
   );
 }
 
+function isTorque(typed: number | string): boolean {
+  return typed !== "" && Number(typed) >= TORQUE.min && Number(typed) <= TORQUE.max;
+}
+
 /** Return the newest recording of each motion. The service sends the newest first. */
 function newestOfEach(motions: Motion[]): Motion[] {
   return motions.filter((one, place) => motions.findIndex(({ motion }) => motion === one.motion) === place);
@@ -74,7 +80,7 @@ type ToMeasure = { motion: Motion; session: Session; torque: number; speed: numb
 function MotionToMeasure({ motion, session, torque, speed, level }: ToMeasure) {
   const complete = useChecklist(session.id, motion.recording_id).data?.complete;
   const last = motion.tests[0];
-  const can = complete === true && level !== null && torque >= TORQUE.min && torque <= TORQUE.max;
+  const can = complete === true && level !== null && isTorque(torque);
   return (
     <Stack gap="xs" data-testid="end-feel-motion">
       <Title order={3} size="h4">
