@@ -1,6 +1,7 @@
 """Results of end-feel runs from journals whose truth is known."""
 
 from pathlib import Path
+from typing import Literal
 from uuid import UUID
 
 import pytest
@@ -12,7 +13,7 @@ from kata.clinic.sessions.tables import EndFeelRow, RunRow, SessionRow
 from kata.database.base import utc_now
 from kata.database.engine import Database
 from kata.errors import ProblemError
-from kata.reporting import rendering
+from kata.reporting import charts, rendering
 from kata.reporting import session as session_report
 from kata.reporting.phrases import Language
 from tests.support.end_feel_runs import CHOSEN_NM, NM_DEG, ONSET_DEG, SPEED_DEG_S, STATION, begin, ended, row_of
@@ -160,6 +161,25 @@ def test_session_report_has_figures_of_the_test(
     page = rendering.session_page(content, how(language)).html
     assert words in page
     assert f"{row.range_deg:.1f} ± {row.interval_range_deg:.1f}" in page
+    assert page.count("<circle") == 2
+
+
+@pytest.mark.parametrize("outward", [1, -1])
+def test_reports_curve_has_dots_at_onset_and_range(
+    clinic: Clinic, recording: UUID, baseline: UUID, outward: Literal[1, -1]
+) -> None:
+    row = played(clinic, recording)
+    curve = end_feel.curve_of(row)
+    assert curve is not None and row.range_deg is not None and row.onset_deg is not None
+    drawn = charts.torque_angle(curve, outward, [outward * row.onset_deg, outward * row.range_deg])
+    mean = drawn.lines[2]
+    places = [tuple(map(float, point.split(","))) for point in mean.points.split()]
+    (onset_x, onset_y), (range_x, range_y) = mean.dots
+    assert (onset_x < range_x) == (outward == 1)
+    # The mean has 25 % of the chosen torque at onset and 60 % at range.
+    zero = next(tick.at for tick in drawn.y_ticks if tick.label == "0")
+    assert (zero - onset_y) / (zero - range_y) == pytest.approx(0.25 / 0.6, abs=0.03)
+    assert all(drawn.frame.y(1) <= y <= drawn.frame.y(0) for _, y in places)
 
 
 def test_progress_has_the_range_of_each_test(clinic: Clinic, recording: UUID, baseline: UUID) -> None:

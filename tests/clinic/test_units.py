@@ -228,7 +228,7 @@ REPORT_NUMBERS: Final = {
     "level": r"level|レベル",
 }  # fmt: skip
 """Numbers in the sentences of reports, and what must be in the same sentence."""
-REPORT_WORDS: Final = {"first", "last", "moment", "name", "start", "title", "source"}
+REPORT_WORDS: Final = {"first", "last", "moment", "motion", "name", "start", "title", "source"}
 """Parameters that are no numbers, or formatted with their unit before."""
 
 
@@ -265,7 +265,7 @@ TEXT_NUMBERS: Final[dict[str, str]] = {
     **dict.fromkeys(("angle", "counted", "highest", "lowest", "margin", "limit"), r"{}(?: (?:to|and) \{\{\w+\}\}| *[~〜] *\{\{\w+\}\})? ?(?:°|deg|degrees|度)|level {}|レベルの上限は{}|{}(?:から|〜|～)"),
     "percent": r"{} ?%", "ms": r"{} ?(?:ms|ミリ秒)", "hz": r"{} ?Hz", "degPerSecond": r"{} ?(?:deg/s|°/s)|毎秒{}°",
     "seconds": r"{} ?(?:s\b|秒)", "offset": r"{} ?(?:s\b|秒)", "minutes": r"{} ?(?:min|分)", "age": r"{} ?(?:years|歳)",
-    "length": r"{} ?(?:s\b|秒)", "speed": r"{} ?%", "range": r"{} ?%",
+    "leastNm": r"{} to \{\{mostNm\}\} Nm|{}～\{\{mostNm\}\} Nm", "mostNm": r"{} Nm", "length": r"{} ?(?:s\b|秒)", "speed": r"{} ?%", "range": r"{} ?%",
     # Scores.
     "tScore": r"50", "total": r"100|\{\{highestTotal\}\} ?(?:points|点)", "pain": r"100|", "disability": r"100",
     **dict.fromkeys(("least", "most", "detectable"), r"points|点|段階|level|レベル|of \{\{most|/ ?\{\{most|\{\{most\}\}(?:[:：]|はモータの定格)"),

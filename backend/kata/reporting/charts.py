@@ -10,6 +10,7 @@ from tsdownsample import MinMaxDownsampler
 
 from kata.commissioning.record import RecordedCurve
 from kata.motion.axes import AXES
+from kata.motion.end_feel import TorqueAngleCurve
 from kata.motion.linkage import Floats
 from kata.plotting.figures import RunFigureSamples, run_lines
 
@@ -121,6 +122,41 @@ def step_responses(curves: Sequence[RecordedCurve]) -> tuple[Chart, ...]:
         ends = (Tick(SMALL.x(0), "0"), Tick(SMALL.x(1), f"{end_s:.1f} s"))
         charts.append(Chart(str(motor), SMALL, ends, ticks, tuple(lines)))
     return tuple(charts)
+
+
+def torque_angle(curve: TorqueAngleCurve, outward: int, marks_deg: Sequence[float]) -> Chart:
+    """Return the torque of an end-feel test over the apparatus angle: out, back, and the mean of both.
+
+    :param outward: sign of the apparatus angle on the way out.
+    :param marks_deg: apparatus angles to mark on the mean, such as onset and range.
+    """
+    angles = outward * curve.places_deg
+    lines = {"way_out": curve.out_nm, "way_back": curve.back_nm, "mean": curve.mean_nm}
+    x_ticks = nice_ticks(float(angles.min()), float(angles.max()), 4)
+    y_ticks = nice_ticks(
+        min(0.0, *(float(np.nanmin(torque)) for torque in lines.values())), float(np.nanmax(curve.out_nm)), 4
+    )
+
+    def place(angle: float, torque: float) -> tuple[float, float]:
+        return (
+            WIDE.x((angle - x_ticks[0]) / (x_ticks[-1] - x_ticks[0])),
+            WIDE.y((torque - y_ticks[0]) / (y_ticks[-1] - y_ticks[0])),
+        )
+
+    drawn = []
+    for name, torque in lines.items():
+        known = np.isfinite(torque)
+        marked = np.interp(np.multiply(outward, marks_deg), curve.places_deg[known], torque[known]).tolist()
+        dots = tuple(place(*mark) for mark in zip(marks_deg, marked, strict=True)) if name == "mean" else ()
+        places = [place(*point) for point in zip(angles[known].tolist(), torque[known].tolist(), strict=True)]
+        drawn.append(Curve(name, _points(places), dots))
+    return Chart(
+        "",
+        WIDE,
+        tuple(Tick(place(tick, 0)[0], f"{tick:g}°".replace("-", "−")) for tick in x_ticks),
+        tuple(Tick(place(0, tick)[1], f"{tick:g}".replace("-", "−")) for tick in y_ticks),
+        tuple(drawn),
+    )
 
 
 def over_days(name: str, series: Sequence[DatedSeries], labels: Sequence[Tick], low: float, high: float) -> Chart:

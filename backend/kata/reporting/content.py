@@ -6,6 +6,7 @@ from datetime import date, datetime
 from typing import Any
 
 from kata.motion.edit import PlaybackSettings
+from kata.motion.end_feel import TorqueAngleCurve
 from kata.motion.patient_angle import PatientAngle
 from kata.plotting.figures import RunFigureSamples
 
@@ -107,6 +108,10 @@ class PrintedEndFeel:
     """Range and half of its 95 % interval."""
     onset_deg: float | None
     stiffness_nm_deg: float | None
+    outward: int
+    """Sign of the apparatus angle on the way out."""
+    curve: TorqueAngleCurve | None
+    """Its angles and torques are positive outwards. None for a baseline, and if nothing was measured."""
 
 
 @dataclass(frozen=True)

@@ -245,6 +245,15 @@ PHRASES: Final[dict[str, tuple[str, str]]] = {
     "end_feel_range": ("Range, °", "可動域(°)"),
     "end_feel_onset": ("Onset, °", "抵抗の開始(°)"),
     "end_feel_stiffness": ("Stiffness, Nm/°", "スティフネス(Nm/°)"),
+    "end_feel_curve": (
+        "{number}. {motion}: torque, Nm, over the apparatus angle",
+        "{number}．{motion}：装置角度に対するトルク(Nm)",
+    ),
+    "end_feel_legend": (
+        "Torque between apparatus and shoulder, without weight and friction. Dotted line: way out; dashed line: way back; solid line: their mean, "
+        "with dots at onset and range.",
+        "装置と肩の間のトルク（重さと摩擦を除く）。点線：往路、破線：復路、実線：平均。丸は抵抗の開始と可動域。",
+    ),
     "unmeasured.torque_not_reached": ("the torque was not reached", "トルクに達しなかった"),
     "unmeasured.resistance_from_start": ("resistance begins at the start", "開始位置から抵抗がある"),
     "unmeasured.guarding": ("the patient worked with or against the apparatus", "患者が装置に力を加えた"),

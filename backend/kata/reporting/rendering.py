@@ -56,7 +56,9 @@ def session_page(content: SessionContent, options: PrintOptions) -> ReportPage:
     phrases = Phrases(options.language, options.zone)
     title = phrases.text("comma").join([phrases.text("session_report"), phrases.day(content.started_at)])
     curves = {run.number: _curves(run) for run in content.runs}
-    return _page("session.html", title, content, options, draft=content.signed_at is None, curves=curves)
+    torques = {run.number: chart for run in content.runs if (chart := _torque_angle(run, phrases))}
+    draft = content.signed_at is None
+    return _page("session.html", title, content, options, draft=draft, curves=curves, torques=torques)
 
 
 def episode_page(content: EpisodeContent, options: PrintOptions) -> ReportPage:
@@ -176,6 +178,17 @@ def _curves(run: RunContent) -> tuple[Chart, ...] | None:
         return charts.tracking(run.parts)
     except UnreadableError:
         return None
+
+
+def _torque_angle(run: RunContent, phrases: Phrases) -> Chart | None:
+    """Return the chart of an end-feel test, or None if there is no curve."""
+    test = run.end_feel
+    if test is None or test.curve is None:
+        return None
+    range_deg = test.range_deg[0] if test.range_deg else None
+    marks = [angle for angle in (test.onset_deg, range_deg) if angle is not None]
+    name = phrases.text("end_feel_curve", number=run.number, motion=phrases.named("motion", test.motion))
+    return replace(charts.torque_angle(test.curve, test.outward, marks), name=name)
 
 
 @cache

@@ -9,7 +9,7 @@ from kata.clinic.episodes.tables import EpisodeRow
 from kata.clinic.patients.tables import PatientRow
 from kata.clinic.programmes import planned
 from kata.clinic.programmes.tables import ProgrammeVersionRow
-from kata.clinic.sessions import patient_angles, runs
+from kata.clinic.sessions import end_feel, patient_angles, runs
 from kata.clinic.sessions import service as sessions
 from kata.clinic.sessions.patient_angles import PatientAngles
 from kata.clinic.sessions.tables import (
@@ -145,6 +145,8 @@ def _end_feel(row: EndFeelRow) -> PrintedEndFeel:
         range_deg=(row.outward * (row.range_deg or 0.0), row.interval_range_deg or 0.0) if measured else None,
         onset_deg=None if row.onset_deg is None else row.outward * row.onset_deg,
         stiffness_nm_deg=row.stiffness_nm_deg,
+        outward=row.outward,
+        curve=end_feel.curve_of(row) if row.kind == "test" else None,
     )
 
 
