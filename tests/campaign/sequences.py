@@ -249,6 +249,25 @@ class Sequences(RuleBasedStateMachine):
             self._press(0, Pause(), 0.0)
             self._run(0.3)
 
+    @rule(
+        load=_loads,
+        motor=st.integers(1, 5),
+        kind=st.one_of(st.none(), st.sampled_from(_DRIVE_FAULTS)),
+        strength_nm=st.sampled_from([0.5, 1.5, 3.5]),
+        after_s=st.sampled_from([0.0, 0.5, 1.5]),
+    )
+    def something_happens_while_playing(
+        self, load: Load, motor: int, kind: FaultKind | None, strength_nm: float, after_s: float
+    ) -> None:
+        """A healthy apparatus plays. Then a drive fails, or the patient resists."""
+        self.go(load, "playing", mended=True)
+        self._run(after_s)
+        if kind is None:
+            self.the_patient_resists(motor, strength_nm, 1.8)
+        else:
+            self.a_drive_fails(kind, motor)
+            self._run(0.1)
+
     @rule(load=_loads, delay_s=st.sampled_from([0.5, 1.5, 2.5]), stop=st.booleans())
     def a_start_arrives_late(self, load: Load, delay_s: float, stop: bool) -> None:
         """The command to start is delayed. ``stop``: meanwhile the arm is stopped and made ready again."""
