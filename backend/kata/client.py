@@ -24,7 +24,9 @@ from numpy.typing import NDArray
 from kata import __version__
 
 Side = Literal["left", "right"]
-Chart = Literal["rom", "pain", "spadi", "questionnaires", "tracking", "correction", "adherence", "end_feel"]
+Chart = Literal[
+    "rom", "pain", "spadi", "questionnaires", "tracking", "correction", "adherence", "end_feel", "end_range"
+]
 _Read = TypeVar("_Read")
 _LIMIT_S: Final = 60.0
 """Longest wait for an answer in seconds. An export of a record with hours of samples takes tens of seconds."""

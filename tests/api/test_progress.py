@@ -12,7 +12,7 @@ from tests.support.responses import problem
 
 pytestmark = pytest.mark.no_apparatus
 
-CHARTS = ("rom", "pain", "spadi", "questionnaires", "tracking", "correction", "adherence", "end_feel")
+CHARTS = ("rom", "pain", "spadi", "questionnaires", "tracking", "correction", "adherence", "end_feel", "end_range")
 
 
 @pytest.mark.parametrize("chart", CHARTS)

@@ -27,6 +27,7 @@ from kata.device import journal
 from kata.device.config import StationConfig
 from kata.device.journal import JournalEnd
 from kata.errors import ProblemError
+from kata.motion.arm_load import ArmLoad
 from kata.motion.edit import AS_TAUGHT, PlaybackSettings
 from kata.motion.ilc import Correction
 from kata.motion.method import Method
@@ -84,6 +85,27 @@ def test_a_run_is_completed_and_compared(clinic: Clinic) -> None:
         assert motor.rmse_deg == pytest.approx(0.5, abs=1e-3)
         assert motor.start_deg == pytest.approx(0.5, abs=1e-3)
     assert clinic.saved[-1].session_id == run.session_id
+
+
+def test_end_range_time_is_stored_if_the_load_is_known(clinic: Clinic) -> None:
+    weightless = StationConfig(arm=ArmLoad(inertia=(1e-6,) + (0.0,) * 9))
+    clinic.journal("teaching", clinic.begin_teaching(), [4.0], at=pose, end=JournalEnd(reason="finished"))
+    clinic.importer.run()
+    recording_id, found = clinic.saved[-1].id, []
+    for config in (weightless, StationConfig()):
+        run_id = clinic.begin_run(recording_id)
+        clinic.journal(
+            "run", run_id, [4.0], at=pose, torque_nm=lambda time_s: [0.0, 0.0, 2.0 if 1.5 < time_s < 2.5 else 0.0, 0.0, 0.0],
+            end=JournalEnd(reason="completed"),
+        )  # fmt: skip
+        Importer(clinic.database, clinic.folder, config, clinic.saved.append).run()
+        with clinic.database.read() as session:
+            run = runs.as_run(runs.get(session, run_id))
+        assert run.comparison is not None
+        found.append({motion.motion: motion.end_range_s for motion in run.comparison.motions})
+    # From 80 to 90 deg and back.
+    near_s = 4 / np.pi * np.arccos(0.75)
+    assert found == [{2: None, 4: pytest.approx(near_s, abs=0.03)}, {2: None, 4: None}]
 
 
 def test_run_is_compared_with_body_motions_and_table_2(clinic: Clinic) -> None:

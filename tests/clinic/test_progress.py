@@ -17,10 +17,10 @@ from kata.clinic.patients import service as patients
 from kata.clinic.patients.schemas import PatientCreate
 from kata.clinic.programmes.adherence import AdherenceWeek
 from kata.clinic.progress import figures, notes, numbers, service
-from kata.clinic.progress.series import LineSeries, Point, RomPanel, SpadiPoint, Tracked
+from kata.clinic.progress.series import EndRangeGain, LineSeries, Point, RomPanel, SpadiPoint, Tracked
 from kata.clinic.questionnaires.definitions import DEFINITIONS, SPADI
 from kata.clinic.recordings.tables import RecordingRow
-from kata.clinic.sessions.tables import RunRow, SessionRow
+from kata.clinic.sessions.tables import MotionTrackingRow, RunRow, SessionRow
 from kata.database.engine import Database
 from kata.errors import ProblemError
 from kata.plotting.placed_texts import with_texts
@@ -83,7 +83,7 @@ def rom(angle_deg: float, **given: Any) -> dict[str, Any]:
 def drawn(figure: figures.Figure) -> go.Figure:
     """Plotly's own classes know every property, and refuse what is none."""
     figure = with_texts(figure)
-    assert {entry["code"].partition("_")[0] for entry in figure.pop("texts")} <= {"figure"}
+    assert {entry["code"].partition("_")[0] for entry in figure.pop("texts")} <= {"figure", "motion", "rom"}
     written = msgspec.json.encode(figure).decode()
     assert not {colour for colour in ALARM_COLOURS if f'"{colour}"' in written}
     return go.Figure(figure)
@@ -323,6 +323,40 @@ def test_learned_values_are_reported_as_at_the_sessions_end(database: Database, 
     lines: list[LineSeries] = told(database, fill(how), service.correction_lines)
     assert traces(drawn(figures.correction(lines))) == {"Lift": ([0, 1], [0.5, 0.75])}
     assert numbers.correction(lines).rows[1] == [DAY + timedelta(days=7), "Lift", 0.75]
+
+
+def test_end_range_time_adds_up_by_week_beside_the_gain(database: Database, fill: Fill) -> None:
+    def held(recording: UUID, **seconds: float | None) -> RunRow:
+        one = run(recording, 1.0, 1.0)
+        one.motions = [
+            MotionTrackingRow(
+                motion=int(name[1]), end_range_s=time, peak_deg=0.0, peak_at_s=0.0, rmse_deg=0.0, start_deg=0.0
+            )
+            for name, time in seconds.items()
+        ]
+        return one
+
+    def how(episode: Episode) -> None:
+        lift = episode.record("Lift")
+        for day, angle_deg in ((0, 90.0), (14, 102.0)):
+            episode.assess(day, rom=[rom(angle_deg, kind="passive")])
+        episode.treat(0, held(lift, m2=None, m4=60.0), held(lift, m4=30.0))
+        episode.treat(3, held(lift, m4=90.0, m6=12.0))
+        episode.treat(8, held(lift, m4=120.0))
+
+    found: EndRangeGain = told(database, fill(how), service.end_range)
+    abduction, rotation = "Abduction / adduction of the shoulder", found.points[2].motion
+    assert [(point.motion, point.minutes, point.in_week_min) for point in found.points] == [
+        (abduction, 1.5, 1.5), (abduction, 1.5, 3.0), (rotation, 0.2, 0.2), (abduction, 2.0, 2.0),
+    ]  # fmt: skip
+    figure = drawn(figures.end_range(found))
+    assert traces(figure) == {
+        abduction: ([0.5, 1.5], [3.0, 2.0]),
+        rotation: ([0.5], [0.2]),
+        "Flexion": ([0, 2], [0, 12]),
+    }
+    assert figure.layout.xaxis.range[1] >= 2
+    assert numbers.end_range(found).rows[1] == [DAY + timedelta(days=3), abduction, 1.5, 3.0]
 
 
 def test_week_without_visits_is_included(database: Database, fill: Fill) -> None:

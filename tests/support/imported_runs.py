@@ -63,9 +63,9 @@ class Clinic:
         error_deg: float = 0.0,
         end: JournalEnd | None = None,
         at: Callable[[float], Sequence[float]] = lambda time_s: [10 * time_s] * 5,
-        torque_nm: Sequence[float] = (0.0,) * 5,
+        torque_nm: Sequence[float] | Callable[[float], Sequence[float]] = (0.0,) * 5,
     ) -> Path:
-        """``takes``: their lengths in seconds; a run has one. ``at``: the arm's angles."""
+        """``takes``: their lengths in seconds; a run has one. ``at``: the arm's angles. ``torque_nm``: the drives' torques, also over the time."""
         header = JournalHeader(
             kind="teaching" if kind == "teaching" else "run",
             id=str(identity), recording_id=None, station="Station 1", rate_hz=100, started_at=STARTED, started_ns=0,
@@ -82,7 +82,7 @@ class Clinic:
                         path_s=n / 100,
                         setpoint_deg=at(n / 100),
                         measured_deg=[angle + error_deg for angle in at(n / 100)],
-                        torque_nm=torque_nm,
+                        torque_nm=torque_nm(n / 100) if callable(torque_nm) else torque_nm,
                     )
                 )
                 t_ns += 10_000_000

@@ -16,6 +16,7 @@ from kata.clinic.contraindications.kinds import KINDS as CONTRAINDICATIONS
 from kata.clinic.episodes.diagnoses import BY_CODE
 from kata.clinic.questionnaires.definitions import DEFINITIONS, Definition
 from kata.clinic.questionnaires.definitions import SPADI as SPADI_DEFINITION
+from kata.motion.end_range import BAND_DEG, TORQUE_NM
 
 Resource = dict[str, Any]
 """A resource or a part of one, as JSON."""
@@ -103,6 +104,11 @@ LOCAL_CODES: Final[dict[str, str]] = {
     **{
         f"motion-{number}-highest": f"Highest apparatus angle of basic motion {number} in a playback"
         for number in range(1, 7)
+    },
+    **{
+        f"motion-{number}-end-range-time": f"End-range time of basic motion {number} in a playback: at most {BAND_DEG:g} deg before "
+        f"the end of the recorded motion, with at least {TORQUE_NM:g} Nm between apparatus and shoulder"
+        for number in range(3, 7)
     },
     **_ROM_LOCAL,
     **{f"contraindication-{kind.code}": str(kind.name) for kind in CONTRAINDICATIONS.values()},

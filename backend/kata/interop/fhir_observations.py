@@ -121,6 +121,9 @@ def run_tracking(row: RunRow, patient_id: UUID) -> Resource:
             _component(f"motion-{motion.motion}-lowest", valueQuantity=quantity(motion.played_min_deg, "deg")),
             _component(f"motion-{motion.motion}-highest", valueQuantity=quantity(motion.played_max_deg, "deg")),
         ]
+        if motion.end_range_s is not None:
+            seconds = quantity(motion.end_range_s, "s")
+            components.append(_component(f"motion-{motion.motion}-end-range-time", valueQuantity=seconds))
     value = quantity(row.worst_rmse_deg, "deg")
     absent = ("unknown", "Unknown") if row.partial else ("not-performed", "Not Performed")
     why = f"Less than {COMPARED_PERCENT:g} % of the playing time was compared" if row.partial else ""

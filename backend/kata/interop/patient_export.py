@@ -142,11 +142,20 @@ def _recordings(database: Database, worker: FigureWorker, patient_id: UUID, path
     yield "recordings.csv", path
 
 
+def _end_range_times(row: RunRow) -> dict[str, float | None]:
+    """Return the end-range time of each motion of the shoulder joint, None if it was not counted."""
+    times = {motion.motion: motion.end_range_s for motion in row.motions}
+    return {f"motion_{number}_end_range_s": times.get(number) for number in range(3, 7)}
+
+
 def _runs(database: Database, worker: FigureWorker, patient_id: UUID, path: Path) -> Iterator[tuple[str, Path]]:
     with database.read() as session:
         query = select(RunRow).join(SessionRow, SessionRow.id == RunRow.session_id)
         query = query.where(SessionRow.patient_id == patient_id).order_by(RunRow.started_at)
-        rows = [_plain(row) | {"change_by_settings_deg": row.change_deg} for row in session.scalars(query)]
+        rows = [
+            _plain(row) | {"change_by_settings_deg": row.change_deg} | _end_range_times(row)
+            for row in session.scalars(query)
+        ]
     for row in rows:
         row["file"] = ""
         with database.read() as session:

@@ -83,6 +83,8 @@ class MotionReach:
     reference_deg: tuple[float, float]
     patient_deg: tuple[PatientAngle, PatientAngle] | None = None
     """The patient's angles at the ends of ``reached_deg``; None if only the apparatus angle is known."""
+    end_range_s: float | None = None
+    """End-range time; None if it was not counted."""
 
 
 @dataclass(frozen=True)

@@ -6,6 +6,7 @@ from zoneinfo import ZoneInfo
 
 from kata.clinic.assessments import rom
 from kata.device.messages import RESISTANCE_LEVELS
+from kata.motion.end_range import BAND_DEG, TORQUE_NM
 
 Language = Literal["en", "ja"]
 LANGUAGES: Final[tuple[Language, ...]] = ("en", "ja")
@@ -258,6 +259,11 @@ PHRASES: Final[dict[str, tuple[str, str]]] = {
     "unmeasured.resistance_from_start": ("resistance begins at the start", "開始位置から抵抗がある"),
     "unmeasured.guarding": ("the patient worked with or against the apparatus", "患者が装置に力を加えた"),
     "unmeasured.too_few_ways": ("fewer than two repetitions are complete", "完了した往復が2回未満"),
+    "end_range": ("End-range time, s", "最終域保持時間(秒)"),
+    "end_range_explained": (
+        f"End-range time: at most {BAND_DEG:g}° before the end of the recorded motion, with at least {TORQUE_NM:g} Nm between apparatus and shoulder.",
+        f"最終域保持時間：記録動作の終点の手前{BAND_DEG:g}°以内で、装置と肩の間のトルクが{TORQUE_NM:g} Nm以上の時間。",
+    ),
     "healthy": ("Healthy, °", "参考値(°)"),
     "motions_caption": ("Range by the body's motions", "身体の動作別の範囲"),
     "nothing_compared": ("Nothing was played, so there is nothing to compare.", "再生されていないため、比較はない。"),

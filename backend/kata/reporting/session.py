@@ -172,6 +172,7 @@ def _motion(row: MotionTrackingRow, run: RunRow, angles: PatientAngles) -> Motio
         _ends(row.played_min_deg, row.played_max_deg),
         (row.reference_min_deg, row.reference_max_deg),
         angles.of_run(run, row),
+        row.end_range_s,
     )
 
 

@@ -18,6 +18,7 @@ from kata.clinic.progress.series import (
     PAIN_CONTEXTS,
     PAIN_IN_SESSIONS,
     EndFeelPoint,
+    EndRangeGain,
     LineSeries,
     Point,
     QuestionnairePanel,
@@ -235,6 +236,37 @@ def end_feel(points: Sequence[EndFeelPoint]) -> Figure:
     values = [point.range_deg for point in points] or [0.0]
     axes = _axes(texts.FIGURE_END_FEEL_RANGE(), [min(values) - 10.0, max(values) + 10.0], last)
     return _figure(traces, _layout(420) | axes)
+
+
+def end_range(found: EndRangeGain) -> Figure:
+    """Return the end-range time of each week and motion as bars, and below it the gain of passive range on the same weeks."""
+    height = _MARGINS + 2 * _PANEL_HEIGHT
+    layout = _layout(height) | {"barmode": "group"}
+    gained = [point for line in found.gains for point in line.points]
+    # The bar of the last week ends where the week ends.
+    last = max([_last_week(gained), *(int(point.week) + 1.0 for point in found.points)])
+    dose, gain = (_Panel(row, 2, height, columns=1) for row in (0, 1))
+    layout["annotations"] = [dose.title(texts.FIGURE_END_RANGE_IN_WEEK()), gain.title(texts.FIGURE_GAIN_OF_RANGE())]
+    traces = []
+    for place, motion in enumerate(dict.fromkeys(point.motion for point in found.points)):
+        # The last session of a week has the sum of the week.
+        sums = {int(point.week): point for point in found.points if point.motion == motion}
+        bars = {
+            "type": "bar",
+            "name": motion,
+            "x": [week + 0.5 for week in sums],
+            "y": [point.in_week_min for point in sums.values()],
+            "marker": {"color": _COLOURS[place % len(_COLOURS)]},
+            "hovertemplate": texts.FIGURE_MINUTES_HOVER(),
+        }
+        traces.append(dose.own(bars, first=True))
+    for place, line in enumerate(found.gains):
+        traces.append(gain.own(_nth_line(line, place, texts.FIGURE_NAMED_ANGLE_HOVER()), first=True))
+    highest = max((point.in_week_min for point in found.points), default=1.0)
+    values = [0.0, *(point.value for point in gained)]
+    layout |= dose.layout(last, [0, 1.1 * highest + 0.1])
+    layout |= gain.layout(last, [min(values) - 5.0, max(values) + 5.0])
+    return _figure(traces, layout)
 
 
 def adherence(weeks: Sequence[AdherenceWeek]) -> Figure:

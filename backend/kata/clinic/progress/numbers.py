@@ -12,6 +12,7 @@ from kata.clinic.progress.series import (
     KINDS,
     METHODS,
     EndFeelPoint,
+    EndRangeGain,
     LineSeries,
     QuestionnairePanel,
     RomPanel,
@@ -185,6 +186,18 @@ def end_feel(points: Sequence[EndFeelPoint]) -> NumberTable:
         _number(texts.FIGURE_END_FEEL_INTERVAL(), digits=1),
         _number(texts.FIGURE_END_FEEL_ONSET(), digits=1),
         _number(texts.FIGURE_END_FEEL_STIFFNESS(), digits=3),
+    ]
+    return NumberTable(columns=columns, rows=rows)
+
+
+def end_range(found: EndRangeGain) -> NumberTable:
+    """Return a table with one row per session and motion."""
+    rows: list[list[Cell]] = [[point.at, point.motion, point.minutes, point.in_week_min] for point in found.points]
+    columns = [
+        _moment(texts.FIGURE_SESSION()),
+        _text(texts.FIGURE_MOTION()),
+        _number(texts.FIGURE_END_RANGE(), digits=1),
+        _number(texts.FIGURE_END_RANGE_SO_FAR(), digits=1),
     ]
     return NumberTable(columns=columns, rows=rows)
 

@@ -30,6 +30,7 @@ _CHARTS: Final[dict[Chart, tuple[_Read, Callable[[Any], figures.Figure], Callabl
     "tracking": (service.tracked, figures.tracking, numbers.tracking),
     "correction": (service.correction_lines, figures.correction, numbers.correction),
     "end_feel": (service.end_feel_points, figures.end_feel, numbers.end_feel),
+    "end_range": (service.end_range, figures.end_range, numbers.end_range),
     "adherence": (service.weeks, figures.adherence, numbers.adherence),
 }
 """For each chart, the functions that read, draw and tabulate it. The other two get the result of the first."""
@@ -54,6 +55,7 @@ def get_progress(database: TheDatabase, episode_id: UUID, chart: Chart, columns:
     rom: range of motion, with baseline, other side and reference. pain: pain in assessments and around sessions. spadi: SPADI with the
     changes that matter. questionnaires: totals of the other questionnaires, likewise. tracking: error of the playbacks. correction: size of the learned correction. adherence: sessions per week,
     held and prescribed; weeks begin on Monday, UTC. end_feel: passive range at 60 % of the chosen torque.
+    end_range: end-range time in each week of the episode and motion, with the gain of passive range.
     """
     read, draw, tabulate = _CHARTS[chart]
     with database.read() as session:

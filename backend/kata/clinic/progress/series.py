@@ -8,7 +8,9 @@ from kata.clinic import texts
 from kata.clinic.assessments.rom import Kind, Measure
 from kata.clinic.questionnaires.definitions import Definition
 
-Chart = Literal["rom", "pain", "spadi", "questionnaires", "tracking", "correction", "adherence", "end_feel"]
+Chart = Literal[
+    "rom", "pain", "spadi", "questionnaires", "tracking", "correction", "adherence", "end_feel", "end_range"
+]
 
 
 @dataclass(frozen=True)
@@ -103,6 +105,25 @@ class EndFeelPoint:
     half_deg: float
     onset_deg: float
     stiffness_nm_deg: float
+
+
+@dataclass(frozen=True)
+class EndRangePoint:
+    """End-range time of one motion in one session, in minutes. ``in_week_min``: sum of the episode's week so far."""
+
+    motion: str
+    at: datetime
+    week: float
+    minutes: float
+    in_week_min: float
+
+
+@dataclass(frozen=True)
+class EndRangeGain:
+    """End-range times, and the gain of passive range: angles minus the first one of each measured motion, degrees."""
+
+    points: tuple[EndRangePoint, ...]
+    gains: tuple[LineSeries, ...]
 
 
 KINDS: Final = {"active": texts.FIGURE_KIND_ACTIVE(), "passive": texts.FIGURE_KIND_PASSIVE()}

@@ -20,6 +20,8 @@ from kata.clinic.progress.series import (
     PAIN_CONTEXTS,
     PAIN_IN_SESSIONS,
     EndFeelPoint,
+    EndRangeGain,
+    EndRangePoint,
     LineSeries,
     Point,
     QuestionnairePanel,
@@ -31,7 +33,7 @@ from kata.clinic.progress.series import (
 )
 from kata.clinic.questionnaires.definitions import DEFINITIONS, score
 from kata.clinic.recordings.tables import RecordingRow
-from kata.clinic.sessions.tables import EndFeelRow, RunRow, SessionRow
+from kata.clinic.sessions.tables import EndFeelRow, MotionTrackingRow, RunRow, SessionRow
 from kata.errors import not_found
 from kata.motion.axes import BASIC_MOTIONS
 from kata.motion.texts import SIDES
@@ -213,6 +215,34 @@ def end_feel_points(session: Session, timeline: EpisodeTimeline) -> list[EndFeel
         )
         for at, side, row in session.execute(query)
     ]
+
+
+def end_range(session: Session, timeline: EpisodeTimeline) -> EndRangeGain:
+    """Return the end-range time of each motion and session, with the gain of passive range."""
+    query = (
+        select(SessionRow.started_at, MotionTrackingRow.motion, func.sum(MotionTrackingRow.end_range_s))
+        .join(RunRow, RunRow.session_id == SessionRow.id)
+        .join(MotionTrackingRow, MotionTrackingRow.run_id == RunRow.id)
+        .where(SessionRow.episode_id == timeline.episode_id, MotionTrackingRow.end_range_s.is_not(None))
+        .group_by(SessionRow.id, SessionRow.started_at, MotionTrackingRow.motion)
+        .order_by(SessionRow.started_at, MotionTrackingRow.motion)
+    )
+    sums: dict[tuple[int, int], float] = defaultdict(float)
+    points = []
+    for at, motion, seconds in session.execute(query):
+        week = timeline.week(at)
+        sums[motion, int(week)] += seconds / 60
+        points.append(EndRangePoint(BASIC_MOTIONS[motion - 1].name, at, week, seconds / 60, sums[motion, int(week)]))
+    gains = (
+        LineSeries(
+            panel.measure.english,
+            tuple(Point(point.at, point.week, point.value - line.points[0].value) for point in line.points),
+        )
+        for panel in rom_panels(session, timeline)
+        for line in panel.lines
+        if line.kind == "passive"
+    )
+    return EndRangeGain(tuple(points), tuple(gains))
 
 
 def weeks(session: Session, timeline: EpisodeTimeline) -> list[AdherenceWeek]:

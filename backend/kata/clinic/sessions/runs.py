@@ -14,7 +14,7 @@ from sqlalchemy.orm import Session as DatabaseSession
 from kata.clinic import texts
 from kata.clinic.programmes import played as counting
 from kata.clinic.recordings import service as recordings
-from kata.clinic.sessions import compared, end_feel, ending, learning, phases, plans
+from kata.clinic.sessions import compared, end_feel, end_range, ending, learning, phases, plans
 from kata.clinic.sessions.patient_angles import PatientAngles
 from kata.clinic.sessions.schemas import (
     Comparison,
@@ -244,6 +244,7 @@ def _complete_playback(session: DatabaseSession, row: RunRow, journal: Journal, 
     result = compared.compare_run(row, journal, motion, whole)
     if result is None:
         return None
+    end_range.count(row, journal, made.taught, config)
     learning.learn_from_run(session, row, journal, motion, config)
     return downsampling.of_run(motion, result)
 

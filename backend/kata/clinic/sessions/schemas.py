@@ -129,6 +129,20 @@ class MotionTracking(Tracking):
     patient_max_uncertainty_deg: float | None = Field(
         None, gt=0, description="Like `patient_min_uncertainty_deg`, for `patient_max_deg`.", examples=[13.0]
     )
+    end_range_s: float | None = Field(
+        None,
+        ge=0,
+        description="End-range time, seconds: time at most `end_range_band_deg` before the end of the recorded motion, with at least "
+        "`end_range_torque_nm` between apparatus and shoulder. Null if the station's load is not identified, for the scapula, for a "
+        "motion of less than 20 degrees, and for a run of a version that did not count it.",
+        examples=[92.5],
+    )
+    end_range_band_deg: float | None = Field(
+        None, gt=0, description="Band before the end, degrees; null as for `end_range_s`.", examples=[10.0]
+    )
+    end_range_torque_nm: float | None = Field(
+        None, ge=0, description="Least torque, newton metres; null as for `end_range_s`.", examples=[0.5]
+    )
     apparatus_min_deg: float = Field(description="Lower end of the apparatus's range, degrees.", examples=[0.0])
     apparatus_max_deg: float = Field(description="Upper end of the apparatus's range, degrees.", examples=[120.0])
     reference_min_deg: float = Field(description="Lower end of a healthy shoulder's range, degrees.", examples=[0.0])

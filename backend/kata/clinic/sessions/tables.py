@@ -272,6 +272,11 @@ class MotionTrackingRow(_TrackingColumns, Base):
 
     run_id: Mapped[UUID] = mapped_column(ForeignKey("runs.id"), primary_key=True)
     motion: Mapped[int] = mapped_column(primary_key=True, autoincrement=False)
+    end_range_s: Mapped[float | None]
+    """End-range time (:mod:`kata.motion.end_range`). None if it was not counted, and for runs from before migration 0026."""
+    end_range_band_deg: Mapped[float | None]
+    end_range_torque_nm: Mapped[float | None]
+    """Band and torque with which it was counted."""
 
     @property
     def name(self) -> str:

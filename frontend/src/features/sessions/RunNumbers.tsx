@@ -4,9 +4,9 @@ import { formatDeg, formatRange } from "../../lib/format";
 import { t } from "../../lib/i18n";
 import { translateServerText } from "../../lib/serverText";
 import { SampleLinks } from "../import-export/SampleLinks";
+import { Head, Row } from "./figureRows";
 import { patientAngleWords } from "./patientAngle";
 import { nothingComparedWords, RunHeading } from "./RunHeading";
-import { Head, Row } from "./figureRows";
 
 /** Shows the errors of a playback by motor and by motion, with links to its samples as files. */
 export function RunNumbers({ run, number }: { run: Run; number: number }) {
@@ -79,6 +79,7 @@ function MotionErrors({ motions }: { motions: Comparison["motions"] }) {
           patientAngleWords(motion) ?? t("sessions:goniometer.onlyApparatus"),
           formatRange(motion.apparatus_min_deg, motion.apparatus_max_deg),
           formatRange(motion.reference_min_deg, motion.reference_max_deg),
+          formatDeg(motion.end_range_s ?? null, 0),
         ],
       }))}
     />

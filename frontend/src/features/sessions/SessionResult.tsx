@@ -12,7 +12,14 @@ import { formatDeg } from "../../lib/format";
 import { t } from "../../lib/i18n";
 import { translateServerText } from "../../lib/serverText";
 import { Metric, Metrics } from "../../ui/Metric";
-import { total, type VerdictName, verdictOf, widestRange, worstError } from "./sessionResult";
+import {
+  longestEndRange,
+  total,
+  type VerdictName,
+  verdictOf,
+  widestRange,
+  worstError,
+} from "./sessionResult";
 
 const ICONS: Record<VerdictName, typeof IconCircleCheck> = {
   none: IconCircleMinus,
@@ -52,6 +59,7 @@ export function ResultMetrics({ session }: { session: Session }) {
   const { runs } = session;
   const worst = worstError(runs);
   const widest = widestRange(runs);
+  const endRange = longestEndRange(runs);
   const reversals = total(runs, (run) => run.reversals);
   const done = total(runs, (run) => run.repetitions_done);
   const planned = runs.reduce((sum, run) => sum + run.repetitions, 0);
@@ -83,6 +91,19 @@ export function ResultMetrics({ session }: { session: Session }) {
         note={worst && t("sessions:result.worstOf", { motor: worst.motor, number: worst.place + 1 })}
         testid="result-worst"
       />
+      {endRange && (
+        <Metric
+          label={t("sessions:result.endRange")}
+          value={formatDeg(endRange.total_s, 0)}
+          unit={t("sessions:result.seconds")}
+          note={t("sessions:result.endRangeOf", {
+            motion: translateServerText(endRange.motion.name, endRange.motion.name_key),
+            band: endRange.band_deg,
+            torque: endRange.torque_nm,
+          })}
+          testid="result-end-range"
+        />
+      )}
       <Metric
         label={t("sessions:result.resistance")}
         value={formatDeg(reversals, 0)}

@@ -1,6 +1,6 @@
 import { describe, expect, it } from "vitest";
 import type { Run, Session } from "../../lib/api/client";
-import { total, verdictOf, widestRange, worstError, worstMotor } from "./sessionResult";
+import { longestEndRange, total, verdictOf, widestRange, worstError, worstMotor } from "./sessionResult";
 import { readSessionView } from "./sessionTabs";
 
 type Motion = NonNullable<Run["comparison"]>["motions"][number];
@@ -59,6 +59,30 @@ it("the widest range joins the playbacks of a motion", () => {
   expect(found?.requested).toEqual([0, 80]);
   expect(found?.patient).toBeNull();
   expect(widestRange([run({})])).toBeNull();
+});
+
+it("end-range times of a motion add up, and the longest is shown", () => {
+  const counted = { end_range_band_deg: 10, end_range_torque_nm: 0.5 };
+  const found = longestEndRange([
+    run(
+      {},
+      [1],
+      [
+        { motion: 4, end_range_s: 20, ...counted },
+        { motion: 6, end_range_s: 25, ...counted },
+      ],
+    ),
+    run(
+      {},
+      [1],
+      [
+        { motion: 4, end_range_s: 12.5, ...counted },
+        { motion: 2, end_range_s: null },
+      ],
+    ),
+  ]);
+  expect(found).toMatchObject({ total_s: 32.5, band_deg: 10, torque_nm: 0.5, motion: { motion: 4 } });
+  expect(longestEndRange([run({}, [1], [{ motion: 4, end_range_s: null }])])).toBeNull();
 });
 
 it("a count that no playback has is not zero", () => {

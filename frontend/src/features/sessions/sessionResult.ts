@@ -72,6 +72,24 @@ function wider(before: [number, number] | undefined, next: [number, number]): [n
   return before ? [Math.min(before[0], next[0]), Math.max(before[1], next[1])] : next;
 }
 
+/** End-range time of one motion over all playbacks, with the band and the torque that count. */
+export type EndRange = { motion: Motion; total_s: number; band_deg: number; torque_nm: number };
+
+/** Return the motion with the longest end-range time, or null if none was counted. */
+export function longestEndRange(runs: Run[]): EndRange | null {
+  const found = new Map<number, EndRange>();
+  for (const motion of runs.flatMap((run) => run.comparison?.motions ?? [])) {
+    const { end_range_s, end_range_band_deg: band_deg, end_range_torque_nm: torque_nm } = motion;
+    if (end_range_s == null || band_deg == null || torque_nm == null) continue;
+    const total_s = (found.get(motion.motion)?.total_s ?? 0) + end_range_s;
+    found.set(motion.motion, { motion, total_s, band_deg, torque_nm });
+  }
+  return [...found.values()].reduce<EndRange | null>(
+    (longest, next) => (longest && longest.total_s >= next.total_s ? longest : next),
+    null,
+  );
+}
+
 /** Return the sum of a count over the playbacks that have it, or null if none has it. */
 export function total(runs: Run[], of: (run: Run) => number | null): number | null {
   const counts = runs.map(of).filter((count) => count !== null);

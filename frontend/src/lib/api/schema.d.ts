@@ -1248,6 +1248,7 @@ export interface paths {
          *     rom: range of motion, with baseline, other side and reference. pain: pain in assessments and around sessions. spadi: SPADI with the
          *     changes that matter. questionnaires: totals of the other questionnaires, likewise. tracking: error of the playbacks. correction: size of the learned correction. adherence: sessions per week,
          *     held and prescribed; weeks begin on Monday, UTC. end_feel: passive range at 60 % of the chosen torque.
+         *     end_range: end-range time in each week of the episode and motion, with the gain of passive range.
          */
         get: operations["get_progress"];
         put?: never;
@@ -6729,6 +6730,24 @@ export interface components {
              * @example 13
              */
             patient_max_uncertainty_deg?: number | null;
+            /**
+             * End Range S
+             * @description End-range time, seconds: time at most `end_range_band_deg` before the end of the recorded motion, with at least `end_range_torque_nm` between apparatus and shoulder. Null if the station's load is not identified, for the scapula, for a motion of less than 20 degrees, and for a run of a version that did not count it.
+             * @example 92.5
+             */
+            end_range_s?: number | null;
+            /**
+             * End Range Band Deg
+             * @description Band before the end, degrees; null as for `end_range_s`.
+             * @example 10
+             */
+            end_range_band_deg?: number | null;
+            /**
+             * End Range Torque Nm
+             * @description Least torque, newton metres; null as for `end_range_s`.
+             * @example 0.5
+             */
+            end_range_torque_nm?: number | null;
             /**
              * Apparatus Min Deg
              * @description Lower end of the apparatus's range, degrees.
@@ -17614,7 +17633,7 @@ export interface operations {
             header?: never;
             path: {
                 episode_id: string;
-                chart: "rom" | "pain" | "spadi" | "questionnaires" | "tracking" | "correction" | "adherence" | "end_feel";
+                chart: "rom" | "pain" | "spadi" | "questionnaires" | "tracking" | "correction" | "adherence" | "end_feel" | "end_range";
             };
             cookie?: never;
         };
