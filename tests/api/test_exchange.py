@@ -17,7 +17,7 @@ from fastapi.testclient import TestClient
 from sqlalchemy import String, inspect
 
 from kata.clinic.recordings.tables import RecordingRow, RecordingSamplesRow
-from kata.clinic.sessions.tables import RunRow
+from kata.clinic.sessions.tables import MotionTrackingRow, RunRow
 from kata.database.base import Base
 from kata.database.engine import Database
 from kata.interop import patient_export
@@ -184,6 +184,12 @@ def test_no_text_column_of_an_export_becomes_a_formula(tmp_path: Path, row_class
         (read,) = csv.DictReader(file)
     assert {read[name] for name in row} == {f"'{payload}"}
     assert read["count"] == "-1.5"
+
+
+def test_runs_table_has_the_end_range_time_of_each_motion() -> None:
+    motions = [MotionTrackingRow(motion=2), MotionTrackingRow(motion=4, end_range_s=92.5)]
+    found = patient_export._end_range_times(RunRow(motions=motions))
+    assert found == {f"motion_{number}_end_range_s": 92.5 if number == 4 else None for number in range(3, 7)}
 
 
 def test_a_record_with_damaged_samples_is_exported_without_them(client: TestClient) -> None:

@@ -107,6 +107,8 @@ def test_run_names_its_following_error_and_its_change_by_settings(database: Data
             row.clock_offset_s = 0.094
             for motor in row.tracking:
                 motor.change_deg = -12.5 if motor.motor == 3 else 1.0
+            for motion in row.motions:
+                motion.end_range_s = 92.5 if motion.motion == 4 else None
     told = exported(database, patient, tmp_path / "bundle.json")
     runs = [one for one in of_kind(told, "Observation") if one["code"]["coding"][0]["code"] == "run-tracking"]
     assert runs
@@ -119,6 +121,8 @@ def test_run_names_its_following_error_and_its_change_by_settings(database: Data
         }
         assert (values["change-by-settings"]["value"], values["change-by-settings"]["unit"]) == (-12.5, "deg")
         assert (values["clock-offset"]["value"], values["clock-offset"]["unit"]) == (0.094, "s")
+        held = {code: value["value"] for code, value in values.items() if code.endswith("end-range-time")}
+        assert held == {"motion-4-end-range-time": 92.5}
 
 
 def test_goniometer_readings_and_the_patients_angles_name_their_method(database: Database, tmp_path: Path) -> None:

@@ -230,9 +230,9 @@ def end_range(session: Session, timeline: EpisodeTimeline) -> EndRangeGain:
     sums: dict[tuple[int, int], float] = defaultdict(float)
     points = []
     for at, motion, seconds in session.execute(query):
-        week = timeline.week(at)
-        sums[motion, int(week)] += seconds / 60
-        points.append(EndRangePoint(BASIC_MOTIONS[motion - 1].name, at, week, seconds / 60, sums[motion, int(week)]))
+        week, minutes = timeline.week(at), (seconds or 0.0) / 60
+        sums[motion, int(week)] += minutes
+        points.append(EndRangePoint(BASIC_MOTIONS[motion - 1].name, at, week, minutes, sums[motion, int(week)]))
     gains = (
         LineSeries(
             panel.measure.english,
