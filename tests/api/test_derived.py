@@ -1,6 +1,7 @@
 """Edits of a recording over REST: each makes a new recording, which is checked and saved or refused."""
 
 import io
+import re
 from typing import Any
 from uuid import UUID, uuid4
 
@@ -105,6 +106,36 @@ def test_stretch_goes_beyond_the_end_and_holds_there(client: TestClient, recordi
     assert angles[:, 2].max() == pytest.approx(93.0)
 
 
+def test_retouch_lowers_a_peak_between_two_marks(client: TestClient, recording: dict[str, Any]) -> None:
+    point = {"motor": 3, "at_s": 4.0, "change_deg": -8}
+    made = derive(client, recording, do="retouch", start_s=2, end_s=6, points=[point])
+    assert made["done"] == ["motor 3 changed by up to -8.0 deg between 2.0 s and 6.0 s"]
+    (_, before), (times_s, after) = samples(client, recording), samples(client, made)
+    outside = (times_s <= 2.0) | (times_s >= 6.0)
+    assert after[outside] == pytest.approx(before[outside], abs=1e-3)
+    assert (after - before)[400] == pytest.approx([0, 0, -8, 0, 0], abs=1e-3)
+    assert made["parent_id"] == recording["id"]
+
+
+@pytest.mark.parametrize(
+    ("point", "reason"),
+    [
+        (
+            {"motor": 5, "at_s": 2.4, "change_deg": 30},
+            r"motor 5 would move at \d+ deg/s at 2\.\d s; its limit is 100 deg/s",
+        ),
+        ({"motor": 4, "at_s": 2.4, "change_deg": -30}, r"motor 4 would go to -\d+\.\d deg at 2\.\d s; its range is"),
+    ],
+)
+def test_retouch_beyond_a_limit_is_refused_with_its_place(
+    client: TestClient, recording: dict[str, Any], point: dict[str, Any], reason: str
+) -> None:
+    edit = {"do": "retouch", "start_s": 2, "end_s": 2.8, "points": [point]}
+    refusal = problem(client.post(f"/api/recordings/{recording['id']}/derived", json=edit), 422, "unplayable")
+    assert re.search(reason, refusal["detail"]), refusal["detail"]
+    assert [one["id"] for one in listed(client, recording)] == [recording["id"]]
+
+
 def test_mirror_gives_the_same_pose_of_the_other_shoulder(client: TestClient, recording: dict[str, Any]) -> None:
     made = derive(client, recording, do="mirror")
     assert (made["side"], made["done"]) == ("left", ["mirrored for the left shoulder"])
@@ -204,6 +235,11 @@ def test_impossible_edit_is_refused_with_a_sentence(
         ({"do": "trim", "start_s": -1, "end_s": 3}, ["#/start_s"]),
         ({"do": "mirror", "percent": 50}, ["#/percent"]),
         ({"do": "mirror", "name": " "}, ["#/name"]),
+        ({"do": "retouch", "start_s": 1, "end_s": 3, "points": []}, ["#/points"]),
+        (
+            {"do": "retouch", "start_s": 1, "end_s": 3, "points": [{"motor": 6, "at_s": 2, "change_deg": 31}]},
+            ["#/points/0/motor", "#/points/0/change_deg"],
+        ),
     ],
 )
 def test_invalid_request_is_reported_field_by_field(

@@ -1,5 +1,6 @@
 """A therapist edits a motion, in a real browser."""
 
+import re
 from pathlib import Path
 
 import pytest
@@ -29,6 +30,22 @@ def test_derived_recording_is_previewed_and_saved(page: Page, artefacts: Path) -
         "the range cannot be reduced by 180 deg: the motion covers", timeout=LONG_MS
     )
     expect(keep).to_be_hidden()
+
+    # A point of the curve follows the mouse, with the curve's scale.
+    panel.get_by_role("combobox", name="Type of edit").click()
+    page.get_by_role("option", name="Change a part of the curve").click()
+    panel.get_by_role("button", name="Add a point").click()
+    point = panel.get_by_role("slider", name="Point 1")
+    panel.get_by_role("button", name="Add a point").scroll_into_view_if_needed()
+    box = point.bounding_box()
+    assert box is not None
+    page.mouse.move(box["x"] + box["width"] / 2, box["y"] + box["height"] / 2)
+    page.mouse.down()
+    page.mouse.move(box["x"] + box["width"] / 2, box["y"] + box["height"] / 2 + 60, steps=3)
+    page.mouse.up()
+    expect(point).to_have_attribute("aria-valuenow", re.compile(r"^-\d"))
+    panel.get_by_role("button", name="Preview").click()
+    expect(keep).to_be_visible(timeout=LONG_MS)
 
     panel.get_by_role("combobox", name="Type of edit").click()
     page.get_by_role("option", name="Some motors only").click()

@@ -62,6 +62,15 @@ STRETCH_REFUSED: Final = message(
 STRETCH_BEYOND_RANGE: Final = message(
     "stretch_beyond_range", "motor {motor:d} moves by less than {back_deg:g} deg before the end of its range"
 )
+RETOUCH_MARKS_REFUSED: Final = message(
+    "retouch_marks_refused",
+    "the part from {start_s:g} s to {end_s:g} s must last at least {least_s:g} s and lie within the motion's {duration_s:.1f} s",
+)
+RETOUCH_POINTS_TOO_CLOSE: Final = message(
+    "retouch_points_too_close",
+    "the points or marks of motor {motor:d} at {first_s:.1f} s and {second_s:.1f} s must be at least {least_s:g} s apart, and each point "
+    "must be between the marks",
+)
 RANGE_PERCENT_REFUSED: Final = message(
     "range_percent_refused", "{percent:g} % of the range is not allowed; it must be {lowest:g} to {highest:g} %"
 )
@@ -132,6 +141,14 @@ DONE_WARM_UP: Final = message(
 DONE_STRETCHED: Final = message(
     "done_stretched",
     "stretched {further_deg:g} deg beyond the end of motor {motor:d}'s range, from {back_deg:g} deg before it",
+)
+DONE_RETOUCHED_MOTOR: Final = message(
+    "done_retouched_motor",
+    "motor {motor:d} changed by up to {change_deg:+.1f} deg between {start_s:.1f} s and {end_s:.1f} s",
+)
+DONE_RETOUCHED_MOTORS: Final = message(
+    "done_retouched_motors",
+    "motors {motors:name} changed by up to {change_deg:+.1f} deg between {start_s:.1f} s and {end_s:.1f} s",
 )
 MOTION_1: Final = message("motion_1", "Abduction / adduction of the scapula")
 MOTION_2: Final = message("motion_2", "Upward / downward rotation of the scapula")

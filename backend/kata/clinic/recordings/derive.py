@@ -6,7 +6,7 @@ Run it in the worker process that builds figures, because an hour of motion woul
 from dataclasses import dataclass, replace
 
 from kata.clinic import texts
-from kata.clinic.recordings.edits import Edit, Hold, Isolate, Mirror, Scale, Stretch, Trim, WarmUp
+from kata.clinic.recordings.edits import Edit, Hold, Isolate, Mirror, Retouch, Scale, Stretch, Trim, WarmUp
 from kata.clinic.recordings.tables import SAMPLE_COLUMNS
 from kata.database.series import Series, pack, unpack
 from kata.device.config import StationConfig
@@ -16,6 +16,7 @@ from kata.motion.axes import Side
 from kata.motion.edit import LONGEST_S, EditError, Motion
 from kata.motion.linkage import OutOfReachError
 from kata.motion.method import reference
+from kata.motion.retouch import ChangePoint, retouched
 from kata.motion.sides import mirrored_deg
 from kata.plotting import downsampling
 
@@ -76,6 +77,9 @@ def _done(motion: Motion, wanted: Edit, from_side: Side, to_side: Side) -> Motio
             return edit.warm_up(motion, wanted.less_deg, wanted.step_deg, wanted.pause_s)
         case Stretch():
             return edit.stretch(motion, wanted.further_deg, wanted.back_deg, wanted.hold_s)
+        case Retouch():
+            points = [ChangePoint(point.motor, point.at_s, point.change_deg) for point in wanted.points]
+            return retouched(motion, wanted.start_s, wanted.end_s, points)
         case Mirror():
             return _mirrored(motion, from_side, to_side)
 

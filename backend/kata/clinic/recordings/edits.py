@@ -1,11 +1,16 @@
 """Edits of a recording as a request contains them. :mod:`kata.motion.edit` applies them."""
 
-from typing import Annotated, Literal
+from typing import Annotated, Final, Literal
 
 from pydantic import Field
 
 from kata.motion import edit
 from kata.types import Motor, Name, Schema
+
+RETOUCH_DEG: Final = 30.0
+"""Largest change of a motor's angle by a retouch. A larger change needs a new teaching."""
+MOST_POINTS: Final = 20
+"""Largest number of points of a retouch."""
 
 _Motors = Annotated[set[Motor], Field(min_length=1, description="Motor numbers, 1 to 5.", examples=[[3, 4]])]
 _Pause = Annotated[float, Field(ge=0, le=120, description="Pause at each end, seconds.", examples=[2.0])]
@@ -89,4 +94,30 @@ class Mirror(_Edit):
     do: Literal["mirror"]
 
 
-Edit = Annotated[Trim | Hold | Scale | Isolate | WarmUp | Stretch | Mirror, Field(discriminator="do")]
+class RetouchPoint(Schema):
+    """A point that the changed motor passes."""
+
+    motor: Motor
+    at_s: float = Field(
+        ge=0, le=edit.LONGEST_S, description="Time of the point on the motion, seconds.", examples=[4.0]
+    )
+    change_deg: float = Field(
+        ge=-RETOUCH_DEG,
+        le=RETOUCH_DEG,
+        description="Distance of the point from the motor's taught angle, degrees.",
+        examples=[-5.0],
+    )
+
+
+class Retouch(_Edit):
+    """Change some motors between two marks. The motion passes the points smoothly, and does not change outside the marks."""
+
+    do: Literal["retouch"]
+    start_s: float = Field(ge=0, le=edit.LONGEST_S, description="First mark, seconds.", examples=[2.0])
+    end_s: float = Field(ge=0, le=edit.LONGEST_S, description="Second mark, seconds.", examples=[6.0])
+    points: Annotated[
+        list[RetouchPoint], Field(min_length=1, max_length=MOST_POINTS, description="Points of one or several motors.")
+    ]
+
+
+Edit = Annotated[Trim | Hold | Scale | Isolate | WarmUp | Stretch | Mirror | Retouch, Field(discriminator="do")]

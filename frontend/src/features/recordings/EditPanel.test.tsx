@@ -45,12 +45,18 @@ const MADE = {
 
 const preview = vi.spyOn(api, "previewDerived");
 const derive = vi.spyOn(api, "derive");
+const motion = vi.spyOn(api, "recordingMotion");
 const onSaved = vi.fn();
 
 beforeEach(() => {
   vi.resetAllMocks();
   preview.mockResolvedValue({ data: [], layout: {}, texts: [] });
   derive.mockResolvedValue(MADE);
+  motion.mockResolvedValue({
+    side: "right",
+    times_s: [0, 4, 8],
+    angles_deg: [0, 60, 0].map((deg) => [0, 0, deg, 0, 0]),
+  });
   render(
     <MantineProvider env="test">
       <QueryClientProvider client={new QueryClient()}>
@@ -136,6 +142,58 @@ describe("an edited recording", () => {
     fireEvent.change(to, { target: { value: "0.5 s" } });
     expect(screen.getByRole("button", { name: "From: increase" }).hasAttribute("disabled")).toBe(true);
     expect(screen.getByRole("button", { name: "To: decrease" }).hasAttribute("disabled")).toBe(true);
+  });
+});
+
+describe("a retouch", () => {
+  const previewed = async () => {
+    press("Preview");
+    await waitFor(() => expect(preview.mock.calls).toHaveLength(1));
+    return preview.mock.calls[0]?.[1];
+  };
+  const part = { do: "retouch", start_s: 2, end_s: 6 };
+
+  it("moves its point by arrow keys and by numbers", async () => {
+    choose("Change a part of the curve");
+    expect(screen.getByRole("button", { name: "Preview" }).hasAttribute("disabled")).toBe(true);
+    press("Add a point");
+    const point = await screen.findByRole("slider", { name: "Point 1" });
+    fireEvent.keyDown(point, { key: "ArrowDown", shiftKey: true });
+    fireEvent.keyDown(point, { key: "ArrowRight" });
+    expect(point.getAttribute("aria-valuetext")).toBe("4.1 s, change −5.0 deg");
+    press("Change: decrease");
+    fireEvent.keyDown(screen.getByRole("slider", { name: "To" }), { key: "ArrowLeft" });
+    const points = [{ motor: 3, at_s: 4.1, change_deg: -5.5 }];
+    expect(await previewed()).toEqual({ ...part, end_s: 5.9, points });
+  });
+
+  it("moves its point by pointer, as one step to undo", async () => {
+    choose("Change a part of the curve");
+    press("Add a point");
+    const point = await screen.findByRole("slider", { name: "Point 1" });
+    Object.assign(point, { setPointerCapture: () => {} });
+    fireEvent.pointerDown(point, { pointerId: 1, clientX: 100, clientY: 100 });
+    for (const clientY of [120, 160, 200])
+      fireEvent.pointerMove(point, { pointerId: 1, clientX: 100, clientY });
+    fireEvent.pointerUp(point, { pointerId: 1 });
+    expect(Number(point.getAttribute("aria-valuenow"))).toBeLessThan(-20);
+    press("Undo");
+    expect(point.getAttribute("aria-valuenow")).toBe("0");
+    fireEvent.keyDown(point, { key: "z", ctrlKey: true });
+    expect(screen.queryByRole("slider", { name: "Point 1" })).toBeNull();
+    expect(screen.getByRole("button", { name: "Undo" }).hasAttribute("disabled")).toBe(true);
+  });
+
+  it("has points of several motors and none after deletion", async () => {
+    choose("Change a part of the curve");
+    press("Add a point");
+    press("Change: increase");
+    press("Motor 4");
+    press("Add a point");
+    await screen.findByRole("slider", { name: "Point 1" });
+    press("Delete the point");
+    expect(screen.queryByRole("slider", { name: "Point 1" })).toBeNull();
+    expect(await previewed()).toEqual({ ...part, points: [{ motor: 3, at_s: 4, change_deg: 0.5 }] });
   });
 });
 

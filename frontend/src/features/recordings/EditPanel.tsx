@@ -2,12 +2,15 @@ import { Button, Card, Group, Select, SimpleGrid, Stack, Text, TextInput, Title 
 import { IconChartLine, IconDeviceFloppy } from "@tabler/icons-react";
 import { useMutation } from "@tanstack/react-query";
 import { useState } from "react";
-import { api, type Edit, type Recording } from "../../lib/api/client";
+import { api, type Edit, type Recording, type Schemas } from "../../lib/api/client";
 import { t } from "../../lib/i18n";
 import { Plot } from "../../ui/Plot";
 import { ProblemNote } from "../../ui/ProblemNote";
 import { isWithin, Stepper } from "../../ui/Stepper";
 import { EDIT_TYPES, type EditType, type FieldName, fieldsOf, MOTORS, toEdit } from "./editFields";
+import { RetouchEditor } from "./RetouchEditor";
+import { isComplete } from "./retouch";
+import { useRetouch } from "./useRetouch";
 
 /**
  * Edits a recording: choose an edit, preview it, and save it as a new recording. The original stays
@@ -17,7 +20,7 @@ export function EditPanel({
   recording,
   onSaved,
 }: {
-  recording: Recording;
+  recording: Recording & { ranges?: Schemas["MotorRange"][] };
   onSaved: (derived: Recording) => void;
 }) {
   const [type, setType] = useState<EditType>("trim");
@@ -26,13 +29,16 @@ export function EditPanel({
   const fields = fieldsOf(type, recording.duration_s, entered);
   const initial = (name: FieldName) => fields.find((field) => field.name === name)?.initial ?? 0;
   const number = (name: FieldName) => entered[name] ?? initial(name);
-  const edit = toEdit(type, number, motors);
+  const retouch = useRetouch(recording.duration_s, recording.ranges ?? []);
+  const edit = toEdit(type, number, motors, retouch.part);
   const preview = useMutation({ mutationFn: (shown: Edit) => api.previewDerived(recording.id, shown) });
   // Only the previewed edit can be saved. After a change of a number, a new preview is needed.
   const previewed = JSON.stringify(preview.variables) === JSON.stringify(edit);
   const byMotor = type === "scale" || type === "isolate";
   const valid =
-    (!byMotor || motors.length > 0) && fields.every((field) => isWithin(field, number(field.name)));
+    (!byMotor || motors.length > 0) &&
+    (type !== "retouch" || isComplete(retouch.part)) &&
+    fields.every((field) => isWithin(field, number(field.name)));
   return (
     <Card withBorder component="section" aria-label={t("recordings:edit.section")}>
       <Stack>
@@ -48,6 +54,7 @@ export function EditPanel({
         />
         <Text size="sm">{t(`recordings:editTypes.${type}.description`)}</Text>
         {byMotor && <MotorChoice chosen={motors} onChange={setMotors} />}
+        {type === "retouch" && <RetouchEditor recording={recording} retouch={retouch} />}
         <NumberFields
           fields={fields}
           valueOf={number}

@@ -1,6 +1,7 @@
 import type { Edit } from "../../lib/api/client";
 import { t } from "../../lib/i18n";
 import type { Steps } from "../../ui/Stepper";
+import type { Part } from "./retouch";
 
 export type EditType = Edit["do"];
 export type FieldName =
@@ -18,7 +19,16 @@ export type Field = Steps & { name: FieldName; initial: number };
 type Entered = Partial<Record<FieldName, number>>;
 
 export const MOTORS = [1, 2, 3, 4, 5];
-export const EDIT_TYPES: EditType[] = ["trim", "hold", "scale", "isolate", "warm_up", "stretch", "mirror"];
+export const EDIT_TYPES: EditType[] = [
+  "trim",
+  "hold",
+  "scale",
+  "retouch",
+  "isolate",
+  "warm_up",
+  "stretch",
+  "mirror",
+];
 const SHORTEST_S = 0.5;
 
 const seconds = (step: number) => ({ unit: t("recordings:edit.seconds"), step });
@@ -78,14 +88,21 @@ const FIELDS: Record<EditType, (end_s: number, entered: Entered) => Field[]> = {
     { ...seconds(1), name: "hold_s", label: t("recordings:edit.hold"), min: 0, max: 120, initial: 10 },
   ],
   mirror: () => [],
+  // Its editor has its own fields.
+  retouch: () => [],
 };
 
 /** Return the fields for an edit of a recording. The entered numbers limit each other. */
 export const fieldsOf = (type: EditType, duration_s: number, entered: Entered): Field[] =>
   FIELDS[type](Math.floor(duration_s * 10) / 10, entered);
 
-/** Return the edit for the service. */
-export function toEdit(type: EditType, number: (name: FieldName) => number, motors: number[]): Edit {
+/** Return the edit for the service. `part` belongs to a retouch. */
+export function toEdit(
+  type: EditType,
+  number: (name: FieldName) => number,
+  motors: number[],
+  part: Part,
+): Edit {
   switch (type) {
     case "trim":
       return { do: type, start_s: number("start_s"), end_s: number("end_s") };
@@ -111,5 +128,7 @@ export function toEdit(type: EditType, number: (name: FieldName) => number, moto
       };
     case "mirror":
       return { do: type };
+    case "retouch":
+      return { do: type, ...part };
   }
 }

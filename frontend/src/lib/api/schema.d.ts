@@ -9032,6 +9032,64 @@ export interface components {
             resolved_by: string;
         };
         /**
+         * Retouch
+         * @description Change some motors between two marks. The motion passes the points smoothly, and does not change outside the marks.
+         */
+        Retouch: {
+            /**
+             * Name
+             * @description Name of the new recording; by default the old name and the edit.
+             * @example Warm-up
+             */
+            name?: string | null;
+            /**
+             * @description discriminator enum property added by openapi-typescript
+             * @enum {string}
+             */
+            do: "retouch";
+            /**
+             * Start S
+             * @description First mark, seconds.
+             * @example 2
+             */
+            start_s: number;
+            /**
+             * End S
+             * @description Second mark, seconds.
+             * @example 6
+             */
+            end_s: number;
+            /**
+             * Points
+             * @description Points of one or several motors.
+             */
+            points: components["schemas"]["RetouchPoint"][];
+        };
+        /**
+         * RetouchPoint
+         * @description A point that the changed motor passes.
+         */
+        RetouchPoint: {
+            /**
+             * Motor
+             * @description Motor number, 1 to 5.
+             * @example 3
+             */
+            motor: number;
+            /**
+             * At S
+             * @description Time of the point on the motion, seconds.
+             * @example 4
+             */
+            at_s: number;
+            /**
+             * Change Deg
+             * @description Distance of the point from the motor's taught angle, degrees.
+             * @example -5
+             */
+            change_deg: number;
+        };
+        /**
          * RhythmBand
          * @description The ratio within a band of elevation, or the reason why there is none.
          */
@@ -18062,7 +18120,7 @@ export interface operations {
         };
         requestBody: {
             content: {
-                "application/json": components["schemas"]["Trim"] | components["schemas"]["Hold"] | components["schemas"]["Scale"] | components["schemas"]["Isolate"] | components["schemas"]["WarmUp"] | components["schemas"]["Stretch"] | components["schemas"]["Mirror"];
+                "application/json": components["schemas"]["Trim"] | components["schemas"]["Hold"] | components["schemas"]["Scale"] | components["schemas"]["Isolate"] | components["schemas"]["WarmUp"] | components["schemas"]["Stretch"] | components["schemas"]["Mirror"] | components["schemas"]["Retouch"];
             };
         };
         responses: {
@@ -18160,7 +18218,7 @@ export interface operations {
         };
         requestBody: {
             content: {
-                "application/json": components["schemas"]["Trim"] | components["schemas"]["Hold"] | components["schemas"]["Scale"] | components["schemas"]["Isolate"] | components["schemas"]["WarmUp"] | components["schemas"]["Stretch"] | components["schemas"]["Mirror"];
+                "application/json": components["schemas"]["Trim"] | components["schemas"]["Hold"] | components["schemas"]["Scale"] | components["schemas"]["Isolate"] | components["schemas"]["WarmUp"] | components["schemas"]["Stretch"] | components["schemas"]["Mirror"] | components["schemas"]["Retouch"];
             };
         };
         responses: {

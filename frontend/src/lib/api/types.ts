@@ -11,7 +11,8 @@ export type Edit =
   | Schemas["Isolate"]
   | Schemas["WarmUp"]
   | Schemas["Stretch"]
-  | Schemas["Mirror"];
+  | Schemas["Mirror"]
+  | Schemas["Retouch"];
 export type Episode = Schemas["Episode"];
 export type Assessment = Schemas["Assessment"];
 export type Session = Schemas["Session"];
