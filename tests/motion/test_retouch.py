@@ -82,6 +82,11 @@ def test_retouch_names_motors_largest_change_and_marks() -> None:
     assert two.done == ("motors 3, 4 changed by up to +2.0 deg between 1.0 s and 3.0 s",)
 
 
+def test_shortest_part_is_accepted_despite_rounding() -> None:
+    assert 2 * POINT_GAP_S > 4.8 - 4.4
+    assert retouched(MOTION, 4.4, 4.8, [ChangePoint(3, 4.6, 1.0)]).done
+
+
 @pytest.mark.parametrize(
     ("marks_s", "points", "reason"),
     [

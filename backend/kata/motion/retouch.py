@@ -45,7 +45,8 @@ def retouched(motion: Motion, start_s: float, end_s: float, points: Sequence[Cha
     :param points: at least one point, in any order.
     :raises EditError: when a mark is not within the motion, or two points of a motor are nearer than :data:`POINT_GAP_S`.
     """
-    if not (start_s >= 0 and end_s <= motion.duration_s + _ROUNDING_S and end_s - start_s >= 2 * POINT_GAP_S):
+    long_enough = end_s - start_s >= 2 * POINT_GAP_S - _ROUNDING_S
+    if not (start_s >= 0 and end_s <= motion.duration_s + _ROUNDING_S and long_enough):
         raise EditError(
             texts.RETOUCH_MARKS_REFUSED(
                 start_s=start_s, end_s=end_s, least_s=2 * POINT_GAP_S, duration_s=motion.duration_s
