@@ -36,12 +36,11 @@ def test_derived_recording_is_previewed_and_saved(page: Page, artefacts: Path) -
     page.get_by_role("option", name="Change a part of the curve").click()
     panel.get_by_role("button", name="Add a point").click()
     point = panel.get_by_role("slider", name="Point 1")
-    panel.get_by_role("button", name="Add a point").scroll_into_view_if_needed()
-    box = point.bounding_box()
-    assert box is not None
-    page.mouse.move(box["x"] + box["width"] / 2, box["y"] + box["height"] / 2)
+    point.hover()
+    place = point.bounding_box()
+    assert place is not None
     page.mouse.down()
-    page.mouse.move(box["x"] + box["width"] / 2, box["y"] + box["height"] / 2 + 60, steps=3)
+    page.mouse.move(place["x"] + place["width"] / 2, place["y"] + place["height"] / 2 + 40, steps=3)
     page.mouse.up()
     expect(point).to_have_attribute("aria-valuenow", re.compile(r"^-\d"))
     panel.get_by_role("button", name="Preview").click()
