@@ -144,11 +144,11 @@ DONE_STRETCHED: Final = message(
 )
 DONE_RETOUCHED_MOTOR: Final = message(
     "done_retouched_motor",
-    "motor {motor:d} changed by up to {change_deg:+.1f} deg between {start_s:.1f} s and {end_s:.1f} s",
+    "motor {motor:d} changed by up to {change_deg:.1f} deg between {start_s:.1f} s and {end_s:.1f} s",
 )
 DONE_RETOUCHED_MOTORS: Final = message(
     "done_retouched_motors",
-    "motors {motors:name} changed by up to {change_deg:+.1f} deg between {start_s:.1f} s and {end_s:.1f} s",
+    "motors {motors:name} changed by up to {change_deg:.1f} deg between {start_s:.1f} s and {end_s:.1f} s",
 )
 MOTION_1: Final = message("motion_1", "Abduction / adduction of the scapula")
 MOTION_2: Final = message("motion_2", "Upward / downward rotation of the scapula")
