@@ -35,21 +35,6 @@ def versions(clinic: UpdateClinic) -> set[str]:
     return {folder.name for folder in (clinic.root / "versions").iterdir()}
 
 
-def test_an_update_migrates_and_starts_the_new_version(clinic: UpdateClinic) -> None:
-    patients = clinic.patients()
-    done = clinic.update("--from", str(clinic.bundle("1.0.1")))
-    assert done.returncode == 0, done.stderr
-    assert (clinic.in_use, clinic.is_ready(), clinic.schema()) == ("1.0.1", "1.0.1", "test0001")
-    assert clinic.patients() == patients
-    assert versions(clinic) == {FIRST, "1.0.1"}
-    program = clinic.root / "versions/1.0.1/bin/kata"
-    assert program.stat().st_mode & 0o777 == 0o755, "the service's user runs what root has installed"
-    assert list((clinic.data() / "backups").iterdir())
-    again = clinic.update("--from", str(clinic.bundle("1.0.1")))
-    assert again.returncode == 1
-    assert "Only a newer version" in again.stderr
-
-
 def test_a_version_that_does_not_start_is_undone(clinic: UpdateClinic) -> None:
     patients, schema = clinic.patients(), clinic.schema()
     done = clinic.update("--from", str(clinic.bundle("1.0.1", "broken")))
@@ -70,18 +55,28 @@ def test_an_update_stops_nothing_while_a_session_is_open(clinic: UpdateClinic) -
     assert versions(clinic) == {FIRST}
 
 
-def test_stations_of_one_computer_are_updated_together(tmp_path: Path) -> None:
+def test_stations_of_one_computer_migrate_and_start_together(tmp_path: Path) -> None:
     with closing(UpdateClinic(tmp_path, stations=2)) as clinic:
         for unit in clinic.units:
             clinic.seed(unit)
             clinic.systemctl("start", unit)
             clinic.is_ready(unit)
+        patients = [clinic.patients(unit) for unit in clinic.units]
         done = clinic.update("--from", str(clinic.bundle("1.0.1")))
         assert done.returncode == 0, done.stderr
         started = [line for line in done.stdout.splitlines() if line.startswith("Starting")]
         assert started == [f"Starting {unit} with 1.0.1 ..." for unit in clinic.units]
+        assert clinic.in_use == "1.0.1"
         assert {clinic.is_ready(unit) for unit in clinic.units} == {"1.0.1"}
         assert {clinic.schema(unit) for unit in clinic.units} == {"test0001"}
+        assert [clinic.patients(unit) for unit in clinic.units] == patients
+        assert all(list((clinic.data(unit) / "backups").iterdir()) for unit in clinic.units)
+        assert versions(clinic) == {FIRST, "1.0.1"}
+        program = clinic.root / "versions/1.0.1/bin/kata"
+        assert program.stat().st_mode & 0o777 == 0o755, "the service's user runs what root has installed"
+        again = clinic.update("--from", str(clinic.bundle("1.0.1")))
+        assert again.returncode == 1
+        assert "Only a newer version" in again.stderr
 
 
 def killed_and_resumed(
