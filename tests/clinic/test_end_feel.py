@@ -171,7 +171,7 @@ def test_reports_curve_has_dots_at_onset_and_range(
     row = played(clinic, recording)
     curve = end_feel.curve_of(row)
     assert curve is not None and row.range_deg is not None and row.onset_deg is not None
-    drawn = charts.torque_angle(curve, outward, [outward * row.onset_deg, outward * row.range_deg])
+    drawn = charts.torque_angle("Test", curve, outward, [outward * row.onset_deg, outward * row.range_deg])
     mean = drawn.lines[2]
     places = [tuple(map(float, point.split(","))) for point in mean.points.split()]
     (onset_x, onset_y), (range_x, range_y) = mean.dots

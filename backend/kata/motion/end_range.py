@@ -5,7 +5,7 @@ proportion to the time, finger joints), and Dempsey et al. 2011, Am. J. Phys. Me
 defines the end by an angle or the resistance by a torque. :data:`BAND_DEG` and :data:`TORQUE_NM` are our choice.
 
 Torque at the shoulder is the drive's torque without the identified load of the station (friction, weight of arm and balancer) and without
-the difference between this arm's weight and the identified one. The difference is fitted where the motion is free. What is left contains the
+the difference between this arm's weight and the identified one. The difference is fitted where the motion is free. The remaining torque contains the
 capsule, muscle tone and a patient who pushes. While the arm is held, friction is assumed to keep its last direction. docs/explanation/dose.md states the limits.
 """
 
@@ -42,7 +42,7 @@ _ROWS: Final = 4096
 _ARM_NM: Final = 3.0
 """Standard deviation of the difference between two arms' moments: an arm of 3.6 kg with its centre 0.3 m away, 30 % heavier or lighter."""
 _FREE_NM: Final = 0.25
-"""Standard deviation of what is left in the free part. An end-feel test takes a patient who differs more for one who works."""
+"""Standard deviation of the remaining torque in the free part. In an end-feel test, a patient with a larger difference counts as working."""
 _PLACES: Final = 40.0
 """Number of independent places in the free part."""
 

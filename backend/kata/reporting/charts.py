@@ -124,38 +124,38 @@ def step_responses(curves: Sequence[RecordedCurve]) -> tuple[Chart, ...]:
     return tuple(charts)
 
 
-def torque_angle(curve: TorqueAngleCurve, outward: int, marks_deg: Sequence[float]) -> Chart:
+def torque_angle(name: str, curve: TorqueAngleCurve, outward: int, marks_deg: Sequence[float]) -> Chart:
     """Return the torque of an end-feel test over the apparatus angle: out, back, and the mean of both.
 
     :param outward: sign of the apparatus angle on the way out.
     :param marks_deg: apparatus angles to mark on the mean, such as onset and range.
     """
     angles = outward * curve.places_deg
-    lines = {"way_out": curve.out_nm, "way_back": curve.back_nm, "mean": curve.mean_nm}
+    torques = {"way_out": curve.out_nm, "way_back": curve.back_nm, "mean": curve.mean_nm}
+    lowest_nm = min(0.0, *(float(np.nanmin(torque)) for torque in torques.values()))
     x_ticks = nice_ticks(float(angles.min()), float(angles.max()), 4)
-    y_ticks = nice_ticks(
-        min(0.0, *(float(np.nanmin(torque)) for torque in lines.values())), float(np.nanmax(curve.out_nm)), 4
-    )
+    y_ticks = nice_ticks(lowest_nm, float(np.nanmax(curve.out_nm)), 4)
 
-    def place(angle: float, torque: float) -> tuple[float, float]:
-        return (
-            WIDE.x((angle - x_ticks[0]) / (x_ticks[-1] - x_ticks[0])),
-            WIDE.y((torque - y_ticks[0]) / (y_ticks[-1] - y_ticks[0])),
-        )
+    def x(angle: float) -> float:
+        return WIDE.x((angle - x_ticks[0]) / (x_ticks[-1] - x_ticks[0]))
 
-    drawn = []
-    for name, torque in lines.items():
-        known = np.isfinite(torque)
-        marked = np.interp(np.multiply(outward, marks_deg), curve.places_deg[known], torque[known]).tolist()
-        dots = tuple(place(*mark) for mark in zip(marks_deg, marked, strict=True)) if name == "mean" else ()
-        places = [place(*point) for point in zip(angles[known].tolist(), torque[known].tolist(), strict=True)]
-        drawn.append(Curve(name, _points(places), dots))
+    def y(torque: float) -> float:
+        return WIDE.y((torque - y_ticks[0]) / (y_ticks[-1] - y_ticks[0]))
+
+    known = np.isfinite(curve.mean_nm)
+    marked_nm = np.interp(np.multiply(outward, marks_deg), curve.places_deg[known], curve.mean_nm[known])
+    dots = tuple((x(mark), y(torque)) for mark, torque in zip(marks_deg, marked_nm.tolist(), strict=True))
+    lines = []
+    for line, torque in torques.items():
+        points = zip(angles.tolist(), torque.tolist(), strict=True)
+        places = [(x(angle), y(value)) for angle, value in points if math.isfinite(value)]
+        lines.append(Curve(line, _points(places), dots if line == "mean" else ()))
     return Chart(
-        "",
+        name,
         WIDE,
-        tuple(Tick(place(tick, 0)[0], f"{tick:g}°".replace("-", "−")) for tick in x_ticks),
-        tuple(Tick(place(0, tick)[1], f"{tick:g}".replace("-", "−")) for tick in y_ticks),
-        tuple(drawn),
+        tuple(Tick(x(tick), f"{_label(tick)}°") for tick in x_ticks),
+        tuple(Tick(y(tick), _label(tick)) for tick in y_ticks),
+        tuple(lines),
     )
 
 
@@ -174,7 +174,7 @@ def over_days(name: str, series: Sequence[DatedSeries], labels: Sequence[Tick], 
         name,
         WIDE,
         tuple(Tick(WIDE.x(label.at / end), label.label) for label in labels),
-        tuple(Tick(WIDE.y((tick - low) / (high - low)), f"{tick:g}".replace("-", "−")) for tick in ticks),
+        tuple(Tick(WIDE.y((tick - low) / (high - low)), _label(tick)) for tick in ticks),
         tuple(lines),
     )
 
@@ -186,6 +186,10 @@ def nice_ticks(low: float, high: float, about: int) -> tuple[float, ...]:
     step = next(factor * power for factor in (1, 2, 2.5, 5, 10) if factor * power >= rough * (1 - 1e-9))
     first, last = math.floor(low / step + 1e-9), math.ceil(high / step - 1e-9)
     return tuple(round(count * step, 10) for count in range(first, last + 1))
+
+
+def _label(tick: float) -> str:
+    return f"{tick:g}".replace("-", "−")
 
 
 def _small(name: str, duration_s: float, *curves: tuple[str, Floats, Floats]) -> Chart:
@@ -205,7 +209,7 @@ def _small(name: str, duration_s: float, *curves: tuple[str, Floats, Floats]) ->
         name,
         SMALL,
         (Tick(SMALL.x(0), "0"), Tick(SMALL.x(1), f"{duration_s:.0f} s")),
-        tuple(Tick(y(tick), f"{tick:g}".replace("-", "−")) for tick in ticks),
+        tuple(Tick(y(tick), _label(tick)) for tick in ticks),
         tuple(lines),
     )
 

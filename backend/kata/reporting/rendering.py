@@ -188,7 +188,7 @@ def _torque_angle(run: RunContent, phrases: Phrases) -> Chart | None:
     range_deg = test.range_deg[0] if test.range_deg else None
     marks = [angle for angle in (test.onset_deg, range_deg) if angle is not None]
     name = phrases.text("end_feel_curve", number=run.number, motion=phrases.named("motion", test.motion))
-    return replace(charts.torque_angle(test.curve, test.outward, marks), name=name)
+    return charts.torque_angle(name, test.curve, test.outward, marks)
 
 
 @cache

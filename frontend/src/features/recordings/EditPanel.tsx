@@ -8,6 +8,7 @@ import { Plot } from "../../ui/Plot";
 import { ProblemNote } from "../../ui/ProblemNote";
 import { isWithin, Stepper } from "../../ui/Stepper";
 import { EDIT_TYPES, type EditType, type FieldName, fieldsOf, MOTORS, toEdit } from "./editFields";
+import { MotorButtons } from "./MotorButtons";
 import { RetouchEditor } from "./RetouchEditor";
 import { isComplete } from "./retouch";
 import { useRetouch } from "./useRetouch";
@@ -134,21 +135,7 @@ function TypeChoice({ value, onChange }: { value: EditType; onChange: (type: Edi
 function MotorChoice({ chosen, onChange }: { chosen: number[]; onChange: (motors: number[]) => void }) {
   const toggle = (toggled: number) =>
     onChange(MOTORS.filter((motor) => (motor === toggled) !== chosen.includes(motor)));
-  return (
-    <Group gap="xs" role="group" aria-label={t("recordings:edit.motors")}>
-      {MOTORS.map((motor) => (
-        <Button
-          key={motor}
-          size="lg"
-          variant={chosen.includes(motor) ? "filled" : "default"}
-          aria-pressed={chosen.includes(motor)}
-          onClick={() => toggle(motor)}
-        >
-          {t("recordings:edit.motor", { motor })}
-        </Button>
-      ))}
-    </Group>
-  );
+  return <MotorButtons label={t("recordings:edit.motors")} chosen={chosen} onPress={toggle} />;
 }
 
 /** Saves the previewed edit. The typed name is kept while this part is hidden. */

@@ -7,7 +7,7 @@ import { t } from "../../lib/i18n";
 import { useStation } from "../../lib/live/hooks";
 import { ProblemNote } from "../../ui/ProblemNote";
 import { Stepper } from "../../ui/Stepper";
-import { MOTORS } from "./editFields";
+import { MotorButtons } from "./MotorButtons";
 import { RetouchChart } from "./RetouchChart";
 import { MOST_DEG, marksRoom, newPoint, type Point, roomOf } from "./retouch";
 import classes from "./retouch.module.css";
@@ -35,7 +35,11 @@ export function RetouchEditor({ recording, retouch }: { recording: Recording; re
         retouch.undo();
       }}
     >
-      <MotorTabs retouch={retouch} />
+      <MotorButtons
+        label={t("recordings:retouch.motor")}
+        chosen={[retouch.motor]}
+        onPress={retouch.chooseMotor}
+      />
       <ProblemNote error={motion.error} />
       {motion.isPending && <Skeleton h={320} />}
       {motion.data && <RetouchChart motion={motion.data} limits={limits} retouch={retouch} />}
@@ -43,24 +47,6 @@ export function RetouchEditor({ recording, retouch }: { recording: Recording; re
       <Buttons retouch={retouch} />
       <Numbers retouch={retouch} duration_s={recording.duration_s} />
     </Stack>
-  );
-}
-
-function MotorTabs({ retouch }: { retouch: RetouchState }) {
-  return (
-    <Group gap="xs" role="group" aria-label={t("recordings:retouch.motor")}>
-      {MOTORS.map((motor) => (
-        <Button
-          key={motor}
-          size="lg"
-          variant={motor === retouch.motor ? "filled" : "default"}
-          aria-pressed={motor === retouch.motor}
-          onClick={() => retouch.chooseMotor(motor)}
-        >
-          {t("recordings:edit.motor", { motor })}
-        </Button>
-      ))}
-    </Group>
   );
 }
 
