@@ -17,8 +17,8 @@ from typing import Final, Literal
 
 ROOT: Final = Path(__file__).parents[2]
 DEVICE: Final = Path("backend/kata/device")
-Finder = Literal["sequences", "crossings", "configurations"]
-BUDGET: Final[dict[Finder, int]] = {"sequences": 10_000, "crossings": 2_000, "configurations": 1_000}
+Finder = Literal["sequences", "crossings", "configurations", "pushes"]
+BUDGET: Final[dict[Finder, int]] = {"sequences": 10_000, "crossings": 2_000, "configurations": 1_000, "pushes": 100}
 """Number of examples of each part of the campaign in ``make campaign``."""
 
 
@@ -134,6 +134,7 @@ REVERTS: Final = (
         "resistance.py",
         "    if torque_nm * speed_deg_s > 0:\n        return True\n    return abs(speed_deg_s) < SLOW_DEG_S and np.sign(torque_nm) * ahead_deg > -_COUNT_DEG",
         "    return abs(speed_deg_s) >= 2.0 and torque_nm * speed_deg_s > 0",
+        "pushes",
     ),
     _one(
         4,
@@ -141,6 +142,7 @@ REVERTS: Final = (
         "modes.py",
         "        axis = run.detect_resistance(state)\n        if axis is None:\n",
         '        axis = run.detect_resistance(state)\n        if axis is None or self.mode != "playing" or run.resisting_axis is not None:\n',
+        "pushes",
     ),
     _one(
         4,
@@ -148,6 +150,7 @@ REVERTS: Final = (
         "modes.py",
         "            self._yield(run, movement, state)\n",
         "",
+        "pushes",
     ),
     _one(
         5,
@@ -221,12 +224,14 @@ REVERTS: Final = (
         '            return ()\n        return ("bus watchdog",)',
         "            return ()\n        return ()",
     ),
-    _one(
+    Revert(
         9,
-        "the alert bit is not looked at",
-        "cycle_state.py",
-        "or int(drive is not None and drive.alert)",
-        "or 0",
+        "the alert bit is not looked at, and each cycle looks at the status of one drive",
+        (
+            Edit("cycle_state.py", "or int(drive is not None and drive.alert)", "or 0"),
+            Edit("bus/dynamixel/driver.py", "        size = next(self._block_lengths)\n", "        turn = next(self._next_status)\n        size = next(self._block_lengths)\n"),
+            Edit("bus/dynamixel/driver.py", "            statuses[axis] = self._block_status(axis, t_ns, block, data)\n", "            status = self._block_status(axis, t_ns, block, data)\n            if axis == turn:\n                statuses[axis] = status\n"),
+        ),
     ),
 )  # fmt: skip
 

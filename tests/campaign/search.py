@@ -15,6 +15,7 @@ from tests.campaign.crossings import Crossings
 from tests.campaign.reverts import BUDGET, Finder
 from tests.campaign.sequences import Sequences
 from tests.support.effective_config import accepted, changes, hold_effective
+from tests.support.pushes import Push, hold_answered, pushes
 
 _MACHINES: Final[dict[Finder, tuple[type[RuleBasedStateMachine], int]]] = {
     "sequences": (Sequences, 100),
@@ -52,6 +53,8 @@ def search(part: Finder) -> int:
     try:
         if part in _MACHINES:
             run_state_machine_as_test(_counted(_MACHINES[part][0], count), settings=chosen)
+        elif part == "pushes":
+            _search_pushes(count, chosen)
         else:
             _search_configurations(count, chosen)
     except Exception:
@@ -89,6 +92,22 @@ def _search_configurations(count: Count, chosen: settings) -> None:
             try:
                 if config is not None:
                     hold_effective(config)
+            except Exception as error:
+                count.fail(error)
+                raise
+
+        hold()
+
+
+def _search_pushes(count: Count, chosen: settings) -> None:
+    with tempfile.TemporaryDirectory() as folder:
+
+        @chosen
+        @given(pushes())
+        def hold(push: Push) -> None:
+            count.begun += 1
+            try:
+                hold_answered(Path(tempfile.mkdtemp(dir=folder)), push)
             except Exception as error:
                 count.fail(error)
                 raise

@@ -239,7 +239,7 @@ class Sequences(RuleBasedStateMachine):
         self._run(0.02)
         if end == "approaching":
             return
-        self._run(0.5)
+        self._until(lambda: self._snapshot.mode != "approaching")
         if end == "start":
             return
         self._look(0)

@@ -3,13 +3,11 @@ is held.
 """
 
 from pathlib import Path
-from typing import Literal, get_args
 
 import msgspec
 import numpy as np
 import pytest
 from hypothesis import example, given
-from hypothesis import strategies as st
 
 from kata.device import journal
 from kata.device.config import StationConfig
@@ -19,6 +17,7 @@ from kata.device.resistance import ResistanceMonitor, YieldOffset
 from kata.device.run import Run
 from kata.motion.trajectory import Trajectory
 from tests.support.examples import examples
+from tests.support.pushes import Push, hold_answered, pushes
 from tests.support.stepped import REST_DEG, Stepped
 from tests.support.trajectories import LOAD, a_trajectory
 
@@ -586,98 +585,12 @@ def test_a_drive_pushes_along_its_path_or_towards_its_setpoint(
 
 # -- every phase ------------------------------------------------------------------------------------------------------
 
-STROKE_DEG = 30.0
-MIDDLE_DEG = (12.0, 108.5, 60.0, 60.0, -25.0)
-"""The middle of each axis' range."""
-ANSWER_CYCLES = 12
-"""0.1 s, and one cycle each to detect the push and to react."""
-Phase = Literal["approach", "play", "hold", "pause", "reversal", "return"]
-ANSWERS: dict[Phase, str] = {
-    "approach": "load_on_the_way",
-    "play": "load_reversal",
-    "hold": "load_reversal",
-    "pause": "load_while_held",
-    "reversal": "load_on_the_way",
-    "return": "load_on_the_way",
-}
 
-
-def there_and_hold(axis: int, speed_deg_s: float) -> Trajectory:
-    """Return a recording in which one axis moves for eight seconds or through its stroke, and holds for three."""
-    moving_s = min(8.0, STROKE_DEG / speed_deg_s)
-    times = np.arange(0.0, moving_s + 3.0, 0.01)
-    angles = np.tile(np.array(MIDDLE_DEG), (len(times), 1))
-    angles[:, axis] += np.minimum(times, moving_s) * speed_deg_s - min(STROKE_DEG, 8.0 * speed_deg_s) / 2
-    return Trajectory(times, angles)
-
-
-def answers(stepped: Stepped) -> list[str]:
-    """Return all reactions to resistance so far."""
-    return [event.code for event in stepped.exchange.events if event.code == "load_reversal"] + stepped.causes()
-
-
-def reach(stepped: Stepped, phase: Phase, trajectory: Trajectory, axis: int, strong_nm: float) -> int:
-    """Bring a loaded run into a phase. Return the direction in which the axis moves there, 0 at rest."""
-    assert stepped.send(Approach()) is None
-    if phase == "approach":
-        stepped.forward(0.3)
-        return 1
-    stepped.until("paused")
-    moving_s = trajectory.duration_s - 3.0
-    if phase in ("pause", "return"):
-        stepped.forward(0.1)
-    if phase == "return":
-        stepped.send(Return())
-        stepped.forward(0.5)
-        return -1
-    if phase == "pause":
-        return 0
-    stepped.send(Play())
-    stepped.forward(moving_s + 1.0 if phase == "hold" else 0.6 * moving_s)
-    if phase == "reversal":
-        stepped.apparatus.torques_nm[axis] = strong_nm
-        while not answers(stepped):
-            stepped.cycle()
-        stepped.apparatus.torques_nm[axis] = 0.0
-        stepped.forward(0.14)
-    return {"play": 1, "hold": 0, "reversal": -1}[phase]
-
-
-@given(
-    st.sampled_from(get_args(Phase)),
-    st.integers(0, 4),
-    st.floats(-3.0, 5.9).map(lambda exponent: min(60.0, max(0.05, 2.0**exponent))),
-    st.integers(1, 25),
-    st.floats(1.001, 1.02),
-    st.sampled_from([-1, 1]),
-)
-@example("play", 3, 0.05, 1, 1.01, 1)
-@example("play", 4, 60.0, 25, 1.01, 1)
-@example("reversal", 1, 60.0, 12, 1.01, 1)
+@given(pushes())
+@example(Push("play", axis=3, speed_deg_s=0.05, level=1, above=1.01, direction=1))
+@example(Push("play", axis=4, speed_deg_s=60.0, level=25, above=1.01, direction=1))
+@example(Push("reversal", axis=1, speed_deg_s=60.0, level=12, above=1.01, direction=1))
+@example(Push("pause", axis=0, speed_deg_s=5.0, level=1, above=1.01, direction=-1))
 @examples(few=12, many=100)
-def test_a_push_above_the_level_is_answered_in_every_phase(
-    tmp_path_factory: pytest.TempPathFactory,
-    phase: Phase,
-    axis: int,
-    speed_deg_s: float,
-    level: int,
-    above: float,
-    either: int,
-) -> None:
-    stepped = Stepped(tmp_path_factory.mktemp("run"))
-    trajectory = there_and_hold(axis, speed_deg_s)
-    stepped.apparatus.angles_deg = trajectory.start_deg.tolist()
-    stepped.apparatus.angles_deg[axis] -= 6.5
-    stepped.forward(0.1)
-    assert stepped.send(msgspec.structs.replace(LOAD, load_level=level), trajectory) is None
-    level_nm = level / 25 * 0.98 * stepped.config.axes[axis].max_torque_nm
-    direction = reach(stepped, phase, trajectory, axis, 1.01 * level_nm) or either
-    before = answers(stepped)
-
-    stepped.apparatus.torques_nm[axis] = direction * level_nm / above
-    stepped.forward(0.15)
-    assert answers(stepped) == before
-    stepped.apparatus.torques_nm[axis] = direction * level_nm * above
-    for _ in range(ANSWER_CYCLES):
-        stepped.cycle()
-    assert answers(stepped) == [*before, ANSWERS[phase]]
+def test_a_push_above_the_level_is_answered_in_every_phase(tmp_path_factory: pytest.TempPathFactory, push: Push) -> None:
+    hold_answered(tmp_path_factory.mktemp("run"), push)

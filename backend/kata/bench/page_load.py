@@ -38,6 +38,7 @@ class PageLoadFigures(msgspec.Struct):
     """Number of lost connections."""
     plots: int = 0
     plot_mb: float = 0.0
+    """Size of the last plot."""
     plot_s: float = 0.0
     """Duration of the slowest plot in seconds."""
     delivery_p50_ms: float = 0.0
@@ -49,7 +50,7 @@ class PageLoadFigures(msgspec.Struct):
         """Return the figures as a sentence."""
         return (
             f"load: {self.messages} WebSocket messages read, {self.connections_lost} connections lost, {self.plots} plots "
-            f"({self.plot_mb:.0f} MB, {self.plot_s:.1f} s at worst)"
+            f"(the last {self.plot_mb:.2f} MB, {self.plot_s:.1f} s at worst)"
         )
 
 

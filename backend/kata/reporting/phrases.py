@@ -247,8 +247,8 @@ PHRASES: Final[dict[str, tuple[str, str]]] = {
     "end_feel_onset": ("Onset, °", "抵抗の開始(°)"),
     "end_feel_stiffness": ("Stiffness, Nm/°", "スティフネス(Nm/°)"),
     "end_feel_curve": (
-        "{number}. {motion}: torque, Nm, over the apparatus angle",
-        "{number}．{motion}：装置角度に対するトルク(Nm)",
+        "No. {number}, motion {motion}: torque, Nm, over the apparatus angle",
+        "番号{number}、動作{motion}：装置角度に対するトルク(Nm)",
     ),
     "end_feel_legend": (
         "Torque between apparatus and shoulder, without weight and friction. Dotted line: way out; dashed line: way back; solid line: their mean, "

@@ -1,0 +1,129 @@
+"""Pushes of a patient against the drive in every phase of a playback, and the answers that the device must give."""
+
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Final, Literal, get_args
+
+import msgspec
+import numpy as np
+from hypothesis import strategies as st
+
+from kata.device.messages import Approach, Pause, Play, Return
+from kata.motion.trajectory import Trajectory
+from tests.support.stepped import Stepped
+from tests.support.trajectories import LOAD
+
+Phase = Literal["approach", "play", "hold", "pause", "reversal", "return"]
+_ANSWERS: Final[dict[Phase, str]] = {
+    "approach": "load_on_the_way",
+    "play": "load_reversal",
+    "hold": "load_reversal",
+    "pause": "load_while_held",
+    "reversal": "load_on_the_way",
+    "return": "load_on_the_way",
+}
+_STROKE_DEG: Final = 30.0
+_MIDDLE_DEG: Final = (12.0, 108.5, 60.0, 60.0, -25.0)
+"""The middle of each axis' range."""
+_ANSWER_CYCLES: Final = 12
+"""0.1 s, and one cycle each to detect the push and to react."""
+_YIELDS_S: Final = 0.5
+_YIELDED_DEG: Final = 0.1
+"""Least distance that a held arm has yielded to its motor's rated torque after :data:`_YIELDS_S`."""
+
+
+@dataclass(frozen=True)
+class Push:
+    """A push against one motor."""
+
+    phase: Phase
+    axis: int
+    speed_deg_s: float
+    """Speed of the recording."""
+    level: int
+    above: float
+    """Torque divided by the level's."""
+    direction: int
+    """1 or -1, where the axis is at rest. A moving axis is pushed against its movement."""
+
+
+def pushes() -> st.SearchStrategy[Push]:
+    """Draw a push. Half of the speeds are below 2 deg/s."""
+    return st.builds(
+        Push,
+        st.sampled_from(get_args(Phase)),
+        axis=st.integers(0, 4),
+        speed_deg_s=st.floats(-3.0, 5.9).map(lambda exponent: min(60.0, max(0.05, 2.0**exponent))),
+        level=st.integers(1, 25),
+        above=st.floats(1.001, 1.02),
+        direction=st.sampled_from([-1, 1]),
+    )
+
+
+def hold_answered(folder: Path, push: Push) -> None:
+    """Assert that a torque below the level has no answer, and one above it the answer of its phase, in time."""
+    stepped = Stepped(folder)
+    trajectory = _there_and_hold(push.axis, push.speed_deg_s)
+    stepped.apparatus.angles_deg = trajectory.start_deg.tolist()
+    stepped.apparatus.angles_deg[push.axis] -= 6.5
+    stepped.forward(0.1)
+    assert stepped.send(msgspec.structs.replace(LOAD, load_level=push.level), trajectory) is None
+    rated_nm = stepped.config.axes[push.axis].max_torque_nm
+    level_nm = push.level / 25 * 0.98 * rated_nm
+    direction = _reach(stepped, push.phase, trajectory, push.axis, 1.01 * level_nm) or push.direction
+    before = _answers(stepped)
+
+    stepped.apparatus.torques_nm[push.axis] = direction * level_nm / push.above
+    stepped.forward(0.15)
+    assert _answers(stepped) == before
+    at_deg = stepped.apparatus.angles_deg[push.axis]
+    stepped.apparatus.torques_nm[push.axis] = direction * level_nm * push.above
+    for _ in range(_ANSWER_CYCLES):
+        stepped.cycle()
+    assert _answers(stepped) == [*before, _ANSWERS[push.phase]]
+    if push.phase == "pause":
+        stepped.apparatus.torques_nm[push.axis] = direction * rated_nm
+        stepped.forward(_YIELDS_S)
+        assert direction * (at_deg - stepped.apparatus.angles_deg[push.axis]) >= _YIELDED_DEG
+
+
+def _there_and_hold(axis: int, speed_deg_s: float) -> Trajectory:
+    """Return a recording in which one axis moves for eight seconds or through its stroke, and holds for three."""
+    moving_s = min(8.0, _STROKE_DEG / speed_deg_s)
+    times = np.arange(0.0, moving_s + 3.0, 0.01)
+    angles = np.tile(np.array(_MIDDLE_DEG), (len(times), 1))
+    angles[:, axis] += np.minimum(times, moving_s) * speed_deg_s - min(_STROKE_DEG, 8.0 * speed_deg_s) / 2
+    return Trajectory(times, angles)
+
+
+def _answers(stepped: Stepped) -> list[str]:
+    """Return all reactions to resistance so far."""
+    return [event.code for event in stepped.exchange.events if event.code == "load_reversal"] + stepped.causes()
+
+
+def _reach(stepped: Stepped, phase: Phase, trajectory: Trajectory, axis: int, strong_nm: float) -> int:
+    """Bring a loaded run into a phase. Return the direction in which the axis moves there, 0 at rest."""
+    assert stepped.send(Approach()) is None
+    if phase == "approach":
+        stepped.forward(0.3)
+        return 1
+    stepped.until("paused")
+    moving_s = trajectory.duration_s - 3.0
+    if phase in ("pause", "return"):
+        stepped.forward(0.1)
+    if phase == "return":
+        stepped.send(Return())
+        stepped.forward(0.5)
+        return -1
+    if phase == "pause":
+        return 0
+    stepped.send(Play())
+    stepped.forward(moving_s + 1.0 if phase == "hold" else 0.6 * moving_s)
+    if phase == "reversal":
+        stepped.apparatus.torques_nm[axis] = strong_nm
+        for _ in range(_ANSWER_CYCLES):
+            stepped.cycle()
+        assert _answers(stepped) == ["load_reversal"]
+        stepped.apparatus.torques_nm[axis] = 0.0
+        stepped.forward(0.14)
+    return {"play": 1, "hold": 0, "reversal": -1}[phase]
