@@ -592,5 +592,7 @@ def test_a_drive_pushes_along_its_path_or_towards_its_setpoint(
 @example(Push("reversal", axis=1, speed_deg_s=60.0, level=12, above=1.01, direction=1))
 @example(Push("pause", axis=0, speed_deg_s=5.0, level=1, above=1.01, direction=-1))
 @examples(few=12, many=100)
-def test_a_push_above_the_level_is_answered_in_every_phase(tmp_path_factory: pytest.TempPathFactory, push: Push) -> None:
+def test_a_push_above_the_level_is_answered_in_every_phase(
+    tmp_path_factory: pytest.TempPathFactory, push: Push
+) -> None:
     hold_answered(tmp_path_factory.mktemp("run"), push)
