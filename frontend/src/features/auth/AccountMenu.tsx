@@ -49,6 +49,9 @@ export function AccountMenu() {
             h={44}
             px={8}
             maw={260}
+            // The name is shortened before the page links are.
+            miw={60}
+            style={{ flexShrink: 1000 }}
             leftSection={<IconUser size={28} />}
             styles={{ section: { marginInlineEnd: 0 } }}
             aria-label={t("auth:menu.signedInAs", { name: me.name })}
