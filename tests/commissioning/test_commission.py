@@ -14,7 +14,6 @@ from msgspec import structs
 
 from kata.cli import commission as cli
 from kata.commissioning import acceptance, response, texts
-from kata.commissioning.bench import Bench, ManualAction, StepError
 from kata.commissioning.live_drives import LiveSample, live_drives
 from kata.commissioning.procedure import (
     STEPS,
@@ -34,6 +33,7 @@ from kata.commissioning.record import (
     write_record,
 )
 from kata.commissioning.steps import passed_steps
+from kata.commissioning.workbench import ManualAction, StepError, Workbench
 from kata.device import texts as device_texts
 from kata.device.bus.dynamixel.registers import COUNTS_PER_TURN, DEG_PER_COUNT, zero_count
 from kata.device.config import simulated
@@ -59,10 +59,10 @@ def commissioned(
     apparatus: FactoryNewApparatus, mistakes: Mistakes | None = None, last: str = "lags"
 ) -> CommissioningRecord:
     """Run the procedure until a step or its first fault. The last step takes half a minute of processor time."""
-    bench = apparatus.bench(SimulatedTechnician(apparatus, mistakes))
+    workbench = apparatus.workbench(SimulatedTechnician(apparatus, mistakes))
     minutes = itertools.count()
-    record = begin_record(bench.draft, "test")
-    for _, ran in commission(bench, record, lambda: CLOCK_BEGIN + timedelta(minutes=next(minutes))):
+    record = begin_record(workbench.draft, "test")
+    for _, ran in commission(workbench, record, lambda: CLOCK_BEGIN + timedelta(minutes=next(minutes))):
         record = ran or record
         if ran and ran.steps[-1].step == last:
             break
@@ -127,17 +127,17 @@ def same_set_up_by_hand(seed: int) -> CommissioningRecord:
         for axis, direction, zero in truth
     )
     config = structs.replace(apparatus.world.config, axes=axes)
-    bench = replace(apparatus.bench(SimulatedTechnician(apparatus)), draft=config)
-    return with_step(begin_record(config, "hand"), run_step(STEPS[-1], bench, lambda: CLOCK_BEGIN), config)
+    workbench = replace(apparatus.workbench(SimulatedTechnician(apparatus)), draft=config)
+    return with_step(begin_record(config, "hand"), run_step(STEPS[-1], workbench, lambda: CLOCK_BEGIN), config)
 
 
 def set_up_by_hand() -> CommissioningRecord:
     """Return the acceptance of the simulated station, whose configuration was written by hand."""
     config = simulated("virtual")
     world = World(config)
-    bench = Bench(config, Obedient(), world.open_transport, world.sleep, lambda: world.t_ns)
+    workbench = Workbench(config, Obedient(), world.open_transport, world.sleep, lambda: world.t_ns)
     record = begin_record(config, "hand")
-    return with_step(record, run_step(STEPS[-1], bench, lambda: CLOCK_BEGIN), config)
+    return with_step(record, run_step(STEPS[-1], workbench, lambda: CLOCK_BEGIN), config)
 
 
 class Obedient:
@@ -198,9 +198,9 @@ def lags_of(late_s: float, every: int = 1) -> list[float]:
     """Return the lags that a computer identifies whose cycles are sometimes late."""
     world = World(simulated("virtual"))
     computer = LateComputer(world, every, late_s)
-    bench = Bench(world.config, Obedient(), world.open_transport, computer.sleep, lambda: world.t_ns)
-    response.find_lags(bench)
-    return [axis.lag_s for axis in bench.draft.axes]
+    workbench = Workbench(world.config, Obedient(), world.open_transport, computer.sleep, lambda: world.t_ns)
+    response.find_lags(workbench)
+    return [axis.lag_s for axis in workbench.draft.axes]
 
 
 def test_single_late_cycles_change_no_lag() -> None:
@@ -217,13 +217,13 @@ def test_many_late_cycles_are_refused_with_their_number() -> None:
 def test_a_computer_that_is_too_slow_is_named() -> None:
     """The drives' watchdogs stop the motors. Each later figure would blame a motor."""
     world = World(simulated("virtual"))
-    bench = Bench(world.config, Obedient(), world.open_transport, world.wait, lambda: world.t_ns)
-    with live_drives(bench) as drives:
+    workbench = Workbench(world.config, Obedient(), world.open_transport, world.wait, lambda: world.t_ns)
+    with live_drives(workbench) as drives:
         drives.hold()
-        bench.sleep(0.3)
+        workbench.sleep(0.3)
         with pytest.raises(StepError, match="Motor 1 stopped because it received no messages"):
             drives.settle(0.1)
-        bench.sleep(0.01)
+        workbench.sleep(0.01)
         assert not any(drive.torque_on for drive in world.apparatus.drives)
 
 
@@ -328,12 +328,12 @@ def test_a_usb_pedal_is_checked(tmp_path: Path, *, plugged_in: bool) -> None:
     pedal = tmp_path / "pedal"
     os.mkfifo(pedal)
     apparatus = FactoryNewApparatus(3)
-    bench = apparatus.bench(UsbTechnician(apparatus, pedal))
+    workbench = apparatus.workbench(UsbTechnician(apparatus, pedal))
     for step in STEPS[:2]:
-        assert run_step(step, bench, lambda: CLOCK_BEGIN).passed
+        assert run_step(step, workbench, lambda: CLOCK_BEGIN).passed
     path = str(pedal if plugged_in else tmp_path / "elsewhere")
-    bench.change(inputs=structs.replace(bench.draft.inputs, usb_pedal=path))
-    ran = run_step(STEPS[2], bench, lambda: CLOCK_BEGIN)
+    workbench.change(inputs=structs.replace(workbench.draft.inputs, usb_pedal=path))
+    ran = run_step(STEPS[2], workbench, lambda: CLOCK_BEGIN)
     assert ran.passed is plugged_in
     if plugged_in:
         assert ran.values[-1].name == "pedal"

@@ -10,7 +10,7 @@ import pytest
 
 from kata.cli.commission_lines import LineTechnician
 from kata.commissioning import texts
-from kata.commissioning.bench import ManualAction, StepError
+from kata.commissioning.workbench import ManualAction, StepError
 from kata.evaluation.factory_new import FactoryNewApparatus, SimulatedTechnician
 
 PRESS = ManualAction("press_estop", texts.PRESS_ESTOP(), seen=True)

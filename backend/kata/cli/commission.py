@@ -13,7 +13,6 @@ from msgspec import structs
 
 from kata.cli.commission_lines import LineFrontEnd, LineTechnician
 from kata.commissioning import texts
-from kata.commissioning.bench import Bench, ManualAction, StepError, Technician
 from kata.commissioning.procedure import (
     STEPS,
     CommissioningStep,
@@ -33,6 +32,7 @@ from kata.commissioning.record import (
     write_record,
 )
 from kata.commissioning.steps import passed_steps
+from kata.commissioning.workbench import ManualAction, StepError, Technician, Workbench
 from kata.device import config
 from kata.device.bus.serial_transport import SerialTransport
 from kata.device.config import StationConfig
@@ -51,12 +51,12 @@ class TerminalTechnician:
     """Shows instructions in a terminal. The key Enter confirms an instruction, and q ends the step."""
 
     def instruct(self, instruction: ManualAction) -> None:
-        """See :class:`~kata.commissioning.bench.Technician`."""
+        """See :class:`~kata.commissioning.workbench.Technician`."""
         how = "" if instruction.seen else "  [Enter: done, q: end]"
         console.print(f"  -> {instruction.text}{how}", markup=False)
 
     def has_confirmed(self) -> bool:
-        """See :class:`~kata.commissioning.bench.Technician`."""
+        """See :class:`~kata.commissioning.workbench.Technician`."""
         readable, _, _ = select.select([sys.stdin], [], [], 0.0)
         if not readable:
             return False
@@ -114,14 +114,14 @@ class WorkCounter:
     _since_ns: int | None = None
 
     def instruct(self, instruction: ManualAction) -> None:
-        """See :class:`~kata.commissioning.bench.Technician`."""
+        """See :class:`~kata.commissioning.workbench.Technician`."""
         self.presses += not instruction.seen
         self.others += instruction.seen
         self._since_ns = self.now_ns()
         self.technician.instruct(instruction)
 
     def has_confirmed(self) -> bool:
-        """See :class:`~kata.commissioning.bench.Technician`."""
+        """See :class:`~kata.commissioning.workbench.Technician`."""
         confirmed = self.technician.has_confirmed()
         if confirmed and self._since_ns is not None:
             self.waited_ns += self.now_ns() - self._since_ns
@@ -141,14 +141,14 @@ def run(
         record, draft = begin(station, port, by, first)
         if draft.protocol != "dynamixel":
             fail(texts.ONLY_DYNAMIXEL())
-        bench = _bench_at_port(draft, lines=lines)
+        workbench = _bench_at_port(draft, lines=lines)
     else:
         # Each practice begins with factory-new drives.
-        bench, first = _practice_bench(simulated, lines=lines), None
-        record = begin_record(bench.draft, by)
-    counter = WorkCounter(bench.technician, bench.now_ns)
-    bench.technician, began_ns = counter, bench.now_ns()
-    for step, ran in commission(bench, record, lambda: datetime.now(UTC), first):
+        workbench, first = _practice_bench(simulated, lines=lines), None
+        record = begin_record(workbench.draft, by)
+    counter = WorkCounter(workbench.technician, workbench.now_ns)
+    workbench.technician, began_ns = counter, workbench.now_ns()
+    for step, ran in commission(workbench, record, lambda: datetime.now(UTC), first):
         if ran is None:
             front.announce(step)
             continue
@@ -163,7 +163,7 @@ def run(
         text = "Not commissioned. Run the command again; it begins with the step that failed."
         front.finish(passed=False, text=text)
         return False
-    machine_s = (bench.now_ns() - began_ns - counter.waited_ns) / 1e9
+    machine_s = (workbench.now_ns() - began_ns - counter.waited_ns) / 1e9
     work = f"The technician confirmed {counter.presses} instructions, the drives detected {counter.others} actions, and the apparatus worked for {machine_s:.0f} s."
     front.finish(passed=True, text=f"Commissioned. Configuration: {station}. Record: {record_path(station)}.\n{work}")
     return True
@@ -178,8 +178,8 @@ def run_check(station: Path, by: str, *, lines: bool = False) -> bool:
         fail(str(error))
     if record is None or not record.passed or not has_configuration(record, draft):
         fail("The station is not commissioned with this configuration.")
-    bench = _bench_at_port(draft, lines=lines)
-    for step, ran in check(bench, record, lambda: datetime.now(UTC), by):
+    workbench = _bench_at_port(draft, lines=lines)
+    for step, ran in check(workbench, record, lambda: datetime.now(UTC), by):
         if ran is None:
             front.announce(step)
             continue
@@ -214,25 +214,25 @@ def begin(station: Path, port: str | None, by: str, first: str | None) -> tuple[
     return record, draft
 
 
-def _bench_at_port(draft: StationConfig, *, lines: bool) -> Bench:
-    """Return the bench of a real apparatus. If the system allows it, this thread then has the real-time priority of the device process."""
+def _bench_at_port(draft: StationConfig, *, lines: bool) -> Workbench:
+    """Return the workbench of a real apparatus. If the system allows it, this thread then has the real-time priority of the device process."""
     realtime.schedule(realtime.CONTROL_PRIORITY)
     if not lines:
-        return Bench(draft, TerminalTechnician(), SerialTransport, time.sleep, time.monotonic_ns)
+        return Workbench(draft, TerminalTechnician(), SerialTransport, time.sleep, time.monotonic_ns)
     technician = LineTechnician()
-    return Bench(draft, technician, SerialTransport, technician.stoppable(time.sleep), time.monotonic_ns)
+    return Workbench(draft, technician, SerialTransport, technician.stoppable(time.sleep), time.monotonic_ns)
 
 
-def _practice_bench(seed: int, *, lines: bool) -> Bench:
-    """Return the bench of a factory-new simulated apparatus, with simulated hands."""
+def _practice_bench(seed: int, *, lines: bool) -> Workbench:
+    """Return the workbench of a factory-new simulated apparatus, with simulated hands."""
     apparatus = FactoryNewApparatus(seed)
     hands = SimulatedTechnician(apparatus)
-    bench = apparatus.bench(hands)
+    workbench = apparatus.workbench(hands)
     if lines:
         technician = LineTechnician()
         technician.hands = hands
-        bench.technician, bench.sleep = technician, technician.stoppable(bench.sleep)
-    return bench
+        workbench.technician, workbench.sleep = technician, technician.stoppable(workbench.sleep)
+    return workbench
 
 
 def _at_port(draft: StationConfig, port: str | None) -> StationConfig:

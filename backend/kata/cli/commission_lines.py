@@ -14,9 +14,9 @@ from typing import Any
 import msgspec
 
 from kata.commissioning import texts
-from kata.commissioning.bench import ManualAction, StepError, Technician
 from kata.commissioning.procedure import CommissioningStep
 from kata.commissioning.record import RecordedStep
+from kata.commissioning.workbench import ManualAction, StepError, Technician
 
 
 class LineTechnician:
@@ -37,7 +37,7 @@ class LineTechnician:
         self.hands: Technician | None = None
 
     def instruct(self, instruction: ManualAction) -> None:
-        """See :class:`~kata.commissioning.bench.Technician`."""
+        """See :class:`~kata.commissioning.workbench.Technician`."""
         self._number += 1
         self._instruction = instruction
         send(
@@ -52,7 +52,7 @@ class LineTechnician:
         )
 
     def has_confirmed(self) -> bool:
-        """See :class:`~kata.commissioning.bench.Technician`."""
+        """See :class:`~kata.commissioning.workbench.Technician`."""
         if self.hands is None:
             self._read(0.0)
             self._raise_if_stopped()

@@ -5,9 +5,9 @@ from typing import Final
 import numpy as np
 
 from kata.commissioning import texts
-from kata.commissioning.bench import Bench, ManualAction, StepError
 from kata.commissioning.direct_station import DirectStation, PlaybackError
 from kata.commissioning.response import LOADS
+from kata.commissioning.workbench import ManualAction, StepError, Workbench
 from kata.device.journal import PHASE_PLAYING
 from kata.device.messages import Load
 from kata.motion.axes import BASIC_MOTIONS, BasicMotion
@@ -20,19 +20,19 @@ LIMITS_DEG: Final = {1: 4.0, 2: 4.0, 3: 5.0, 4: 4.0, 5: 6.0, 6: 8.0}
 """Limit of the error by motion: the largest error that the paper reports for its motors (Section 4, start excepted)."""
 
 
-def play_motions(bench: Bench) -> None:
+def play_motions(workbench: Workbench) -> None:
     """Play the motions. Record peak error and RMSE of the motors that each motion moves."""
     for load, action in LOADS:
-        bench.confirm(action)
-        bench.confirm(ManualAction("stand_clear", texts.STAND_CLEAR()))
+        workbench.confirm(action)
+        workbench.confirm(ManualAction("stand_clear", texts.STAND_CLEAR()))
         try:
-            station = DirectStation(bench.draft, bench.open_transport, bench.now_ns, bench.sleep)
+            station = DirectStation(workbench.draft, workbench.open_transport, workbench.now_ns, workbench.sleep)
         except PlaybackError as error:
             raise StepError(texts.MOTION_FAILED(motion=1, reason=str(error))) from error
         try:
             for motion, taught in zip(BASIC_MOTIONS, built_in_motions(), strict=False):
                 for tracking in _played(station, motion, taught):
-                    _judge(bench, motion.number, tracking, load)
+                    _judge(workbench, motion.number, tracking, load)
         finally:
             station.close()
 
@@ -57,9 +57,9 @@ def _played(station: DirectStation, motion: BasicMotion, taught: Taught) -> list
     return [tracking for tracking in found.motors if tracking.motor in motion.motors]
 
 
-def _judge(bench: Bench, motion: int, tracking: MotorTracking, load: str) -> None:
-    bench.add_value(f"motion {motion}, {load}: peak error deg", tracking.motor, after=round(tracking.peak_deg, 2))
-    bench.add_value(f"motion {motion}, {load}: RMSE deg", tracking.motor, after=round(tracking.rmse_deg, 2))
+def _judge(workbench: Workbench, motion: int, tracking: MotorTracking, load: str) -> None:
+    workbench.add_value(f"motion {motion}, {load}: peak error deg", tracking.motor, after=round(tracking.peak_deg, 2))
+    workbench.add_value(f"motion {motion}, {load}: RMSE deg", tracking.motor, after=round(tracking.rmse_deg, 2))
     if abs(tracking.peak_deg) > LIMITS_DEG[motion]:
         raise StepError(
             texts.TRACKING_POOR(

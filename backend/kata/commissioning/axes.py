@@ -7,9 +7,9 @@ import numpy as np
 from msgspec import structs
 
 from kata.commissioning import texts
-from kata.commissioning.bench import Bench, ManualAction, StepError, named, wrapped_deg
 from kata.commissioning.drive_line import DriveLine
 from kata.commissioning.live_drives import live_drives
+from kata.commissioning.workbench import ManualAction, StepError, Workbench, named, wrapped_deg
 from kata.device.bus.dynamixel.registers import DEG_PER_COUNT
 from kata.device.config import Axis
 from kata.motion.axes import AXES
@@ -38,8 +38,8 @@ _PUSH_NM: Final = 0.3
 class PositionWatch:
     """Watches the positions of drives without torque, across whole turns."""
 
-    def __init__(self, bench: Bench, line: DriveLine) -> None:
-        self._axes = bench.draft.axes
+    def __init__(self, workbench: Workbench, line: DriveLine) -> None:
+        self._axes = workbench.draft.axes
         self._line = line
         self._last = read_counts(line, self._axes)
         self.moved_deg: Floats = np.zeros(len(self._axes))
@@ -68,25 +68,25 @@ def read_counts(line: DriveLine, axes: Sequence[Axis]) -> Floats:
     return np.array(counts, dtype=np.float64)
 
 
-def find_axes(bench: Bench) -> None:
+def find_axes(workbench: Workbench) -> None:
     """Let the technician move each axis. The drive with the axis' id must move most. The sign of its movement is the axis' direction."""
     directions = []
-    with bench.line() as line:
+    with workbench.line() as line:
         for motor in AXES:
-            moved = _moved_by_hand(bench, line, motor)
+            moved = _moved_by_hand(workbench, line, motor)
             most = int(np.argmax(np.abs(moved))) + 1
             if most != motor:
                 raise StepError(texts.DRIVES_SWAPPED(motor=motor, moved=most))
             directions.append(1 if moved[motor - 1] > 0 else -1)
-    before = [axis.direction for axis in bench.draft.axes]
-    bench.change_axes(lambda motor, axis: structs.replace(axis, direction=directions[motor - 1]))
+    before = [axis.direction for axis in workbench.draft.axes]
+    workbench.change_axes(lambda motor, axis: structs.replace(axis, direction=directions[motor - 1]))
     for motor in AXES:
-        bench.add_value("direction", motor, before=before[motor - 1], after=directions[motor - 1])
+        workbench.add_value("direction", motor, before=before[motor - 1], after=directions[motor - 1])
 
 
-def _moved_by_hand(bench: Bench, line: DriveLine, motor: int) -> Floats:
+def _moved_by_hand(workbench: Workbench, line: DriveLine, motor: int) -> Floats:
     """Return the movement of each drive until all drives are at rest again."""
-    watch = PositionWatch(bench, line)
+    watch = PositionWatch(workbench, line)
     still = 0
 
     def is_done() -> bool:
@@ -96,14 +96,14 @@ def _moved_by_hand(bench: Bench, line: DriveLine, motor: int) -> Floats:
         return float(np.max(np.abs(watch.moved_deg))) > _SEEN_DEG and still > _STILL_LOOKS
 
     text = texts.MOVE_AXIS(motor=motor, motion=MOVES[motor]())
-    bench.watch(ManualAction("move_axis", text, motor), is_done, texts.NO_MOVEMENT_SEEN(motor=motor))
+    workbench.watch(ManualAction("move_axis", text, motor), is_done, texts.NO_MOVEMENT_SEEN(motor=motor))
     return watch.moved_deg
 
 
-def check_torque(bench: Bench) -> None:
+def check_torque(workbench: Workbench) -> None:
     """Move each motor slightly, then let the technician push it. Movement and torque must have the correct signs."""
-    bench.confirm(ManualAction("stand_clear", texts.STAND_CLEAR()))
-    with live_drives(bench) as drives:
+    workbench.confirm(ManualAction("stand_clear", texts.STAND_CLEAR()))
+    with live_drives(workbench) as drives:
         drives.hold()
         for motor in AXES:
             axis = motor - 1
@@ -123,12 +123,12 @@ def check_torque(bench: Bench) -> None:
                 return seen
 
             text = texts.PUSH_AXIS(motor=motor, motion=MOVES[motor]())
-            bench.watch(ManualAction("push_axis", text, motor), is_pushed, texts.PUSH_NOT_SEEN(motor=motor))
+            workbench.watch(ManualAction("push_axis", text, motor), is_pushed, texts.PUSH_NOT_SEEN(motor=motor))
             moved, torque = push[-1]
             if moved < 0:
                 raise StepError(texts.AXIS_REVERSED(motor=motor))
             if torque > 0:
                 raise StepError(texts.TORQUE_SIGN_WRONG(motor=motor))
-            bench.add_value("push: angle deg", motor, after=round(moved, 2))
-            bench.add_value("push: torque Nm", motor, after=round(torque, 2))
+            workbench.add_value("push: angle deg", motor, after=round(moved, 2))
+            workbench.add_value("push: torque Nm", motor, after=round(torque, 2))
             drives.settle(1.0)

@@ -5,8 +5,8 @@ from typing import Final
 from msgspec import structs
 
 from kata.commissioning import texts
-from kata.commissioning.bench import FACTORY_BAUD, Bench, ManualAction, StepError, named
 from kata.commissioning.drive_line import DriveLine, FoundDrive, LineError
+from kata.commissioning.workbench import FACTORY_BAUD, ManualAction, StepError, Workbench, named
 from kata.device.bus.dynamixel.registers import TORQUE_ENABLE
 from kata.motion.axes import AXES
 
@@ -31,22 +31,22 @@ _TOLERATED_SHARE: Final = 0.04
 """Tolerated share of damaged answers. A good bus has none. One damaged answer in the sample is tolerated."""
 
 
-def assign_ids(bench: Bench) -> None:
+def assign_ids(workbench: Workbench) -> None:
     """Set the drives' ids to 1 to 5, and the station's baud rate. If all drives have them already, change nothing."""
-    bench.confirm(ManualAction("connect_all", texts.CONNECT_ALL()))
-    if not _all_have_their_ids(bench):
+    workbench.confirm(ManualAction("connect_all", texts.CONNECT_ALL()))
+    if not _all_have_their_ids(workbench):
         for motor in AXES:
-            _assign(bench, motor)
-        bench.confirm(ManualAction("connect_all", texts.CONNECT_ALL()))
-    with bench.line() as line:
+            _assign(workbench, motor)
+        workbench.confirm(ManualAction("connect_all", texts.CONNECT_ALL()))
+    with workbench.line() as line:
         for motor in AXES:
             check_answers(line, motor, motor)
-    bench.change_axes(lambda motor, axis: structs.replace(axis, id=motor))
+    workbench.change_axes(lambda motor, axis: structs.replace(axis, id=motor))
 
 
-def _all_have_their_ids(bench: Bench) -> bool:
+def _all_have_their_ids(workbench: Workbench) -> bool:
     """Return True if exactly the ids 1 to 5 answer at the station's baud rate, and no drive answers at the factory's baud rate."""
-    with bench.line() as line:
+    with workbench.line() as line:
         if sorted(line.find()) != list(AXES):
             return False
         try:
@@ -54,39 +54,39 @@ def _all_have_their_ids(bench: Bench) -> bool:
                 line.read(motor, _PRESENT, _PRESENT_BYTES)
         except LineError:
             return False
-    if bench.draft.baud == FACTORY_BAUD:
+    if workbench.draft.baud == FACTORY_BAUD:
         return True
-    with bench.line(FACTORY_BAUD) as line:
+    with workbench.line(FACTORY_BAUD) as line:
         return not line.find()
 
 
-def _assign(bench: Bench, motor: int) -> None:
-    bench.confirm(ManualAction("connect_only", texts.CONNECT_ONLY(motor=motor), motor))
-    found = _search(bench, motor)
-    with bench.line(found.baud) as line:
+def _assign(workbench: Workbench, motor: int) -> None:
+    workbench.confirm(ManualAction("connect_only", texts.CONNECT_ONLY(motor=motor), motor))
+    found = _search(workbench, motor)
+    with workbench.line(found.baud) as line:
         check_answers(line, motor, found.drive_id)
         with named(motor, found.drive_id):
             line.write(found.drive_id, TORQUE_ENABLE, b"\0")
             if found.drive_id != motor:
                 line.write(found.drive_id, _ID, bytes([motor]))
-            if found.baud != bench.draft.baud:
-                line.write(motor, _BAUD, bytes([BAUD_CODES[bench.draft.baud]]))
-    with bench.line() as line:
+            if found.baud != workbench.draft.baud:
+                line.write(motor, _BAUD, bytes([BAUD_CODES[workbench.draft.baud]]))
+    with workbench.line() as line:
         try:
             now = line.read(motor, _ID, 2)
         except LineError as error:
             raise StepError(texts.ID_NOT_TAKEN(motor=motor)) from error
-    if now != bytes([motor, BAUD_CODES[bench.draft.baud]]):
+    if now != bytes([motor, BAUD_CODES[workbench.draft.baud]]):
         raise StepError(texts.ID_NOT_TAKEN(motor=motor))
-    bench.add_value("id", motor, before=found.drive_id, after=motor)
-    bench.add_value("baud", motor, before=found.baud, after=bench.draft.baud)
+    workbench.add_value("id", motor, before=found.drive_id, after=motor)
+    workbench.add_value("baud", motor, before=found.baud, after=workbench.draft.baud)
 
 
-def _search(bench: Bench, motor: int) -> FoundDrive:
+def _search(workbench: Workbench, motor: int) -> FoundDrive:
     """Return the only drive on the bus, at any baud rate and id."""
-    first = (FACTORY_BAUD, bench.draft.baud)
+    first = (FACTORY_BAUD, workbench.draft.baud)
     for baud in (*first, *(rate for rate in BAUD_CODES if rate not in first)):
-        with bench.line(baud) as line:
+        with workbench.line(baud) as line:
             found = line.find()
             if len(found) > 1:
                 raise StepError(texts.SEVERAL_DRIVES_FOUND(drives=len(found), motor=motor))

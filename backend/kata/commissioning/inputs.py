@@ -6,8 +6,8 @@ from pathlib import Path
 from typing import Final
 
 from kata.commissioning import texts
-from kata.commissioning.bench import Bench, ManualAction, StepError, named
 from kata.commissioning.drive_line import DriveLine
+from kata.commissioning.workbench import ManualAction, StepError, Workbench, named
 from kata.device.bus.dynamixel.registers import PORT_DATA
 from kata.device.pedal import UsbPedal
 from kata.messages import Text
@@ -18,39 +18,39 @@ _PLUG_IN_S: Final = 30.0
 """Time for plugging in a cable. During this time an unplugged cable is not reported as a broken wire."""
 
 
-def check_inputs(bench: Bench) -> None:
+def check_inputs(workbench: Workbench) -> None:
     """Let the technician press, release and unplug the emergency stop, and press and release the pedal. Check the contacts."""
-    with bench.line() as line:
-        contacts, missing = _Contacts(bench, line), texts.ESTOP_NOT_SEEN()
-        bench.watch(ManualAction("release_estop", texts.RELEASE_ESTOP()), contacts.estop(pressed=False), missing)
-        bench.watch(ManualAction("press_estop", texts.PRESS_ESTOP()), contacts.estop(pressed=True), missing)
-        bench.watch(ManualAction("release_estop", texts.RELEASE_ESTOP()), contacts.estop(pressed=False), missing)
-        bench.watch(ManualAction("unplug_estop", texts.UNPLUG_ESTOP()), lambda: not contacts.first(), missing)
+    with workbench.line() as line:
+        contacts, missing = _Contacts(workbench, line), texts.ESTOP_NOT_SEEN()
+        workbench.watch(ManualAction("release_estop", texts.RELEASE_ESTOP()), contacts.estop(pressed=False), missing)
+        workbench.watch(ManualAction("press_estop", texts.PRESS_ESTOP()), contacts.estop(pressed=True), missing)
+        workbench.watch(ManualAction("release_estop", texts.RELEASE_ESTOP()), contacts.estop(pressed=False), missing)
+        workbench.watch(ManualAction("unplug_estop", texts.UNPLUG_ESTOP()), lambda: not contacts.first(), missing)
         plugged_in = contacts.estop(pressed=False, steady_s=_PLUG_IN_S)
-        bench.watch(ManualAction("plug_in_estop", texts.PLUG_IN_ESTOP()), plugged_in, missing)
-        bench.add_value("emergency stop", after="pressed, released, unplugged: seen")
-        usb = bench.draft.inputs.usb_pedal
+        workbench.watch(ManualAction("plug_in_estop", texts.PLUG_IN_ESTOP()), plugged_in, missing)
+        workbench.add_value("emergency stop", after="pressed, released, unplugged: seen")
+        usb = workbench.draft.inputs.usb_pedal
         if usb is None:
-            _check_pedal(bench, contacts.pedal, texts.PEDAL_NOT_SEEN())
+            _check_pedal(workbench, contacts.pedal, texts.PEDAL_NOT_SEEN())
     if usb is not None:
-        with closing(UsbPedal(Path(usb), bench.now_ns)) as pedal:
-            _check_pedal(bench, pedal.down, texts.USB_PEDAL_NOT_SEEN(path=usb))
+        with closing(UsbPedal(Path(usb), workbench.now_ns)) as pedal:
+            _check_pedal(workbench, pedal.down, texts.USB_PEDAL_NOT_SEEN(path=usb))
 
 
-def _check_pedal(bench: Bench, is_down: Callable[[], bool | None], missing: Text) -> None:
+def _check_pedal(workbench: Workbench, is_down: Callable[[], bool | None], missing: Text) -> None:
     """Let the technician press and release the pedal. ``is_down`` returns None while the state is unknown."""
-    bench.watch(ManualAction("press_pedal", texts.PRESS_PEDAL()), lambda: is_down() is True, missing)
-    bench.watch(ManualAction("release_pedal", texts.RELEASE_PEDAL()), lambda: is_down() is False, missing)
-    bench.add_value("pedal", after="pressed, released: seen")
+    workbench.watch(ManualAction("press_pedal", texts.PRESS_PEDAL()), lambda: is_down() is True, missing)
+    workbench.watch(ManualAction("release_pedal", texts.RELEASE_PEDAL()), lambda: is_down() is False, missing)
+    workbench.add_value("pedal", after="pressed, released: seen")
 
 
 class _Contacts:
     """Reads the contacts of emergency stop and pedal, and reports their faults."""
 
-    def __init__(self, bench: Bench, line: DriveLine) -> None:
-        self._bench = bench
+    def __init__(self, workbench: Workbench, line: DriveLine) -> None:
+        self._workbench = workbench
         self._line = line
-        self._inputs = bench.draft.inputs
+        self._inputs = workbench.draft.inputs
         self._steady: tuple[tuple[bool, bool | None], int] | None = None
 
     def first(self) -> bool:
@@ -74,7 +74,7 @@ class _Contacts:
             state = (self.first(), None if second_port is None else self._closed(second_port))
             if state == (not pressed, None if second_port is None else pressed):
                 return True
-            now_ns = self._bench.now_ns()
+            now_ns = self._workbench.now_ns()
             if self._steady is None or self._steady[0] != state:
                 self._steady = state, now_ns
             if now_ns - self._steady[1] > steady_s * 1e9 and state in ((False, False), (True, True)):
@@ -85,7 +85,7 @@ class _Contacts:
 
     def _closed(self, port: int) -> bool:
         drive_id = self._inputs.drive_id
-        motor = [axis.id for axis in self._bench.draft.axes].index(drive_id) + 1
+        motor = [axis.id for axis in self._workbench.draft.axes].index(drive_id) + 1
         with named(motor, drive_id):
             return self._line.read(drive_id, PORT_DATA + 2 * port, 1) == b"\0"
 

@@ -12,7 +12,7 @@ import numpy as np
 from msgspec import structs
 
 from kata.commissioning import texts
-from kata.commissioning.bench import Bench, StepError
+from kata.commissioning.workbench import StepError, Workbench
 from kata.device import texts as device_texts
 from kata.device.bus.drivers import make_bus
 from kata.device.bus.port import BusError, DriveStatus, InputSample
@@ -42,14 +42,14 @@ class LiveSample:
 
 
 class LiveDrives:
-    """The drives of a bench, used through the driver. :func:`live_drives` creates it."""
+    """The drives of a workbench, used through the driver. :func:`live_drives` creates it."""
 
-    def __init__(self, bench: Bench, share: float) -> None:
-        self._bench = bench
-        config = bench.draft
+    def __init__(self, workbench: Workbench, share: float) -> None:
+        self._workbench = workbench
+        config = workbench.draft
         axes = tuple(structs.replace(axis, max_torque_nm=max(0.5, share * axis.max_torque_nm)) for axis in config.axes)
         self._config = structs.replace(config, axes=axes)
-        self.bus = make_bus(self._config, bench.open_transport)
+        self.bus = make_bus(self._config, workbench.open_transport)
         self._period_ns = 1_000_000_000 // config.cycle_hz
         self._next_ns = 0
         self._begin_ns = 0
@@ -70,7 +70,7 @@ class LiveDrives:
         """
         self.bus.open()
         self.bus.configure(range(N_AXES))
-        self._next_ns = self._begin_ns = self._bench.now_ns()
+        self._next_ns = self._begin_ns = self._workbench.now_ns()
         verified = [False] * N_AXES
         for _ in range(_VERIFY_CYCLES):
             for status in self._cycle():
@@ -160,11 +160,11 @@ class LiveDrives:
 
     def _cycle(self) -> Sequence[DriveStatus]:
         self._next_ns += self._period_ns
-        late_ns = self._bench.now_ns() - self._next_ns
+        late_ns = self._workbench.now_ns() - self._next_ns
         if late_ns > _LATE_SHARE * self._period_ns:
             # Skip missed cycles, so that the next deadline is a multiple of the period.
             self._next_ns += (late_ns // self._period_ns + 1) * self._period_ns
-        self._bench.sleep(max(0.0, (self._next_ns - self._bench.now_ns()) / 1e9))
+        self._workbench.sleep(max(0.0, (self._next_ns - self._workbench.now_ns()) / 1e9))
         sample = self.bus.read()
         for n, drive in enumerate(sample.drives):
             self._misses[n] = 0 if drive else self._misses[n] + 1
@@ -181,12 +181,12 @@ class LiveDrives:
 
 
 @contextmanager
-def live_drives(bench: Bench, share: float = TORQUE_SHARE) -> Iterator[LiveDrives]:
+def live_drives(workbench: Workbench, share: float = TORQUE_SHARE) -> Iterator[LiveDrives]:
     """Configure the drives with a share of their torque. At the end of the block torque is switched off and the port closed.
 
     :raises StepError: when a drive or the bus cannot be used.
     """
-    drives = LiveDrives(bench, share)
+    drives = LiveDrives(workbench, share)
     try:
         drives.begin()
         yield drives

@@ -13,7 +13,6 @@ from msgspec import structs
 from kata import __version__
 from kata.commissioning.acceptance import play_motions
 from kata.commissioning.axes import check_torque, find_axes
-from kata.commissioning.bench import Bench, StepError
 from kata.commissioning.ids import assign_ids
 from kata.commissioning.inputs import check_inputs
 from kata.commissioning.record import (
@@ -28,6 +27,7 @@ from kata.commissioning.response import check_gains, find_lags
 from kata.commissioning.steps import STEP_TEXTS, passed_steps
 from kata.commissioning.stops import check_stops
 from kata.commissioning.travel import find_range
+from kata.commissioning.workbench import StepError, Workbench
 from kata.commissioning.zero import find_zeros
 from kata.device.bus.port import BusError
 from kata.device.config import Inputs, StationConfig, as_toml
@@ -41,10 +41,10 @@ class CommissioningStep:
     key: str
     title: Text
     does: Text
-    run: Callable[[Bench], None]
+    run: Callable[[Workbench], None]
 
 
-_FUNCTIONS: Final[dict[str, Callable[[Bench], None]]] = {
+_FUNCTIONS: Final[dict[str, Callable[[Workbench], None]]] = {
     "ids": assign_ids,
     "registers": write_registers,
     "inputs": check_inputs,
@@ -66,20 +66,20 @@ def first_draft(name: str, port: str) -> StationConfig:
     return StationConfig(name=name, port=port, inputs=Inputs(estop_second_port=3))
 
 
-def run_step(step: CommissioningStep, bench: Bench, now: Callable[[], datetime]) -> RecordedStep:
+def run_step(step: CommissioningStep, workbench: Workbench, now: Callable[[], datetime]) -> RecordedStep:
     """Run a step. A failed step does not change the draft."""
-    draft, began = bench.draft, now()
-    bench.values.clear()
-    bench.curves.clear()
+    draft, began = workbench.draft, now()
+    workbench.values.clear()
+    workbench.curves.clear()
     fault: Text | None = None
     try:
-        step.run(bench)
+        step.run(workbench)
     except StepError as failure:
         fault = failure.fault
     except BusError as error:
         fault = text_of(error)
     if fault is not None:
-        bench.draft = draft
+        workbench.draft = draft
     return RecordedStep(
         step=step.key,
         began_at=began.isoformat(timespec="seconds"),
@@ -87,8 +87,8 @@ def run_step(step: CommissioningStep, bench: Bench, now: Callable[[], datetime])
         passed=fault is None,
         fault=str(fault or ""),
         fault_key=fault.key if fault is not None else None,
-        values=tuple(bench.values),
-        curves=tuple(bench.curves),
+        values=tuple(workbench.values),
+        curves=tuple(workbench.curves),
     )
 
 
@@ -106,7 +106,7 @@ def begin_record(config: StationConfig, by: str, previous: str = "") -> Commissi
 
 
 def commission(
-    bench: Bench, record: CommissioningRecord, now: Callable[[], datetime], begin: str | None = None
+    workbench: Workbench, record: CommissioningRecord, now: Callable[[], datetime], begin: str | None = None
 ) -> Iterator[tuple[CommissioningStep, CommissioningRecord | None]]:
     """Run the steps until one fails. Yield each step before it runs (with None) and after it has run (with the record so far).
 
@@ -114,27 +114,27 @@ def commission(
     """
     for step in _remaining(record, begin):
         yield step, None
-        ran = run_step(step, bench, now)
-        record = with_step(record, ran, bench.draft)
+        ran = run_step(step, workbench, now)
+        record = with_step(record, ran, workbench.draft)
         yield step, record
         if not ran.passed:
             return
 
 
 def check(
-    bench: Bench, record: CommissioningRecord, now: Callable[[], datetime], by: str = ""
+    workbench: Workbench, record: CommissioningRecord, now: Callable[[], datetime], by: str = ""
 ) -> Iterator[tuple[CommissioningStep, CommissioningRecord | None]]:
     """Run the periodic check, as :func:`commission` runs the procedure. The configuration is not changed.
 
     :param by: who runs it.
     """
-    draft = bench.draft
+    draft = workbench.draft
     for step in STEPS:
         if step.key not in CHECKED:
             continue
         yield step, None
-        ran = structs.replace(run_step(step, bench, now), by=by)
-        bench.draft = draft
+        ran = structs.replace(run_step(step, workbench, now), by=by)
+        workbench.draft = draft
         record = sealed(structs.replace(record, checks=(*record.checks, ran)))
         yield step, record
         if not ran.passed:

@@ -3,10 +3,10 @@
 from typing import Final
 
 from kata.commissioning import texts
-from kata.commissioning.bench import Bench, StepError, named
 from kata.commissioning.drive_line import DriveLine
 from kata.commissioning.ids import check_answers
 from kata.commissioning.live_drives import live_drives
+from kata.commissioning.workbench import StepError, Workbench, named
 from kata.device.bus.dynamixel.configuration import model_problem
 from kata.device.bus.dynamixel.models import MODELS
 from kata.device.bus.dynamixel.registers import FIRMWARE, TORQUE_ENABLE, configured_registers
@@ -21,30 +21,32 @@ _VOLTAGE: Final = 144
 _TEMPERATURE: Final = 146
 
 
-def write_registers(bench: Bench) -> None:
+def write_registers(workbench: Workbench) -> None:
     """Check model, firmware, voltage and temperature of each drive. Write and verify the registers of all drives."""
     before: dict[tuple[int, str], bytes] = {}
-    with bench.line() as line:
-        for motor, axis in zip(AXES, bench.draft.axes, strict=True):
+    with workbench.line() as line:
+        for motor, axis in zip(AXES, workbench.draft.axes, strict=True):
             with named(motor, axis.id):
-                bench.add_value("damaged_answers_percent", motor, after=check_answers(line, motor, axis.id))
-                _check_drive(bench, line, motor, axis)
+                workbench.add_value("damaged_answers_percent", motor, after=check_answers(line, motor, axis.id))
+                _check_drive(workbench, line, motor, axis)
                 line.write(axis.id, TORQUE_ENABLE, b"\0")
-                for register in configured_registers(bench.draft, axis):
+                for register in configured_registers(workbench.draft, axis):
                     before[motor, register.name] = line.read(axis.id, register.address, len(register.data))
     # The driver writes the registers and reads each one back. Its verification then reads all of them again.
-    with live_drives(bench, share=1.0):
+    with live_drives(workbench, share=1.0):
         pass
-    with bench.line() as line:
-        for motor, axis in zip(AXES, bench.draft.axes, strict=True):
-            for register in configured_registers(bench.draft, axis):
+    with workbench.line() as line:
+        for motor, axis in zip(AXES, workbench.draft.axes, strict=True):
+            for register in configured_registers(workbench.draft, axis):
                 with named(motor, axis.id):
                     now = line.read(axis.id, register.address, len(register.data))
                 if now != before[motor, register.name]:
-                    bench.add_value(register.name, motor, before=before[motor, register.name].hex(), after=now.hex())
+                    workbench.add_value(
+                        register.name, motor, before=before[motor, register.name].hex(), after=now.hex()
+                    )
 
 
-def _check_drive(bench: Bench, line: DriveLine, motor: int, axis: Axis) -> None:
+def _check_drive(workbench: Workbench, line: DriveLine, motor: int, axis: Axis) -> None:
     model = int.from_bytes(line.read(axis.id, 0, 2), "little")
     (firmware,) = line.read(axis.id, FIRMWARE, 1)
     if problem := model_problem(motor, axis, model, firmware):
@@ -63,4 +65,4 @@ def _check_drive(bench: Bench, line: DriveLine, motor: int, axis: Axis) -> None:
     if error:
         raise StepError(texts.HARDWARE_ERROR_FOUND(motor=motor, code=error))
     for name, value in (("model", model), ("firmware", firmware), ("voltage_v", volt), ("temperature_c", celsius)):
-        bench.add_value(name, motor, after=value)
+        workbench.add_value(name, motor, after=value)

@@ -7,9 +7,9 @@ import numpy as np
 from msgspec import structs
 
 from kata.commissioning import texts
-from kata.commissioning.bench import Bench, ManualAction, StepError
 from kata.commissioning.live_drives import LiveDrives, LiveSample, live_drives
 from kata.commissioning.record import RecordedCurve
+from kata.commissioning.workbench import ManualAction, StepError, Workbench
 from kata.device.config import Axis
 from kata.device.config_rules import LARGEST_FRICTION_DEG, LARGEST_LAG2_S2, LARGEST_LAG_S
 from kata.motion.axes import AXES
@@ -68,33 +68,33 @@ def step_response(times_s: Floats, angles_deg: Floats, step_deg: float) -> StepR
     return StepResponse(rise_s, max(0.0, float(share.max()) - 1.0), abs(float(np.mean(settled)) - step_deg))
 
 
-def check_gains(bench: Bench) -> None:
+def check_gains(workbench: Workbench) -> None:
     """Measure the step response of each motor, with the test weight and without."""
     for load, action in LOADS:
-        bench.confirm(action)
-        bench.confirm(ManualAction("stand_clear", texts.STAND_CLEAR()))
-        with live_drives(bench, share=1.0) as drives:
+        workbench.confirm(action)
+        workbench.confirm(ManualAction("stand_clear", texts.STAND_CLEAR()))
+        with live_drives(workbench, share=1.0) as drives:
             drives.hold()
-            _to_middle(bench, drives)
+            _to_middle(workbench, drives)
             for motor in AXES:
                 times, angles = _respond(drives, motor)
                 response = step_response(times, angles, STEP_DEG)
-                bench.curves.append(_curve(bench, motor, load, times, angles))
-                bench.add_value(f"rise time s, {load}", motor, after=round(response.rise_s, 3))
-                bench.add_value(f"overshoot %, {load}", motor, after=round(100 * response.overshoot))
-                bench.add_value(f"steady error deg, {load}", motor, after=round(response.steady_error_deg, 2))
+                workbench.curves.append(_curve(workbench, motor, load, times, angles))
+                workbench.add_value(f"rise time s, {load}", motor, after=round(response.rise_s, 3))
+                workbench.add_value(f"overshoot %, {load}", motor, after=round(100 * response.overshoot))
+                workbench.add_value(f"steady error deg, {load}", motor, after=round(response.steady_error_deg, 2))
                 if response.overshoot > LARGEST_OVERSHOOT:
                     raise StepError(texts.OVERSHOOT_TOO_LARGE(motor=motor, overshoot_percent=100 * response.overshoot))
                 if response.steady_error_deg > LARGEST_STEADY_ERROR_DEG:
                     raise StepError(texts.STEADY_ERROR_LARGE(motor=motor, error_deg=response.steady_error_deg))
 
 
-def _to_middle(bench: Bench, drives: LiveDrives) -> None:
+def _to_middle(workbench: Workbench, drives: LiveDrives) -> None:
     """Move every axis at least two steps away from its ends."""
     margin = 2 * STEP_DEG
     goal = [
         min(max(angle, axis.min_deg + margin), axis.max_deg - margin)
-        for angle, axis in zip(drives.setpoint_deg.tolist(), bench.draft.axes, strict=True)
+        for angle, axis in zip(drives.setpoint_deg.tolist(), workbench.draft.axes, strict=True)
     ]
     drives.move(np.array(goal))
     drives.settle(0.5)
@@ -117,10 +117,10 @@ def _respond(drives: LiveDrives, motor: int) -> tuple[Floats, Floats]:
     return times - times[0], angles - began
 
 
-def _curve(bench: Bench, motor: int, load: str, times: Floats, angles: Floats) -> RecordedCurve:
+def _curve(workbench: Workbench, motor: int, load: str, times: Floats, angles: Floats) -> RecordedCurve:
     """Return a response with about 50 samples a second, which is enough to show every oscillation of a motor."""
-    every = max(1, bench.draft.cycle_hz // _CURVE_HZ)
-    axis = bench.draft.axes[motor - 1]
+    every = max(1, workbench.draft.cycle_hz // _CURVE_HZ)
+    axis = workbench.draft.axes[motor - 1]
     return RecordedCurve(
         motor=motor,
         load=load,
@@ -133,22 +133,22 @@ def _curve(bench: Bench, motor: int, load: str, times: Floats, angles: Floats) -
     )
 
 
-def find_lags(bench: Bench) -> None:
+def find_lags(workbench: Workbench) -> None:
     """Move all axes slowly and fast. Identify lag, friction and the effect of the drive's integral. Refuse a poor fit.
 
     No arm is in the apparatus, so the weight is not identified.
     """
-    bench.confirm(ManualAction("stand_clear", texts.STAND_CLEAR()))
-    with live_drives(bench, share=1.0) as drives:
+    workbench.confirm(ManualAction("stand_clear", texts.STAND_CLEAR()))
+    with live_drives(workbench, share=1.0) as drives:
         drives.hold()
         rest = drives.setpoint_deg.copy()
-        ranges = [(axis.min_deg, axis.max_deg) for axis in bench.draft.axes]
-        wave = excitation(rest.tolist(), _EXCITATION_S, 1 / bench.draft.cycle_hz, ranges)
+        ranges = [(axis.min_deg, axis.max_deg) for axis in workbench.draft.axes]
+        wave = excitation(rest.tolist(), _EXCITATION_S, 1 / workbench.draft.cycle_hz, ranges)
         samples = drives.follow(iter(wave))
     lags = identified(samples)
     for motor, lag in enumerate(lags, start=1):
         check_fit(motor, lag)
-    before = bench.draft.axes
+    before = workbench.draft.axes
 
     def lagging(motor: int, axis: Axis) -> Axis:
         lag = lags[motor - 1]
@@ -161,15 +161,15 @@ def find_lags(bench: Bench) -> None:
             droop_deg_nm=round(lag.droop_deg_nm, 4),
         )
 
-    bench.change_axes(lagging)
-    for motor, (axis, now, lag) in enumerate(zip(before, bench.draft.axes, lags, strict=True), start=1):
-        bench.add_value("lag s", motor, before=axis.lag_s, after=now.lag_s)
-        bench.add_value("second-order lag s2", motor, before=axis.lag2_s2, after=now.lag2_s2)
-        bench.add_value("friction deg", motor, before=axis.friction_deg, after=now.friction_deg)
-        bench.add_value("integral s", motor, before=axis.integral_s, after=now.integral_s)
-        bench.add_value("droop deg/Nm", motor, before=axis.droop_deg_nm, after=now.droop_deg_nm)
-        bench.add_value("residual deg", motor, after=round(lag.residual_deg, 3))
-        bench.add_value("explained %", motor, after=round(100 * lag.explained, 1))
+    workbench.change_axes(lagging)
+    for motor, (axis, now, lag) in enumerate(zip(before, workbench.draft.axes, lags, strict=True), start=1):
+        workbench.add_value("lag s", motor, before=axis.lag_s, after=now.lag_s)
+        workbench.add_value("second-order lag s2", motor, before=axis.lag2_s2, after=now.lag2_s2)
+        workbench.add_value("friction deg", motor, before=axis.friction_deg, after=now.friction_deg)
+        workbench.add_value("integral s", motor, before=axis.integral_s, after=now.integral_s)
+        workbench.add_value("droop deg/Nm", motor, before=axis.droop_deg_nm, after=now.droop_deg_nm)
+        workbench.add_value("residual deg", motor, after=round(lag.residual_deg, 3))
+        workbench.add_value("explained %", motor, after=round(100 * lag.explained, 1))
 
 
 def identified(samples: list[LiveSample]) -> tuple[IdentifiedAxis, ...]:

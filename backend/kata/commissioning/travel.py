@@ -7,8 +7,8 @@ from msgspec import structs
 
 from kata.commissioning import texts
 from kata.commissioning.axes import PositionWatch, read_counts
-from kata.commissioning.bench import LOOK_S, Bench, ManualAction, StepError, wrapped_deg
 from kata.commissioning.live_drives import live_drives
+from kata.commissioning.workbench import LOOK_S, ManualAction, StepError, Workbench, wrapped_deg
 from kata.device.bus.dynamixel.registers import DEG_PER_COUNT, zero_count
 from kata.device.config import Axis
 from kata.device.config_rules import MOTOR_RANGES_DEG
@@ -26,68 +26,68 @@ _BOOT_S: Final = 1.0
 _RESTART_DEG: Final = 1.0
 
 
-def find_range(bench: Bench) -> None:
+def find_range(workbench: Workbench) -> None:
     """Let the technician move each axis to both ends. Set limits. Restart the drives and compare their positions."""
     limits = []
     for motor in AXES:
-        low, high = _ends(bench, motor)
+        low, high = _ends(workbench, motor)
         designed = MOTOR_RANGES_DEG[motor - 1]
         span, needed = high - low, _NEEDED_SHARE * (designed[1] - designed[0])
-        if span + 2 * bench.draft.limit_tolerance_deg >= _TURN_DEG:
+        if span + 2 * workbench.draft.limit_tolerance_deg >= _TURN_DEG:
             raise StepError(texts.RANGE_AMBIGUOUS(motor=motor, span_deg=span))
         if span < needed:
             raise StepError(texts.RANGE_TOO_SMALL(motor=motor, span_deg=span, needed_deg=needed))
         limits.append((round(max(low + INSIDE_DEG, designed[0]), 1), round(min(high - INSIDE_DEG, designed[1]), 1)))
-    before = bench.draft.axes
+    before = workbench.draft.axes
 
     def limited(motor: int, axis: Axis) -> Axis:
         low, high = limits[motor - 1]
         return structs.replace(axis, min_deg=low, max_deg=high)
 
-    bench.change_axes(limited)
+    workbench.change_axes(limited)
     for motor, axis in enumerate(before, start=1):
-        bench.add_value("lowest angle deg", motor, before=axis.min_deg, after=limits[motor - 1][0])
-        bench.add_value("highest angle deg", motor, before=axis.max_deg, after=limits[motor - 1][1])
-    _check_restart(bench)
+        workbench.add_value("lowest angle deg", motor, before=axis.min_deg, after=limits[motor - 1][0])
+        workbench.add_value("highest angle deg", motor, before=axis.max_deg, after=limits[motor - 1][1])
+    _check_restart(workbench)
 
 
-def _ends(bench: Bench, motor: int) -> tuple[float, float]:
+def _ends(workbench: Workbench, motor: int) -> tuple[float, float]:
     """Return the lowest and the highest angle that the technician reached."""
-    with bench.line() as line:
-        watch = PositionWatch(bench, line)
-        begin = float(_angles(bench)[motor - 1])
-        axis = bench.draft.axes[motor - 1]
+    with workbench.line() as line:
+        watch = PositionWatch(workbench, line)
+        begin = float(_angles(workbench)[motor - 1])
+        axis = workbench.draft.axes[motor - 1]
         reached = [begin]
-        bench.technician.instruct(ManualAction("sweep_axis", texts.SWEEP_AXIS(motor=motor), motor))
-        while not bench.technician.has_confirmed():
+        workbench.technician.instruct(ManualAction("sweep_axis", texts.SWEEP_AXIS(motor=motor), motor))
+        while not workbench.technician.has_confirmed():
             watch.look()
             reached.append(begin + axis.direction * float(watch.moved_deg[motor - 1]))
-            bench.sleep(LOOK_S)
+            workbench.sleep(LOOK_S)
         if watch.largest_jump_deg > _JUMP_DEG:
             raise StepError(texts.RANGE_AMBIGUOUS(motor=motor, span_deg=max(reached) - min(reached)))
         return min(reached), max(reached)
 
 
-def _angles(bench: Bench) -> Floats:
+def _angles(workbench: Workbench) -> Floats:
     """Return the motors' angles within one turn around the middle of each range, as the driver does after power-up."""
-    with bench.line() as line:
-        counts = read_counts(line, bench.draft.axes)
+    with workbench.line() as line:
+        counts = read_counts(line, workbench.draft.axes)
     angles = []
-    for axis, count in zip(bench.draft.axes, counts.tolist(), strict=True):
+    for axis, count in zip(workbench.draft.axes, counts.tolist(), strict=True):
         middle = (axis.min_deg + axis.max_deg) / 2
         angle = axis.direction * (count - zero_count(axis)) * DEG_PER_COUNT
         angles.append(middle + wrapped_deg(angle - middle))
     return np.array(angles)
 
 
-def _check_restart(bench: Bench) -> None:
+def _check_restart(workbench: Workbench) -> None:
     """Restart every drive. The driver must then find the same angles, although the drives have lost their turns."""
-    before = _angles(bench)
-    with bench.line() as line:
-        for axis in bench.draft.axes:
+    before = _angles(workbench)
+    with workbench.line() as line:
+        for axis in workbench.draft.axes:
             line.reboot(axis.id)
-    bench.sleep(_BOOT_S)
-    with live_drives(bench) as drives:
+    workbench.sleep(_BOOT_S)
+    with live_drives(workbench) as drives:
         after = drives.angle_deg.copy()
     for n in range(N_AXES):
         off = float(after[n] - before[n])

@@ -10,8 +10,8 @@ import numpy as np
 from msgspec import structs
 
 from kata.commissioning import texts
-from kata.commissioning.bench import Bench, ManualAction, StepError, wrapped_deg
 from kata.commissioning.live_drives import LiveDrives, live_drives
+from kata.commissioning.workbench import ManualAction, StepError, Workbench, wrapped_deg
 from kata.device.bus.dynamixel.registers import COUNTS_PER_TURN, DEG_PER_COUNT, zero_count
 from kata.device.config import Axis
 from kata.motion.axes import AXES, CANONICAL_SIDE, N_AXES, Side
@@ -30,46 +30,46 @@ excludes friction.
 """
 
 
-def find_zeros(bench: Bench) -> None:
+def find_zeros(workbench: Workbench) -> None:
     """Measure both poses and set the zeros. Check them on the other side and against gravity."""
-    before = [zero_count(axis) for axis in bench.draft.axes]
-    first, play = _measure(bench, CANONICAL_SIDE, 0)
-    _shift(bench, first - _expected(CANONICAL_SIDE, 0))
-    second, _ = _measure(bench, CANONICAL_SIDE, 1)
+    before = [zero_count(axis) for axis in workbench.draft.axes]
+    first, play = _measure(workbench, CANONICAL_SIDE, 0)
+    _shift(workbench, first - _expected(CANONICAL_SIDE, 0))
+    second, _ = _measure(workbench, CANONICAL_SIDE, 1)
     off = second - _expected(CANONICAL_SIDE, 1)
     _check_pose(off, _expected(CANONICAL_SIDE, 1) - _expected(CANONICAL_SIDE, 0), pose=2)
     # Both poses have the same weight.
-    _shift(bench, off / 2)
+    _shift(workbench, off / 2)
     for motor in AXES:
-        bench.add_value("zero", motor, before=before[motor - 1], after=bench.draft.axes[motor - 1].zero_count)
-        bench.add_value("play deg", motor, after=round(float(play[motor - 1]), 2))
+        workbench.add_value("zero", motor, before=before[motor - 1], after=workbench.draft.axes[motor - 1].zero_count)
+        workbench.add_value("play deg", motor, after=round(float(play[motor - 1]), 2))
     other: Side = "left"
-    bench.confirm(ManualAction("turn", texts.TURN_TO_LEFT()))
+    workbench.confirm(ManualAction("turn", texts.TURN_TO_LEFT()))
     for pose in (0, 1):
-        measured, _ = _measure(bench, other, pose)
+        measured, _ = _measure(workbench, other, pose)
         way = _expected(other, 1) - _expected(other, 0)
         off = measured - _expected(other, pose)
         _check_pose(off, way if pose else np.zeros(N_AXES), pose=pose + 1)
         for motor in AXES:
-            bench.add_value(f"left, pose {pose + 1}: difference deg", motor, after=round(float(off[motor - 1]), 2))
-    bench.confirm(ManualAction("turn", texts.TURN_TO_RIGHT()))
-    _check_gravity(bench)
+            workbench.add_value(f"left, pose {pose + 1}: difference deg", motor, after=round(float(off[motor - 1]), 2))
+    workbench.confirm(ManualAction("turn", texts.TURN_TO_RIGHT()))
+    _check_gravity(workbench)
 
 
 def _expected(side: Side, pose: int) -> Floats:
     return motor_angles_deg(np.array(POSES_DEG[pose]), side)
 
 
-def _measure(bench: Bench, side: Side, pose: int) -> tuple[Floats, Floats]:
+def _measure(workbench: Workbench, side: Side, pose: int) -> tuple[Floats, Floats]:
     """Return the motors' angles in a pose of the fixture, at the middle of their play, and the play."""
-    bench.confirm(ManualAction("fit_pose", texts.FIT_POSE(pose=pose + 1), pose + 1))
-    bench.change(side=side)
+    workbench.confirm(ManualAction("fit_pose", texts.FIT_POSE(pose=pose + 1), pose + 1))
+    workbench.change(side=side)
     try:
-        with live_drives(bench) as drives:
+        with live_drives(workbench) as drives:
             drives.hold()
             ends = [_pressed(drives, sign) for sign in (1.0, -1.0)]
     finally:
-        bench.change(side=CANONICAL_SIDE)
+        workbench.change(side=CANONICAL_SIDE)
     return (ends[0] + ends[1]) / 2, ends[0] - ends[1]
 
 
@@ -84,14 +84,14 @@ def _pressed(drives: LiveDrives, sign: float) -> Floats:
     return mean
 
 
-def _shift(bench: Bench, off_deg: Floats) -> None:
+def _shift(workbench: Workbench, off_deg: Floats) -> None:
     """Move the zeros so that the measured angles become smaller by ``off_deg``."""
 
     def shifted(motor: int, axis: Axis) -> Axis:
         counts = zero_count(axis) + axis.direction * float(off_deg[motor - 1]) / DEG_PER_COUNT
         return structs.replace(axis, zero_count=round(counts) % COUNTS_PER_TURN)
 
-    bench.change_axes(shifted)
+    workbench.change_axes(shifted)
 
 
 def _check_pose(off_deg: Floats, way_deg: Floats, *, pose: int) -> None:
@@ -106,11 +106,11 @@ def _check_pose(off_deg: Floats, way_deg: Floats, *, pose: int) -> None:
         raise StepError(texts.POSE_DIFFERS(motor=motor, off_deg=abs(wrapped_deg(off)), pose=pose))
 
 
-def _check_gravity(bench: Bench) -> None:
+def _check_gravity(workbench: Workbench) -> None:
     """Raise the arm with motors 3 and 4 in turn. The torque of each must be directed upwards."""
-    bench.confirm(ManualAction("free_arm", texts.FREE_ARM()))
-    bench.confirm(ManualAction("stand_clear", texts.STAND_CLEAR()))
-    with live_drives(bench, share=1.0) as drives:
+    workbench.confirm(ManualAction("free_arm", texts.FREE_ARM()))
+    workbench.confirm(ManualAction("stand_clear", texts.STAND_CLEAR()))
+    with live_drives(workbench, share=1.0) as drives:
         drives.hold()
         start = drives.setpoint_deg.copy()
         for axis in (2, 3):
@@ -125,5 +125,5 @@ def _check_gravity(bench: Bench) -> None:
             carried_nm = sum(torques) / 2
             if carried_nm < _GRAVITY_NM:
                 raise StepError(texts.GRAVITY_CONTRADICTS(motor=axis + 1))
-            bench.add_value("weight at 60 deg, Nm", axis + 1, after=round(carried_nm, 2))
+            workbench.add_value("weight at 60 deg, Nm", axis + 1, after=round(carried_nm, 2))
             drives.move(start)

@@ -12,8 +12,8 @@ from typing import Final
 
 import numpy as np
 
-from kata.commissioning.bench import Bench, ManualAction
 from kata.commissioning.procedure import first_draft
+from kata.commissioning.workbench import ManualAction, Workbench
 from kata.commissioning.zero import POSES_DEG
 from kata.evaluation.world import World
 from kata.motion.axes import N_AXES, Side
@@ -81,10 +81,10 @@ class FactoryNewApparatus:
         """The five servos, in motor order."""
         return [servo for servo in self.world.drives if isinstance(servo, Servo)]
 
-    def bench(self, technician: "SimulatedTechnician") -> Bench:
-        """Return the bench on which the steps run."""
+    def workbench(self, technician: "SimulatedTechnician") -> Workbench:
+        """Return the workbench on which the steps run."""
         world = self.world
-        return Bench(world.config, technician, world.open_transport, world.wait, lambda: world.t_ns)
+        return Workbench(world.config, technician, world.open_transport, world.wait, lambda: world.t_ns)
 
     def _mechanics(self, seed: int | None = None, *, turned: bool = False) -> Plant:
         plant = Plant(seed, turned=turned)

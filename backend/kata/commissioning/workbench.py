@@ -76,7 +76,7 @@ class StepError(Exception):
 
 
 @dataclass
-class Bench:
+class Workbench:
     """The workplace of the steps. ``draft`` is the configuration so far. Each passed step may replace it."""
 
     draft: StationConfig
