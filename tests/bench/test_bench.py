@@ -1,4 +1,7 @@
-"""Each benchmark runs briefly and writes its figures; their values are not tested."""
+"""Each benchmark runs briefly and writes its figures; their values are not tested.
+
+Every test run has the benchmarks of the installed command and the one that shows a requirement of safety; `make campaign` has the others.
+"""
 
 import json
 import os
@@ -104,12 +107,14 @@ def test_missing_library_is_reported(monkeypatch: pytest.MonkeyPatch) -> None:
     assert "rustypot" not in {contender.host for contender in found}
 
 
+@pytest.mark.campaign
 def test_soak(tmp_path: Path) -> None:
     report = bench("soak", "--minutes", "0.02", out=tmp_path / "soak.json")
     wanted = {"soak_missed", "soak_reference_missed", "soak_service_growth_mb", "soak_device_growth_mb"}
     assert set(report["figures"]) == wanted
 
 
+@pytest.mark.campaign
 def test_a_session_ends_and_the_next_is_played_in(tmp_path: Path) -> None:
     records = prepare_records(tmp_path, play_s=1.0, plot_s=1.0)
     with RunningService(tmp_path, records, cycle_hz=100, rate_hz=100, settings=WITHOUT_REAL_TIME) as service:
@@ -120,6 +125,7 @@ def test_a_session_ends_and_the_next_is_played_in(tmp_path: Path) -> None:
         service.play(after)
 
 
+@pytest.mark.campaign
 def test_pages(tmp_path: Path) -> None:
     report = bench("pages", "--pages", "20", "--stalled", "2", "--seconds", "1", out=tmp_path / "pages.json")
     figures = report["figures"]
@@ -141,6 +147,7 @@ def test_sign_in(tmp_path: Path) -> None:
         assert figures["tries_one"] == figures["locked_out_one"] + figures["weighed_one"] + figures["other_answers_one"]
 
 
+@pytest.mark.campaign
 def test_known_and_unknown_names_are_asked_equally_often(tmp_path: Path) -> None:
     records = prepare_records(tmp_path, play_s=1.0, plot_s=1.0)
     sign_in.make_accounts(tmp_path, 1)
@@ -149,6 +156,7 @@ def test_known_and_unknown_names_are_asked_equally_often(tmp_path: Path) -> None
     assert min(*report.known, *report.unknown) > 0
 
 
+@pytest.mark.campaign
 def test_history(tmp_path: Path) -> None:
     small = ("--patients", "20", "--sessions", "200", "--minutes", "1.1", "--times", "2")
     report = bench("history", *small, out=tmp_path / "history.json")
