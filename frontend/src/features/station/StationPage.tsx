@@ -71,18 +71,20 @@ export function StationPage() {
       {reads && patientId && <PatientBanner patientId={patientId} {...(name && { name })} />}
       <RevealWhenLoaded waits={!station || !panels} now={run !== null || teaching !== null || stop !== null}>
         <div className={classes.page} data-stopped={stop !== null}>
-          {/* During a stop the panels are hidden instead of unmounted, so that input is not lost. */}
-          <div className={classes.work} hidden={stop !== null}>
-            <Stack gap="xs">
-              <PatientColumn panels={panels} />
-            </Stack>
-          </div>
-          <div className={classes.live}>
-            <LiveApparatus />
-            <Angles />
-          </div>
-          <div className={classes.rest}>
+          <div className={classes.controls}>
+            {/* During a stop the panels are hidden instead of unmounted, so that input is not lost. */}
+            <div hidden={stop !== null}>
+              <Stack gap="xs">
+                <PatientColumn panels={panels} />
+              </Stack>
+            </div>
             {panels && diagnoses && station?.simulated && <panels.SimulatorPanel />}
+          </div>
+          <div className={classes.apparatus}>
+            <div className={classes.live}>
+              <LiveApparatus />
+              <Angles />
+            </div>
             <Stack className={classes.facts ?? ""}>
               {panels && <panels.CommissioningState link />}
               <RecentEvents />
