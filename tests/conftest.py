@@ -2,7 +2,6 @@
 
 import gc
 import os
-import shlex
 import shutil
 from collections import Counter
 from collections.abc import Generator, Iterator
@@ -65,20 +64,14 @@ def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
 
 
 @pytest.fixture(scope="session")
-def browser_type_launch_args(tmp_path_factory: pytest.TempPathFactory) -> dict[str, Any]:
-    """Give pytest-playwright its browser: KATA_CHROMIUM, or the one that `make test` has fetched.
-
-    It runs at a lower priority than the service, so that it does not delay the device and the simulated apparatus.
-    """
+def browser_type_launch_args() -> dict[str, Any]:
+    """Give pytest-playwright its browser: KATA_CHROMIUM, or the one that `make test` has fetched."""
     browser = Path(os.environ.get("KATA_CHROMIUM") or ROOT / ".cache/chromium/chromium")
     if not browser.exists():
         pytest.fail(f"There is no browser at {browser}: `make test` fetches one, KATA_CHROMIUM names another.")
-    start = tmp_path_factory.mktemp("browser") / "start"
-    start.write_text(f'#!/bin/sh\nexec nice -n 9 {shlex.quote(str(browser))} "$@"\n')
-    start.chmod(0o700)
     quiet = ["--disable-background-networking", "--disable-component-update", "--disable-sync", "--no-first-run"]
     return {
-        "executable_path": str(start),
+        "executable_path": str(browser),
         "args": ["--no-sandbox", "--disable-gpu", "--disable-dev-shm-usage", *quiet],
     }
 
