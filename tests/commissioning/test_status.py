@@ -111,18 +111,18 @@ def test_the_periodic_check_changes_no_configuration(tmp_path: Path) -> None:
     apparatus = FactoryNewApparatus(3)
     for servo, motor in zip(apparatus.servos, range(1, 6), strict=True):
         servo.table[7], servo.table[8] = motor, 3
-    bench = apparatus.bench(SimulatedTechnician(apparatus))
+    workbench = apparatus.workbench(SimulatedTechnician(apparatus))
     axes = tuple(
         structs.replace(axis, direction=sign, zero_count=round(zero) % 4096)
-        for axis, sign, zero in zip(bench.draft.axes, apparatus.direction, apparatus.zero_count, strict=True)
+        for axis, sign, zero in zip(workbench.draft.axes, apparatus.direction, apparatus.zero_count, strict=True)
     )
-    bench.draft = structs.replace(bench.draft, axes=axes)
-    before = bench.draft
+    workbench.draft = structs.replace(workbench.draft, axes=axes)
+    before = workbench.draft
     record = write_commissioned(before, tmp_path / "station.toml")
-    for _, after in check(bench, record, lambda: AT):
+    for _, after in check(workbench, record, lambda: AT):
         record = after or record
     assert [(step.step, step.passed) for step in record.checks] == [(key, True) for key in CHECKED]
-    assert bench.draft == before
+    assert workbench.draft == before
     assert {value.name for value in record.checks[-1].values} >= {"lag s", "friction deg", "residual deg"}
 
 

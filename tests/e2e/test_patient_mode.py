@@ -108,7 +108,7 @@ def test_patient_answers_alone_and_the_password_leads_back(
     expect(page.get_by_test_id("newest-assessment")).to_contain_text("SPADI 70", timeout=LONG_MS)
 
 
-@pytest.mark.parametrize("language", ["en", "ja"])
+@pytest.mark.parametrize("language", ["en", pytest.param("ja", marks=pytest.mark.campaign)])
 def test_every_questionnaire_is_answered_on_the_tablet(
     page: Page, clinic: Clinic, language: str, artefacts: Path
 ) -> None:

@@ -47,7 +47,9 @@ export function EndFeelMeasurement({ session, level }: { session: Session; level
           decimalScale={1}
           value={torque}
           onChange={setTorque}
-          error={isTorque(torque) ? null : t("endFeel:torqueRange", { leastNm: TORQUE.min, mostNm: TORQUE.max })}
+          error={
+            isTorque(torque) ? null : t("endFeel:torqueRange", { leastNm: TORQUE.min, mostNm: TORQUE.max })
+          }
         />
         {level === null && <Text>{t("endFeel:levelMissing")}</Text>}
         {guide.data && motions.length === 0 && <Text>{t("endFeel:noMotion")}</Text>}
