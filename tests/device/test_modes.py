@@ -200,7 +200,7 @@ def test_stop_ramps_down_while_torque_is_on_and_cuts_it(stepped: Stepped, mode: 
     stepped.cycle()
     assert stepped.mode == "stopped"
     assert stepped.causes() == ["operator_stop"]
-    assert events(stepped, "fault") == ["Stopped by the operator. (operator_stop, category 1)"]
+    assert events(stepped, "fault") == ["Stopped by the operator. (stop category 1)"]
     # A held arm is at rest already.
     assert stepped.torque == (mode != "paused")
 
@@ -296,10 +296,7 @@ def test_jump_during_the_ramp_cuts_torque_early(playing: Stepped) -> None:
 
     assert not playing.torque
     assert playing.causes() == ["operator_stop", "setpoint_step"]
-    assert (
-        events(playing, "fault")[-1]
-        == "The next setpoint of motor 4 would have caused a jump. (setpoint_step, category 0)"
-    )
+    assert events(playing, "fault")[-1] == "The next setpoint of motor 4 would have caused a jump. (stop category 0)"
     playing.forward(0.05)
     end = playing.journal().end
     assert end is not None
@@ -316,7 +313,7 @@ def test_an_error_of_the_programs_own_ends_a_teaching_too(stepped: Stepped, monk
     stepped.cycle()
     assert stepped.mode == "stopped"
     assert stepped.causes() == ["unexpected_error"]
-    assert events(stepped, "fault") == ["The control program had an internal error. (unexpected_error, category 0)"]
+    assert events(stepped, "fault") == ["The control program had an internal error. (stop category 0)"]
     assert stepped.snapshot.teaching is None
     assert stepped.journal().end is not None
 

@@ -362,4 +362,4 @@ class StateMachine(MachineState):
 def _fault_event_text(cause: StopCause) -> Text:
     """Return the text of the event for a latched cause."""
     fault = with_key(cause.message, cause.message_key)
-    return texts.FAULT_EVENT(fault=fault, fault_code=cause.code, category=cause.category)
+    return texts.FAULT_EVENT(fault=fault, category=cause.category)

@@ -208,7 +208,7 @@ TORQUE_ON: Final = message("torque_on", "Torque is on.")
 TORQUE_OFF: Final = message("torque_off", "Torque is off.")
 TAKE_ENDED: Final = message("take_ended", "Take {take:d} has ended after {take_s:.1f} s.")
 TAKE_STARTED: Final = message("take_started", "Take {take:d} is being recorded.")
-FAULT_EVENT: Final = message("fault_event", "{fault:sentence} ({fault_code:name}, category {category:d})")
+FAULT_EVENT: Final = message("fault_event", "{fault:sentence} (stop category {category:d})")
 RESISTANCE_MET: Final = message(
     "resistance_met", "Motor {motor:d} met resistance at {at_s:.1f} s; the arm is moved back."
 )
