@@ -6,6 +6,7 @@ import pytest
 from playwright.sync_api import Page, expect
 
 from tests.support.browser_clinic import Clinic
+from tests.support.page_actions import acknowledge
 
 pytestmark = pytest.mark.shared_clinic("empty")
 
@@ -47,3 +48,14 @@ def test_missing_pages_are_reported(page: Page, clinic: Clinic) -> None:
     expect(page.get_by_role("button", name="Stop")).to_be_enabled()
     page.goto(f"{clinic.url}/patients/00000000-0000-0000-0000-000000000000")
     expect(page.get_by_role("alert").filter(has_text="There is no such patient.")).to_be_visible()
+
+
+def test_stop_banner_is_in_view_on_a_page_that_was_scrolled(page: Page) -> None:
+    page.set_viewport_size({"width": 1280, "height": 500})
+    switch = page.get_by_role("button", name="Press the e-stop switch")
+    switch.scroll_into_view_if_needed()
+    switch.click()
+
+    expect(page.get_by_test_id("stop-banner").get_by_role("heading")).to_be_in_viewport()
+    page.get_by_role("button", name="Release the e-stop switch").click()
+    acknowledge(page)

@@ -1,5 +1,6 @@
 import { Button, Group, List, Stack, Text, Title } from "@mantine/core";
 import { useMutation } from "@tanstack/react-query";
+import { useEffect } from "react";
 import { AlarmFrame, useAlarms } from "../features/alarms/Alarms";
 import { useMayOperate } from "../features/auth/hooks";
 import { api, type Schemas } from "../lib/api/client";
@@ -21,6 +22,11 @@ export function StopBanner({ fullPage = false }: { fullPage?: boolean }) {
   const mayOperate = useMayOperate();
   const stop = useLive("stop");
   const alarm = useAlarms().find(({ code }) => code.startsWith("stop "));
+  // A user who has scrolled down would not see the banner above the panels, nor a new cause in it.
+  const causesAbove = fullPage ? (stop?.causes.length ?? 0) : 0;
+  useEffect(() => {
+    if (causesAbove > 0) window.scrollTo({ top: 0 });
+  }, [causesAbove]);
   if (!stop) return null;
   const held = stop.arm_held;
   return (
