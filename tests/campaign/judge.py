@@ -9,7 +9,8 @@ from dataclasses import dataclass, field
 from typing import Final
 
 from kata.device.config import StationConfig
-from kata.device.messages import RESISTANCE_LEVELS, Snapshot
+from kata.device.messages import RESISTANCE_LEVELS, Load, Snapshot
+from kata.motion.method import rate_hz
 from kata.testing.world import RecordingWorld, Seen
 from tests.support.drive_registers import expected_registers
 
@@ -104,6 +105,7 @@ class Judge:
             for motor, expected in enumerate(self._expected, start=1)
         ]
         self._period_ns = 1_000_000_000 // self.config.cycle_hz
+        self._rate_hz = self.config.rate_hz
 
     # -- people and faults -------------------------------------------------------------------------------------------
 
@@ -127,9 +129,10 @@ class Judge:
         """Return True if motor 1-5 had torque when the port was lost, and nobody has released the arm since."""
         return self._motors[motor - 1].energised_at_loss
 
-    def loaded(self, limits_deg: tuple[tuple[float, float], ...]) -> None:
+    def loaded(self, load: Load) -> None:
         """Note an accepted load."""
-        self.limits_deg = limits_deg
+        self.limits_deg = load.limits_deg
+        self._rate_hz = rate_hz(load.method, self.config.rate_hz)
         for known in self._motors:
             known.outside_deg = None
 
@@ -190,7 +193,8 @@ class Judge:
         )
         before, known.goal = known.goal, (seen.t_ns, seen.value)
         if before is not None:
-            seconds = max((seen.t_ns - before[0]) / 1e9, 1 / self.config.rate_hz)
+            # The paper's method jumps to its first angle, however soon after the last goal of the held arm.
+            seconds = max((seen.t_ns - before[0]) / 1e9, 1 / self._rate_hz)
             step_deg = abs(seen.value - before[1])
             allowed_deg = 1.5 * axis.max_speed_deg_s * seconds + _STEP_TOLERANCE_DEG
             assert step_deg <= allowed_deg, f"motor {motor} was sent a jump"

@@ -615,7 +615,7 @@ class Sequences(RuleBasedStateMachine):
                     self.judge.start = Start(self._deadline_ns, pressed_ns, self.judge.last_stop_ns)
                 case Load():
                     self.judge.begun_ns = self.world.t_ns
-                    self.judge.loaded(command.limits_deg)
+                    self.judge.loaded(command)
                 case Teach():
                     self.judge.begun_ns = self.world.t_ns
                 case ReleaseTorque() | Acknowledge():
