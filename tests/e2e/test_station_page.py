@@ -50,7 +50,7 @@ def test_missing_pages_are_reported(page: Page, clinic: Clinic) -> None:
     expect(page.get_by_role("alert").filter(has_text="There is no such patient.")).to_be_visible()
 
 
-def test_stop_banner_is_in_view_on_a_page_that_was_scrolled(page: Page) -> None:
+def test_stop_banner_is_in_view_on_a_scrolled_page(page: Page) -> None:
     page.set_viewport_size({"width": 1280, "height": 500})
     switch = page.get_by_role("button", name="Press the e-stop switch")
     switch.scroll_into_view_if_needed()
