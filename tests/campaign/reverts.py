@@ -156,8 +156,8 @@ REVERTS: Final = (
         5,
         "numbers are compared with < only, which NaN passes",
         "config_rules.py",
-        "            if value is not None and not accepted.accepts(value):\n",
-        "            if value is not None and (value < one.low or value > one.high):\n",
+        "        return self.low <= value <= self.high and ",
+        "        return not (value < self.low or value > self.high) and ",
         "configurations",
     ),
     _one(

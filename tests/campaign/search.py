@@ -4,10 +4,12 @@ import argparse
 import logging
 import sys
 import tempfile
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any, Final, get_args
 
 from hypothesis import HealthCheck, Phase, given, settings
+from hypothesis import strategies as st
 from hypothesis.errors import HypothesisException
 from hypothesis.stateful import RuleBasedStateMachine, run_state_machine_as_test
 
@@ -15,7 +17,7 @@ from tests.campaign.crossings import Crossings
 from tests.campaign.reverts import BUDGET, Finder
 from tests.campaign.sequences import Sequences
 from tests.support.effective_config import accepted, changes, hold_effective
-from tests.support.pushes import Push, hold_answered, pushes
+from tests.support.pushes import hold_answered, pushes
 
 _MACHINES: Final[dict[Finder, tuple[type[RuleBasedStateMachine], int]]] = {
     "sequences": (Sequences, 100),
@@ -53,10 +55,8 @@ def search(part: Finder) -> int:
     try:
         if part in _MACHINES:
             run_state_machine_as_test(_counted(_MACHINES[part][0], count), settings=chosen)
-        elif part == "pushes":
-            _search_pushes(count, chosen)
         else:
-            _search_configurations(count, chosen)
+            _search_property(*_PROPERTIES[part], count, chosen)
     except Exception:
         if not count.failed:
             raise
@@ -81,33 +81,30 @@ def _counted(machine: type[RuleBasedStateMachine], count: Count) -> type[RuleBas
     return Counted
 
 
-def _search_configurations(count: Count, chosen: settings) -> None:
+def _hold_configuration(folder: Path, fields: dict[str, Any]) -> None:
+    config = accepted(folder, fields)
+    if config is not None:
+        hold_effective(config)
+
+
+_PROPERTIES: Final[dict[Finder, tuple[st.SearchStrategy[Any], Callable[[Path, Any], None]]]] = {
+    "configurations": (changes(), _hold_configuration),
+    "pushes": (pushes(), hold_answered),
+}
+"""Each with its examples, and the check of one of them in an empty folder."""
+
+
+def _search_property(
+    examples: st.SearchStrategy[Any], check: Callable[[Path, Any], None], count: Count, chosen: settings
+) -> None:
     with tempfile.TemporaryDirectory() as folder:
 
         @chosen
-        @given(changes())
-        def hold(fields: dict[str, Any]) -> None:
-            count.begun += 1
-            config = accepted(Path(folder), fields)
-            try:
-                if config is not None:
-                    hold_effective(config)
-            except Exception as error:
-                count.fail(error)
-                raise
-
-        hold()
-
-
-def _search_pushes(count: Count, chosen: settings) -> None:
-    with tempfile.TemporaryDirectory() as folder:
-
-        @chosen
-        @given(pushes())
-        def hold(push: Push) -> None:
+        @given(examples)
+        def hold(example: Any) -> None:
             count.begun += 1
             try:
-                hold_answered(Path(tempfile.mkdtemp(dir=folder)), push)
+                check(Path(tempfile.mkdtemp(dir=folder)), example)
             except Exception as error:
                 count.fail(error)
                 raise

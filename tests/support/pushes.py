@@ -48,7 +48,7 @@ class Push:
 
 
 def pushes() -> st.SearchStrategy[Push]:
-    """Draw a push. Half of the speeds are below 2 deg/s."""
+    """Draw a push. Nearly half of the speeds are below 2 deg/s."""
     return st.builds(
         Push,
         st.sampled_from(get_args(Phase)),
