@@ -23,9 +23,18 @@ const NOTHING_FOUND = {
   next_step: "",
 };
 
-type Options = { arm_held: boolean; torque?: Live["torque"]; connected?: boolean; torqueFound?: boolean };
+type Options = {
+  arm_held: boolean;
+  torque?: Live["torque"];
+  connected?: boolean;
+  torqueFound?: boolean;
+  fullPage?: boolean;
+  causes?: (typeof cause)[];
+};
 
-function show({ arm_held, torque = "off", connected = true, torqueFound = false }: Options) {
+function withState(options: Options) {
+  const { arm_held, torque = "off", connected = true, torqueFound = false } = options;
+  const { fullPage = false, causes = [cause] } = options;
   const refusals: Partial<Live["refusals"]> = torqueFound ? {} : { release_torque: NOTHING_FOUND };
   const live = {
     device: "running",
@@ -35,16 +44,20 @@ function show({ arm_held, torque = "off", connected = true, torqueFound = false 
     refusals,
     warnings: [],
   } as Partial<Live>;
-  const stop = { causes: [cause], arm_held };
+  const stop = { causes, arm_held };
   const state = { connected, heardAt: 0, station: null, live: { database: {}, ...live, stop }, events: [] };
   vi.spyOn(store, "get").mockReturnValue(state as unknown as LiveState);
-  render(
+  return (
     <MantineProvider>
       <QueryClientProvider client={new QueryClient()}>
-        <StopBanner />
+        <StopBanner fullPage={fullPage} />
       </QueryClientProvider>
-    </MantineProvider>,
+    </MantineProvider>
   );
+}
+
+function show(options: Options) {
+  render(withState(options));
   return screen.getByTestId("stop-banner").textContent ?? "";
 }
 
@@ -89,6 +102,25 @@ describe("a stop", () => {
     expect(greyed(/met resistance/)).toContain("dimmed");
     expect(greyed(/Grey values are old/)).toBe("");
     expect(document.querySelector(".stale")).toBeNull();
+  });
+
+  it("scrolls the station page to its banner at the beginning, and no other page", () => {
+    const scroll = vi.spyOn(window, "scrollTo").mockImplementation(() => undefined);
+    show({ arm_held: false });
+    expect(scroll).not.toHaveBeenCalled();
+    cleanup();
+    show({ arm_held: false, fullPage: true });
+    expect(scroll).toHaveBeenCalledTimes(1);
+  });
+
+  it("scrolls the station page to its banner again at a new cause only", () => {
+    const scroll = vi.spyOn(window, "scrollTo").mockImplementation(() => undefined);
+    const held = { arm_held: false, fullPage: true };
+    const { rerender } = render(withState(held));
+    rerender(withState(held));
+    expect(scroll).toHaveBeenCalledTimes(1);
+    rerender(withState({ ...held, causes: [cause, { ...cause, code: "estop_pressed" }] }));
+    expect(scroll).toHaveBeenCalledTimes(2);
   });
 
   it("with unknown torque warns that motors may hold the arm", () => {
