@@ -80,7 +80,7 @@ def browser_type_launch_args() -> dict[str, Any]:
 def motion() -> Taught:
     """Return the shortest recorded motion if there is one, else a built-in motion."""
     recorded = [read_csv(path) for path in recorded_motions()]
-    return min(recorded or built_in_motions(), key=lambda one: one.duration_s)
+    return min(recorded or built_in_motions(), key=lambda taught: taught.duration_s)
 
 
 @pytest.fixture(scope="session")

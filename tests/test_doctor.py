@@ -47,16 +47,16 @@ def found(name: str, folder: Path, station: str | None = None) -> CheckResult:
 
 
 def test_station_with_an_opening_port_passes(tmp_path: Path, port: str) -> None:
-    told = found("Port", tmp_path, f'port = "{port}"')
-    assert told.state == "ok"
-    assert port in told.message
+    finding = found("Port", tmp_path, f'port = "{port}"')
+    assert finding.state == "ok"
+    assert port in finding.message
 
 
 def test_missing_port_is_a_problem(tmp_path: Path) -> None:
-    told = found("Port", tmp_path, 'port = "/dev/ttyKATA"')
-    assert told.state == "problem"
-    assert "/dev/ttyKATA does not exist" in told.message
-    assert "Plug in the RS-485 adapter" in told.what_to_do
+    finding = found("Port", tmp_path, 'port = "/dev/ttyKATA"')
+    assert finding.state == "problem"
+    assert "/dev/ttyKATA does not exist" in finding.message
+    assert "Plug in the RS-485 adapter" in finding.what_to_do
 
 
 def test_unreadable_station_is_a_problem_and_other_lines_still_print(tmp_path: Path) -> None:
@@ -74,9 +74,9 @@ def test_adapter_that_delays_replies_is_reported(tmp_path: Path, port: str, monk
     monkeypatch.setattr(doctor, "_TTYS", tmp_path / "tty")
     for latency_ms, state in (("16\n", "warning"), ("1\n", "ok")):
         timer.write_text(latency_ms)
-        told = found("Adapter's latency timer", tmp_path, f'port = "{port}"')
-        assert told.state == state
-    assert told.message == "1 ms"
+        finding = found("Adapter's latency timer", tmp_path, f'port = "{port}"')
+        assert finding.state == state
+    assert finding.message == "1 ms"
 
 
 STATION = """name = "Station"
@@ -110,8 +110,8 @@ def test_the_doctor_speaks_to_the_drives(tmp_path: Path) -> None:
         with contextlib.closing(simulator.client()) as client:
             client.fault("silent", motor=3)
             client.fault("noise")
-        told = found("Drives", tmp_path, station)
-        assert (told.state, told.message) == ("problem", "These motors do not answer at 1000000 bit/s: 3.")
+        finding = found("Drives", tmp_path, station)
+        assert (finding.state, finding.message) == ("problem", "These motors do not answer at 1000000 bit/s: 3.")
         assert found("Bus noise", tmp_path, station).state == "problem"
     finally:
         simulator.close()
@@ -121,7 +121,9 @@ def test_global_huge_pages_are_reported(tmp_path: Path, monkeypatch: pytest.Monk
     chosen = tmp_path / "enabled"
     monkeypatch.setattr(doctor, "_HUGE_PAGES", chosen)
     assert not [
-        one for one in examine(Settings(data=tmp_path, database_url="", station=None)) if one.name == "Huge pages"
+        finding
+        for finding in examine(Settings(data=tmp_path, database_url="", station=None))
+        if finding.name == "Huge pages"
     ]
     for words, state in (("[always] madvise never", "warning"), ("always [madvise] never", "ok")):
         chosen.write_text(words)
@@ -135,9 +137,9 @@ def test_the_databases_schema_is_looked_at(tmp_path: Path) -> None:
     with database.writer.begin() as connection:
         connection.exec_driver_sql("UPDATE alembic_version SET version_num = '9999'")
     database.close()
-    told = found("Database", tmp_path)
-    assert told.state == "problem"
-    assert "written by a newer version of Kata" in told.message
+    finding = found("Database", tmp_path)
+    assert finding.state == "problem"
+    assert "written by a newer version of Kata" in finding.message
 
 
 def test_backups_are_requested_until_one_is_known_to_restore(tmp_path: Path) -> None:
@@ -145,8 +147,8 @@ def test_backups_are_requested_until_one_is_known_to_restore(tmp_path: Path) -> 
     database = Database(upgraded_file(tmp_path / "kata.db"))
     settings = Settings(data=tmp_path, database_url="", station=None)
     make_key(settings)
-    told = found("Backups", tmp_path)
-    assert (told.state, "There is no verified backup" in told.message) == ("warning", True)
+    finding = found("Backups", tmp_path)
+    assert (finding.state, "There is no verified backup" in finding.message) == ("warning", True)
     create_backup(settings, "asked")
     import_records(settings, database)
     database.close()
@@ -156,15 +158,15 @@ def test_backups_are_requested_until_one_is_known_to_restore(tmp_path: Path) -> 
 
 def test_a_file_that_is_no_database_is_a_problem(tmp_path: Path) -> None:
     (tmp_path / "kata.db").write_text("this is something else, long enough to be looked at")
-    told = found("Database", tmp_path)
-    assert told.state == "problem"
-    assert "cannot be opened" in told.message
+    finding = found("Database", tmp_path)
+    assert finding.state == "problem"
+    assert "cannot be opened" in finding.message
 
 
 def test_a_folder_that_cannot_be_written_is_a_problem(tmp_path: Path) -> None:
     (tmp_path / "file").write_text("")
-    told = found("Data folder", tmp_path / "file")
-    assert told.state == "problem"
+    finding = found("Data folder", tmp_path / "file")
+    assert finding.state == "problem"
 
 
 def test_missing_privileges_are_reported_with_their_setting(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -185,9 +187,9 @@ def test_command_prints_lines_and_exits_1_on_problems(tmp_path: Path, station: s
     assert done.returncode == code, done.stderr
     assert "SQLite" in done.stdout
     assert "Traceback" not in done.stderr
-    told = subprocess.run([*command, "--json"], capture_output=True, text=True, env=environment, timeout=60)
-    assert told.returncode == code
-    states = {finding["state"] for finding in json.loads(told.stdout)}
+    done = subprocess.run([*command, "--json"], capture_output=True, text=True, env=environment, timeout=60)
+    assert done.returncode == code
+    states = {finding["state"] for finding in json.loads(done.stdout)}
     assert states <= {"ok", "warning", "problem"}
     assert ("problem" in states) == bool(code)
 

@@ -42,7 +42,7 @@ def databases(tmp_path_factory: pytest.TempPathFactory) -> Iterator[list[Databas
         database.close()
 
 
-def told(database: Database) -> list[Any]:
+def contents(database: Database) -> list[Any]:
     with database.read() as session:
         runs = session.execute(select(RunRow.id, RunRow.started_at, RunRow.worst_rmse_deg).order_by(RunRow.id)).all()
         people = session.execute(select(PatientRow.id, PatientRow.name, PatientRow.birth_date).order_by(PatientRow.id))
@@ -53,7 +53,7 @@ def test_people_have_months_of_history_and_are_marked_as_invented(databases: lis
     with databases[0].read() as session:
         people = session.scalars(select(PatientRow)).all()
         assert len(people) == 5
-        assert all(one.notes == MARK and one.clinic_number.startswith("DEMO-") for one in people)
+        assert all(person.notes == MARK and person.clinic_number.startswith("DEMO-") for person in people)
         visits = session.scalars(select(SessionRow.started_at)).all()
         assert max(visits) < NOW
         assert max(session.scalars(select(AssessmentRow.assessed_at))) < NOW
@@ -77,15 +77,15 @@ def test_seeded_patients_are_valid_fhir(databases: list[Database], tmp_path: Pat
 
 
 def test_the_same_number_makes_the_same_clinic(databases: list[Database]) -> None:
-    one, other = (told(database) for database in databases)
+    one, other = (contents(database) for database in databases)
     assert one == other
 
 
 def test_every_seeded_patient_is_marked_as_invented(databases: list[Database]) -> None:
-    before = told(databases[0])
+    before = contents(databases[0])
     with pytest.raises(SeedError, match="only added to an empty clinic"):
         fill(databases[0], 2, NOW)
-    assert told(databases[0]) == before
+    assert contents(databases[0]) == before
 
 
 def test_command_refuses_while_a_service_runs_there(tmp_path: Path) -> None:

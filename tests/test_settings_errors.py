@@ -55,8 +55,8 @@ def commands(command: Any, name: str = "") -> Iterator[str]:
     if inner is None:
         yield name
     else:
-        for one in inner:
-            yield from commands(inner[one], f"{name} {one}".strip())
+        for command in inner:
+            yield from commands(inner[command], f"{name} {command}".strip())
 
 
 @pytest.fixture(autouse=True)
@@ -74,7 +74,9 @@ def ended_with(monkeypatch: pytest.MonkeyPatch, *arguments: str) -> object:
     return ended.value.code
 
 
-@pytest.mark.parametrize("command", [one for one in commands(get_command(app)) if not one.startswith(OF_THEIR_OWN)])
+@pytest.mark.parametrize(
+    "command", [command for command in commands(get_command(app)) if not command.startswith(OF_THEIR_OWN)]
+)
 def test_every_command_names_the_setting_and_its_values(
     command: str, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str], tmp_path: Path
 ) -> None:
@@ -89,7 +91,7 @@ def test_every_command_names_the_setting_and_its_values(
     assert (os.nice(0), signal.getsignal(signal.SIGTERM)) == before, "it had begun before it looked"
 
 
-@pytest.mark.parametrize(("setting", "given", "takes"), [(name, *told) for name, told in WRONG.items()])
+@pytest.mark.parametrize(("setting", "given", "takes"), [(name, *case) for name, case in WRONG.items()])
 def test_each_setting_documents_its_values_and_reveals_none(
     setting: str, given: str, takes: str, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
@@ -107,9 +109,9 @@ def test_conflicting_and_multiple_wrong_settings_are_all_reported(
     monkeypatch.setenv("KATA_PORT", "x")
     monkeypatch.setenv("KATA_DATABASE_URL", "secret-of-the-clinic")
     assert ended_with(monkeypatch, "doctor") == 2
-    told = capsys.readouterr().err
-    assert told.count("must be") == 2
-    assert "secret" not in told
+    printed = capsys.readouterr().err
+    assert printed.count("must be") == 2
+    assert "secret" not in printed
 
 
 def test_every_setting_named_by_program_pages_and_documents_exists() -> None:

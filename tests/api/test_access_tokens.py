@@ -177,7 +177,7 @@ def test_administrator_sees_the_tokens_of_all_accounts(shared: Clinic) -> None:
     username = shared.account()
     token = created(shared.sign_in(username), "Progress of the week")
     listed = shared.administrator.get("/api/access-tokens").json()["items"]
-    (found,) = [one for one in listed if one["id"] == token["id"]]
+    (found,) = [row for row in listed if row["id"] == token["id"]]
     assert (found["account_id"], found["name"]) == (str(shared.id_of(username)), "Progress of the week")
     assert "token" not in found
 

@@ -24,26 +24,26 @@ def url(patient: dict[str, Any]) -> str:
 def test_an_assessment_is_entered_changed_and_withdrawn(client: TestClient, patient: dict[str, Any], url: str) -> None:
     made = client.post(url, json=found(rom=[FLEXION, ROTATION], pain_rest=2, spadi=[5] * 12 + [None]))
     assert made.status_code == 201
-    one = made.json()
-    assert one["spadi_score"] == {"pain": 50, "disability": 50, "total": 50}
-    assert one["rom"][1] == ROTATION
-    assert client.get(f"/api/assessments/{one['id']}").json() == one
+    assessment = made.json()
+    assert assessment["spadi_score"] == {"pain": 50, "disability": 50, "total": 50}
+    assert assessment["rom"][1] == ROTATION
+    assert client.get(f"/api/assessments/{assessment['id']}").json() == assessment
 
-    change = {"updated_at": one["updated_at"], "pain_rest": 1, "spadi": None}
-    changed = client.patch(f"/api/assessments/{one['id']}", json=change).json()
+    change = {"updated_at": assessment["updated_at"], "pain_rest": 1, "spadi": None}
+    changed = client.patch(f"/api/assessments/{assessment['id']}", json=change).json()
     assert (changed["pain_rest"], changed["spadi"], changed["spadi_score"]) == (1, None, None)
-    assert changed["rom"] == one["rom"]
-    problem(client.patch(f"/api/assessments/{one['id']}", json=change), 409, "edited_meanwhile")
+    assert changed["rom"] == assessment["rom"]
+    problem(client.patch(f"/api/assessments/{assessment['id']}", json=change), 409, "edited_meanwhile")
 
     later = client.post(url, json=found(assessed_at="2026-03-09T18:30:00+09:00")).json()
     assert later["assessed_at"] == "2026-03-09T09:30:00Z"
     listed = client.get(url).json()
-    assert [item["id"] for item in listed["items"]] == [later["id"], one["id"]]
-    assert (listed["next"], listed["baseline"]["id"]) == (None, one["id"])
+    assert [item["id"] for item in listed["items"]] == [later["id"], assessment["id"]]
+    assert (listed["next"], listed["baseline"]["id"]) == (None, assessment["id"])
     assert client.get(f"/api/patients/{patient['id']}/assessments").json()["items"] == listed["items"]
 
     seen = {"updated_at": changed["updated_at"]}
-    assert client.post(f"/api/assessments/{one['id']}/withdraw", json=seen).json()["withdrawn_at"]
+    assert client.post(f"/api/assessments/{assessment['id']}/withdraw", json=seen).json()["withdrawn_at"]
     listed = client.get(url).json()
     assert (len(listed["items"]), listed["baseline"]["id"]) == (2, later["id"])
 
@@ -59,7 +59,7 @@ def test_assessments_are_paged_newest_first_even_at_equal_times(
     after: dict[str, Any] = {}
     while True:
         page = client.get(url, params={"limit": 2} | after).json()
-        leafed += [one["id"] for one in page["items"]]
+        leafed += [item["id"] for item in page["items"]]
         assert len(page["items"]) <= 2
         if page["next"] is None:
             break
@@ -104,9 +104,9 @@ def test_form_limits_match_what_the_service_accepts(client: TestClient, url: str
     assert len(form["spadi"]) == 13
     for end in ("lowest_deg", "highest_deg", "reference_deg"):
         entries = [
-            {"side": "right", "kind": "passive", "motion": one["motion"], "position": one["position"]}
-            | {"angle_deg": one[end]}
-            for one in form["rom"]
+            {"side": "right", "kind": "passive", "motion": measure["motion"], "position": measure["position"]}
+            | {"angle_deg": measure[end]}
+            for measure in form["rom"]
         ]
         assert client.post(url, json=found(rom=entries)).json()["rom"] == entries
 

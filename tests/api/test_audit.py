@@ -101,7 +101,7 @@ def test_audit_trail_records_who_did_what_with_a_record(
     refused = [
         (row["role"], row["action"], row["detail"]["why"]) for row in reversed(audit_log(client, outcome="refused"))
     ]
-    assert [one for one in refused if one[1] in ("get_patient", "update_patient")] == [
+    assert [row for row in refused if row[1] in ("get_patient", "update_patient")] == [
         ("viewer", "update_patient", "not_allowed"),
         ("technician", "get_patient", "not_allowed"),
         ("", "get_patient", "not_signed_in"),

@@ -111,8 +111,8 @@ def test_one_of_several_services_makes_the_nightly_backup(tmp_path: Path, servic
         assert len(made) == 3
         await asyncio.gather(*made)
         for service in services:
-            (one,) = (await service.state()).items
-            assert (one.kind, one.problem, one.test_problem) == ("nightly", "", "")
+            (backup,) = (await service.state()).items
+            assert (backup.kind, backup.problem, backup.test_problem) == ("nightly", "", "")
 
     asyncio.run(night())
     assert len(list(tmp_path.glob("*/backups/*"))) == 1

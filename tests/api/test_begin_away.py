@@ -68,7 +68,9 @@ def of_today(client: TestClient, name: str) -> dict[str, Any]:
     patient: dict[str, Any] = client.post("/api/patients", json=body).json()
     first = taught(client, patient, lifted(), fixtures=["arm_fixer_1"])
     second = taught(client, patient, lifted(60.0), fixtures=["arm_fixer_1"])
-    items = [{"load_level": 25, "recording_id": one["id"], "speed_percent": 150.0} for one in (first, second)]
+    items = [
+        {"load_level": 25, "recording_id": recording["id"], "speed_percent": 150.0} for recording in (first, second)
+    ]
     made = client.post(f"/api/patients/{patient['id']}/programmes", json={"name": "Morning", "items": items})
     assert made.status_code == 201, made.text
     return patient | {"first": first, "second": second, "programme": made.json()}
@@ -84,7 +86,7 @@ def wanted(patient: dict[str, Any]) -> dict[str, Any]:
 
 
 def ready(client: TestClient) -> list[str]:
-    return [one["patient"]["id"] for one in client.get("/api/station/ready-patients").json()["items"]]
+    return [item["patient"]["id"] for item in client.get("/api/station/ready-patients").json()["items"]]
 
 
 def all_arrived(client: TestClient) -> None:
@@ -99,7 +101,7 @@ def all_arrived(client: TestClient) -> None:
 
 def alarms(client: TestClient, session_id: str) -> list[str]:
     items = client.get("/api/events", params={"session_id": session_id, "kind": "alarm"}).json()["items"]
-    return [one["message"] for one in items if one["code"] == CHANGED_MEANWHILE]
+    return [item["message"] for item in items if item["code"] == CHANGED_MEANWHILE]
 
 
 def play(client: TestClient, session_id: str, recording_id: str, position: int) -> dict[str, Any]:
@@ -126,9 +128,9 @@ def test_session_runs_during_an_outage_and_is_stored_once(
         live = until(client, lambda live: live["database"]["unavailable_since"])
         assert live["refusals"]["load"]["code"] == "database_away"
         (answer,) = [
-            one
-            for one in client.get("/api/station/ready-patients").json()["items"]
-            if one["patient"]["id"] == patient["id"]
+            item
+            for item in client.get("/api/station/ready-patients").json()["items"]
+            if item["patient"]["id"] == patient["id"]
         ]
         assert (answer["patient"]["name"], answer["side"], answer["session"]) == ("Kondo Emi", "right", None)
         assert answer["programme"]["version_id"] == version_of(patient)
@@ -187,20 +189,20 @@ def test_session_runs_during_an_outage_and_is_stored_once(
     assert client.get(url).json()["pain_after"] == 3
     all_arrived(client)
     found = client.get(f"/api/patients/{patient['id']}/sessions").json()["items"]
-    assert [one["id"] for one in found] == [visit["id"]]
-    eventually(lambda: all(one["comparison"] for one in client.get(url).json()["runs"]))
+    assert [session["id"] for session in found] == [visit["id"]]
+    eventually(lambda: all(run["comparison"] for run in client.get(url).json()["runs"]))
     there = client.get(url).json()
-    assert [one["id"] for one in there["runs"]] == [run["id"], second["id"]]
+    assert [stored["id"] for stored in there["runs"]] == [run["id"], second["id"]]
     kept = ("pain_before", "pain_during", "pain_after", "end_reason", "therapist", "station", "started_at", "ended_at")
     assert {name: there[name] for name in kept} == {name: ended[name] for name in kept}
-    assert [one["check"] for one in there["checks"]] == [*BY_HAND, "pedal", "estop"]
+    assert [check["check"] for check in there["checks"]] == [*BY_HAND, "pedal", "estop"]
     assert there["programme"]["version_id"] == version_of(patient)
     assert alarms(client, visit["id"]) == []
     app: Any = client.app
     with app.state.services.database.read() as session:
-        for one in (run, second):
-            (file,) = (app.state.folder / "journal").glob(f"imported/*{one['id']}*")
-            assert len(runs.samples(session, UUID(one["id"]))["time_s"]) == len(journal.read(file).t_ns) > 50
+        for played in (run, second):
+            (file,) = (app.state.folder / "journal").glob(f"imported/*{played['id']}*")
+            assert len(runs.samples(session, UUID(played["id"]))["time_s"]) == len(journal.read(file).t_ns) > 50
         count = select(AuditRow.action, func.count()).where(AuditRow.subject.endswith(visit["id"])).group_by("action")
         noted = dict(session.execute(count).all())
         assert noted["opened_without_database"] == noted["ended_without_database"] == 1
@@ -313,8 +315,8 @@ def _nothing(session: Session, patient: dict[str, Any]) -> None:
 def put(client: TestClient, *done: OfflineEvent) -> None:
     """Deliver a record to the database."""
     app: Any = client.app
-    for one in done:
-        assert app.state.services.event_spool.put_offline_event(one, LIMIT_S)
+    for record in done:
+        assert app.state.services.event_spool.put_offline_event(record, LIMIT_S)
     assert app.state.services.event_spool.until_taken(LIMIT_S)
 
 
@@ -348,7 +350,7 @@ def test_conflicting_change_elsewhere_becomes_an_alarm_of_the_session(
         row = session.get_one(SessionRow, opened.id)
         assert (row.therapist, row.station, row.started_at) == (WHO, "Station 1", opened.started_at)
         rows = select(DeviceEventRow.message).where(DeviceEventRow.session_id == opened.id)
-        assert list(session.scalars(rows)) == [CHANGED[one] for one in conflicts]
+        assert list(session.scalars(rows)) == [CHANGED[conflict] for conflict in conflicts]
     # The record is delivered twice, as after a restored folder or a lost answer to a commit.
     put(client, opened)
     with app.state.services.database.read() as session:
@@ -393,9 +395,9 @@ def test_session_that_cannot_be_saved_to_disk_does_not_begin(
             full.setattr(app.state.services.event_spool.spool, "until_written", lambda limit_s: False)
             problem(client.post("/api/sessions", json=wanted(patient)), 503, "database_away")
         (answer,) = [
-            one
-            for one in client.get("/api/station/ready-patients").json()["items"]
-            if one["patient"]["id"] == patient["id"]
+            item
+            for item in client.get("/api/station/ready-patients").json()["items"]
+            if item["patient"]["id"] == patient["id"]
         ]
         assert answer["session"] is None
     all_arrived(client)

@@ -53,7 +53,7 @@ def _filled(schema: Any, ids: dict[str, str], name: str = "") -> Any:
         return schema.get("const", schema.get("enum", [None])[0])
     match schema.get("type"), schema.get("format"):
         case "object", _:
-            return {field: _filled(one, ids, field) for field, one in schema.get("properties", {}).items()}
+            return {field: _filled(part, ids, field) for field, part in schema.get("properties", {}).items()}
         case "array", _:
             return [_filled(schema["items"], ids, name)]
         case "string", "uuid":
@@ -90,7 +90,7 @@ def _ask_everything(clinic: _Canaries) -> dict[str, int]:
         httpx2.Client(base_url=clinic.url, cookies={COOKIE: clinic.cookie}, timeout=60) as client,
         httpx2.Client(base_url=clinic.url, cookies={COOKIE: f"{_CANARY}cookie"}, timeout=60) as stranger,
     ):
-        requests = sorted(_requests(clinic.poison.ids), key=lambda one: one[0] in _LAST)
+        requests = sorted(_requests(clinic.poison.ids), key=lambda request: request[0] in _LAST)
         for name, method, path, query, body in requests:
             given = {key: value for key, value in query.items() if value is not None}
             answer = client.request(method, path, params=given, json=body)

@@ -57,7 +57,7 @@ def operation(url: str, names: set[str]) -> dict[str, Any]:
     # "filter-options" is no session's id.
     found = documented[0] if len(documented) == 1 else api_document()["paths"][path]["get"]
     assert RULES[found["operationId"]].needs in TOKEN_PERMISSIONS
-    assert names <= {one["name"] for one in found.get("parameters", ()) if one["in"] == "query"}
+    assert names <= {parameter["name"] for parameter in found.get("parameters", ()) if parameter["in"] == "query"}
     result: dict[str, Any] = found
     return result
 
@@ -67,7 +67,7 @@ def example(schema: dict[str, Any], *, empty: bool) -> Any:
     if "$ref" in schema:
         return example(api_document()["components"]["schemas"][schema["$ref"].rpartition("/")[2]], empty=empty)
     if "anyOf" in schema:
-        kinds = sorted(schema["anyOf"], key=lambda one: (one.get("type") == "null") != empty)
+        kinds = sorted(schema["anyOf"], key=lambda kind: (kind.get("type") == "null") != empty)
         return example(kinds[0], empty=empty)
     if "enum" in schema:
         return schema["enum"][-1]
@@ -173,22 +173,22 @@ def run_script(clinic: Clinic, token: str, tmp_path: Path) -> Callable[..., str]
 
 def played(kata: Kata) -> Run:
     """Return a run that has samples."""
-    found = (run for one in kata.sessions() for run in kata.session(one.id).runs if run.comparison)
+    found = (run for listed in kata.sessions() for run in kata.session(listed.id).runs if run.comparison)
     return next(found)
 
 
 def test_script_lists_the_progress_of_every_patient(kata: Kata, run_script: Callable[..., str]) -> None:
     lines = dict(line.split(": ", 1) for line in run_script("list_progress").splitlines())
-    assert set(lines) == {one.clinic_number for one in kata.patients() if one.episode_id}
+    assert set(lines) == {patient.clinic_number for patient in kata.patients() if patient.episode_id}
     assert lines
     for number, line in lines.items():
         (patient,) = kata.patients(number)
         sessions = list(kata.patient_sessions(patient.id))
         assert line.endswith(f"sessions: {len(sessions)} (simulated)")
         totals = [
-            one.spadi_score.total
-            for one in kata.assessments(patient.id)
-            if one.spadi_score and one.episode_id == patient.episode_id
+            assessment.spadi_score.total
+            for assessment in kata.assessments(patient.id)
+            if assessment.spadi_score and assessment.episode_id == patient.episode_id
         ]
         assert f"SPADI {totals[-1]:.0f} to {totals[0]:.0f}" in line
 
@@ -213,7 +213,7 @@ def test_script_exports_the_patients_of_the_last_day(
     session = post(clinic, "/api/sessions", {"patient_id": str(patient.id)})
     run_script("nightly_export", folder)
     since = datetime.now(UTC) - timedelta(hours=25)
-    expected = {f"{one.patient.clinic_number}.zip" for one in kata.sessions(since)}
+    expected = {f"{session.patient.clinic_number}.zip" for session in kata.sessions(since)}
     assert f"{patient.clinic_number}.zip" in expected
     assert {file.name for file in folder.iterdir()} == expected
     with ZipFile(folder / f"{patient.clinic_number}.zip") as archive:

@@ -156,8 +156,8 @@ def test_requests_whose_client_has_gone_count_until_they_end(
             await writer.wait_closed()
         await until_taken()
         assert await is_closed(await connect())
-        for one in SLOW:
-            one.set()
+        for request in SLOW:
+            request.set()
         await until_taken()
         assert await ask(await connect()) == b"0"
 
@@ -183,8 +183,8 @@ def test_abandoned_requests_of_an_address_are_limited(monkeypatch: pytest.Monkey
         SLOW[1].set()
         await until_taken()
         assert await ask(await connect()) == b"0"
-        for one in SLOW:
-            one.set()
+        for request in SLOW:
+            request.set()
         assert await waiting[0].readuntil(b"\r\n\r\n")
 
     run(test)

@@ -64,9 +64,9 @@ def test_a_fracture_blocks_teaching_and_playback_until_resolved(
     resolved(client, fracture)
     accepted(client, "load", wanted)
     accepted(client, "unload")
-    actions = [one["action"] for one in audit_log(client, patient_id=patient["id"])]
+    actions = [row["action"] for row in audit_log(client, patient_id=patient["id"])]
     assert {"add_contraindication", "resolve_contraindication"} <= set(actions)
-    refusals = [one["detail"].get("why") for one in audit_log(client, action="load")]
+    refusals = [row["detail"].get("why") for row in audit_log(client, action="load")]
     assert "contraindicated" in refusals
 
 
@@ -84,7 +84,7 @@ def test_a_recent_repair_waits_for_a_doctors_permission(
     accepted(client, "unload")
     # It is still shown.
     banner = client.get(f"/api/patients/{patient['id']}/banner").json()
-    assert [one["code"] for one in banner["contraindications"]] == ["recent_repair"]
+    assert [contraindication["code"] for contraindication in banner["contraindications"]] == ["recent_repair"]
 
 
 def test_osteoporosis_warns_only_and_concerns_both_shoulders(
@@ -129,7 +129,10 @@ def test_the_banner_says_who_it_is_and_its_limits(client: TestClient, patient: d
     assert (shoulder["side"], shoulder["stage"], shoulder["contraindications"]) == ("right", "freezing", "No traction.")
     assert shoulder["proposal"]["load_level"] == stages.PROPOSALS["freezing"].load_level
     # What stops motion comes first.
-    assert [one["code"] for one in banner["contraindications"]] == ["infection", "osteoporosis"]
+    assert [contraindication["code"] for contraindication in banner["contraindications"]] == [
+        "infection",
+        "osteoporosis",
+    ]
 
 
 def test_a_load_beyond_the_stages_proposal_is_audited(
@@ -141,7 +144,7 @@ def test_a_load_beyond_the_stages_proposal_is_audited(
     run = accepted(client, "load", wanted | {"speed_percent": 50, "range_percent": 80})
     assert run["load_level"] == 12
     accepted(client, "unload")
-    details = [one["detail"] for one in audit_log(client, action="load", patient_id=patient["id"])]
+    details = [row["detail"] for row in audit_log(client, action="load", patient_id=patient["id"])]
     assert [detail["beyond_stage"] for detail in details if "beyond_stage" in detail] == ["load_level"]
 
 
@@ -166,7 +169,7 @@ def test_proposals_grow_and_are_exceeded_only_above() -> None:
 
 def test_every_kind_says_what_it_does_and_why(client: TestClient) -> None:
     listed = client.get("/api/contraindication-kinds").json()["items"]
-    assert [one["code"] for one in listed] == list(KINDS)
-    assert all(one["source"] for one in listed)
+    assert [kind["code"] for kind in listed] == list(KINDS)
+    assert all(kind["source"] for kind in listed)
     # A code of another version is never harmless.
     assert kind_of("from_the_future").effect == "sign_off"

@@ -69,7 +69,7 @@ def try_estop(served: Served, patient_id: str) -> None:
     path = f"patients/{patient_id}/teaching-checklist?fixtures=arm_fixer_1"
 
     def still_open() -> list[str]:
-        return [one["check"] for one in served.call("GET", path)["checks"] if not one["given"]]
+        return [check["check"] for check in served.call("GET", path)["checks"] if not check["given"]]
 
     assert "estop" in still_open()
     for pressed, state in ((True, "pressed"), (False, "released")):
@@ -118,10 +118,10 @@ def test_measured_samples_survive_a_killed_service(tmp_path: Path) -> None:
     try:
         assert second.live()["torque"] == "off"
         assert second.live()["run"] is None
-        kept = second.call("GET", f"runs/{run_id}")
-        assert kept["outcome"] == "stopped"
-        assert kept["stop"]["code"] in ("service_silent", "bus_lost", "drive_silent", "estop_unknown")
-        assert kept["comparison"]["samples"] > 90
+        run = second.call("GET", f"runs/{run_id}")
+        assert run["outcome"] == "stopped"
+        assert run["stop"]["code"] in ("service_silent", "bus_lost", "drive_silent", "estop_unknown")
+        assert run["comparison"]["samples"] > 90
     finally:
         second.end(signal.SIGTERM)
 
@@ -146,8 +146,8 @@ def test_service_killed_during_an_outage_recovers_its_session(server: postgresql
         assert found["id"] == session["id"]
         there = second.call("GET", f"sessions/{session['id']}")
         assert (there["pain_before"], there["ended_at"]) == (6, None)
-        assert [one["check"] for one in there["checks"]] == [*BY_HAND, "pedal", "estop"]
-        assert [one["id"] for one in there["runs"]] == [run_id]
+        assert [check["check"] for check in there["checks"]] == [*BY_HAND, "pedal", "estop"]
+        assert [run["id"] for run in there["runs"]] == [run_id]
         assert there["runs"][0]["outcome"] == "stopped"
         assert there["runs"][0]["comparison"]["samples"] > 90
     finally:

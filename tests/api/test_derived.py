@@ -54,7 +54,7 @@ def test_trimmed_recording_is_new_and_names_its_parent(client: TestClient, recor
     # The original is unchanged and has no edits.
     assert client.get(f"/api/recordings/{recording['id']}").json() == recording
     assert (recording["parent_id"], recording["done"]) == (None, [])
-    assert [one["id"] for one in listed(client, recording)] == [made["id"], recording["id"]]
+    assert [row["id"] for row in listed(client, recording)] == [made["id"], recording["id"]]
 
 
 def test_hold_pauses_at_one_point(client: TestClient, recording: dict[str, Any]) -> None:
@@ -133,7 +133,7 @@ def test_retouch_beyond_a_limit_is_refused_with_its_place(
     edit = {"do": "retouch", "start_s": 2, "end_s": 2.8, "points": [point]}
     refusal = problem(client.post(f"/api/recordings/{recording['id']}/derived", json=edit), 422, "unplayable")
     assert re.search(reason, refusal["detail"]), refusal["detail"]
-    assert [one["id"] for one in listed(client, recording)] == [recording["id"]]
+    assert [row["id"] for row in listed(client, recording)] == [recording["id"]]
 
 
 def test_mirror_gives_the_same_pose_of_the_other_shoulder(client: TestClient, recording: dict[str, Any]) -> None:
@@ -188,7 +188,7 @@ def test_derived_recording_beyond_limits_is_refused_with_motor_and_time(
         assert "motor 3 would go to 128.0 deg at " in refusal["detail"]
         assert "its range is 0 to 120 deg" in refusal["detail"]
         assert refusal["next_step"]
-    assert [one["id"] for one in listed(client, recording)] == [recording["id"]]
+    assert [row["id"] for row in listed(client, recording)] == [recording["id"]]
 
 
 def test_mirrored_recording_beyond_limits_is_refused_with_motor_and_time(
@@ -222,7 +222,7 @@ def test_impossible_edit_is_refused_with_a_sentence(
 ) -> None:
     refusal = problem(client.post(f"/api/recordings/{recording['id']}/derived", json=edit), 422, "impossible")
     assert sentence in refusal["detail"]
-    assert [one["id"] for one in listed(client, recording)] == [recording["id"]]
+    assert [row["id"] for row in listed(client, recording)] == [recording["id"]]
 
 
 @pytest.mark.parametrize(
@@ -258,7 +258,7 @@ def test_preview_shows_both_motions_and_saves_nothing(client: TestClient, record
     answer = client.post(f"/api/recordings/{recording['id']}/derived/preview", json={"do": "isolate", "motors": [3]})
     assert answer.status_code == 200, answer.text
     assert [trace["name"] for trace in answer.json()["data"]] == ["Before", "After"] * 5
-    assert [one["id"] for one in listed(client, recording)] == [recording["id"]]
+    assert [row["id"] for row in listed(client, recording)] == [recording["id"]]
 
 
 def test_damaged_or_missing_recording_cannot_be_derived(client: TestClient, recording: dict[str, Any]) -> None:
@@ -285,8 +285,8 @@ def test_derived_recording_names_its_teacher_and_fixtures(client: TestClient, pa
     given = {"taught_by": "Sato", "fixtures": ["arm_fixer_1"]}
     recording = taught(client, patient, lifted(), **given)
     made = derive(client, recording, do="trim", start_s=1.0, end_s=4.0)
-    for one in (recording, made):
-        assert {name: one[name] for name in given} == given
+    for archived in (recording, made):
+        assert {name: archived[name] for name in given} == given
 
 
 def test_part_of_a_recording_can_be_plotted_alone(client: TestClient, recording: dict[str, Any]) -> None:

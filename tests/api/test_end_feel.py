@@ -55,7 +55,7 @@ def test_baseline_and_test_give_a_curve(client: TestClient, patient: dict[str, A
     assert result["simulated"] is True
     assert len(found["figure"]["data"]) == 3
     guide = client.get(f"/api/sessions/{session['id']}/end-feel").json()
-    assert [one["recording_id"] for one in guide["motions"]] == [recording["id"]]
+    assert [motion["recording_id"] for motion in guide["motions"]] == [recording["id"]]
     lines = client.get(f"/api/runs/{result['run_id']}/end-feel.csv").text.splitlines()
     assert lines[0] == "angle_deg,torque_out_nm,torque_back_nm,torque_mean_nm,simulated"
     assert client.get(f"/api/runs/{result['run_id']}").json()["end_feel"] == "test"

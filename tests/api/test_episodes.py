@@ -74,7 +74,7 @@ def test_each_shoulder_has_one_open_episode(
     assert again.status_code == 201
     problem(client.post(f"/api/episodes/{episode['id']}/reopen"), 409, "episode_open")
     listed = client.get(url).json()["items"]
-    assert [one["id"] for one in listed] == [again.json()["id"], left.json()["id"], episode["id"]]
+    assert [row["id"] for row in listed] == [again.json()["id"], left.json()["id"], episode["id"]]
 
 
 def test_nothing_is_opened_for_an_archived_patient(
@@ -103,7 +103,7 @@ def test_stages_are_recorded_by_day_and_can_be_removed(
     for stage, since in (("frozen", "2026-08-01"), ("freezing", "2026-05-01"), ("thawing", "2026-10-01")):
         answer = client.post(url, json={"stage": stage, "since": since})
         assert answer.status_code == 201
-    assert [one["stage"] for one in answer.json()["stages"]] == ["freezing", "frozen", "thawing"]
+    assert [stage["stage"] for stage in answer.json()["stages"]] == ["freezing", "frozen", "thawing"]
     assert answer.json()["stage"]["stage"] == "thawing"
 
     problem(client.post(url, json={"stage": "frozen", "since": "2026-10-01"}), 409, "stage_noted")
@@ -144,11 +144,11 @@ def test_a_limit_that_limits_nothing_is_refused(
 
 def test_limits_name_their_doctor_and_each_motion_once(client: TestClient, episode: dict[str, Any]) -> None:
     url = f"/api/episodes/{episode['id']}"
-    one = {"motion": 5, "highest_deg": 120.0}
-    problem(client.patch(url, json={"limits": [one]}), 422, "limits_by_nobody")
+    limit = {"motion": 5, "highest_deg": 120.0}
+    problem(client.patch(url, json={"limits": [limit]}), 422, "limits_by_nobody")
     problem(client.patch(url, json={"max_load_level": 5}), 422, "limits_by_nobody")
     problem(client.patch(url, json={"max_speed_deg_s": 20.0}), 422, "limits_by_nobody")
-    problem(client.patch(url, json={"limits": [one, one], "limits_by": "Dr. Mori"}), 422, "invalid")
+    problem(client.patch(url, json={"limits": [limit, limit], "limits_by": "Dr. Mori"}), 422, "invalid")
     assert client.get(url).json()["limits"] == []
 
 
@@ -223,7 +223,7 @@ def test_the_device_is_given_the_doctors_speed_limit(
     monkeypatch.setattr(Station, "command", command)
     loaded = client.post("/api/station/load", json=wanted)
     assert loaded.status_code == 200, loaded.text
-    assert [one.max_speed_deg_s for one in sent if isinstance(one, Load)] == [140.0]
+    assert [command.max_speed_deg_s for command in sent if isinstance(command, Load)] == [140.0]
     accepted(client, "unload")
     until_mode(client, "idle")
 

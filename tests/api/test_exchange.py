@@ -67,7 +67,7 @@ def test_patient_is_exported_as_fhir(client: TestClient) -> None:
     assert f'filename="patient-{key}.fhir.json"' in answer.headers["content-disposition"]
     found = answer.json()
     assert (found["resourceType"], found["type"]) == ("Bundle", "transaction")
-    who = next(one["resource"] for one in found["entry"] if one["resource"]["resourceType"] == "Patient")
+    who = next(entry["resource"] for entry in found["entry"] if entry["resource"]["resourceType"] == "Patient")
     assert who["identifier"][0]["value"] == taken
     problem(client.get(f"/api/patients/{uuid4()}/fhir"), 404, "not_found")
 
@@ -129,8 +129,8 @@ def test_imported_file_is_not_stored(client: TestClient, patient: dict[str, Any]
         answer = client.post(url, content=content, headers={"content-type": kind})
         assert answer.status_code in (415, 422), answer.text
         assert b"EICAR" not in answer.content
-    kept = [file for file in folder.rglob("*") if file.is_file() and b"EICAR" in file.read_bytes()]
-    assert kept == []
+    stored = [file for file in folder.rglob("*") if file.is_file() and b"EICAR" in file.read_bytes()]
+    assert stored == []
 
 
 def test_whole_record_is_one_file_with_everything_in_it(client: TestClient) -> None:
@@ -177,7 +177,7 @@ def test_whole_record_is_one_file_with_everything_in_it(client: TestClient) -> N
 )
 def test_no_text_column_of_an_export_becomes_a_formula(tmp_path: Path, row_class: type[Base], payload: str) -> None:
     columns = inspect(row_class).column_attrs
-    row = {one.key: payload for one in columns if isinstance(one.columns[0].type, String)}
+    row = {column.key: payload for column in columns if isinstance(column.columns[0].type, String)}
     assert len(row) > 2
     patient_export._write_index(tmp_path / "index.csv", [row | {"count": -1.5}])
     with (tmp_path / "index.csv").open(encoding="utf-8", newline="") as file:
@@ -223,14 +223,14 @@ def test_a_request_is_noted_listed_and_refused_with_an_explanation(client: TestC
     key, _ = history(client, sessions=1)
     request = asked(client, key)
     assert (request["decision"], request["reason"]) == (None, "Mrs Yamada asked in writing.")
-    assert request["id"] in {one["id"] for one in client.get("/api/erasures").json()["items"]}
+    assert request["id"] in {item["id"] for item in client.get("/api/erasures").json()["items"]}
     again = {"reason": "Once more.", "noted_by": "Suzuki Aya"}
     problem(client.post(f"/api/patients/{key}/erasures", json=again), 409, "already_asked")
 
     refusal = {"explanation": "To be kept for five years.", "decided_by": "Director Kobayashi"}
     decided = client.post(f"/api/erasures/{request['id']}/refuse", json=refusal).json()
     assert (decided["decision"], decided["explanation"]) == ("refused", "To be kept for five years.")
-    assert request["id"] not in {one["id"] for one in client.get("/api/erasures").json()["items"]}
+    assert request["id"] not in {item["id"] for item in client.get("/api/erasures").json()["items"]}
     assert client.get(f"/api/patients/{key}/erasures").json()["items"] == [decided]
     assert client.get(f"/api/patients/{key}").json()["name"] == NAME
     problem(client.post(f"/api/erasures/{request['id']}/refuse", json=refusal), 409, "decided")

@@ -159,7 +159,7 @@ def _sent(case: Case) -> dict[str, Any]:
 def _real(given: Any, ids: dict[str, str]) -> Any:
     """Replace every second generated id by an existing one."""
     if isinstance(given, list):
-        return [_real(one, ids) for one in given]
+        return [_real(item, ids) for item in given]
     if not isinstance(given, dict):
         return given
     return {name: ids[name] if name in ids and _is_even(value) else _real(value, ids) for name, value in given.items()}

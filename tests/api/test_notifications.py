@@ -38,12 +38,12 @@ def add_alarm(session: Session, code: str, days_ago: int = 0, *, patient_id: UUI
     )  # fmt: skip
 
 
-def told(database: Database, who: Actor) -> list[Notification]:
+def notifications(database: Database, who: Actor) -> list[Notification]:
     return list_notifications(database, who).items
 
 
 def kinds(found: list[Notification]) -> list[tuple[str, str]]:
-    return [(one.kind, one.problem or one.code or one.name) for one in found]
+    return [(notice.kind, notice.problem or notice.code or notice.name) for notice in found]
 
 
 def test_every_role_gets_what_concerns_it(database: Database) -> None:
@@ -64,7 +64,7 @@ def test_every_role_gets_what_concerns_it(database: Database) -> None:
                     at=NOW - timedelta(hours=6), until=NOW, reviewed_at=reviewed_at, reviewed_by="",
                 )
             )  # fmt: skip
-    found = told(database, signed_in_actor(database, "administrator"))
+    found = notifications(database, signed_in_actor(database, "administrator"))
     assert kinds(found) == [
         ("alarm", "estop_pressed"),
         ("erasure", ""),
@@ -75,7 +75,7 @@ def test_every_role_gets_what_concerns_it(database: Database) -> None:
     assert found[0].session_id is not None
     assert found[1].patient_id == patient_id
     for role in ("viewer", "therapist", "technician"):
-        only_alarm = told(database, signed_in_actor(database, role))
+        only_alarm = notifications(database, signed_in_actor(database, role))
         assert kinds(only_alarm) == [("alarm", "estop_pressed")], role
         assert (only_alarm[0].session_id is not None) == (role != "technician")
 
@@ -86,6 +86,6 @@ def test_session_of_a_restricted_record_stays_unnamed(database: Database) -> Non
         session.get_one(PatientRow, patient_id).restricted = True
         add_alarm(session, "estop_pressed", patient_id=patient_id)
         session.add(ErasureRow(id=uuid4(), patient_id=patient_id, asked_at=NOW, reason="", noted_by="N"))
-    found = told(database, signed_in_actor(database, "administrator"))
+    found = notifications(database, signed_in_actor(database, "administrator"))
     assert kinds(found) == [("alarm", "estop_pressed")]
     assert found[0].session_id is None

@@ -25,8 +25,8 @@ def test_document_is_valid_openapi(document: dict[str, Any]) -> None:
 
 
 def test_the_pages_copy_is_fresh(document: dict[str, Any]) -> None:
-    kept = json.loads((ROOT / "frontend/openapi.json").read_text())
-    assert kept == json.loads(json.dumps(document)), "stale: kata openapi --out frontend/openapi.json, npm run client"
+    stored = json.loads((ROOT / "frontend/openapi.json").read_text())
+    assert stored == json.loads(json.dumps(document)), "stale: kata openapi --out frontend/openapi.json, npm run client"
 
 
 def test_every_operation_describes_its_purpose_and_failures(document: dict[str, Any]) -> None:
@@ -61,14 +61,16 @@ def test_the_live_messages_are_described(document: dict[str, Any]) -> None:
 
 
 def subclasses(model: type[BaseModel]) -> Iterator[type[BaseModel]]:
-    for one in model.__subclasses__():
-        yield one
-        yield from subclasses(one)
+    for subclass in model.__subclasses__():
+        yield subclass
+        yield from subclasses(subclass)
 
 
 def test_boolean_parameters_must_be_given_explicitly(document: dict[str, Any]) -> None:
     """The document says boolean, so 0 and "no" are refused."""
-    bodies = json.dumps([one.get("requestBody") for path in document["paths"].values() for one in path.values()])
+    bodies = json.dumps(
+        [operation.get("requestBody") for path in document["paths"].values() for operation in path.values()]
+    )
     asked = set(re.findall(r"#/components/schemas/(\w+)", bodies))
     flags = {
         f"{model.__name__}.{name}": TypeAdapter(field.rebuild_annotation())

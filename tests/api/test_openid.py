@@ -241,12 +241,12 @@ def test_a_code_is_good_once(clinic: Clinic, theirs: Provider) -> None:
     linked(clinic, theirs)
     browser = clinic.browser()
     given = theirs.authorize(begin(browser))
-    kept = browser.cookies["kata_openid"]
+    cookie = browser.cookies["kata_openid"]
     assert browser.post("/api/sign-in/openid", json=given).status_code == 200
     assert "kata_openid" not in browser.cookies
     thief = clinic.browser()
     assert code(thief.post("/api/sign-in/openid", json=given), 401) == "openid_not_begun"
-    thief.cookies.set("kata_openid", kept)
+    thief.cookies.set("kata_openid", cookie)
     assert code(thief.post("/api/sign-in/openid", json=given), 401) == "openid_refused"
 
 
@@ -284,12 +284,12 @@ def test_locked_screen_is_unlocked_only_by_its_user(clinic: Clinic, theirs: Prov
     username = linked(clinic, theirs)
     browser = clinic.browser()
     assert come_back(browser, theirs).status_code == 200
-    before = [one["id"] for one in browser.get("/api/me/sign-ins").json()["items"]]
+    before = [item["id"] for item in browser.get("/api/me/sign-ins").json()["items"]]
     assert browser.post("/api/me/lock").status_code == 204
     assert code(browser.get("/api/patients"), 423) == "locked"
     answer = come_back(browser, theirs).json()["me"]
     assert (answer["username"], answer["locked"]) == (username, False)
-    assert [one["id"] for one in browser.get("/api/me/sign-ins").json()["items"]] == before, (
+    assert [item["id"] for item in browser.get("/api/me/sign-ins").json()["items"]] == before, (
         "the lease stays where it is"
     )
     assert last_row(clinic)["detail"] == {"method": "again"}
@@ -439,18 +439,20 @@ def test_wrong_or_unencrypted_provider_is_refused(tmp_path: Path, theirs: Provid
     ours = OurSide(Settings(data=tmp_path, **settings(tmp_path, theirs)))
     with pytest.raises(Exception, match="does not answer"):
         ours.count_keys()
-    found = {one.name: one for one in examine(Settings(data=tmp_path, **settings(tmp_path, theirs)))}["OpenID provider"]
+    found = {finding.name: finding for finding in examine(Settings(data=tmp_path, **settings(tmp_path, theirs)))}[
+        "OpenID provider"
+    ]
     assert found.state == "problem"
 
 
 def test_doctor_reports_whether_the_provider_answers(tmp_path: Path, theirs: Provider) -> None:
     given = Settings(data=tmp_path, **settings(tmp_path, theirs))
-    answer = {one.name: one for one in examine(given)}["OpenID provider"]
+    answer = {finding.name: finding for finding in examine(given)}["OpenID provider"]
     assert (answer.state, answer.message) == ("ok", f"{theirs.issuer} answers and offers 1 keys.")
     given = Settings(data=tmp_path, **settings(tmp_path, theirs) | {"openid_issuer": "http://127.0.0.1:9"})
-    answer = {one.name: one for one in examine(given)}["OpenID provider"]
+    answer = {finding.name: finding for finding in examine(given)}["OpenID provider"]
     assert answer.state == "problem"
-    assert "OpenID provider" not in {one.name for one in examine(Settings(data=tmp_path))}
+    assert "OpenID provider" not in {finding.name for finding in examine(Settings(data=tmp_path))}
 
 
 def test_client_secret_readable_by_others_is_refused(tmp_path: Path, theirs: Provider) -> None:

@@ -41,7 +41,7 @@ def values(client: TestClient) -> dict[tuple[str, str], float]:
     """Return every metric's value by name and labels."""
     text = client.get("/metrics").text
     samples = [sample for family in text_string_to_metric_families(text) for sample in family.samples]
-    return {(one.name, " ".join(one.labels.values())): one.value for one in samples}
+    return {(sample.name, " ".join(sample.labels.values())): sample.value for sample in samples}
 
 
 # -- health ---------------------------------------------------------------------------------------------------------
@@ -224,7 +224,7 @@ def test_every_dashboard_expression_uses_an_existing_metric(client: TestClient) 
         known |= {family.name + end for end in ends}
     dashboard = json.loads((ROOT / "deploy/grafana/kata.json").read_text())
     asked = [target["expr"] for panel in dashboard["panels"] for target in panel.get("targets", ())]
-    asked += [one["query"] for one in dashboard["templating"]["list"] if one["type"] == "query"]
+    asked += [variable["query"] for variable in dashboard["templating"]["list"] if variable["type"] == "query"]
     assert len(asked) > 10
     for expression in asked:
         names = re.findall(r"\b(?:kata|process)_\w+", expression)

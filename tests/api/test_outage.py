@@ -59,9 +59,9 @@ def recorded(client: TestClient) -> list[NewDeviceEvent]:
     put = app.state.services.event_spool.spool.put
 
     def listening(payload: bytes) -> None:
-        kept = msgspec.json.decode(payload)
-        if kept["type"] == "happened":
-            heard.append(msgspec.convert(kept["happening"], NewDeviceEvent))
+        payload_fields = msgspec.json.decode(payload)
+        if payload_fields["type"] == "happened":
+            heard.append(msgspec.convert(payload_fields["happening"], NewDeviceEvent))
         put(payload)
 
     app.state.services.event_spool.spool.put = listening
@@ -75,11 +75,11 @@ def all_is_there(client: TestClient, recorded: list[NewDeviceEvent], run_id: str
     limit = time.monotonic() + LIMIT_S
     while client.get(f"/api/runs/{run_id}").json()["outcome"] == "loaded":
         assert time.monotonic() < limit
-    ids = [one.id for one in recorded]
+    ids = [event.id for event in recorded]
     assert len(set(ids)) == len(ids) > 3
     with app.state.services.database.read() as session:
         rows = session.scalars(select(DeviceEventRow).where(DeviceEventRow.id.in_(ids))).all()
-        assert sorted((row.at, row.code) for row in rows) == sorted((one.at, one.code) for one in recorded)
+        assert sorted((row.at, row.code) for row in rows) == sorted((event.at, event.code) for event in recorded)
         (file,) = (app.state.folder / "journal").glob(f"imported/*{run_id}*")
         measured = journal.read(file)
         assert len(runs.samples(session, UUID(run_id))["time_s"]) == len(measured.t_ns) > 50
@@ -172,7 +172,7 @@ THERE = checks.ApparatusState("Station 1", pedal_answers=True, verified_since=da
 def open_checks(offline_sessions: OfflineSessions, session_id: str, recording_id: str) -> list[str] | None:
     """Return the unanswered checks like :func:`still_open`, from the offline cache; None while it has none."""
     found = offline_sessions.checklist(UUID(session_id), UUID(recording_id), THERE)
-    return None if found is None else [one.need.check for one in found[0] if one.answer is None]
+    return None if found is None else [check.need.check for check in found[0] if check.answer is None]
 
 
 @pytest.fixture
@@ -201,7 +201,7 @@ def test_reconnecting_invalidates_the_estop_test_without_the_database_too(
 
     found = app.state.services.offline_sessions.checklist(UUID(visit["id"]), UUID(visit["first"]["id"]), reconnected)
 
-    assert [one.need.check for one in found[0] if one.answer is None] == ["estop"]
+    assert [check.need.check for check in found[0] if check.answer is None] == ["estop"]
 
 
 def test_session_continues_its_programme_during_an_outage(
@@ -253,10 +253,10 @@ def test_session_continues_its_programme_during_an_outage(
     until(client, lambda live: live["database"] == {"unavailable_since": None, "waiting": 0, "spool_full_since": None})
     assert all_is_there(client, recorded, run["id"])["outcome"] == "completed"
     session = client.get(f"/api/sessions/{visit['id']}").json()
-    assert [one["id"] for one in session["runs"]] == [run["id"]]
+    assert [stored["id"] for stored in session["runs"]] == [run["id"]]
     assert still_open(client, visit["id"], visit["second"]["id"]) == []
     events = client.get("/api/events", params={"session_id": visit["id"], "kind": "alarm"}).json()["items"]
-    assert CHANGED_MEANWHILE not in [one["code"] for one in events]
+    assert CHANGED_MEANWHILE not in [event["code"] for event in events]
     app: Any = client.app
     with app.state.services.database.read() as database:
         noted = database.scalars(select(AuditRow.action).where(AuditRow.subject.endswith(run["id"]))).all()
@@ -278,8 +278,8 @@ def test_changes_made_elsewhere_during_an_outage_are_reported(client: TestClient
     run = client.get(f"/api/runs/{found.begun.id}").json()
     assert (run["load_level"], run["outcome"]) == (25, "loaded")
     events = client.get("/api/events", params={"session_id": visit["id"], "kind": "alarm"}).json()["items"]
-    told = {one["message"] for one in events if one["code"] == CHANGED_MEANWHILE}
-    assert told == {CHANGED["limits"], CHANGED["contraindicated"]}
+    messages = {event["message"] for event in events if event["code"] == CHANGED_MEANWHILE}
+    assert messages == {CHANGED["limits"], CHANGED["contraindicated"]}
     app.state.services.event_spool.put_not_begun("run", found.begun.id)
     assert app.state.services.event_spool.until_taken(LIMIT_S)
     assert client.get(f"/api/runs/{found.begun.id}").status_code == 404
@@ -296,7 +296,7 @@ def test_a_contraindication_forbids_a_run_without_the_database_too(client: TestC
     offline_cache.refresh()
     known = offline_cache.find_patient(patient_id)
     assert known
-    assert [one.code for one in known.banner.contraindications] == ["pacemaker"]
+    assert [contraindication.code for contraindication in known.banner.contraindications] == ["pacemaker"]
     with pytest.raises(ProblemError) as refused:
         OfflineSessions(offline_cache, "Station 1").start_run(request, THERE)
     assert refused.value.code == "sign_off_needed"

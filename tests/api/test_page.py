@@ -69,7 +69,10 @@ def test_two_encoding_headers_count_as_one(client: TestClient) -> None:
 def test_static_file_is_unchanged_and_cached_forever_in_both_encodings(
     client: TestClient, name: str, kind: str
 ) -> None:
-    forms = [client.get(f"/assets/{name}", headers={"accept-encoding": one}).headers for one in ("gzip", "identity")]
+    forms = [
+        client.get(f"/assets/{name}", headers={"accept-encoding": encoding}).headers
+        for encoding in ("gzip", "identity")
+    ]
     for headers in forms:
         assert kind in headers["content-type"]
         assert headers["cache-control"] == "public, max-age=31536000, immutable"

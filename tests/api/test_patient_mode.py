@@ -78,8 +78,8 @@ def test_browser_shows_only_the_questionnaire_until_the_password(
 
 def test_finished_answers_become_an_assessment_once(therapist: TestClient, patient: dict[str, Any]) -> None:
     handed_over(therapist, patient)
-    kept = therapist.put("/api/me/questionnaire", json={"answers": ANSWERS}).json()
-    assert (kept["answers"], kept["finished"]) == (ANSWERS, False)
+    stored = therapist.put("/api/me/questionnaire", json={"answers": ANSWERS}).json()
+    assert (stored["answers"], stored["finished"]) == (ANSWERS, False)
     assert therapist.get("/api/me/questionnaire").json()["answers"] == ANSWERS
     assert therapist.put("/api/me/questionnaire", json={"answers": ANSWERS, "finished": True}).json()["finished"]
     again = therapist.put("/api/me/questionnaire", json={"answers": ANSWERS, "finished": True})
@@ -96,7 +96,9 @@ def test_other_questionnaire_is_stored_with_its_total(therapist: TestClient, pat
     therapist.post("/api/me/unlock", json={"password": PASSWORD})
     (found,) = therapist.get(f"/api/episodes/{patient['episode_id']}/assessments").json()["items"]
     assert found["spadi"] is None
-    assert [(one["code"], one["total_points"]) for one in found["questionnaires"]] == [("quickdash", 25)]
+    assert [(questionnaire["code"], questionnaire["total_points"]) for questionnaire in found["questionnaires"]] == [
+        ("quickdash", 25)
+    ]
 
 
 def test_nothing_answered_is_no_assessment(therapist: TestClient, patient: dict[str, Any]) -> None:
@@ -129,7 +131,7 @@ def test_without_licensed_texts_nothing_is_handed_over(therapist: TestClient, pa
     assert code(handed_over(therapist, patient, "oxford"), 409) == "no_texts"
     assert code(handed_over(therapist, patient, "spadi", "ja"), 409) == "no_texts"
     assert therapist.get(f"/api/patients/{patient['id']}").status_code == 200, "not locked"
-    languages = {one["code"]: one["languages"] for one in therapist.get("/api/questionnaires").json()["items"]}
+    languages = {item["code"]: item["languages"] for item in therapist.get("/api/questionnaires").json()["items"]}
     assert languages == {key: [] for key in languages} | {"spadi": ["en"], "quickdash": ["en"]}
     assert {"oxford", "ases"} <= set(languages)
 

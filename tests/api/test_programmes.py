@@ -25,7 +25,7 @@ def post(client: TestClient, lift: dict[str, Any], *items: dict[str, Any], **giv
     body = {
         "name": "Morning",
         "made_by": "Aoki Rin",
-        "items": [{"load_level": 25, "recording_id": lift["id"]} | one for one in items],
+        "items": [{"load_level": 25, "recording_id": lift["id"]} | item for item in items],
     }
     return client.post(f"/api/patients/{lift['patient_id']}/programmes", json=body | given)
 
@@ -58,7 +58,7 @@ def test_programme_is_created_listed_changed_and_archived(client: TestClient, li
     assert client.get(url).json() == renamed
     archived = client.patch(url, json={"archived": True}).json()
     listed = client.get(f"/api/patients/{lift['patient_id']}/programmes").json()["items"]
-    assert [(one["name"], one["archived_at"], one["current"]["number"]) for one in listed] == [
+    assert [(programme["name"], programme["archived_at"], programme["current"]["number"]) for programme in listed] == [
         ("Evening", archived["archived_at"], 2)
     ]
 
@@ -84,10 +84,10 @@ def test_preview_gives_each_items_duration_or_reason_for_refusal(client: TestCli
     with app.state.services.database.write() as session:
         session.get_one(RecordingSamplesRow, UUID(damaged["id"])).data = b"damaged"
     left = taught(client, {"id": lift["patient_id"]}, lifted(), side="left")
-    items = [{"load_level": 25, "recording_id": one["id"]} for one in (lift, damaged, left)]
+    items = [{"load_level": 25, "recording_id": recording["id"]} for recording in (lift, damaged, left)]
     url = f"/api/patients/{lift['patient_id']}/programmes/preview"
     answer = client.post(url, json={"items": items}).json()
-    assert [one["duration_s"] for one in answer["items"]] == [pytest.approx(LASTS_S), None, None]
+    assert [item["duration_s"] for item in answer["items"]] == [pytest.approx(LASTS_S), None, None]
     assert answer["duration_s"] == pytest.approx(LASTS_S)
     assert answer["items"][1]["problem"] == "Item 2 cannot be played with these settings: its samples are damaged."
     assert "for the left shoulder" in answer["items"][2]["problem"]
@@ -101,7 +101,7 @@ def test_programme_beyond_a_doctors_limits_is_reported_and_not_saved(client: Tes
     }  # fmt: skip
     assert client.patch(f"/api/episodes/{episode['id']}", json=forbidding).status_code == 200
     less, whole = {"range_percent": 40.0, "load_level": 12}, {"repetitions": 3, "load_level": 12}
-    items = [{"recording_id": lift["id"]} | one for one in (less, whole, less | {"load_level": 13})]
+    items = [{"recording_id": lift["id"]} | settings for settings in (less, whole, less | {"load_level": 13})]
     url = f"/api/patients/{lift['patient_id']}/programmes/preview"
     within, beyond, stronger = client.post(url, json={"items": items}).json()["items"]
     assert (within["problem"], beyond["duration_s"], stronger["duration_s"]) == (None, None, None)

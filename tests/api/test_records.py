@@ -43,9 +43,9 @@ def test_a_wildcard_in_a_search_is_only_a_character(client: TestClient, patient:
 def test_archived_patients_are_listed_apart_and_come_back(client: TestClient, patient: dict[str, Any]) -> None:
     url = f"/api/patients/{patient['id']}"
     assert client.patch(url, json={"archived": True}).json()["archived_at"]
-    assert patient["id"] not in {one["id"] for one in client.get("/api/patients").json()["items"]}
+    assert patient["id"] not in {item["id"] for item in client.get("/api/patients").json()["items"]}
     archived = client.get("/api/patients", params={"archived": True}).json()["items"]
-    assert patient["id"] in {one["id"] for one in archived}
+    assert patient["id"] in {row["id"] for row in archived}
     problem(client.post("/api/sessions", json={"patient_id": patient["id"]}), 409, "archived")
     problem(
         client.post("/api/station/teach", json={"patient_id": patient["id"], "fixtures": ["arm_fixer_1"]}),
@@ -164,7 +164,7 @@ def test_lists_go_on_where_the_page_before_ended(client: TestClient, patient: di
     for url in ("/api/sessions", f"/api/patients/{patient['id']}/sessions"):
         first = client.get(url, params={"limit": 2}).json()
         second = client.get(url, params={"limit": 2, "after": first["next"]}).json()
-        assert [one["id"] for one in first["items"] + second["items"]][:3] == keys[::-1]
+        assert [row["id"] for row in first["items"] + second["items"]][:3] == keys[::-1]
         problem(client.get(url, params={"after": "damaged"}), 422, "damaged_cursor")
     for url in (
         "/api/patients",
@@ -178,9 +178,9 @@ def test_lists_go_on_where_the_page_before_ended(client: TestClient, patient: di
 def test_sessions_are_filtered_by_the_offered_options(client: TestClient, patient: dict[str, Any]) -> None:
     visit = client.post("/api/sessions", json={"patient_id": patient["id"]}).json()
     began = visit["started_at"]
-    assert visit["id"] in {one["id"] for one in client.get("/api/sessions", params={"since": began}).json()["items"]}
+    assert visit["id"] in {item["id"] for item in client.get("/api/sessions", params={"since": began}).json()["items"]}
     assert visit["id"] not in {
-        one["id"] for one in client.get("/api/sessions", params={"until": began}).json()["items"]
+        item["id"] for item in client.get("/api/sessions", params={"until": began}).json()["items"]
     }
     for name in ("therapist", "station", "stop"):
         assert client.get("/api/sessions", params={name: "nobody's"}).json() == {"items": [], "next": None}

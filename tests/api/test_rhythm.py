@@ -63,17 +63,17 @@ def rhythm(client: TestClient, path: str) -> dict[str, Any]:
 def test_run_has_the_rhythm_that_was_played_and_taught(client: TestClient) -> None:
     played = play(client, evenly(ELEVATION, 4.0))
     found = rhythm(client, f"runs/{played.run_id}")
-    assert [(one["of"], one["direction"], one["plane"]) for one in found["curves"]] == [
+    assert [(curve["of"], curve["direction"], curve["plane"]) for curve in found["curves"]] == [
         ("played", "raising", "abduction"), ("played", "lowering", "abduction"),
         ("taught", "raising", "abduction"), ("taught", "lowering", "abduction"),
     ]  # fmt: skip
-    assert [one["whole"]["ratio"] for one in found["curves"]] == pytest.approx([4.0] * 4, abs=0.1)
+    assert [curve["whole"]["ratio"] for curve in found["curves"]] == pytest.approx([4.0] * 4, abs=0.1)
     assert [band["reason"] for band in found["curves"][0]["bands"]] == [None, "not_covered", "not_covered"]
     assert found["curves"][0]["reference"] == {"source": "giphart_2013", "ratio": 2.0, "ratio_deviation": 0.4}
     assert found["curves"][1]["reference"] is None
     assert (found["side"], found["run_id"], found["no_sound"]) == ("left", str(played.run_id), "no_recording")
     recording = rhythm(client, f"recordings/{played.recording_id}")
-    assert [one["of"] for one in recording["curves"]] == ["taught", "taught"]
+    assert [curve["of"] for curve in recording["curves"]] == ["taught", "taught"]
     assert recording["run_id"] is None
 
 
@@ -85,11 +85,11 @@ def test_scapula_that_runs_ahead_of_sound_side_is_named(client: TestClient) -> N
     found = rhythm(client, f"runs/{played.run_id}")
     assert found["sound"]["recording_id"] == other
     assert found["no_sound"] is None
-    assert [one["of"] for one in found["leads"]] == ["played", "taught"]
-    for one in found["leads"]:
-        assert one["largest_deg"] == pytest.approx(8.0, abs=0.3)
-        assert one["ahead_from_deg"] == pytest.approx(22.0, abs=2.0)
-    assert {one["of"] for one in found["curves"]} == {"played", "taught", "sound"}
+    assert [lead["of"] for lead in found["leads"]] == ["played", "taught"]
+    for lead in found["leads"]:
+        assert lead["largest_deg"] == pytest.approx(8.0, abs=0.3)
+        assert lead["ahead_from_deg"] == pytest.approx(22.0, abs=2.0)
+    assert {curve["of"] for curve in found["curves"]} == {"played", "taught", "sound"}
     assert rhythm(client, f"recordings/{other}")["no_sound"] == "sound_side"
 
 

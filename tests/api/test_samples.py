@@ -87,9 +87,9 @@ def test_pose_file_becomes_the_motor_angles_of_its_side(client: TestClient, pati
     assert answer["layout"] == "poses"
     assert answer["duration_s"] == pytest.approx(4.0)
     assert client.get(f"/api/recordings/{recording['id']}").json()["ranges"] == answer["ranges"]
-    kept = table(client.get(f"/api/recordings/{recording['id']}/samples.csv").text)
+    stored = table(client.get(f"/api/recordings/{recording['id']}/samples.csv").text)
     times_s = np.arange(0, 4.005, 0.01)
-    assert kept[:, 1:] == pytest.approx(motor_angles_deg(lifted()(times_s), side), abs=2e-3)
+    assert stored[:, 1:] == pytest.approx(motor_angles_deg(lifted()(times_s), side), abs=2e-3)
 
 
 def test_spreadsheet_variants_of_a_csv_are_understood(client: TestClient, patient: dict[str, Any]) -> None:

@@ -73,9 +73,9 @@ def test_correct_password_logs_in_and_logout_ends_the_session(client: TestClient
     assert "HttpOnly" in cookie
     assert "SameSite=strict" in cookie
     assert stranger.get("/api/me").json()["username"] == username
-    kept = stranger.cookies[COOKIE]
+    cookie = stranger.cookies[COOKIE]
     assert stranger.post("/api/sign-out").status_code == 204
-    stranger.cookies.set(COOKIE, kept)
+    stranger.cookies.set(COOKIE, cookie)
     assert stranger.get("/api/me").status_code == 401, "the cookie is worth nothing any more"
 
 
@@ -153,11 +153,11 @@ def test_a_demonstration_link_is_good_once(tmp_path: Any) -> None:
             assert browser.get("/api/me").json()["demonstration"] is True
             again = TestClient(client.app).post("/api/sign-in/link", json={"secret": secret})
             assert again.status_code == 401
-        kept = browser.cookies[COOKIE]
+        cookie = browser.cookies[COOKIE]
     # Given: the same clinic with a real apparatus.
     with running(tmp_path, simulate=False) as client:
         assert not dict(client.app.state.services.auth.links.secrets)  # type: ignore[attr-defined]
-        client.cookies.set(COOKIE, kept)
+        client.cookies.set(COOKIE, cookie)
         assert client.get("/api/me").status_code == 401
 
 

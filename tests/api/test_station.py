@@ -80,7 +80,7 @@ def test_a_taught_motion_is_a_recording_with_its_samples(
         shown = [row[axis] for row in motion["angles_deg"]]
         assert (min(shown), max(shown)) == pytest.approx((reach["min_deg"], reach["max_deg"]), abs=0.5)
     listed = client.get(f"/api/patients/{taught_patient['id']}/recordings").json()["items"]
-    assert recording["id"] in {one["id"] for one in listed}
+    assert recording["id"] in {row["id"] for row in listed}
     renamed = client.patch(f"/api/recordings/{recording['id']}", json={"name": "Raise", "note": "Slowly."}).json()
     assert (renamed["name"], renamed["note"]) == ("Raise", "Slowly.")
 
@@ -107,7 +107,7 @@ def test_turned_apparatus_teaches_the_other_shoulder_and_stays_turned(
     left = teach(client, taught_patient, side="left")
     assert left["side"] == "left"
     # The same shrug of the other shoulder has the same angles of the body and the same ranges of the motors.
-    reach = [[motor["max_deg"] - motor["min_deg"] for motor in one["ranges"]] for one in (recording, left)]
+    reach = [[motor["max_deg"] - motor["min_deg"] for motor in row["ranges"]] for row in (recording, left)]
     assert reach[1][2:] == pytest.approx(reach[0][2:], abs=4.0)
     accepted(client, "side", {"side": "right"})
     assert until_mode(client, "idle")["side"] == "right"
@@ -420,7 +420,7 @@ def test_bad_motions_are_refused_with_line_and_column(client: TestClient, motion
     good = upload(header + "0,0,0,10,0,0\n1,0,0,20,0,0\n")
     assert good.status_code == 201
     listed = client.get("/api/simulator").json()["motions"]
-    assert (good.json()["id"], "uploaded") in {(one["id"], one["source"]) for one in listed}
+    assert (good.json()["id"], "uploaded") in {(row["id"], row["source"]) for row in listed}
     problem(client.post("/api/simulator/guide", json={"motion_id": "none"}), 404, "not_found")
 
 
@@ -464,9 +464,9 @@ def test_dead_device_process_is_restarted_and_resumes_nothing(tmp_path: Path, mo
             assert not any(axis.torque_on for axis in hand.state().axes)
         accepted(client, "acknowledge")
         until_mode(client, "idle")
-        kept = client.get(f"/api/runs/{run['id']}").json()
-        assert kept["outcome"] == "interrupted"
-        assert kept["comparison"]["samples"] > 20
+        stored = client.get(f"/api/runs/{run['id']}").json()
+        assert stored["outcome"] == "interrupted"
+        assert stored["comparison"]["samples"] > 20
 
 
 def test_refused_load_keeps_showing_the_current_run(

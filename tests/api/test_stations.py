@@ -53,7 +53,7 @@ async def until(fleet: Fleet, wanted: Callable[[dict[str, StationStatus]], objec
     """Wait until the condition holds, and return the stations by name."""
     async with asyncio.timeout(_LIMIT_S):
         while True:
-            shown = {one.name: one for one in fleet.statuses()}
+            shown = {status.name: status for status in fleet.statuses()}
             if wanted(shown):
                 return shown
             await fleet.wait_for_change(0.1)
@@ -82,8 +82,14 @@ async def two(url: str) -> AsyncIterator[tuple[Fleet, Acted, Fleet]]:
 def test_each_service_lists_both_stations_and_itself_first(postgresql_url: str) -> None:
     async def look() -> None:
         async with two(postgresql_url) as (first, _, second):
-            assert [(one.name, one.here) for one in first.statuses()] == [("Station 1", True), ("Station 2", False)]
-            assert [(one.name, one.here) for one in second.statuses()] == [("Station 2", True), ("Station 1", False)]
+            assert [(status.name, status.here) for status in first.statuses()] == [
+                ("Station 1", True),
+                ("Station 2", False),
+            ]
+            assert [(status.name, status.here) for status in second.statuses()] == [
+                ("Station 2", True),
+                ("Station 1", False),
+            ]
 
     asyncio.run(look())
 
@@ -112,7 +118,7 @@ def test_lost_listener_reconnects_and_own_station_stays_known(postgresql_url: st
             with first.database.read() as session:
                 assert session.execute(text(ended)).scalar_one() == 4, "each service tells on one and listens on one"
             station.act(estop="pressed")
-            assert known({one.name: one for one in first.statuses()}, "Station 1")
+            assert known({status.name: status for status in first.statuses()}, "Station 1")
             await until(
                 first,
                 lambda shown: known(shown, "Station 2") and shown["Station 2"].state.estop == "pressed",  # type: ignore[union-attr]
@@ -223,18 +229,18 @@ def seen_by(service: TestClient, role: Role) -> dict[str, Any]:
     app: Any = service.app
     browser = TestClient(service.app)
     browser.cookies.set(COOKIE, signed_in(app.state.services.database, role))
-    listed = {one["shown"]["name"]: one["shown"] for one in browser.get("/api/stations").json()["items"]}
+    listed = {item["shown"]["name"]: item["shown"] for item in browser.get("/api/stations").json()["items"]}
     with browser.websocket_connect("/api/stations/live") as socket:
-        answer = {one["name"]: one for one in socket.receive_json()["stations"]}
+        answer = {station["name"]: station for station in socket.receive_json()["stations"]}
     assert answer.keys() == listed.keys()
-    for name, one in answer.items():
-        assert (one["state"] or {}).get("patient") == (listed[name]["state"] or {}).get("patient")
+    for name, status in answer.items():
+        assert (status["state"] or {}).get("patient") == (listed[name]["state"] or {}).get("patient")
     return answer
 
 
 def test_sqlite_has_one_station_with_its_configuration(service: TestClient) -> None:
-    (one,) = service.get("/api/stations").json()["items"]
-    assert (one["shown"]["name"], one["shown"]["here"], one["version"]) == ("Station 1", True, 1)
+    (item,) = service.get("/api/stations").json()["items"]
+    assert (item["shown"]["name"], item["shown"]["here"], item["version"]) == ("Station 1", True, 1)
     (version,) = service.get("/api/station-versions", params={"station": "Station 1"}).json()["items"]
     assert 'name = "Station 1"' in version["config"]
     assert service.get("/api/station-versions", params={"station": "Station 9"}).status_code == 404

@@ -90,8 +90,8 @@ def test_session_answers_are_reused_and_checks_stay_with_it(client: TestClient, 
     url = f"/api/sessions/{session['id']}"
     accepted(client, "teach", wanted)
     ended(client)
-    kept = client.get(url).json()["checks"]
-    assert {(one["check"], one["subject"], one["by"]) for one in kept} == {
+    stored = client.get(url).json()["checks"]
+    assert {(check["check"], check["subject"], check["by"]) for check in stored} == {
         ("identity", "clinic_number+name", WHO),
         ("side", "right", WHO), ("fixtures", "arm_fixer_1", WHO), ("belt", "", WHO), ("pedal", "", ""), ("estop", "", ""),
     }  # fmt: skip
@@ -119,6 +119,6 @@ def test_fixtures_of_the_arm_must_be_given(client: TestClient, patient: dict[str
     assert [error["pointer"] for error in refusal["errors"]] == ["#/fixtures"]
     checklist = f"/api/patients/{patient['id']}/teaching-checklist"
     twice = client.get(checklist, params={"fixtures": ["arm_fixer_1", "arm_fixer_1"]}).json()["checks"]
-    assert [one["subject"] for one in twice if one["check"] == "fixtures"] == ["arm_fixer_1"]
+    assert [check["subject"] for check in twice if check["check"] == "fixtures"] == ["arm_fixer_1"]
     asked = client.get(checklist)
     problem(asked, 422, "invalid")

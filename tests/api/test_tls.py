@@ -206,7 +206,7 @@ def test_every_accepted_cipher_is_authenticated_with_forward_secrecy(
     port = on_the_network[0]
     every = ssl.SSLContext(ssl.PROTOCOL_TLS_CLIENT)
     every.set_ciphers("ALL:COMPLEMENTOFALL:@SECLEVEL=0")
-    names = [one["name"] for one in every.get_ciphers() if one["protocol"] != "TLSv1.3"]
+    names = [cipher["name"] for cipher in every.get_ciphers() if cipher["protocol"] != "TLSv1.3"]
     assert len(names) > 50
     assert {name for name in names if _handshake(port, ssl.TLSVersion.TLSv1_2, f"{name}:@SECLEVEL=0")} == {
         "ECDHE-ECDSA-AES256-GCM-SHA384",

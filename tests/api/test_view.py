@@ -32,7 +32,7 @@ def patient(database: Database, *, restricted: bool = False, team: tuple[UUID, .
         row = patients.create(session, wanted)
         row.restricted = restricted
         session.flush()
-        session.add_all(CareTeamRow(patient_id=row.id, account_id=one) for one in team)
+        session.add_all(CareTeamRow(patient_id=row.id, account_id=account_id) for account_id in team)
         return row.id
 
 

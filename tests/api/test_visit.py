@@ -68,7 +68,7 @@ def test_visit_goes_from_its_programme_to_its_addendum(
     problem(client.post("/api/station/load", json=item), 409, "identity_not_confirmed")
     identified = client.put(f"{url}/checklist/identity", json=confirmation("identity", shrug["id"]))
     assert identified.status_code == 200, identified.text
-    (noted,) = (one for one in audit_log(client, action="tick_check") if "identity" in one["detail"])
+    (noted,) = (row for row in audit_log(client, action="tick_check") if "identity" in row["detail"])
     assert (noted["detail"]["identity"], noted["patient_id"]) == ("clinic_number+name", patient["id"])
     assert noted["who"] == "Test administrator"
     refusal = problem(client.post("/api/station/load", json=item), 409, "checklist_open")
@@ -83,7 +83,7 @@ def test_visit_goes_from_its_programme_to_its_addendum(
         assert client.put(f"{url}/checklist/{check}", json=tick).status_code == 200
     checklist = client.get(f"{url}/checklist", params={"recording_id": shrug["id"]}).json()
     assert checklist["complete"] is True
-    assert {one["check"]: one["checked_by"] for one in checklist["checks"]} == {
+    assert {check["check"]: check["checked_by"] for check in checklist["checks"]} == {
         "identity": WHO, "side": WHO, "fixtures": WHO, "belt": WHO, "pedal": None, "estop": None,
     }  # fmt: skip
     # Another motion needs other fixtures, so only the fixtures are asked for.
@@ -116,9 +116,9 @@ def test_visit_goes_from_its_programme_to_its_addendum(
     # The cause of the stop is an alarm of this run, and has ended.
     alarm = eventually(
         lambda: [
-            one
-            for one in client.get("/api/events", params={"session_id": session["id"], "kind": "alarm"}).json()["items"]
-            if one["ended_at"]
+            item
+            for item in client.get("/api/events", params={"session_id": session["id"], "kind": "alarm"}).json()["items"]
+            if item["ended_at"]
         ]
     )[0]
     assert (alarm["code"], alarm["run_id"], alarm["patient_id"]) == ("operator_stop", stopped["id"], patient["id"])
@@ -166,10 +166,10 @@ def test_visit_goes_from_its_programme_to_its_addendum(
     ):
         problem(answer, 409, "signed")
     added = client.post(f"{url}/addenda", json={"written_by": WHO, "text": "Slept well."}).json()
-    assert [(one["written_by"], one["text"]) for one in added["addenda"]] == [(WHO, "Slept well.")]
+    assert [(addendum["written_by"], addendum["text"]) for addendum in added["addenda"]] == [(WHO, "Slept well.")]
     assert client.get(url).json() == added
     assert added["note"] == signing["note"]
-    assert [one["check"] for one in added["checks"]] == [*BY_HAND, "pedal", "estop"]
+    assert [check["check"] for check in added["checks"]] == [*BY_HAND, "pedal", "estop"]
 
 
 def test_programme_of_another_patient_is_refused(client: TestClient, patient: dict[str, Any]) -> None:

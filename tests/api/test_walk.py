@@ -239,8 +239,8 @@ def _ids_in(schema: Any, schemas: Any, name: str = "") -> Iterator[str]:
         yield from _ids_in(schemas[schema["$ref"].rpartition("/")[2]], schemas, name)
     if schema.get("format") == "uuid":
         yield name
-    for one, field in schema.get("properties", {}).items():
-        yield from _ids_in(field, schemas, one)
+    for name, field in schema.get("properties", {}).items():
+        yield from _ids_in(field, schemas, name)
     for variant in (
         *schema.get("anyOf", ()),
         *schema.get("oneOf", ()),
@@ -253,12 +253,14 @@ def operations(document: Any) -> Iterator[Operation]:
     """Return all operations of the OpenAPI document."""
     for path, methods in document["paths"].items():
         for method, answer in methods.items():
-            given = [(one["in"], one["name"], one["schema"]) for one in answer.get("parameters", ())]
+            given = [
+                (parameter["in"], parameter["name"], parameter["schema"]) for parameter in answer.get("parameters", ())
+            ]
             ids = [(place, name) for place, name, schema in given if [*_ids_in(schema, {}, name)]]
             body = [
-                one
+                body_id
                 for content in answer.get("requestBody", {}).get("content", {}).values()
-                for one in _ids_in(content["schema"], document["components"]["schemas"])
+                for body_id in _ids_in(content["schema"], document["components"]["schemas"])
             ]
             query = tuple(name for place, name in ids if place == "query")
             names = (*(name for _, name in ids), *body)
@@ -303,7 +305,7 @@ def records(service: TestClient) -> dict[str, dict[str, UUID]]:
             session.flush()
             ids = {"patient_id": patient, "erasure_id": erasure.id}
             for name, row in kinds.items():
-                ids[name] = next(one for one in session.scalars(select(row.id)) if one not in seen[name])
+                ids[name] = next(row_id for row_id in session.scalars(select(row.id)) if row_id not in seen[name])
                 seen[name].update(session.scalars(select(row.id)))
         found[whose] = ids
     return found
@@ -476,7 +478,9 @@ def test_every_role_sees_only_permitted_station_data(service: TestClient, asker:
         with client.websocket_connect(path) as socket:
             first = socket.receive_json()
         assert (
-            [one["here"] for one in first["stations"]] == [True] if "stations" in first else first["kind"] == "snapshot"
+            [station["here"] for station in first["stations"]] == [True]
+            if "stations" in first
+            else first["kind"] == "snapshot"
         )
 
 
@@ -644,7 +648,7 @@ def test_restricted_record_is_found_by_whole_number_and_identified(
         number = session.get_one(tables.PatientRow, patient_id).clinic_number
     therapist, _ = _as(service, "therapist")
     items = therapist.get("/api/patients", params={"search": number}).json()["items"]
-    assert [one["id"] for one in items] == [str(patient_id)]
+    assert [item["id"] for item in items] == [str(patient_id)]
     answer = {name: value for name, value in items[0].items() if value not in (None, "", "unknown")}
     assert set(answer) == {"id", "clinic_number", "name", "created_at", "updated_at", "restricted"}
     assert therapist.get("/api/patients", params={"search": number[:-1]}).json()["items"] == []
@@ -685,9 +689,9 @@ def test_user_cannot_review_their_own_emergency_access(
     path = f"/api/patients/{records['restricted']['patient_id']}/break-glass-accesses"
     assert administrator.post(path, json=REASON).status_code == 200
     own = next(
-        one
-        for one in administrator.get("/api/break-glass-accesses").json()["items"]
-        if one["account_id"] == str(account_id)
+        item
+        for item in administrator.get("/api/break-glass-accesses").json()["items"]
+        if item["account_id"] == str(account_id)
     )
     assert administrator.post(f"/api/break-glass-accesses/{own['id']}/review").json()["code"] == "own_glass"
 
@@ -700,7 +704,7 @@ def test_an_administrator_restricts_a_record_to_a_team(service: TestClient) -> N
     unknown = administrator.put(f"{path}/access", json={"restricted": True, "account_ids": [str(uuid4())]})
     assert (unknown.status_code, unknown.json()["code"]) == (422, "no_account")
     answer = administrator.put(f"{path}/access", json={"restricted": True, "account_ids": [str(member_id)]}).json()
-    assert [one["account_id"] for one in answer["team"]] == [str(member_id)]
+    assert [member["account_id"] for member in answer["team"]] == [str(member_id)]
     assert answer["open_to_you"] is False
     assert member.get(path).json()["restricted"] is True
     assert _as(service, "therapist")[0].get(path).status_code == 403

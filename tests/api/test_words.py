@@ -87,9 +87,9 @@ def _asked_for(document: dict[str, Any]) -> Iterator[tuple[str | None, dict[str,
 def _codes(text: Text) -> Iterator[str]:
     """Return the codes of a text and of its nested texts."""
 
-    def codes(one: dict[str, Any]) -> Iterator[str]:
-        yield one["code"]
-        for value in one["params"].values():
+    def codes(text: dict[str, Any]) -> Iterator[str]:
+        yield text["code"]
+        for value in text["params"].values():
             if isinstance(value, dict):
                 yield from codes(value)
 

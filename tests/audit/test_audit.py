@@ -62,9 +62,9 @@ def chained(database: Database) -> Database:
 
 @contextmanager
 def trail_of(database: Database, folder: Path, **given: Any) -> Iterator[AuditLog]:
-    kept = EventSpool(database, "Station 1", folder / "spool", **given)
+    spool = EventSpool(database, "Station 1", folder / "spool", **given)
     try:
-        made = AuditLog(database, folder / "audit.anchor", kept)
+        made = AuditLog(database, folder / "audit.anchor", spool)
         try:
             # The first row must not share a commit, and thus a line of the anchor, with a test's rows.
             assert made.until_written()
@@ -72,7 +72,7 @@ def trail_of(database: Database, folder: Path, **given: Any) -> Iterator[AuditLo
         finally:
             made.close()
     finally:
-        kept.close()
+        spool.close()
 
 
 async def told_in_time(audit_log: AuditLog, entry: chain.Entry) -> None:
@@ -85,9 +85,9 @@ def rows(database: Database) -> list[AuditRow]:
         return list(session.scalars(select(AuditRow).order_by(AuditRow.number)))
 
 
-def verified(database: Database, folder: Path | None = None, kept: chain.Head | None = None) -> Verdict:
+def verified(database: Database, folder: Path | None = None, known_head: chain.Head | None = None) -> Verdict:
     with database.read() as session:
-        return verify(session, [folder / "audit.anchor"] if folder else [], kept)
+        return verify(session, [folder / "audit.anchor"] if folder else [], known_head)
 
 
 class TestWhatIsWritten:
@@ -219,8 +219,8 @@ class TestOneChain:
             except Exception as error:
                 failed.append(error)
 
-        for one in (database, other):
-            AuditHook(one)
+        for service in (database, other):
+            AuditHook(service)
         threads = [threading.Thread(target=write, args=((database, other)[n % 2], n)) for n in range(8)]
         for thread in threads:
             thread.start()
@@ -278,7 +278,7 @@ class TestQueue:
             # Without a login, invented ids do not add rows.
             others = [replace(refused, patient_id=uuid4()) for _ in range(3)]
         assert deduplicator.add(refused, 0.0) == [refused]
-        assert [deduplicator.add(one, 1.0) for one in others] == [[], [], []]
+        assert [deduplicator.add(other, 1.0) for other in others] == [[], [], []]
         (counted,) = deduplicator.expire(WINDOW_S)
         assert json.loads(counted.detail) == {"code": "not_signed_in", "again": 3}
         assert counted.at == others[-1].at

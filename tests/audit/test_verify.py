@@ -66,7 +66,7 @@ def test_every_tampering_is_detected_and_located(audit_log: tuple[Database, Path
 
 def test_truncation_is_reported_after_the_last_remaining_row(audit_log: tuple[Database, Path]) -> None:
     _, verdict = judged(*audit_log, lambda session, _: cut(session, ROWS, 30))
-    assert [(one.first, one.last) for one in verdict.findings] == [(171, 200)]
+    assert [(finding.first, finding.last) for finding in verdict.findings] == [(171, 200)]
     assert verdict.findings[0].message == "Rows 171 to 200 are missing from the end: the anchor contains them."
 
 
@@ -74,7 +74,7 @@ def test_external_head_reveals_older_copies_of_database_and_anchor_together(
     audit_log: tuple[Database, Path],
 ) -> None:
     database, file = audit_log
-    kept, before = last_line(file), file.read_bytes()
+    head, before = last_line(file), file.read_bytes()
 
     def older(session: Session) -> None:
         cut(session, ROWS, 40)
@@ -85,7 +85,7 @@ def test_external_head_reveals_older_copies_of_database_and_anchor_together(
             older(session)
             # Database and anchor agree: both are the older copies.
             assert verify(session, [file]).findings == []
-            (finding,) = verify(session, [file], kept).findings
+            (finding,) = verify(session, [file], head).findings
     finally:
         file.write_bytes(before)
     assert (finding.first, finding.last) == (161, 200)

@@ -70,7 +70,7 @@ def test_key_restored_from_a_backup_is_opened_as_well(tmp_path: Path) -> None:
         add_keys(here, backed_up)
     key = read_factor_key(here)
     assert key.decrypt(before, account) == key.decrypt(then, account) == SECRET
-    assert len([one for one in here.read_text().splitlines() if not one.startswith("#")]) == 2
+    assert len([row for row in here.read_text().splitlines() if not row.startswith("#")]) == 2
     add_keys(tmp_path / "new.txt", backed_up)
     assert read_factor_key(tmp_path / "new.txt").decrypt(then, account) == SECRET
     for file in (here, tmp_path / "new.txt"):

@@ -189,8 +189,8 @@ def test_audit_trail_continues_after_a_restore_and_records_the_loss(
 def trail_of(settings: Settings, database: Database) -> Iterator[AuditLog]:
     """Return the audit log of a service."""
     with (
-        closing(EventSpool(database, "Station 1", settings.spool)) as kept,
-        closing(AuditLog(database, settings.effective_audit_anchor, kept)) as audit_log,
+        closing(EventSpool(database, "Station 1", settings.spool)) as spool,
+        closing(AuditLog(database, settings.effective_audit_anchor, spool)) as audit_log,
     ):
         assert audit_log.until_written()
         yield audit_log

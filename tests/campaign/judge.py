@@ -231,7 +231,7 @@ class Judge:
         Registers that change the drive's measurements or its inputs are left out.
         """
         factory = self._factory[motor - 1].items()
-        return [one for one in factory if self.config.protocol == "modbus" or one[0] in _ROTATED]
+        return [register for register in factory if self.config.protocol == "modbus" or register[0] in _ROTATED]
 
     def _seen_after_ns(self, wrong: dict[int, str]) -> int:
         if self.config.protocol == "modbus" or wrong.keys() <= _ROTATED:

@@ -40,7 +40,9 @@ def test_every_change_to_a_long_trail_is_detected(backend: str, request: pytest.
         played += 1
         if not verdict.findings:
             unseen.append((name, done))
-        elif done.last and not any(one.first <= done.last and done.first <= one.last for one in verdict.findings):
+        elif done.last and not any(
+            finding.first <= done.last and done.first <= finding.last for finding in verdict.findings
+        ):
             misplaced.append((name, done, verdict.findings[:3]))
         log.info("%s: %s: %s", backend, name, verdict.findings[0].message if verdict.findings else "nothing")
     log.info("%s: %d tricks, %d unseen, %d said to be elsewhere", backend, played, len(unseen), len(misplaced))

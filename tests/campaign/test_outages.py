@@ -36,30 +36,30 @@ def test_fifty_outages_under_five_stations(tmp_path: Path) -> None:
         server = postgresql.Server(url)
         stations = [TreatingStation(stack, tmp_path, f"Station {n}", url, over) for n in range(1, STATIONS + 1)]
         stack.callback(over.set)
-        for one in stations:
-            one.begin()
-        for one in stations:
-            one.wait_for_a_run()
-        settled_mb = [one.clinic.service_mb for one in stations]
+        for station in stations:
+            station.begin()
+        for station in stations:
+            station.wait_for_a_run()
+        settled_mb = [station.clinic.service_mb for station in stations]
         for number in range(OUTAGES):
             over.wait(chance.uniform(1.0, 6.0))
             with server.hanging() if chance.random() < 0.5 else server.killed():
                 over.wait(HANGS_S if number == OUTAGES // 2 else chance.uniform(0.0, 10.0))
             if number == OUTAGES // 10:
-                settled_mb = [one.clinic.service_mb for one in stations]
+                settled_mb = [station.clinic.service_mb for station in stations]
             log.info(
                 "outage %d of %d; services hold %s MB",
                 number + 1,
                 OUTAGES,
-                _told(one.clinic.service_mb for one in stations),
+                _told(station.clinic.service_mb for station in stations),
             )
         over.set()
-        for one in stations:
-            one.end()
-        growth_mb = [one.clinic.service_mb - mb for one, mb in zip(stations, settled_mb, strict=True)]
+        for station in stations:
+            station.end()
+        growth_mb = [station.clinic.service_mb - mb for station, mb in zip(stations, settled_mb, strict=True)]
         log.info(
             "%s; services grew by %s MB; missed: %s",
-            judge(stations, url), _told(growth_mb), ", ".join(one.missed for one in stations),
+            judge(stations, url), _told(growth_mb), ", ".join(station.missed for station in stations),
         )  # fmt: skip
         assert max(growth_mb) <= 10.0
 
@@ -71,16 +71,16 @@ def test_ten_failovers_under_five_stations(tmp_path: Path) -> None:
     with pair() as servers, ExitStack() as stack:
         stations = [TreatingStation(stack, tmp_path, f"Station {n}", servers.url, over) for n in range(1, STATIONS + 1)]
         stack.callback(over.set)
-        for one in stations:
-            one.begin()
+        for station in stations:
+            station.begin()
         for number in range(FAILOVERS):
             over.wait(chance.uniform(5.0, 10.0))
             servers.fail_over(chance.uniform(0.0, 3.0))
             log.info("failover %d of %d", number + 1, FAILOVERS)
         over.set()
-        for one in stations:
-            one.end()
-        log.info("%s; missed: %s", judge(stations, servers.url), ", ".join(one.missed for one in stations))
+        for station in stations:
+            station.end()
+        log.info("%s; missed: %s", judge(stations, servers.url), ", ".join(station.missed for station in stations))
 
 
 def _told(held_mb: Iterable[float]) -> str:

@@ -44,14 +44,14 @@ def test_assessment_is_saved_unchanged(database: Database, episode_id: UUID) -> 
     with database.write() as session:
         key = service.create(session, episode_id, found(rom=entries, spadi=SPADI, pain_average=5, note=" Slept. ")).id
     with database.read() as session:
-        kept = service.as_assessment(service.get(session, key))
-    assert (kept.assessed_at, kept.assessed_by, kept.note) == (DAY, "Kimura Jun", "Slept.")
-    assert (kept.pain_rest, kept.pain_active, kept.pain_passive, kept.pain_average) == (3, None, None, 5)
-    assert kept.spadi == SPADI
-    assert kept.spadi_score
-    assert (kept.spadi_score.pain, kept.spadi_score.disability, kept.spadi_score.total) == (60, 30, 45)
+        stored = service.as_assessment(service.get(session, key))
+    assert (stored.assessed_at, stored.assessed_by, stored.note) == (DAY, "Kimura Jun", "Slept.")
+    assert (stored.pain_rest, stored.pain_active, stored.pain_passive, stored.pain_average) == (3, None, None, 5)
+    assert stored.spadi == SPADI
+    assert stored.spadi_score
+    assert (stored.spadi_score.pain, stored.spadi_score.disability, stored.spadi_score.total) == (60, 30, 45)
     # In the table's order, whatever order they came in.
-    assert [(one.side, one.motion, one.position, one.kind, one.angle_deg) for one in kept.rom] == [
+    assert [(entry.side, entry.motion, entry.position, entry.kind, entry.angle_deg) for entry in stored.rom] == [
         ("left", "flexion", "", "active", 95),
         ("right", "flexion", "", "active", 170),
         ("left", "external_rotation", "abducted_90", "passive", 31.5),
@@ -66,13 +66,13 @@ def test_change_replaces_given_fields_and_keeps_the_rest(database: Database, epi
     with database.write() as session:
         service.change(session, row.id, change)
     with database.read() as session:
-        kept = service.as_assessment(service.get(session, row.id))
-    assert [(one.motion, one.kind, one.angle_deg) for one in kept.rom] == [
+        stored = service.as_assessment(service.get(session, row.id))
+    assert [(entry.motion, entry.kind, entry.angle_deg) for entry in stored.rom] == [
         ("flexion", "active", 100),
         ("extension", "active", 20),
     ]
-    assert (kept.pain_rest, kept.spadi, kept.assessed_by) == (None, SPADI, "Kimura Jun")
-    assert kept.updated_at > row.updated_at
+    assert (stored.pain_rest, stored.spadi, stored.assessed_by) == (None, SPADI, "Kimura Jun")
+    assert stored.updated_at > row.updated_at
 
 
 def test_second_of_two_editors_is_refused_and_nothing_is_lost(database: Database, episode_id: UUID) -> None:
@@ -81,12 +81,12 @@ def test_second_of_two_editors_is_refused_and_nothing_is_lost(database: Database
         seen = row.updated_at
     with database.write() as session:
         service.change(session, row.id, AssessmentUpdate(updated_at=seen, note="first"))
-    with pytest.raises(ProblemError) as told, database.write() as session:
+    with pytest.raises(ProblemError) as raised, database.write() as session:
         service.change(session, row.id, AssessmentUpdate(updated_at=seen, note="second"))
-    assert (told.value.status, told.value.code) == (409, "edited_meanwhile")
-    with pytest.raises(ProblemError) as told, database.write() as session:
+    assert (raised.value.status, raised.value.code) == (409, "edited_meanwhile")
+    with pytest.raises(ProblemError) as raised, database.write() as session:
         service.withdraw(session, row.id, seen)
-    assert told.value.code == "edited_meanwhile"
+    assert raised.value.code == "edited_meanwhile"
     with database.read() as session:
         assert service.get(session, row.id).note == "first"
 
@@ -105,9 +105,9 @@ def test_withdrawn_assessment_stays_visible_and_counts_for_nothing(database: Dat
         assert ([row.id for row in rows], further) == ([third.id, second.id, first.id], None)
         assert baseline
         assert baseline.id == second.id
-    with pytest.raises(ProblemError) as told, database.write() as session:
+    with pytest.raises(ProblemError) as raised, database.write() as session:
         service.change(session, first.id, AssessmentUpdate(updated_at=updated_at, note="late"))
-    assert told.value.code == "withdrawn"
+    assert raised.value.code == "withdrawn"
 
 
 def test_next_page_continues_where_the_list_ended(database: Database, episode_id: UUID) -> None:
@@ -124,9 +124,9 @@ def test_next_page_continues_where_the_list_ended(database: Database, episode_id
 def test_an_assessment_never_becomes_empty(database: Database, episode_id: UUID) -> None:
     with database.write() as session:
         row = service.create(session, episode_id, found())
-    with pytest.raises(ProblemError) as told, database.write() as session:
+    with pytest.raises(ProblemError) as raised, database.write() as session:
         service.change(session, row.id, AssessmentUpdate(updated_at=row.updated_at, pain_rest=None))
-    assert (told.value.status, told.value.code) == (422, "nothing_found")
+    assert (raised.value.status, raised.value.code) == (422, "nothing_found")
     with database.read() as session:
         assert service.get(session, row.id).pain_rest == 3
 
@@ -138,11 +138,11 @@ def test_unknown_measures_of_another_version_are_tolerated(database: Database, e
         wider = RomRow(side="left", motion="extension", kind="active", position="", angle_deg=95)
         row.rom += [unknown, wider]
     with database.read() as session:
-        kept = service.as_assessment(service.get(session, row.id))
-    assert [(one.motion, one.angle_deg) for one in kept.rom] == [("flexion", 95), ("extension", 95)]
+        stored = service.as_assessment(service.get(session, row.id))
+    assert [(entry.motion, entry.angle_deg) for entry in stored.rom] == [("flexion", 95), ("extension", 95)]
 
 
 def test_missing_record_is_not_found(database: Database) -> None:
-    with pytest.raises(ProblemError) as told, database.write() as session:
+    with pytest.raises(ProblemError) as raised, database.write() as session:
         service.create(session, uuid4(), found())
-    assert told.value.status == 404
+    assert raised.value.status == 404

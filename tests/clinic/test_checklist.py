@@ -21,7 +21,7 @@ EVERYTHING: dict[CheckName, datetime | None] = {"pedal": NOON, "estop": NOON}
 
 
 def still_open(checks: tuple[CheckState, ...]) -> list[str]:
-    return [one.need.check for one in checks if one.answer is None]
+    return [check.need.check for check in checks if check.answer is None]
 
 
 def answer(check: CheckName, subject: str, minutes: int = 0) -> Answer:
@@ -58,7 +58,7 @@ def test_automatic_checks_cannot_be_ticked() -> None:
     checks = match_answers(required_checks("left", ("arm_fixer_1",)), ticked, NOTHING)
     assert still_open(checks) == ["identity", "side", "fixtures", "pedal", "estop"]
     seen = match_answers(required_checks("left", ("arm_fixer_1",)), ticked, EVERYTHING)
-    assert [(one.answer.by, one.answer.at) for one in seen[4:] if one.answer] == [("", NOON), ("", NOON)]
+    assert [(check.answer.by, check.answer.at) for check in seen[4:] if check.answer] == [("", NOON), ("", NOON)]
 
 
 def test_changed_fixtures_reopen_only_their_own_check() -> None:

@@ -52,7 +52,7 @@ def test_a_record_is_split_into_commissioning_and_checks(tmp_path: Path) -> None
     found = list(
         service.finished(with_checks(record, *checks(AT), *failed, step(CHECKED[0], later + timedelta(days=1))))
     )
-    assert [(one.kind, len(one.steps), one.steps[-1].passed) for one in found] == [
+    assert [(row.kind, len(row.steps), row.steps[-1].passed) for row in found] == [
         ("full", 11, True), ("check", 4, True), ("check", 2, False),
     ]  # fmt: skip
     assert found[0].record.digest == record.digest, "the hash of the record as it was when it had no checks"

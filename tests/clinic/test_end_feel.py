@@ -98,7 +98,7 @@ def test_curves_hold_earlier_tests_and_figures(clinic: Clinic, recording: UUID, 
     first, second = played(clinic, recording).run_id, played(clinic, recording).run_id
     with clinic.database.read() as session:
         found = end_feel_results.curves(session, second)
-        assert [one.run_id for one in found.earlier] == [first]
+        assert [result.run_id for result in found.earlier] == [first]
         assert found.result.figures is not None and found.other_side is None
         assert found.figure is not None
         assert len(found.figure.data) == 4
@@ -111,7 +111,7 @@ def test_guide_shows_baselines_and_tests_of_the_session(clinic: Clinic, recordin
         today = utc_now().replace(hour=0, minute=0, second=0, microsecond=0)
         (motion,) = end_feel_results.guide(session, visit.id, STATION, today).motions
         assert (motion.motion, motion.baseline_run_id) == (4, baseline)
-        assert [one.run_id for one in motion.tests] == [run_id]
+        assert [test.run_id for test in motion.tests] == [run_id]
         (elsewhere,) = end_feel_results.guide(session, visit.id, "Station 2", today).motions
         assert elsewhere.baseline_run_id is None
 
@@ -130,25 +130,29 @@ def test_curve_as_csv_has_units_and_every_place(clinic: Clinic, recording: UUID,
 
 def test_observation_has_method_and_components(clinic: Clinic, recording: UUID, baseline: UUID, tmp_path: Path) -> None:
     row = played(clinic, recording)
-    told = exported(clinic.database, clinic.patient_id, tmp_path / "bundle.json")
-    found = [one for one in of_kind(told, "Observation") if one["code"]["coding"][0]["code"] == "end-feel"]
+    bundle = exported(clinic.database, clinic.patient_id, tmp_path / "bundle.json")
+    found = [
+        resource for resource in of_kind(bundle, "Observation") if resource["code"]["coding"][0]["code"] == "end-feel"
+    ]
     # The baseline is of the apparatus.
-    assert [one["id"] for one in found] == [str(row.run_id)]
+    assert [resource["id"] for resource in found] == [str(row.run_id)]
     assert found[0]["valueQuantity"]["value"] == pytest.approx(row.range_deg, abs=1e-3)
     assert found[0]["method"]["coding"][0]["code"] == "end-feel-test"
     assert {part["code"]["coding"][0]["code"] for part in found[0]["component"]} >= {
         "end-feel-torque", "end-feel-range-interval", "end-feel-onset", "end-feel-stiffness", "end-feel-hysteresis",
     }  # fmt: skip
-    assert judged({"bundle": told}) == {"bundle": []}
+    assert judged({"bundle": bundle}) == {"bundle": []}
 
 
 def test_observation_without_figures_says_why(clinic: Clinic, recording: UUID, baseline: UUID, tmp_path: Path) -> None:
     played(clinic, recording, bursts_nm=(0.0, 1.5, 0.0))
-    told = exported(clinic.database, clinic.patient_id, tmp_path / "bundle.json")
-    (found,) = (one for one in of_kind(told, "Observation") if one["code"]["coding"][0]["code"] == "end-feel")
+    bundle = exported(clinic.database, clinic.patient_id, tmp_path / "bundle.json")
+    (found,) = (
+        resource for resource in of_kind(bundle, "Observation") if resource["code"]["coding"][0]["code"] == "end-feel"
+    )
     assert "valueQuantity" not in found
     assert found["dataAbsentReason"]["text"] == "guarding"
-    assert judged({"bundle": told}) == {"bundle": []}
+    assert judged({"bundle": bundle}) == {"bundle": []}
 
 
 @pytest.mark.parametrize(("language", "words"), [("en", "End-feel test"), ("ja", "エンドフィール検査")])

@@ -44,7 +44,7 @@ def rows(session: Session, table: str) -> list[tuple[Any, ...]]:
     return sorted((tuple(row) for row in session.execute(select(Base.metadata.tables[table]))), key=repr)
 
 
-def told(session: Session) -> list[str]:
+def written_texts(session: Session) -> list[str]:
     """Return every row of every table that identifies the patient."""
     assert kata.clinic.tables.__all__
     text = [f"{table}: {row!s}" for table in Base.metadata.tables for row in rows(session, table)]
@@ -58,7 +58,7 @@ def test_erasure_removes_every_identifier_and_preserves_every_figure(database: D
         erasures.refuse(session, asked.id, ErasureRefusal(explanation="Mrs Yamada owes us.", decided_by="K"))
         asked = erasures.note(session, patient_id, ErasureRequest(reason="Mrs Yamada paid.", noted_by="S"))
     with database.read() as session:
-        assert {line.partition(":")[0] for line in told(session)} == {
+        assert {line.partition(":")[0] for line in written_texts(session)} == {
             "patients", "episodes", "programmes", "programme_versions", "assessments", "sessions", "teachings", "recordings",
             "erasures",
         }  # fmt: skip
@@ -66,7 +66,7 @@ def test_erasure_removes_every_identifier_and_preserves_every_figure(database: D
     with database.write() as session:
         erasures.erase(session, asked.id, ErasureConsent(clinic_number=NUMBER, explanation="Granted.", decided_by="K"))
     with database.read() as session:
-        assert told(session) == []
+        assert written_texts(session) == []
         assert {table: rows(session, table) for table in FIGURES} == before
         assert [row.explanation for row in erasures.of_patient(session, patient_id)] == ["", "Granted."]
 
@@ -102,5 +102,5 @@ def test_erasure_affects_only_the_requested_patient(database: Database) -> None:
         assert [
             row.patient_id for row in erasures.undecided(session, hidden=select(ErasureRow.patient_id).where(false()))
         ] == [second]
-        assert any("Visit 0: Mrs Yamada did well." in line for line in told(session))
-        assert sum("K-0043" in line for line in told(session)) == 1
+        assert any("Visit 0: Mrs Yamada did well." in line for line in written_texts(session))
+        assert sum("K-0043" in line for line in written_texts(session)) == 1

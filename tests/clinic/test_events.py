@@ -55,8 +55,8 @@ def stop(*codes: str, **given: Any) -> Live:
     return state(mode="stopped", stop=StopLive(causes=causes, arm_held=False), **given)
 
 
-def alarms(told: list[NewDeviceEvent | AlarmsEnded]) -> list[NewDeviceEvent]:
-    return [one for one in told if isinstance(one, NewDeviceEvent) and one.kind == "alarm"]
+def alarms(events: list[NewDeviceEvent | AlarmsEnded]) -> list[NewDeviceEvent]:
+    return [event for event in events if isinstance(event, NewDeviceEvent) and event.kind == "alarm"]
 
 
 def test_stop_alarms_its_run_and_reports_each_cause_once() -> None:
@@ -100,16 +100,16 @@ def test_estop_is_tested_when_pressed_and_released() -> None:
 def test_unseen_press_does_not_test_the_estop(before: str) -> None:
     observer = Observer("Station 1")
     observer.observe_state(state(estop=before), None)
-    told = observer.observe_state(stop("estop_pressed", estop="released"), None)
-    assert ESTOP_TESTED not in [one.code for one in told if isinstance(one, NewDeviceEvent)]
+    events = observer.observe_state(stop("estop_pressed", estop="released"), None)
+    assert ESTOP_TESTED not in [event.code for event in events if isinstance(event, NewDeviceEvent)]
 
 
 def test_press_before_a_control_program_restart_does_not_count() -> None:
     observer = Observer("Station 1")
     observer.observe_state(stop("estop_pressed", estop="pressed"), None)
     observer.observe_state(state(device="restarting", estop="unknown"), None)
-    told = observer.observe_state(stop("estop_pressed", estop="released"), None)
-    assert ESTOP_TESTED not in [one.code for one in told if isinstance(one, NewDeviceEvent)]
+    events = observer.observe_state(stop("estop_pressed", estop="released"), None)
+    assert ESTOP_TESTED not in [event.code for event in events if isinstance(event, NewDeviceEvent)]
 
 
 def test_events_are_stored_unchanged_except_alarms() -> None:
@@ -125,7 +125,7 @@ def happening(code: str = "torque", at: datetime = AT, **given: Any) -> NewDevic
     return NewDeviceEvent(station="Station 1", at=at, kind="event", code=code, message=f"{code}.", **given)
 
 
-def kept(database: Database) -> list[DeviceEventRow]:
+def stored_events(database: Database) -> list[DeviceEventRow]:
     with database.read() as session:
         return list(session.scalars(select(DeviceEventRow).order_by(DeviceEventRow.at, DeviceEventRow.code)))
 
@@ -143,7 +143,7 @@ def test_event_put_repeatedly_is_stored_once_and_ended(database: Database, tmp_p
     ):
         event_spool.put_event(item)
     event_spool.close()
-    rows = kept(database)
+    rows = stored_events(database)
     assert [(row.code, row.kind) for row in rows] == [("operator_stop", "alarm"), ("torque", "event")]
     assert rows[0].ended_at == AT + timedelta(minutes=1)
     assert rows[1].ended_at is None
@@ -154,7 +154,7 @@ def test_event_refused_by_the_database_blocks_no_other(database: Database, tmp_p
     for item in (happening("a"), happening("b", session_id=uuid4()), happening("c")):
         event_spool.put_event(item)
     event_spool.close()
-    assert [row.code for row in kept(database)] == ["a", "c"]
+    assert [row.code for row in stored_events(database)] == ["a", "c"]
     assert '"code":"b"' in (tmp_path / "refused.jsonl").read_text()
 
 
@@ -166,12 +166,12 @@ def sqlite(tmp_path: Path) -> Database:
 def test_locked_database_delays_no_writer_and_loses_nothing(sqlite: Database, tmp_path: Path) -> None:
     event_spool = EventSpool(sqlite, "Station 1", tmp_path / "spool", retry_s=0.01)
     assert event_spool.until_taken(10)
-    told = [happening(f"e{n:02d}", at=AT + timedelta(seconds=n)) for n in range(50)]
+    sent = [happening(f"e{n:02d}", at=AT + timedelta(seconds=n)) for n in range(50)]
     with sqlite.writer.connect() as locking, locking.begin():
 
         def put_all() -> None:
-            for one in told:
-                event_spool.put_event(one)
+            for event in sent:
+                event_spool.put_event(event)
 
         putting = threading.Thread(target=put_all)
         putting.start()
@@ -180,7 +180,7 @@ def test_locked_database_delays_no_writer_and_loses_nothing(sqlite: Database, tm
         assert event_spool.spool.until_written(5.0)
         assert event_spool.delivery.waiting == 50
     event_spool.close()
-    assert [row.code for row in kept(sqlite)] == [one.code for one in told]
+    assert [row.code for row in stored_events(sqlite)] == [event.code for event in sent]
 
 
 def test_what_an_ended_service_left_open_is_closed(database: Database) -> None:

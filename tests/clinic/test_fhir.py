@@ -28,9 +28,9 @@ from tests.support.fhir_patient import KANA, NAME, NUMBER, treated
 
 def test_a_patient_with_fifty_sessions_is_accepted_by_both_validators(database: Database, tmp_path: Path) -> None:
     patient_id = treated(database)
-    told = exported(database, patient_id, tmp_path / "bundle.json")
-    assert judged({"bundle": told}) == {"bundle": []}
-    kinds = Counter(entry["resource"]["resourceType"] for entry in told["entry"])
+    bundle = exported(database, patient_id, tmp_path / "bundle.json")
+    assert judged({"bundle": bundle}) == {"bundle": []}
+    kinds = Counter(entry["resource"]["resourceType"] for entry in bundle["entry"])
     assert kinds["Procedure"] == kinds["DeviceUseStatement"] == 50
     assert (kinds["Patient"], kinds["Condition"], kinds["CarePlan"], kinds["Device"]) == (1, 1, 2, 2)
     assert kinds["QuestionnaireResponse"] == 5
@@ -42,24 +42,24 @@ def test_a_patient_with_fifty_sessions_is_accepted_by_both_validators(database: 
 
 def test_same_record_makes_the_same_bundle_with_resolvable_references(database: Database, tmp_path: Path) -> None:
     patient_id = treated(database, sessions=3)
-    told = exported(database, patient_id, tmp_path / "bundle.json")
-    assert exported(database, patient_id, tmp_path / "again.json") == told
-    urls = {entry["fullUrl"] for entry in told["entry"]}
-    assert len(urls) == len(told["entry"])
-    for entry in told["entry"]:
+    bundle = exported(database, patient_id, tmp_path / "bundle.json")
+    assert exported(database, patient_id, tmp_path / "again.json") == bundle
+    urls = {entry["fullUrl"] for entry in bundle["entry"]}
+    assert len(urls) == len(bundle["entry"])
+    for entry in bundle["entry"]:
         resource = entry["resource"]
         assert entry["request"] == {"method": "PUT", "url": f"{resource['resourceType']}/{resource['id']}"}
         assert entry["fullUrl"] == f"urn:uuid:{UUID(resource['id'])}"
-    references = {one["reference"] for one in everything(told["entry"]) if "reference" in one}
+    references = {element["reference"] for element in everything(bundle["entry"]) if "reference" in element}
     assert len(references) >= 10
     assert references <= urls
 
 
 def test_every_code_of_our_own_is_declared_in_the_bundle(database: Database, tmp_path: Path) -> None:
-    told = exported(database, treated(database, sessions=1), tmp_path / "bundle.json")
-    (declared,) = of_kind(told, "CodeSystem")
-    known = {one["code"] for one in declared["concept"]}
-    used = {one["code"] for one in everything(told) if one.get("system") == LOCAL and "code" in one}
+    bundle = exported(database, treated(database, sessions=1), tmp_path / "bundle.json")
+    (declared,) = of_kind(bundle, "CodeSystem")
+    known = {concept["code"] for concept in declared["concept"]}
+    used = {element["code"] for element in everything(bundle) if element.get("system") == LOCAL and "code" in element}
     assert declared["url"] == LOCAL
     assert declared["count"] == len(known) == len(local_codes())
     assert len(used) > 20
@@ -83,8 +83,12 @@ def test_partial_run_has_no_error_but_its_compared_share(database: Database, tmp
     with database.write() as session:
         for row in session.scalars(select(RunRow)):
             row.compared_percent, row.worst_rmse_deg, row.worst_peak_deg = 41.5, None, None
-    told = exported(database, patient, tmp_path / "bundle.json")
-    runs = [one for one in of_kind(told, "Observation") if one["code"]["coding"][0]["code"] == "run-tracking"]
+    bundle = exported(database, patient, tmp_path / "bundle.json")
+    runs = [
+        resource
+        for resource in of_kind(bundle, "Observation")
+        if resource["code"]["coding"][0]["code"] == "run-tracking"
+    ]
     assert runs
     for run in runs:
         assert "valueQuantity" not in run
@@ -109,8 +113,12 @@ def test_run_names_its_following_error_and_its_change_by_settings(database: Data
                 motor.change_deg = -12.5 if motor.motor == 3 else 1.0
             for motion in row.motions:
                 motion.end_range_s = 92.5 if motion.motion == 4 else None
-    told = exported(database, patient, tmp_path / "bundle.json")
-    runs = [one for one in of_kind(told, "Observation") if one["code"]["coding"][0]["code"] == "run-tracking"]
+    bundle = exported(database, patient, tmp_path / "bundle.json")
+    runs = [
+        resource
+        for resource in of_kind(bundle, "Observation")
+        if resource["code"]["coding"][0]["code"] == "run-tracking"
+    ]
     assert runs
     for run in runs:
         assert run["code"]["coding"][0]["display"].startswith("Tracking error")
@@ -126,30 +134,30 @@ def test_run_names_its_following_error_and_its_change_by_settings(database: Data
 
 
 def test_goniometer_readings_and_the_patients_angles_name_their_method(database: Database, tmp_path: Path) -> None:
-    told = exported(database, treated(database, sessions=2), tmp_path / "bundle.json")
-    observations = of_kind(told, "Observation")
+    bundle = exported(database, treated(database, sessions=2), tmp_path / "bundle.json")
+    observations = of_kind(bundle, "Observation")
 
     def of_code(code: str) -> list[Json]:
-        return [one for one in observations if one["code"]["coding"][0]["code"] == code]
+        return [observation for observation in observations if observation["code"]["coding"][0]["code"] == code]
 
     readings, angles = of_code("goniometer-reading"), of_code("patient-angle")
-    assert [one["valueQuantity"]["value"] for one in readings] == [26.0, 78.0]
-    assert {one["method"]["coding"][0]["code"] for one in readings} == {"goniometer"}
-    assert [one["component"][0]["valueQuantity"]["value"] for one in readings] == [20.0, 80.0]
+    assert [reading["valueQuantity"]["value"] for reading in readings] == [26.0, 78.0]
+    assert {reading["method"]["coding"][0]["code"] for reading in readings} == {"goniometer"}
+    assert [reading["component"][0]["valueQuantity"]["value"] for reading in readings] == [20.0, 80.0]
     # Two playbacks of the session with readings; nothing is estimated in the other session or for another motion.
     assert len(angles) == 2
-    for one in angles:
-        assert "basic motion 4" in one["code"]["text"]
-        assert one["method"]["coding"][0]["code"] == "goniometer-estimate"
-        assert "valueQuantity" not in one
-        names = [part["code"]["coding"][0]["code"] for part in one["component"]]
+    for angle in angles:
+        assert "basic motion 4" in angle["code"]["text"]
+        assert angle["method"]["coding"][0]["code"] == "goniometer-estimate"
+        assert "valueQuantity" not in angle
+        names = [part["code"]["coding"][0]["code"] for part in angle["component"]]
         assert names == [f"patient-angle-{end}{what}" for end in ("lowest", "highest") for what in ("", "-uncertainty")]
-        assert len(one["derivedFrom"]) == 3
+        assert len(angle["derivedFrom"]) == 3
 
 
 def test_bundle_repeats_the_values_of_the_record(database: Database, tmp_path: Path) -> None:
-    told = exported(database, treated(database, sessions=11), tmp_path / "bundle.json")
-    (who,) = of_kind(told, "Patient")
+    bundle = exported(database, treated(database, sessions=11), tmp_path / "bundle.json")
+    (who,) = of_kind(bundle, "Patient")
     assert (who["identifier"][0]["system"], who["identifier"][0]["value"]) == (CLINIC_NUMBER, NUMBER)
     assert [(name["text"], name["use"], name["extension"]) for name in who["name"]] == [
         (NAME, "official", [{"url": NAME_REPRESENTATION, "valueCode": "IDE"}]),
@@ -157,46 +165,50 @@ def test_bundle_repeats_the_values_of_the_record(database: Database, tmp_path: P
     ]
     assert (who["birthDate"], who["gender"], who["active"]) == ("1968-04-12", "female", True)
 
-    (condition,) = of_kind(told, "Condition")
+    (condition,) = of_kind(bundle, "Condition")
     assert set(condition["code"]) == {"text"}
     assert "verificationStatus" not in condition
     assert condition["bodySite"][0]["coding"][0]["code"] == "91775009"
     assert condition["onsetDateTime"] == "2026-01-10"
     assert [stage["extension"][0]["valueDate"] for stage in condition["stage"]] == ["2026-02-01", "2026-05-20"]
-    warnings = [flag["code"]["text"] for flag in of_kind(told, "Flag")]
+    warnings = [flag["code"]["text"] for flag in of_kind(bundle, "Flag")]
     assert warnings[0] == "Left shoulder. Contraindications: None known to Mrs Yamada."
     assert "Abduction / adduction of the shoulder: as far as it goes to 90 deg" in warnings[1]
 
-    old, new = sorted(of_kind(told, "CarePlan"), key=lambda plan: plan["title"])
+    old, new = sorted(of_kind(bundle, "CarePlan"), key=lambda plan: plan["title"])
     assert (old["status"], new["status"]) == ("revoked", "active")
     assert new["replaces"][0]["reference"] == f"urn:uuid:{old['id']}"
     assert new["activity"][0]["detail"]["quantity"]["value"] == 10
     assert new["activity"][0]["detail"]["scheduledTiming"]["repeat"]["frequency"] == 3
     assert "scheduledTiming" not in old["activity"][0]["detail"], "no number was prescribed"
 
-    observations = of_kind(told, "Observation")
-    codes = Counter(one["code"]["coding"][0]["code"] for one in observations)
-    flexion = next(one for one in observations if one["code"]["coding"][0]["code"] == "41389-8")
+    observations = of_kind(bundle, "Observation")
+    codes = Counter(observation["code"]["coding"][0]["code"] for observation in observations)
+    flexion = next(observation for observation in observations if observation["code"]["coding"][0]["code"] == "41389-8")
     assert flexion["valueQuantity"] == {
         "value": 90.0,
         "unit": "deg",
         "system": "http://unitsofmeasure.org",
         "code": "deg",
     }
-    rotation = [one for one in observations if one["code"]["coding"][0]["code"] == "41387-2"]
-    at = {one["component"][0]["valueCodeableConcept"]["coding"][0]["code"] for one in rotation}
+    rotation = [observation for observation in observations if observation["code"]["coding"][0]["code"] == "41387-2"]
+    at = {observation["component"][0]["valueCodeableConcept"]["coding"][0]["code"] for observation in rotation}
     assert at == {"position-at_side", "position-abducted_90", "position-flexed_90"}
     assert codes[PAIN] == 11 * 2 + 6 + 2 * 4
     assert codes["rom-adduction-active"] == 4
     withdrawn = {
-        one["status"]
-        for one in observations
-        if one["effectiveDateTime" if "effectiveDateTime" in one else "status"].startswith("2026-04-16T10")
+        observation["status"]
+        for observation in observations
+        if observation["effectiveDateTime" if "effectiveDateTime" in observation else "status"].startswith(
+            "2026-04-16T10"
+        )
     }
     assert withdrawn == {"entered-in-error"}
-    run = next(one for one in observations if one["code"]["coding"][0]["code"] == "run-tracking")
+    run = next(
+        observation for observation in observations if observation["code"]["coding"][0]["code"] == "run-tracking"
+    )
     assert run["valueQuantity"]["value"] == 0.4
-    answers = of_kind(told, "QuestionnaireResponse")[0]["item"]
+    answers = of_kind(bundle, "QuestionnaireResponse")[0]["item"]
     assert [item.get("answer", [{}])[0].get("valueInteger") for item in answers] == [
         7,
         8,
@@ -212,7 +224,7 @@ def test_bundle_repeats_the_values_of_the_record(database: Database, tmp_path: P
         7,
         None,
     ]
-    seen = of_kind(told, "Procedure")[0]
+    seen = of_kind(bundle, "Procedure")[0]
     assert [note["text"] for note in seen["note"]] == ["Visit 0: Mrs Yamada did well.", "Seen by me."]
     assert seen["note"][0]["authorString"] == "Suzuki Aya"
 
@@ -242,52 +254,52 @@ def test_bundle_has_no_empty_or_double_values_or_zoneless_times(database: Databa
 
 
 def test_pain_scores_of_one_moment_differ_and_name_the_shoulder(database: Database, tmp_path: Path) -> None:
-    told = exported(database, treated(database, sessions=1), tmp_path / "bundle.json")
-    pains = [one for one in of_kind(told, "Observation") if one["code"]["coding"][0]["code"] == PAIN]
+    bundle = exported(database, treated(database, sessions=1), tmp_path / "bundle.json")
+    pains = [resource for resource in of_kind(bundle, "Observation") if resource["code"]["coding"][0]["code"] == PAIN]
     assert len(pains) == 7
-    meant = {(one["code"]["coding"][1]["code"], one.get("effectiveDateTime")) for one in pains}
+    meant = {(pain["code"]["coding"][1]["code"], pain.get("effectiveDateTime")) for pain in pains}
     assert len({code for code, _ in meant}) == len(pains)
-    assert {one["bodySite"]["coding"][0]["display"] for one in pains} == {"Structure of left shoulder"}
-    assert {one["code"]["text"] for one in pains} >= {"Pain at rest", "Pain before the session"}
-    (during,) = [one for one in pains if one["code"]["coding"][1]["code"] == "pain-during"]
+    assert {pain["bodySite"]["coding"][0]["display"] for pain in pains} == {"Structure of left shoulder"}
+    assert {pain["code"]["text"] for pain in pains} >= {"Pain at rest", "Pain before the session"}
+    (during,) = [pain for pain in pains if pain["code"]["coding"][1]["code"] == "pain-during"]
     assert set(during["effectivePeriod"]) == {"start", "end"}, "nobody noted the moment"
 
 
 def test_our_own_wording_of_the_spadi_is_not_exported(database: Database, tmp_path: Path) -> None:
-    told = exported(database, treated(database, sessions=1), tmp_path / "bundle.json")
-    written = json.dumps(told, ensure_ascii=False)
+    bundle = exported(database, treated(database, sessions=1), tmp_path / "bundle.json")
+    written = json.dumps(bundle, ensure_ascii=False)
     assert [item.english for item in ITEMS if item.english in written] == []
     assert [item.japanese for item in ITEMS if item.japanese in written] == []
-    (questions,) = of_kind(told, "Questionnaire")
+    (questions,) = of_kind(bundle, "Questionnaire")
     assert [item["linkId"] for item in questions["item"]] == [str(number) for number in range(1, 14)]
 
 
 def test_clinic_sets_identifier_system_and_profiles_and_reimports_them(database: Database, tmp_path: Path) -> None:
     system = "urn:oid:1.2.392.100495.20.3.51.11311234567"
     profile = "http://jpfhir.jp/fhir/core/StructureDefinition/JP_Patient"
-    told = exported(
+    bundle = exported(
         database, treated(database, sessions=1), tmp_path / "bundle.json", ClinicNames(system, {"Patient": profile})
     )
-    (who,) = of_kind(told, "Patient")
+    (who,) = of_kind(bundle, "Patient")
     assert (who["identifier"][0]["system"], who["meta"]) == (system, {"profile": [profile]})
-    assert all("meta" not in one for one in of_kind(told, "Observation"))
+    assert all("meta" not in resource for resource in of_kind(bundle, "Observation"))
     who["identifier"].append({"system": "urn:oid:1.2", "value": "insurance", "type": who["identifier"][0]["type"]})
-    ((found,), left_out) = read_patients(told, "left", system)
+    ((found,), left_out) = read_patients(bundle, "left", system)
     assert (found.patient.clinic_number, found.patient.name) == (NUMBER, NAME)
     assert [path for path in left_out if "meta" in path] == []
 
 
 def test_observations_that_claim_jp_core_have_its_category(database: Database, tmp_path: Path) -> None:
     profile = "http://jpfhir.jp/fhir/core/StructureDefinition/JP_Observation_Common"
-    told = exported(
+    bundle = exported(
         database,
         treated(database, sessions=1),
         tmp_path / "bundle.json",
         ClinicNames(profiles={"Observation": profile}),
     )
-    assert judged({"bundle": told}) == {"bundle": []}
-    for one in of_kind(told, "Observation"):
-        systems = {coding["system"]: coding["code"] for part in one["category"] for coding in part["coding"]}
+    assert judged({"bundle": bundle}) == {"bundle": []}
+    for resource in of_kind(bundle, "Observation"):
+        systems = {coding["system"]: coding["code"] for part in resource["category"] for coding in part["coding"]}
         assert len(systems) == 2
         assert len(set(systems.values())) == 1
         assert any("JP_SimpleObservationCategory_CS" in system for system in systems)
@@ -405,9 +417,9 @@ def test_every_exported_statement_was_entered(database: Database, tmp_path: Path
     """No element is exported that ``ENTERED`` does not explain, and it explains none that is never exported."""
     patient_id = treated(database, sessions=11)
     contraindicated(database, patient_id)
-    told = exported(database, patient_id, tmp_path / "bundle.json")
+    bundle = exported(database, patient_id, tmp_path / "bundle.json")
     stated: dict[str, set[str]] = {}
-    for entry in told["entry"]:
+    for entry in bundle["entry"]:
         resource = entry["resource"]
         stated.setdefault(resource["resourceType"], set()).update(set(resource) - _BOOKKEEPING)
     # Our own codes with their meaning say nothing of a patient.
@@ -419,9 +431,9 @@ def test_every_exported_statement_was_entered(database: Database, tmp_path: Path
 def test_listed_contraindications_are_exported_as_entered(database: Database, tmp_path: Path) -> None:
     patient_id = treated(database, sessions=1)
     contraindicated(database, patient_id)
-    told = exported(database, patient_id, tmp_path / "bundle.json")
-    assert judged({"bundle": told}) == {"bundle": []}
-    said = {flag["code"]["text"]: flag for flag in of_kind(told, "Flag") if "period" in flag}
+    bundle = exported(database, patient_id, tmp_path / "bundle.json")
+    assert judged({"bundle": bundle}) == {"bundle": []}
+    said = {flag["code"]["text"]: flag for flag in of_kind(bundle, "Flag") if "period" in flag}
     assert list(said) == [
         "Pacemaker or other active implant.",
         "Left shoulder. Fracture that has not united. Note: Humeral neck. No longer applies (Kimura Jun, 2026-05-01T09:00:00+00:00): United.",
@@ -438,28 +450,28 @@ def test_listed_contraindications_are_exported_as_entered(database: Database, tm
         "contraindication-other",
         None,
     ]
-    assert len(of_kind(told, "Condition")) == 1, "a warning is no diagnosis"
+    assert len(of_kind(bundle, "Condition")) == 1, "a warning is no diagnosis"
 
 
 def _first(kind: str) -> Callable[[Json], Json]:
-    return lambda told: of_kind(told, kind)[0]
+    return lambda bundle: of_kind(bundle, kind)[0]
 
 
 BREAKS: dict[str, Callable[[Json], Any]] = {
-    "a gender that is none": lambda told: _first("Patient")(told).update(gender="f"),
-    "half a birth date": lambda told: _first("Patient")(told).update(birthDate="1968-4"),
-    "an element that is none": lambda told: _first("Patient")(told).update(age=58),
-    "a name that is no list": lambda told: _first("Patient")(told).update(name={"text": "Yamada"}),
-    "a condition of nobody": lambda told: _first("Condition")(told).pop("subject"),
-    "abated and active": lambda told: _first("Condition")(told).update(abatementDateTime="2026-11-01"),
-    "a plan without intent": lambda told: _first("CarePlan")(told).pop("intent"),
-    "a status that is none": lambda told: _first("CarePlan")(told).update(status="done"),
-    "a procedure without status": lambda told: _first("Procedure")(told).pop("status"),
-    "an observation of nothing": lambda told: _first("Observation")(told).pop("code"),
-    "a number that is text": lambda told: _first("Observation")(told)["valueQuantity"].update(value="0.4"),
-    "an answer without its question": lambda told: _first("QuestionnaireResponse")(told)["item"][0].pop("linkId"),
-    "a use without a device": lambda told: _first("DeviceUseStatement")(told).pop("device"),
-    "an entry without request": lambda told: told["entry"][3].pop("request"),
+    "a gender that is none": lambda bundle: _first("Patient")(bundle).update(gender="f"),
+    "half a birth date": lambda bundle: _first("Patient")(bundle).update(birthDate="1968-4"),
+    "an element that is none": lambda bundle: _first("Patient")(bundle).update(age=58),
+    "a name that is no list": lambda bundle: _first("Patient")(bundle).update(name={"text": "Yamada"}),
+    "a condition of nobody": lambda bundle: _first("Condition")(bundle).pop("subject"),
+    "abated and active": lambda bundle: _first("Condition")(bundle).update(abatementDateTime="2026-11-01"),
+    "a plan without intent": lambda bundle: _first("CarePlan")(bundle).pop("intent"),
+    "a status that is none": lambda bundle: _first("CarePlan")(bundle).update(status="done"),
+    "a procedure without status": lambda bundle: _first("Procedure")(bundle).pop("status"),
+    "an observation of nothing": lambda bundle: _first("Observation")(bundle).pop("code"),
+    "a number that is text": lambda bundle: _first("Observation")(bundle)["valueQuantity"].update(value="0.4"),
+    "an answer without its question": lambda bundle: _first("QuestionnaireResponse")(bundle)["item"][0].pop("linkId"),
+    "a use without a device": lambda bundle: _first("DeviceUseStatement")(bundle).pop("device"),
+    "an entry without request": lambda verdicts: verdicts["entry"][3].pop("request"),
 }  # fmt: skip
 
 
@@ -470,9 +482,9 @@ def test_broken_bundle_is_refused_by_at_least_one_validator(database: Database, 
     for name, damage in BREAKS.items():
         cases[name] = copy.deepcopy(whole)
         damage(cases[name])
-    told = judged(cases | {"whole": whole})
-    assert told.pop("whole") == []
-    assert [name for name, said in told.items() if not said] == []
+    verdicts = judged(cases | {"whole": whole})
+    assert verdicts.pop("whole") == []
+    assert [name for name, said in verdicts.items() if not said] == []
 
 
 # -- in -------------------------------------------------------------------------------------------------------------
@@ -487,14 +499,14 @@ def incoming(**change: Any) -> Json:
 
 
 def test_exported_patient_is_imported_as_the_same_person(database: Database, tmp_path: Path) -> None:
-    told = exported(database, treated(database, sessions=1), tmp_path / "bundle.json")
-    ((found,), left_out) = read_patients(told, "left")
+    bundle = exported(database, treated(database, sessions=1), tmp_path / "bundle.json")
+    ((found,), left_out) = read_patients(bundle, "left")
     who = found.patient
     assert (who.clinic_number, who.name, who.kana, str(who.birth_date), who.sex) == (
         NUMBER, NAME, KANA, "1968-04-12", "female",
     )  # fmt: skip
     assert all(re.fullmatch(r"Bundle\.entry\[\d+\]\.resource \(\w+\)", path) for path in left_out)
-    assert len(left_out) == len(told["entry"]) - 1
+    assert len(left_out) == len(bundle["entry"]) - 1
 
 
 def test_import_names_omitted_elements() -> None:
@@ -551,7 +563,7 @@ def test_unsupported_element_is_refused_by_its_path(change: Json, path: str, wha
 def test_every_bundle_path_is_reported_and_patients_are_required() -> None:
     patients_in = [incoming(), incoming(gender="f"), incoming(birthDate="today")]
     with pytest.raises(FhirImportError) as caught:
-        read_patients({"resourceType": "Bundle", "entry": [{"resource": one} for one in patients_in]}, "left")
+        read_patients({"resourceType": "Bundle", "entry": [{"resource": resource} for resource in patients_in]}, "left")
     assert [where for where, _ in caught.value.places] == [
         "Bundle.entry[1].resource.gender", "Bundle.entry[2].resource.birthDate",
     ]  # fmt: skip

@@ -61,8 +61,8 @@ def numbers(encoded: dict[str, str]) -> Floats:
     return np.frombuffer(base64.b64decode(encoded["bdata"]), dtype=encoded["dtype"]).astype(np.float64)
 
 
-def lines(told: dict[str, Any]) -> dict[str, tuple[Floats, Floats]]:
-    return {trace["name"]: (numbers(trace["x"]), numbers(trace["y"])) for trace in told["data"]}
+def lines(figure: dict[str, Any]) -> dict[str, tuple[Floats, Floats]]:
+    return {trace["name"]: (numbers(trace["x"]), numbers(trace["y"])) for trace in figure["data"]}
 
 
 @pytest.mark.parametrize("parts", [run_parts(), kept_overview()], ids=["samples", "overview"])
@@ -101,8 +101,8 @@ def test_window_of_a_run_shows_every_sample_inside() -> None:
 
 def test_unplayed_window_shows_the_taught_motion() -> None:
     parts = run_parts((1000.0, 1001.0))
-    told = json.loads(figures.run(parts))["motors"][0]["figure"]
-    assert len(lines(told)["Error"][0]) == 0
+    figure = json.loads(figures.run(parts))["motors"][0]["figure"]
+    assert len(lines(figure)["Error"][0]) == 0
     early = replace(parts, played=pack({name: np.empty((0, 5) if name.endswith(("deg", "nm")) else 0) for name in (
         "time_s", "phase", "path_s", "setpoint_deg", "measured_deg", "torque_nm"
     )}, PLAYED_COLUMNS), window=(1.0, 2.0))  # fmt: skip
@@ -144,9 +144,9 @@ def test_plotly_accepts_the_handmade_figures() -> None:
         json.loads(figures.derived(taught, taught)),
     ]
     made += [motor["figure"] for motor in json.loads(figures.run(run_parts((1.0, 2.0))))["motors"]]
-    for one in made:
-        assert one.pop("texts")
-        assert len(go.Figure(one).data) == len(one["data"])
+    for figure in made:
+        assert figure.pop("texts")
+        assert len(go.Figure(figure).data) == len(figure["data"])
 
 
 def test_closing_does_not_wait_for_a_worker_warming_up(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -61,9 +61,9 @@ def test_each_take_becomes_a_recording(clinic: Clinic) -> None:
 
 def test_a_journal_found_again_after_a_crash_changes_nothing(clinic: Clinic) -> None:
     path = clinic.journal("teaching", clinic.begin_teaching(), [2.0], end=JournalEnd(reason="finished"))
-    kept = path.read_bytes()
+    original = path.read_bytes()
     clinic.importer.run()
-    path.write_bytes(kept)  # the rows were committed, the file not yet moved
+    path.write_bytes(original)  # the rows were committed, the file not yet moved
     clinic.importer.run()
 
     assert clinic.count(RecordingRow) == 1
@@ -164,9 +164,9 @@ def test_run_is_compared_with_its_requested_motion(clinic: Clinic) -> None:
         assert motor.peak_deg == pytest.approx(0.5, abs=0.01)
         assert motor.lag_ms == pytest.approx(0.0, abs=1.0)
         assert (motor.taught_min_deg, motor.taught_max_deg) == pytest.approx((0.0, 16.0), abs=1e-3)
-    told = json.loads(figures.run(parts))
-    assert trace(told, motor=1, name="Teaching").max() == pytest.approx(16.0, abs=0.01)
-    assert trace(told, motor=1, name="Error") == pytest.approx(0.5, abs=0.01)
+    run_figures = json.loads(figures.run(parts))
+    assert trace(run_figures, motor=1, name="Teaching").max() == pytest.approx(16.0, abs=0.01)
+    assert trace(run_figures, motor=1, name="Error") == pytest.approx(0.5, abs=0.01)
 
 
 def test_learned_run_teaches_only_the_next_of_its_kind(clinic: Clinic) -> None:
@@ -181,7 +181,7 @@ def test_learned_run_teaches_only_the_next_of_its_kind(clinic: Clinic) -> None:
         clinic.importer.run()
         return run_id
 
-    def told(run_id: UUID) -> tuple[UUID | None, Correction | None, Correction | None]:
+    def learning_of(run_id: UUID) -> tuple[UUID | None, Correction | None, Correction | None]:
         with clinic.database.read() as session:
             row = runs.get(session, run_id)
             assert runs.as_run(row).method == row.method
@@ -193,8 +193,8 @@ def test_learned_run_teaches_only_the_next_of_its_kind(clinic: Clinic) -> None:
 
     play(method="smooth")
     first = play()
-    assert told(first)[:2] == (None, None)
-    taught = told(first)[2]
+    assert learning_of(first)[:2] == (None, None)
+    taught = learning_of(first)[2]
     assert taught is not None
     middle = len(taught.angles_deg) // 2
     # Motor 3 stands in the middle of its range there, and lacked a degree.
@@ -209,18 +209,18 @@ def test_learned_run_teaches_only_the_next_of_its_kind(clinic: Clinic) -> None:
     assert size(play(method="smooth")) is None
 
     # Neither a run that was not played to its end, nor one at another speed, nor one of another method.
-    assert told(play(reason="returned"))[2] is None
-    assert told(play(PlaybackSettings(speed_percent=90.0)))[0] is None
-    assert told(play(method="smooth"))[0] is None
+    assert learning_of(play(reason="returned"))[2] is None
+    assert learning_of(play(PlaybackSettings(speed_percent=90.0)))[0] is None
+    assert learning_of(play(method="smooth"))[0] is None
 
     second = play()
-    before, used, more = told(second)
+    before, used, more = learning_of(second)
     assert before == first
     assert used is not None
     assert np.array_equal(used.angles_deg, taught.angles_deg)
     assert more is not None
     assert more.angles_deg[middle, 2] > used.angles_deg[middle, 2] + 0.3
-    assert told(clinic.begin_run(recording_id, method="learned"))[0] == second
+    assert learning_of(clinic.begin_run(recording_id, method="learned"))[0] == second
 
 
 def test_damaged_correction_is_learned_again(clinic: Clinic) -> None:
@@ -244,9 +244,9 @@ def test_playback_that_lasts_too_long_is_refused(clinic: Clinic) -> None:
     assert "longer than an hour" in str(caught.value)
 
 
-def trace(told: dict[str, Any], *, motor: int, name: str) -> NDArray[np.float64]:
+def trace(run_figures: dict[str, Any], *, motor: int, name: str) -> NDArray[np.float64]:
     """Values of one line of one motor's figure."""
-    lines = told["motors"][motor - 1]["figure"]["data"]
+    lines = run_figures["motors"][motor - 1]["figure"]["data"]
     return numbers(next(line["y"] for line in lines if line["name"] == name))
 
 
@@ -276,9 +276,9 @@ def test_long_recording_is_saved_with_an_overview_for_plotting(clinic: Clinic, m
 def test_a_run_imported_twice_is_compared_once(clinic: Clinic) -> None:
     run_id = clinic.begin_run(clinic.recording())
     path = clinic.journal("run", run_id, [2.0], error_deg=0.5, end=JournalEnd(reason="completed"))
-    kept = path.read_bytes()
+    original = path.read_bytes()
     clinic.importer.run()
-    path.write_bytes(kept)
+    path.write_bytes(original)
     clinic.importer.run()
     with clinic.database.read() as session:
         assert len(runs.get(session, run_id).tracking) == 5
@@ -306,8 +306,8 @@ def test_stopped_run_is_found_by_its_cause_and_session(clinic: Clinic) -> None:
     def found(therapist: str) -> list[UUID]:
         with clinic.database.read() as session:
             return [
-                one.id
-                for one in lists.find(session, SessionFilter(stop="estop_pressed", therapist=therapist), 2, None)[0]
+                row.id
+                for row in lists.find(session, SessionFilter(stop="estop_pressed", therapist=therapist), 2, None)[0]
             ]
 
     with clinic.database.read() as session:
@@ -381,8 +381,8 @@ def test_unreadable_or_unknown_journals_are_set_aside(clinic: Clinic) -> None:
     stranger = clinic.journal("teaching", uuid4(), [1.0], end=JournalEnd(reason="finished"))
     clinic.importer.run()
 
-    kept = {path.name for path in (clinic.folder / "unreadable").iterdir()}
-    assert kept == {"run-broken.journal", stranger.name}
+    unreadable = {path.name for path in (clinic.folder / "unreadable").iterdir()}
+    assert unreadable == {"run-broken.journal", stranger.name}
     assert clinic.saved == []
 
 
@@ -450,14 +450,14 @@ def test_figure_has_angles_on_the_left_and_error_right(clinic: Clinic) -> None:
     try:
         with clinic.database.read() as session:
             parts = runs.figure_samples(session, run_id)
-        told = json.loads(worker.build(figures.run, parts))
+        run_figures = json.loads(worker.build(figures.run, parts))
         with pytest.raises(ProblemError) as caught:
             worker.build(figures.run, replace(parts, taught=Series(b"damaged")))
     finally:
         worker.close()
     assert caught.value.status == 410
-    assert [one["motor"] for one in told["motors"]] == [1, 2, 3, 4, 5]
-    figure = told["motors"][2]["figure"]
+    assert [motor["motor"] for motor in run_figures["motors"]] == [1, 2, 3, 4, 5]
+    figure = run_figures["motors"][2]["figure"]
     assert [(trace["name"], trace.get("yaxis", "y")) for trace in figure["data"]] == [
         ("Teaching", "y"),
         ("Playback", "y"),
@@ -465,7 +465,7 @@ def test_figure_has_angles_on_the_left_and_error_right(clinic: Clinic) -> None:
     ]
     assert figure["layout"]["yaxis2"]["side"] == "right"
     assert "deg" in figure["layout"]["yaxis"]["title"]["text"]
-    assert trace(told, motor=3, name="Error") == pytest.approx(-0.5, abs=1e-3)
+    assert trace(run_figures, motor=3, name="Error") == pytest.approx(-0.5, abs=1e-3)
 
 
 def test_journal_waits_for_a_run_not_stored_yet(clinic: Clinic) -> None:

@@ -96,13 +96,13 @@ def test_recording_beyond_a_limit_is_refused_with_both_angles(
 
     beyond = top_deg - np.sign(top_deg)
     clinic.allow(limits=[{"motion": motion, "highest_deg" if top_deg > 0 else "lowest_deg": beyond}])
-    told = refusal(clinic, moving)
-    assert (told.status, told.code) == (422, "beyond_doctors_limit")
-    assert told.message.startswith(f"Motion {motion} ({BASIC_MOTIONS[motion - 1].name.lower()}) would go to ")
-    assert f"no {'more' if top_deg > 0 else 'less'} than {beyond:g} deg." in told.message
+    refused = refusal(clinic, moving)
+    assert (refused.status, refused.code) == (422, "beyond_doctors_limit")
+    assert refused.message.startswith(f"Motion {motion} ({BASIC_MOTIONS[motion - 1].name.lower()}) would go to ")
+    assert f"no {'more' if top_deg > 0 else 'less'} than {beyond:g} deg." in refused.message
     said_deg, said_s = (
-        float(told.message.split(" deg at ")[0].split()[-1]),
-        float(told.message.split(" s; ")[0].split()[-1]),
+        float(refused.message.split(" deg at ")[0].split()[-1]),
+        float(refused.message.split(" s; ")[0].split()[-1]),
     )
     assert said_deg == pytest.approx(top_deg, abs=0.2)
     assert said_s == pytest.approx(2.0, abs=0.1)
@@ -149,10 +149,10 @@ def test_device_receives_the_range_of_motor_4_for_both_motions(clinic: Clinic) -
 def test_a_higher_level_than_the_doctor_allows_is_refused(clinic: Clinic) -> None:
     clinic.allow(max_load_level=12)
     clinic.check(moved(3, 40.0), level=12)
-    told = refusal(clinic, moved(3, 40.0), level=13)
-    assert told.code == "level_not_allowed"
-    assert "12" in told.message
-    assert "Dr. Mori" in told.message
+    refused = refusal(clinic, moved(3, 40.0), level=13)
+    assert refused.code == "level_not_allowed"
+    assert "12" in refused.message
+    assert "Dr. Mori" in refused.message
 
 
 @pytest.mark.parametrize("method", ["smooth", "paper"])
@@ -162,11 +162,11 @@ def test_a_motion_faster_than_the_doctor_allows_is_refused(clinic: Clinic, metho
     clinic.allow(max_speed_deg_s=31.5)
     clinic.check(lift, method=method)
     clinic.allow(max_speed_deg_s=31.0)
-    told = refusal(clinic, lift, method=method)
-    assert (told.status, told.code) == (422, "too_fast_for_doctor")
+    refused = refusal(clinic, lift, method=method)
+    assert (refused.status, refused.code) == (422, "too_fast_for_doctor")
     assert re.fullmatch(
         r"Motor 3 would move at 31\.[34] deg/s at (0\.9|1\.0|2\.9|3\.0) s; Dr\. Mori allows no more than 31 deg/s\.",
-        told.message,
+        refused.message,
     )
 
 
@@ -183,8 +183,8 @@ def test_speed_limit_range_equals_the_stations_configurable_range() -> None:
 
 
 def test_nothing_is_played_to_a_shoulder_without_an_open_episode(clinic: Clinic) -> None:
-    told = refusal(clinic, moved(3, 40.0, "left"), side="left")
-    assert (told.status, told.code) == (409, "no_open_episode")
+    refused = refusal(clinic, moved(3, 40.0, "left"), side="left")
+    assert (refused.status, refused.code) == (409, "no_open_episode")
 
 
 def test_recording_beyond_the_scapulas_range_is_refused(clinic: Clinic) -> None:
@@ -209,8 +209,8 @@ def test_limits_have_no_hole_where_motor_4_changes_its_motion(clinic: Clinic, ab
     clinic.check(at_abduction(abduction_deg, 85.0))
     # Sideways and level, flexion no longer raises the arm: only abduction does.
     raised = at_abduction(abduction_deg, 110.0) if abduction_deg < 80 else at_abduction(abduction_deg + 10.0, 0.0)
-    told = refusal(clinic, raised)
-    assert told.code == "beyond_doctors_limit"
+    refused = refusal(clinic, raised)
+    assert refused.code == "beyond_doctors_limit"
 
 
 def test_refusal_of_a_raised_arm_names_elevation_and_limit(clinic: Clinic) -> None:
@@ -249,6 +249,6 @@ def test_plane_limit_counts_whichever_motor_raised_the_arm(clinic: Clinic) -> No
     clinic.allow(limits=[{"motion": 3, "highest_deg": 60.0}])
     clinic.check(at_abduction(80.0, 55.0))
     assert refusal(clinic, at_abduction(80.0, 70.0)).code == "beyond_doctors_limit"
-    told = refusal(clinic, at_abduction(10.0, 60.0))
-    assert told.message.startswith("The plane of elevation would be ")
+    refused = refusal(clinic, at_abduction(10.0, 60.0))
+    assert refused.message.startswith("The plane of elevation would be ")
     clinic.check(at_abduction(10.0, 30.0))

@@ -209,8 +209,8 @@ def test_every_field_of_a_record_finds_it(name: str, kana: str, number: str, bor
 
 
 def test_second_patient_with_the_same_number_is_refused(database: Database) -> None:
-    told = _at_once(lambda: sign_up(database, "K-1"))
-    assert sorted(told) == ["done", "number_taken"]
+    outcomes = _at_once(lambda: sign_up(database, "K-1"))
+    assert sorted(outcomes) == ["done", "number_taken"]
 
 
 def test_second_open_episode_of_the_same_shoulder_is_refused(database: Database) -> None:
@@ -265,8 +265,8 @@ def visit(
         )  # fmt: skip
         session.add(row)
         session.flush()
-        told = {"started_at": began, "therapist": therapist, "station": station}
-        session.add_all([SessionStopRow(session_id=row.id, code=code, **told) for code in stops])
+        common = {"started_at": began, "therapist": therapist, "station": station}
+        session.add_all([SessionStopRow(session_id=row.id, code=code, **common) for code in stops])
         return row.id
 
 
@@ -314,8 +314,8 @@ def test_page_of_patients_loads_episodes_in_one_query(database: Database) -> Non
     event.listen(database.reader, "before_cursor_execute", lambda *args: asked.append(args[2]))
     with database.read() as session:
         rows, after = service.find(session, search="", archived=False, limit=2, after=None)
-        told = [(row.clinic_number, len(row.episodes), row.episode_id == second) for row in rows]
-    assert (sorted(told), after) == ([("K-1", 2, True), ("K-2", 1, False)], None)
+        seen_patients = [(row.clinic_number, len(row.episodes), row.episode_id == second) for row in rows]
+    assert (sorted(seen_patients), after) == ([("K-1", 2, True), ("K-2", 1, False)], None)
     assert len([sentence for sentence in asked if sentence.startswith("SELECT")]) == 1
 
 
@@ -323,9 +323,9 @@ def test_simultaneous_sessions_are_listed_once_each(database: Database) -> None:
     patient = sign_up(database, "1")
     keys = {visit(database, patient, 0, stops=("estop_pressed",)) for _ in range(5)}
     for wanted in ({}, {"stop": "estop_pressed"}, {"patient_id": patient}):
-        told = listed(database, **wanted)
-        assert len(told) == 5
-        assert set(told) == keys
+        keys_found = listed(database, **wanted)
+        assert len(keys_found) == 5
+        assert set(keys_found) == keys
 
 
 def test_session_list_loads_its_rows_in_one_query(database: Database) -> None:
@@ -350,7 +350,7 @@ def test_filter_options_match_the_existing_sessions(database: Database) -> None:
     for hour, (therapist, station) in enumerate([("Sato", "S 2"), ("Ito", "S 1"), ("", ""), ("Sato", "S 2")]):
         visit(database, patient, hour, therapist, station, ("estop_pressed", "drive_silent"))
     with database.read() as session:
-        told = lists.filter_options(session)
-    assert told == lists.SessionFilterOptions(
+        options = lists.filter_options(session)
+    assert options == lists.SessionFilterOptions(
         therapists=["Ito", "Sato"], stations=["S 1", "S 2"], stops=["drive_silent", "estop_pressed"]
     )

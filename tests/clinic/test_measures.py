@@ -32,7 +32,7 @@ def test_healthy_shoulder_reaches_the_reference_values(motion: str, position: st
 
 
 def test_every_measure_has_both_names_and_a_plausible_range() -> None:
-    for names in ({one.english for one in rom.MEASURES}, {one.japanese for one in rom.MEASURES}):
+    for names in ({measure.english for measure in rom.MEASURES}, {measure.japanese for measure in rom.MEASURES}):
         assert len(names) == len(rom.MEASURES)
     for measure in rom.MEASURES:
         # A supple shoulder goes further than the reference, a stiff one does not reach neutral.
@@ -48,7 +48,7 @@ def test_only_rotation_asks_where_the_arm_was() -> None:
 
 
 def test_the_codes_are_those_of_the_motion_whatever_the_position() -> None:
-    codes = {(one.motion, one.loinc.active, one.loinc.passive) for one in rom.MEASURES if one.loinc}
+    codes = {(measure.motion, measure.loinc.active, measure.loinc.passive) for measure in rom.MEASURES if measure.loinc}
     assert codes == {
         ("flexion", "41389-8", "41390-6"),
         ("extension", "41385-6", "41386-4"),

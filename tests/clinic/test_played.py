@@ -51,7 +51,7 @@ def ends_s(number: int) -> float:
 
 def journal(run_id: UUID, parts: list[Part], end: JournalEnd | None, rate_hz: int) -> Journal:
     steps = [(phase, np.arange(0.0, abs(to - begin), 1 / rate_hz), begin, to) for phase, begin, to in parts]
-    phase = np.concatenate([[one] * len(step) for one, step, *_ in steps]) if parts else np.zeros(0)
+    phase = np.concatenate([[value] * len(step) for value, step, *_ in steps]) if parts else np.zeros(0)
     path_s = np.concatenate([begin + np.sign(to - begin) * step for _, step, begin, to in steps]) if parts else phase
     count = len(phase)
     angles = np.zeros((count, 5), dtype=np.float32)
@@ -74,11 +74,11 @@ def play(
     run_id = clinic.begin_run(clinic.recording(), asked, method)
     end = JournalEnd(reason=reason) if reason else None
     with clinic.database.write() as session:
-        kept = runs.complete(
+        stored = runs.complete(
             session, journal(run_id, list(parts), end, 10 if method == "paper" else 100), StationConfig()
         )
-        assert kept
-        return kept
+        assert stored
+        return stored
 
 
 @pytest.mark.parametrize(

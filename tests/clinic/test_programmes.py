@@ -46,13 +46,13 @@ class Clinic:
             return patients.create(session, PatientCreate(clinic_number=number, name="N", affected_side="right")).id
 
     def recording(self, name: str = "Lift", side: str = "right", patient_id: UUID | None = None) -> UUID:
-        told = {"patient_id": patient_id or self.patient_id, "name": name, "side": side}
+        common = {"patient_id": patient_id or self.patient_id, "name": name, "side": side}
         with self.database.write() as session:
-            session.add(teaching := TeachingRow(id=uuid4(), started_at=utc_now(), **told))
+            session.add(teaching := TeachingRow(id=uuid4(), started_at=utc_now(), **common))
             session.flush()
             row = RecordingRow(
                 id=uuid4(), teaching_id=teaching.id, take=1, station="S", taught_at=utc_now(), duration_s=4.0,
-                rate_hz=100, samples=401, note="", **told,
+                rate_hz=100, samples=401, note="", **common,
             )  # fmt: skip
             session.add(row)
             return row.id
@@ -87,7 +87,8 @@ class Clinic:
 
 def items(*recordings: UUID, **given: Any) -> list[ProgrammeItemRequest]:
     return [
-        ProgrammeItemRequest(**{"recording_id": one, "repetitions": 10, "load_level": 8} | given) for one in recordings
+        ProgrammeItemRequest(**{"recording_id": recording, "repetitions": 10, "load_level": 8} | given)
+        for recording in recordings
     ]
 
 
@@ -115,9 +116,9 @@ def test_every_change_is_a_version_and_notes_remain(clinic: Clinic) -> None:
     clinic.version(made.id, 1, turn, note="Only what hurts less.")
 
     with clinic.database.read() as session:
-        told = service.as_detail(session, service.get(session, made.id))
+        detail = service.as_detail(session, service.get(session, made.id))
         listed = [service.as_programme(row) for row in service.of_patient(session, clinic.patient_id)]
-    second, first = told.versions
+    second, first = detail.versions
     assert (first.number, first.made_by, first.note) == (1, "Aoki", "After the injection.")
     assert [(item.position, item.recording_name, item.repetitions) for item in first.items] == [
         (1, "Lift", 10),
@@ -126,9 +127,9 @@ def test_every_change_is_a_version_and_notes_remain(clinic: Clinic) -> None:
     assert (first.timer_minutes, first.sessions_per_week, first.duration_s) == (20.0, 3, 20.0)
     assert (second.number, second.made_by, second.duration_s) == (2, "Baba", 10.0)
     assert [item.recording_id for item in second.items] == [turn]
-    assert told.current == second
-    assert [one.current for one in listed] == [second]
-    assert told.side == "right"
+    assert detail.current == second
+    assert [programme.current for programme in listed] == [second]
+    assert detail.side == "right"
 
 
 def test_second_of_two_editors_is_refused_and_nothing_is_lost(clinic: Clinic) -> None:
@@ -146,7 +147,7 @@ def test_one_of_two_simultaneous_saves_is_refused(clinic: Clinic) -> None:
     """The second looks before the first has committed, and writes after it."""
     lift = clinic.recording()
     made = clinic.programme(lift)
-    told: Queue[str] = Queue()
+    outcomes: Queue[str] = Queue()
     began = Event()
 
     def second() -> None:
@@ -154,14 +155,14 @@ def test_one_of_two_simultaneous_saves_is_refused(clinic: Clinic) -> None:
         try:
             clinic.version(made.id, 1, lift, note="Second.")
         except ProblemError as error:
-            told.put(error.code)
+            outcomes.put(error.code)
 
     with clinic.database.write() as session:
         wanted = VersionCreate(based_on=1, made_by="Baba", items=items(lift), note="First.")
         service.add_version(session, made.id, wanted, [10.0])
         Thread(target=second).start()
         assert began.wait(5)
-    assert told.get(timeout=10) == "edited_meanwhile"
+    assert outcomes.get(timeout=10) == "edited_meanwhile"
     assert (clinic.newest(made.id).number, clinic.newest(made.id).note) == (2, "First.")
 
 
@@ -255,8 +256,8 @@ def item(position: int, recording: RecordingRow, **given: Any) -> ProgrammeItem:
 
 
 def run(position: int | None, recording: RecordingRow, **given: Any) -> RunRow:
-    told = {"session_id": uuid4(), "recording_id": recording.id, "recording": recording}
-    return played(programme_position=position, **told | given)
+    values = {"session_id": uuid4(), "recording_id": recording.id, "recording": recording}
+    return played(programme_position=position, **values | given)
 
 
 def test_each_item_has_its_runs_and_others_are_separate() -> None:
@@ -271,19 +272,19 @@ def test_each_item_has_its_runs_and_others_are_separate() -> None:
             run(9, LIFT),
         ],
     )
-    assert [(one.done, one.repetitions_done, len(one.runs)) for one in plan.items] == [
+    assert [(part.done, part.repetitions_done, len(part.runs)) for part in plan.items] == [
         ("all", 10, 1),
         ("some", 9, 2),
         ("none", 0, 0),
     ]
     assert (plan.repetitions_done, plan.repetitions_planned) == (19, 30)
     # Chosen one by one; of another recording than its item's; of an item that there is not.
-    assert [one.recording_name for one in plan.besides] == ["Turn", "Turn", "Lift"]
+    assert [other.recording_name for other in plan.besides] == ["Turn", "Turn", "Lift"]
 
 
 def test_more_than_planned_makes_up_for_nothing() -> None:
     plan = planned.compare([item(1, LIFT), item(2, TURN)], [run(1, LIFT), run(1, LIFT, repetitions_done=7)])
-    assert [one.repetitions_done for one in plan.items] == [17, 0]
+    assert [part.repetitions_done for part in plan.items] == [17, 0]
     assert (plan.repetitions_done, plan.repetitions_planned) == (10, 20)
 
 
@@ -335,7 +336,7 @@ def test_a_sessions_plan_is_that_of_its_version(clinic: Clinic) -> None:
         plan = planned.of_session(session, visit)
     assert plan.programme
     assert (plan.programme.name, plan.programme.number, plan.programme.version_id) == ("Morning", 1, first.id)
-    assert [(one.recording_name, one.done) for one in plan.items] == [("Lift", "none"), ("Turn", "some")]
+    assert [(part.recording_name, part.done) for part in plan.items] == [("Lift", "none"), ("Turn", "some")]
     assert plan.timer
     assert (plan.timer.minutes, plan.timer.played_s, plan.timer.left_s) == (2.0, 90.5, 29.5)
     assert not plan.ended

@@ -93,7 +93,7 @@ def traces(figure: go.Figure) -> dict[str, tuple[list[Any], list[Any]]]:
     return {trace.name: (list(trace.x), list(trace.y)) for trace in figure.data}
 
 
-def told(database: Database, episode_id: UUID, read: Callable[[Session, service.EpisodeTimeline], Any]) -> Any:
+def read_timeline(database: Database, episode_id: UUID, read: Callable[[Session, service.EpisodeTimeline], Any]) -> Any:
     with database.read() as session:
         return read(session, service.timeline_of(session, episode_id))
 
@@ -126,7 +126,7 @@ def test_range_of_motion_is_compared_with_baseline_other_side_reference(database
         row = assessments.get(episode.session, mistaken)
         assessments.withdraw(episode.session, mistaken, row.updated_at)
 
-    panels: list[RomPanel] = told(database, fill(how), service.rom_panels)
+    panels: list[RomPanel] = read_timeline(database, fill(how), service.rom_panels)
     assert [panel.measure.english for panel in panels] == ["Flexion", "Extension"]
     figure = drawn(figures.rom(panels))
     flexion = [trace for trace in figure.data if trace.xaxis == "x"]
@@ -156,7 +156,7 @@ def test_assessment_pain_and_session_pain_are_separate(database: Database, fill:
         episode.treat(7, pain_before=4, pain_during=5, pain_after=3)
         episode.treat(8)
 
-    lines: list[LineSeries] = told(database, fill(how), service.pain_lines)
+    lines: list[LineSeries] = read_timeline(database, fill(how), service.pain_lines)
     assert traces(drawn(figures.pain(lines))) == {
         "At rest": ([0.25], [4]),
         "Average of the week": ([0.25], [7]),
@@ -184,7 +184,7 @@ def test_the_spadi_shows_where_a_change_begins_to_matter(database: Database, fil
         episode.assess(21, spadi=[2] * 5 + [3] * 8)
         episode.assess(28, pain_rest=1)
 
-    points: list[SpadiPoint] = told(database, fill(how), service.spadi_points)
+    points: list[SpadiPoint] = read_timeline(database, fill(how), service.spadi_points)
     figure = drawn(figures.spadi(points))
     assert traces(figure) == {
         "SPADI": ([0, 2, 3], [45, 35, 25]),
@@ -214,7 +214,7 @@ def test_other_questionnaires_show_where_a_change_matters(database: Database, fi
             )
             assessments.create(episode.session, episode.id, body, answered)
 
-    panels = told(database, fill(how), service.questionnaire_panels)
+    panels = read_timeline(database, fill(how), service.questionnaire_panels)
     assert [panel.definition.code for panel in panels] == ["oxford", "quickdash"]
     figure = drawn(figures.questionnaires(panels))
     upper, lower = ({trace.name: list(trace.y) for trace in figure.data if trace.yaxis == axis} for axis in ("y", "y2"))
@@ -231,7 +231,7 @@ def test_other_questionnaires_show_where_a_change_matters(database: Database, fi
         "From here on possibly important, possibly chance": pytest.approx([61.6, 61.6]),
         "Beyond this line important, more than chance": pytest.approx([57.9, 57.9]),
     }
-    assert [one.text for one in figure.layout.annotations] == ["Oxford Shoulder Score", "QuickDASH"]
+    assert [annotation.text for annotation in figure.layout.annotations] == ["Oxford Shoulder Score", "QuickDASH"]
     assert figure.layout.yaxis.title.text == "0 to 48 points, higher is better"
     assert figure.layout.yaxis2.title.text == "0 to 100 points, lower is better"
     shown = [trace.name for trace in figure.data if trace.showlegend]
@@ -276,11 +276,11 @@ def test_narrow_screen_has_one_panel_below_the_other(database: Database, fill: F
     def how(episode: Episode) -> None:
         episode.assess(0, rom=[rom(90), rom(12, motion="extension"), rom(80, motion="abduction")])
 
-    panels = told(database, fill(how), service.rom_panels)
+    panels = read_timeline(database, fill(how), service.rom_panels)
     for columns, places in ((2, [0, 0.545, 0]), (1, [0, 0, 0])):
         figure = drawn(figures.rom(panels, columns))
-        assert [round(one.x, 3) for one in figure.layout.annotations] == places
-        heights = [one.y for one in figure.layout.annotations]
+        assert [round(annotation.x, 3) for annotation in figure.layout.annotations] == places
+        heights = [annotation.y for annotation in figure.layout.annotations]
         assert len(set(heights)) == (2 if columns == 2 else 3)
 
 
@@ -299,7 +299,7 @@ def test_errors_are_reported_by_recording_and_method(database: Database, fill: F
         episode.treat(0, run(lift, 1.0, 3.0), run(lift, 2.0, 2.5, minute=5), run(other, 0.5, 0.75))
         episode.treat(7, run(lift, 0.5, 1.5, method="learned"), run(lift, None, None))
 
-    tracked: list[Tracked] = told(database, fill(how), service.tracked)
+    tracked: list[Tracked] = read_timeline(database, fill(how), service.tracked)
     figure = drawn(figures.tracking(tracked))
     upper, lower = ([trace for trace in figure.data if trace.yaxis == axis] for axis in ("y", "y2"))
     assert [(trace.name, list(trace.x), list(trace.y)) for trace in upper] == [
@@ -320,21 +320,21 @@ def test_learned_values_are_reported_as_at_the_sessions_end(database: Database, 
         episode.treat(0, *learned)
         episode.treat(7, run(lift, 1.0, 3.0, learned_rms_deg=0.75), run(lift, 1.0, 3.0, minute=3))
 
-    lines: list[LineSeries] = told(database, fill(how), service.correction_lines)
+    lines: list[LineSeries] = read_timeline(database, fill(how), service.correction_lines)
     assert traces(drawn(figures.correction(lines))) == {"Lift": ([0, 1], [0.5, 0.75])}
     assert numbers.correction(lines).rows[1] == [DAY + timedelta(days=7), "Lift", 0.75]
 
 
 def test_end_range_time_adds_up_by_week_beside_the_gain(database: Database, fill: Fill) -> None:
     def held(recording: UUID, **seconds: float | None) -> RunRow:
-        one = run(recording, 1.0, 1.0)
-        one.motions = [
+        short_run = run(recording, 1.0, 1.0)
+        short_run.motions = [
             MotionTrackingRow(
                 motion=int(name[1]), end_range_s=time, peak_deg=0.0, peak_at_s=0.0, rmse_deg=0.0, start_deg=0.0
             )
             for name, time in seconds.items()
         ]
-        return one
+        return short_run
 
     def how(episode: Episode) -> None:
         lift = episode.record("Lift")
@@ -344,7 +344,7 @@ def test_end_range_time_adds_up_by_week_beside_the_gain(database: Database, fill
         episode.treat(3, held(lift, m4=90.0, m6=12.0))
         episode.treat(8, held(lift, m4=120.0))
 
-    found: EndRangeGain = told(database, fill(how), service.end_range)
+    found: EndRangeGain = read_timeline(database, fill(how), service.end_range)
     abduction, rotation = "Abduction / adduction of the shoulder", found.points[2].motion
     assert [(point.motion, point.minutes, point.in_week_min) for point in found.points] == [
         (abduction, 1.5, 1.5), (abduction, 1.5, 3.0), (rotation, 0.2, 0.2), (abduction, 2.0, 2.0),
@@ -366,7 +366,7 @@ def test_week_without_visits_is_included(database: Database, fill: Fill) -> None
             episode.treat(day, run(lift, 1.0, 1.0), stop_count=stops)
         episode.treat(9)
 
-    weeks = told(database, fill(how), service.weeks)
+    weeks = read_timeline(database, fill(how), service.weeks)
     mondays = [date(2026, 3, day) for day in (2, 9, 16, 23)]
     assert traces(drawn(figures.adherence(weeks[:4]))) == {"Sessions": (mondays, [2, 1, 0, 1])}
     assert numbers.adherence(weeks).rows[2] == ["2026-03-16", 0, None, 0, 0]
@@ -403,7 +403,7 @@ def test_nothing_yet_is_an_empty_chart_and_an_empty_table(database: Database, fi
         (service.correction_lines, figures.correction, numbers.correction),
         (service.weeks, figures.adherence, numbers.adherence),
     ):
-        found = told(database, episode_id, read)
+        found = read_timeline(database, episode_id, read)
         assert found == []
         assert all(len(trace.y) == 0 for trace in drawn(draw(found)).data)
         assert tabulate(found).rows == []

@@ -201,9 +201,11 @@ def test_t_score_is_shown_and_exported_as_one(database: Database, clinics_promis
         (row,) = session.scalars(select(AssessmentRow))
         (shown,) = assessments.as_assessment(row).questionnaires
     assert (shown.title, shown.total_points, shown.is_t_score) == ("PROMIS Upper Extremity 7a", T_SCORES[28 - 7], True)
-    told = exported(database, patient_id, tmp_path / "bundle.json")
-    assert judged({"bundle": told}) == {"bundle": []}
-    (total,) = [one for one in of_kind(told, "Observation") if f"{PROMIS}-total" in json.dumps(one["code"])]
+    bundle = exported(database, patient_id, tmp_path / "bundle.json")
+    assert judged({"bundle": bundle}) == {"bundle": []}
+    (total,) = [
+        resource for resource in of_kind(bundle, "Observation") if f"{PROMIS}-total" in json.dumps(resource["code"])
+    ]
     assert total["valueQuantity"]["value"] == T_SCORES[28 - 7]
     assert "T-score (50 is the mean" in total["code"]["coding"][0]["display"]
 
@@ -220,7 +222,7 @@ def test_texts_of_a_clinic_are_imported_and_replaced(database: Database) -> None
     with database.read() as session:
         (row,) = session.scalars(select(QuestionnaireTextsRow)).all()
         assert (row.title, len(row.items)) == ("Second", 11)
-        languages = {one.code: one.languages for one in service.questionnaires(session)}
+        languages = {questionnaire.code: questionnaire.languages for questionnaire in service.questionnaires(session)}
     assert languages == {key: [] for key in DEFINITIONS} | {"quickdash": ["ja"]}
 
 
@@ -289,17 +291,19 @@ def test_texts_are_exported_only_where_their_licence_allows(
     given = read_texts(json.dumps(words_of("quickdash", "en")).encode(), DEFINITIONS["quickdash"])
     with database.write() as session:
         service.store_texts(session, "quickdash", given, utc_now(), may_be_exported=may_be_exported)
-    told = exported(database, patient_id, tmp_path / "bundle.json")
-    assert judged({"bundle": told}) == {"bundle": []}
-    assert (given.items[0].text in json.dumps(told)) is may_be_exported
-    questionnaires = {one["url"]: one for one in of_kind(told, "Questionnaire")}
+    bundle = exported(database, patient_id, tmp_path / "bundle.json")
+    assert judged({"bundle": bundle}) == {"bundle": []}
+    assert (given.items[0].text in json.dumps(bundle)) is may_be_exported
+    questionnaires = {resource["url"]: resource for resource in of_kind(bundle, "Questionnaire")}
     assert len(questionnaires) == 2
-    (response,) = [one for one in of_kind(told, "QuestionnaireResponse") if len(one["item"]) == 11]
+    (response,) = [resource for resource in of_kind(bundle, "QuestionnaireResponse") if len(resource["item"]) == 11]
     assert questionnaires[response["questionnaire"]]["copyright"] == given.copyright if may_be_exported else True
     totals = [
-        one for one in of_kind(told, "Observation") if one["code"].get("coding", [{}])[0]["code"] == "quickdash-total"
+        resource
+        for resource in of_kind(bundle, "Observation")
+        if resource["code"].get("coding", [{}])[0]["code"] == "quickdash-total"
     ]
-    assert [(one["valueQuantity"]["value"], one["bodySite"]["coding"][0]["code"]) for one in totals] == [
+    assert [(total["valueQuantity"]["value"], total["bodySite"]["coding"][0]["code"]) for total in totals] == [
         (25, "91775009")
     ]
 
@@ -310,5 +314,9 @@ def test_assessment_of_a_questionnaire_shows_its_total(database: Database) -> No
     answered(database, patient_id, "of_tomorrow", [1, 2])
     with database.read() as session:
         shown = [assessments.as_assessment(row) for row in session.scalars(select(AssessmentRow))]
-    found = {one.code: (one.total_points, one.highest_points) for row in shown for one in row.questionnaires}
+    found = {
+        questionnaire.code: (questionnaire.total_points, questionnaire.highest_points)
+        for row in shown
+        for questionnaire in row.questionnaires
+    }
     assert found == {"oxford": (36.0, 48.0), "of_tomorrow": (None, None)}

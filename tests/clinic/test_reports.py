@@ -244,8 +244,8 @@ def test_report_rates_every_questionnaire_by_its_own_limits(
             )
         )
     ]
-    told = replace(care, questionnaires=tuple(episode._questionnaires(rows)))
-    text = " ".join(Parsed(rendering.episode_page(told, how())).text.split())
+    answered = replace(care, questionnaires=tuple(episode._questionnaires(rows)))
+    text = " ".join(Parsed(rendering.episode_page(answered, how())).text.split())
     first, second = (f"{row.assessed_at:%Y-%m-%d}" for row in rows[:2])
     for said in (
         f"QuickDASH, 0 to 100 points, lower is better 50.0 {first} 36.4 {second} −13.6 improvement, possibly important, possibly chance",
@@ -256,8 +256,8 @@ def test_report_rates_every_questionnaire_by_its_own_limits(
     ):  # fmt: skip
         assert said in text, said
     # Only a value of two days or more has a trend.
-    assert len(Parsed(rendering.episode_page(told, how())).all("svg")) == len(care.rom) // 2 + 1 + 2
-    japanese = Parsed(rendering.episode_page(told, how("ja"))).text
+    assert len(Parsed(rendering.episode_page(answered, how())).all("svg")) == len(care.rom) // 2 + 1 + 2
+    japanese = Parsed(rendering.episode_page(answered, how("ja"))).text
     for said in (
         "QuickDASH（0〜100点、低いほど良好）",
         "意味のある改善の可能性（測定誤差の可能性あり）",
@@ -306,9 +306,9 @@ def test_every_database_gives_the_same_report(database: Database) -> None:
 def test_missing_session_has_no_report(sqlite: Database) -> None:
     with sqlite.read() as reading:
         for read_content in (session.read_content, episode.read_content):
-            with pytest.raises(ProblemError) as told:
+            with pytest.raises(ProblemError) as raised:
                 read_content(reading, uuid4())
-            assert told.value.status == 404
+            assert raised.value.status == 404
 
 
 # -- paper ----------------------------------------------------------------------------------------------------------
@@ -334,14 +334,14 @@ def test_every_page_names_patient_page_and_print_time(draft: SessionContent) -> 
 
 
 def test_sixty_runs_fill_many_pages_with_repeated_table_heads(draft: SessionContent) -> None:
-    one = draft.runs[0]
-    many = replace(draft, runs=tuple(replace(one, number=number) for number in range(1, 61)))
+    run = draft.runs[0]
+    many = replace(draft, runs=tuple(replace(run, number=number) for number in range(1, 61)))
     pages = texts_of(rendering.session_pdf(many, how()))
     assert 14 <= len(pages) <= 24
     listed = [page for page in pages if "Settings Outcome" in page]
     assert len(listed) >= 2
     for number in range(1, 61):
-        assert any(f"{number}. {one.recording}" in page for page in pages)
+        assert any(f"{number}. {run.recording}" in page for page in pages)
 
 
 def test_a_pdf_carries_its_title_and_its_own_font(draft: SessionContent) -> None:
@@ -509,7 +509,7 @@ def test_letterhead_appears_on_both_reports(
     printed = PrintOptions(ours, "en", "", AT)
     for page in (rendering.session_page(visit, printed), rendering.episode_page(care, printed)):
         parsed = Parsed(page)
-        assert [one["src"] for one in parsed.all("img")] == [
+        assert [image["src"] for image in parsed.all("img")] == [
             f"data:image/{kind};base64,{base64.b64encode(image).decode()}"
         ]
         assert "Midori Clinic" in parsed.text

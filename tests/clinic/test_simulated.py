@@ -98,9 +98,9 @@ def test_session_run_report_and_bundle_have_the_mark(clinic: Clinic, tmp_path: P
         )
         _, origin = service.of_run(session, run_id)
         assert origin.simulated is simulated
-    told = [entry["resource"] for entry in json.loads((tmp_path / "bundle.json").read_text())["entry"]]
+    resources = [entry["resource"] for entry in json.loads((tmp_path / "bundle.json").read_text())["entry"]]
     by_kind: dict[str, list[Any]] = {}
-    for resource in told:
+    for resource in resources:
         by_kind.setdefault(resource["resourceType"], []).append(
             resource.get("meta", {}).get("security", [{}])[0].get("code")
         )
@@ -109,9 +109,9 @@ def test_session_run_report_and_bundle_have_the_mark(clinic: Clinic, tmp_path: P
         by_kind["Procedure"] == by_kind["DeviceUseStatement"] == by_kind["Observation"] == by_kind["Device"] == wanted
     )
     assert by_kind["Patient"] == [None]
-    (procedure,) = [one for one in told if one["resourceType"] == "Procedure"]
+    (procedure,) = [resource for resource in resources if resource["resourceType"] == "Procedure"]
     assert procedure["meta"]["profile"] == ["urn:x"]
-    (device,) = [one for one in told if one["resourceType"] == "Device"]
+    (device,) = [resource for resource in resources if resource["resourceType"] == "Device"]
     assert device["type"]["coding"][0]["code"] == ("simulated-apparatus" if simulated else "apparatus")
 
 

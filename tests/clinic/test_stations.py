@@ -36,8 +36,8 @@ def test_configuration_and_calibration_have_a_version_of_each_station_own(databa
         with database.write() as session:
             service.register(session, config, f"0.{day}", NOW + timedelta(days=day), simulated=False)
     with database.read() as session:
-        told = [(row.name, number, row.registered_at, row.started_at) for row, number in service.registered(session)]
-        assert told == [
+        listed = [(row.name, number, row.registered_at, row.started_at) for row, number in service.registered(session)]
+        assert listed == [
             ("Station 1", 3, NOW, NOW + timedelta(days=5)),
             ("Station 2", 1, NOW + timedelta(days=1), NOW + timedelta(days=1)),
         ]

@@ -224,7 +224,7 @@ def test_patients_are_due_a_week_after_their_session(database: Database) -> None
     with database.read() as session:
         work = worklist.worklist(session, THERAPIST, NOW, 540)
         earlier = worklist.worklist(session, THERAPIST, NOW - timedelta(days=2), 540)
-    assert [one.last_session_at for one in work.due] == [NOW - timedelta(days=8)]
+    assert [patient.last_session_at for patient in work.due] == [NOW - timedelta(days=8)]
     assert (work.due_count, work.due[0].therapist, work.due[0].due_at) == (1, "Sato Ken", NOW - timedelta(days=1))
     assert earlier.due == []
 

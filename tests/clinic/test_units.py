@@ -49,7 +49,7 @@ def answers() -> dict[str, Json]:
 
 
 def _references(part: Any) -> list[str]:
-    return [one["$ref"].rpartition("/")[2] for one in everything(part) if isinstance(one.get("$ref"), str)]
+    return [element["$ref"].rpartition("/")[2] for element in everything(part) if isinstance(element.get("$ref"), str)]
 
 
 def _is_number(field: Json) -> bool:
@@ -59,13 +59,15 @@ def _is_number(field: Json) -> bool:
         field.get("items"),
         field.get("additionalProperties"),
     ]
-    return field.get("type") in ("number", "integer") or any(_is_number(one) for one in inner if isinstance(one, dict))
+    return field.get("type") in ("number", "integer") or any(
+        _is_number(schema) for schema in inner if isinstance(schema, dict)
+    )
 
 
 def _numbers(answers: dict[str, Json]) -> Iterator[tuple[str, str]]:
     for name, schema in answers.items():
-        for field, told in schema.get("properties", {}).items():
-            if _is_number(told):
+        for field, number_schema in schema.get("properties", {}).items():
+            if _is_number(number_schema):
                 yield name, field
 
 
@@ -123,7 +125,9 @@ def test_every_number_of_a_body_has_side_and_time(answers: dict[str, Json], what
         fields = answers[name].get("properties", {})
         if what == "side" and "side" in fields:
             return True
-        if what == "time" and ("age_ms" in fields or any("date-time" in json.dumps(told) for told in fields.values())):
+        if what == "time" and (
+            "age_ms" in fields or any("date-time" in json.dumps(number_schema) for number_schema in fields.values())
+        ):
             return True
         return any(
             f"{record}_id" in fields and has(record.capitalize()) for record in ("episode", "session", "recording")
@@ -166,14 +170,18 @@ def test_columns_of_samples_have_their_unit() -> None:
 
 
 def test_fhir_quantities_have_unit_side_and_time(database: Database, tmp_path: Path) -> None:
-    told = exported(database, treated(database, sessions=2), tmp_path / "bundle.json")
-    quantities = [one for one in everything(told) if isinstance(one.get("value"), int | float)]
+    bundle = exported(database, treated(database, sessions=2), tmp_path / "bundle.json")
+    quantities = [element for element in everything(bundle) if isinstance(element.get("value"), int | float)]
     assert len(quantities) > 60
-    assert [one for one in quantities if not {"unit", "system", "code"} <= set(one)] == []
-    measured = [one for one in of_kind(told, "Observation") if "valueQuantity" in json.dumps(one)]
-    assert [one["code"] for one in measured if "bodySite" not in one] == []
-    assert [one["code"] for one in measured if not {"effectiveDateTime", "effectivePeriod"} & set(one)] == []
-    plain = [part for part in everything(told) if "valueInteger" in part]
+    assert [quantity for quantity in quantities if not {"unit", "system", "code"} <= set(quantity)] == []
+    measured = [resource for resource in of_kind(bundle, "Observation") if "valueQuantity" in json.dumps(resource)]
+    assert [observation["code"] for observation in measured if "bodySite" not in observation] == []
+    assert [
+        observation["code"]
+        for observation in measured
+        if not {"effectiveDateTime", "effectivePeriod"} & set(observation)
+    ] == []
+    plain = [part for part in everything(bundle) if "valueInteger" in part]
     counted = {"run-repetitions"}
     for part in plain:
         code = part.get("code", {}).get("coding", [{}])[0].get("code", "")
@@ -215,7 +223,7 @@ def test_columns_of_reports_have_units() -> None:
     assert not TEXT_HEADS & COUNTED_HEADS.keys()
     for key in sorted(heads - TEXT_HEADS - COUNTED_HEADS.keys()):
         for place in (0, 1):
-            stated = [PHRASES[one][place] for one in HEADED_BY_CAPTION.get(key, (key,))]
+            stated = [PHRASES[phrase][place] for phrase in HEADED_BY_CAPTION.get(key, (key,))]
             assert all(_UNIT.search(words) for words in stated), (key, stated)
 
 
@@ -319,12 +327,12 @@ UNITLESS_TEXTS: Final = {"looks_like_radians"}
 
 
 def test_every_number_of_a_server_text_has_a_unit() -> None:
-    told = json.loads((ROOT / "frontend/server-messages.json").read_text())
+    messages = json.loads((ROOT / "frontend/server-messages.json").read_text())
     japanese = json.loads((LOCALES / "ja/server.json").read_text())
     checked = 0
-    for code, english in told.items():
+    for code, english in messages.items():
         for name in re.findall(r"(?<!%)\{(\w+)(?!:text|:name)[^}]*\}", english):
-            ending = max((one for one in SUFFIXES if name.endswith(one)), key=len, default=None)
+            ending = max((suffix for suffix in SUFFIXES if name.endswith(suffix)), key=len, default=None)
             if ending is None or code in UNITLESS_TEXTS:
                 continue
             checked += 1

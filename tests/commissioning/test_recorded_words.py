@@ -53,7 +53,9 @@ def test_every_recorded_name_has_words() -> None:
     for language in LANGUAGES:
         known = [re.escape(name) for name in words(language, "values")]
         patterns = [re.compile(re.sub(r"\\\{\w+\\\}", "(.+|{})", name)) for name in known]
-        assert [name for name in sorted(names) if not any(one.fullmatch(name) for one in patterns)] == [], language
+        assert [name for name in sorted(names) if not any(pattern.fullmatch(name) for pattern in patterns)] == [], (
+            language
+        )
 
 
 @pytest.mark.parametrize("language", LANGUAGES)

@@ -70,8 +70,8 @@ def former_release(config_fields: set[str], axis_fields: set[str]) -> str:
         {name: value for name, value in axis.items() if name not in axis_fields} | {"weight_nm": [0.0] * 6}
         for axis in fields["axes"]
     ]
-    kept = {name: value for name, value in fields.items() if name not in config_fields}
-    return msgspec.toml.encode(kept | {"axes": axes}).decode()
+    former_fields = {name: value for name, value in fields.items() if name not in config_fields}
+    return msgspec.toml.encode(former_fields | {"axes": axes}).decode()
 
 
 def test_a_record_stays_valid_when_a_release_adds_configuration_fields(tmp_path: Path) -> None:
@@ -131,7 +131,7 @@ def test_the_doctor_names_a_due_check(tmp_path: Path) -> None:
 
     def found() -> doctor.CheckResult:
         settings = Settings(data=tmp_path, database_url="", station=station)
-        return next(one for one in doctor.examine(settings) if one.name == "Commissioning")
+        return next(finding for finding in doctor.examine(settings) if finding.name == "Commissioning")
 
     config.write(CONFIG, station)
     assert (found().state, "there is no commissioning record" in found().message) == ("problem", True)

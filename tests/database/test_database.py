@@ -88,14 +88,19 @@ def test_run_older_than_load_levels_has_no_settings(database: Database) -> None:
     upgrade(database)
 
     with database.read() as session:
-        kept = session.get_one(RunRow, key)
-        assert (kept.outcome, kept.samples, len(kept.tracking)) == ("completed", 100, 1)
-        assert kept.load_level is None
-        assert (kept.method, kept.corrected_by) == (None, None)
-        assert (kept.repetitions_done, kept.played_s) == (1, 1.0)
+        stored = session.get_one(RunRow, key)
+        assert (stored.outcome, stored.samples, len(stored.tracking)) == ("completed", 100, 1)
+        assert stored.load_level is None
+        assert (stored.method, stored.corrected_by) == (None, None)
+        assert (stored.repetitions_done, stored.played_s) == (1, 1.0)
         # Old runs were played once, as taught. Values that were not computed then are unknown.
-        assert (kept.speed_percent, kept.repetitions, kept.pause_s, kept.range_percent) == (100.0, 1, 0.0, 100.0)
-        assert (kept.tracking[0].peak_deg, kept.tracking[0].lag_ms, kept.tracking[0].torque_peak_nm) == (
+        assert (stored.speed_percent, stored.repetitions, stored.pause_s, stored.range_percent) == (
+            100.0,
+            1,
+            0.0,
+            100.0,
+        )
+        assert (stored.tracking[0].peak_deg, stored.tracking[0].lag_ms, stored.tracking[0].torque_peak_nm) == (
             1.0,
             None,
             None,
@@ -113,7 +118,7 @@ def test_derived_recording_downgrades_to_a_take_without_loss(database: Database)
         session.add_all([teaching, visit])
         session.flush()
 
-        def kept(minutes: int, **given: object) -> UUID:
+        def stored_recording(minutes: int, **given: object) -> UUID:
             made = RecordingRow(
                 id=uuid4(), patient_id=patient.id, taught_at=_NOW + timedelta(minutes=minutes), **row, **given
             )
@@ -122,10 +127,10 @@ def test_derived_recording_downgrades_to_a_take_without_loss(database: Database)
             session.add(RecordingSamplesRow(recording_id=made.id, data=b"samples"))
             return made.id
 
-        first = kept(0, teaching_id=teaching.id, take=1)
-        third = kept(1, teaching_id=teaching.id, take=3)
-        once = kept(2, parent_id=first, done=["trimmed"])
-        twice = kept(3, parent_id=once, done=["trimmed", "mirrored"])
+        first = stored_recording(0, teaching_id=teaching.id, take=1)
+        third = stored_recording(1, teaching_id=teaching.id, take=3)
+        once = stored_recording(2, parent_id=first, done=["trimmed"])
+        twice = stored_recording(3, parent_id=once, done=["trimmed", "mirrored"])
         played = {"started_at": _NOW, "ended_at": _NOW, "stop_code": None, "stop_message": None, "rate_hz": 100}
         run = RunRow(
             id=uuid4(), session_id=visit.id, recording_id=twice, outcome="completed", load_level=8, samples=1, **played
@@ -149,7 +154,7 @@ def test_derived_recording_downgrades_to_a_take_without_loss(database: Database)
     with database.read() as session:
         assert session.get_one(RunRow, runs).recording.id == twice
         rows = [session.get_one(RecordingRow, key) for key in (first, third, once, twice)]
-        assert [(one.teaching_id, one.take, one.parent_id, one.done) for one in rows] == [
+        assert [(row.teaching_id, row.take, row.parent_id, row.done) for row in rows] == [
             (teaching.id, take, None, []) for take in (1, 3, 4, 5)
         ]
         assert session.get_one(RecordingSamplesRow, twice).data == b"samples"
@@ -246,7 +251,7 @@ class TestSqlite:
     def test_connection_keeps_small_caches(self, database: Database) -> None:
         def prepared() -> int:
             gc.collect()
-            return sum(type(one).__name__ == "Statement" for one in gc.get_objects())
+            return sum(type(thing).__name__ == "Statement" for thing in gc.get_objects())
 
         with database.writer.connect() as connection:
             assert connection.exec_driver_sql("PRAGMA cache_size").scalar() == -512

@@ -276,7 +276,7 @@ def test_newer_database_is_refused_and_left_unchanged(tmp_path: Path) -> None:
     with pytest.raises(DatabaseError, match="written by a newer version of Kata"):
         upgrade(database)
     assert contents(database) == before
-    assert [one.name for one in tmp_path.glob("*version*")] == []
+    assert [path.name for path in tmp_path.glob("*version*")] == []
 
 
 def newer(database: Database, revision: str, oldest: str, *statements: str) -> None:
@@ -339,7 +339,11 @@ def test_file_is_copied_before_upgrade_and_two_copies_remain(tmp_path: Path) -> 
         assert contents(copy) == before
         copy.close()
     database.close()
-    assert sorted(one.name for one in tmp_path.iterdir()) == ["kata.db", "kata.db.version-0003", "kata.db.version-0004"]
+    assert sorted(path.name for path in tmp_path.iterdir()) == [
+        "kata.db",
+        "kata.db.version-0003",
+        "kata.db.version-0004",
+    ]
 
 
 def test_upgrade_without_free_space_is_refused(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -43,7 +43,7 @@ def test_series_is_restored_whole_with_its_description(series: Series) -> None:
     head = json.loads(series.head[:-4])
     assert (head["samples"], head["rate_hz"]) == (COUNT, 100.0)
     assert "monotonic" in head["clock"]
-    assert [(one["name"], one["unit"], one["axes"]) for one in head["columns"]] == [
+    assert [(column["name"], column["unit"], column["axes"]) for column in head["columns"]] == [
         ("time_s", "s", None),
         ("angle_deg", "deg", [1, 2, 3, 4, 5]),
     ]

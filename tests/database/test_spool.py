@@ -25,14 +25,14 @@ ARRIVED = Table(
 
 def filled(folder: Path, *payloads: str, **given: Any) -> Spool:
     made = Spool(folder, retry_s=0.01, **given)
-    for one in payloads:
-        made.put(one.encode())
+    for payload in payloads:
+        made.put(payload.encode())
     assert made.until_written(10)
     return made
 
 
 def answer(records: Sequence[Record]) -> list[str]:
-    return [one.payload.decode() for one in records]
+    return [record.payload.decode() for record in records]
 
 
 def the_file(folder: Path) -> Path:
@@ -44,8 +44,8 @@ def test_spool_cut_at_any_byte_yields_everything_before(tmp_path: Path) -> None:
     filled(tmp_path, *payloads).close()
     data = the_file(tmp_path).read_bytes()
     ends = [data.index(b"\n") + 1]
-    for one in payloads:
-        ends.append(ends[-1] + 8 + len(one))
+    for payload in payloads:
+        ends.append(ends[-1] + 8 + len(payload))
     assert ends[-1] == len(data)
     cut = tmp_path / "cut" / "000000000001.spool"
     cut.parent.mkdir()
@@ -76,7 +76,7 @@ def test_spool_continues_behind_a_torn_entry(tmp_path: Path) -> None:
     file = the_file(tmp_path)
     file.write_bytes(file.read_bytes()[:-1])
     again = filled(tmp_path, "c", "d")
-    assert [(one.number, one.payload.decode()) for one in again.after(0, 10)] == [(1, "a"), (2, "c"), (3, "d")]
+    assert [(record.number, record.payload.decode()) for record in again.after(0, 10)] == [(1, "a"), (2, "c"), (3, "d")]
     again.close()
 
 
@@ -94,7 +94,7 @@ def test_files_rotate_and_imported_ones_are_deleted(tmp_path: Path) -> None:
     assert len(list(tmp_path.glob("*.spool"))) == 1
     made.close()
     again = filled(tmp_path, "next")
-    assert [one.number for one in again.after(50, 10)] == [51]
+    assert [record.number for record in again.after(50, 10)] == [51]
     assert again.id == made.id
     again.close()
 
@@ -129,7 +129,7 @@ def test_full_disk_is_reported_and_nothing_is_written_twice(tmp_path: Path, monk
     made.put(b"after")
     assert made.until_written(10)
     assert made.full_since is None
-    assert [(one.number, one.payload) for one in made.after(0, 10)] == [
+    assert [(record.number, record.payload) for record in made.after(0, 10)] == [
         (1, b"before"), (2, b"one"), (3, b"two"), (4, b"after"),
     ]  # fmt: skip
     made.close()
@@ -149,8 +149,8 @@ class Clinic:
         self.tried.release()
         if self.failures:
             raise self.failures.pop()
-        for one in records:
-            session.execute(ARRIVED.insert().values(what=one.payload.decode() or None))
+        for record in records:
+            session.execute(ARRIVED.insert().values(what=record.payload.decode() or None))
         return len(records)
 
     def delivery(self, spool: Spool) -> Delivery:

@@ -19,9 +19,9 @@ from tests.support.examples import examples
 @given(changes())
 @examples(few=50, many=300)
 def test_each_accepted_configuration_keeps_the_supervisor_effective(
-    tmp_path_factory: pytest.TempPathFactory, told: dict[str, Any]
+    tmp_path_factory: pytest.TempPathFactory, fields: dict[str, Any]
 ) -> None:
-    config = accepted(tmp_path_factory.mktemp("station"), told)
+    config = accepted(tmp_path_factory.mktemp("station"), fields)
     if config is not None:
         hold_effective(config)
 
@@ -31,9 +31,9 @@ def test_both_ends_of_every_range_keep_the_supervisor_effective(tmp_path: Path, 
     refused = set()
     for row in rows(base):
         for value in (row.low, row.high):
-            told = fields_of(base)
-            set_value(told, row, value)
-            config = accepted(tmp_path, told)
+            fields = fields_of(base)
+            set_value(fields, row, value)
+            config = accepted(tmp_path, fields)
             if config is None:
                 refused.add(row.field)
                 continue

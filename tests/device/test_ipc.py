@@ -136,9 +136,9 @@ def test_a_slow_write_of_the_journal_does_not_delay_stop(tmp_path: Path) -> None
         give(writer, 0)
         writer.finish(JournalEnd(reason="stopped"))
         may_end.set()
-    kept = read(writer.path)
-    assert (len(kept.t_ns), kept.truncated) == (1, False)
-    assert kept.end is not None
+    recorded = read(writer.path)
+    assert (len(recorded.t_ns), recorded.truncated) == (1, False)
+    assert recorded.end is not None
 
 
 def test_journal_is_on_disk_when_the_process_ends_unannounced(tmp_path: Path) -> None:
@@ -152,9 +152,9 @@ def test_journal_is_on_disk_when_the_process_ends_unannounced(tmp_path: Path) ->
         give(writer, 0)
         writer.finish(JournalEnd(reason="completed"))
         link.finish()
-        kept = read(writer.path)
-    assert (len(kept.t_ns), kept.truncated) == (1, False)
-    assert kept.end is not None
+        recorded = read(writer.path)
+    assert (len(recorded.t_ns), recorded.truncated) == (1, False)
+    assert recorded.end is not None
 
 
 def test_last_messages_reach_the_service(tmp_path: Path) -> None:

@@ -48,14 +48,14 @@ def test_journal_is_read_back_as_written(tmp_path: Path) -> None:
     writer.write()
     assert writer.sync()
 
-    kept = read(writer.path)
-    assert (kept.kind, kept.id, kept.recording_id) == ("run", "a-run", "a-recording")
-    assert kept.started_at == HEADER.started_at
-    assert kept.t_ns.tolist() == [n * 10_000_000 for n in range(50)]
-    assert kept.measured_deg[7] == pytest.approx([7.0, 6.9, 6.8, 6.7, 6.6])
-    assert kept.setpoint_deg.shape == (50, 5)
-    assert kept.end == JournalEnd(reason="stopped", cause_code="estop_pressed", cause_message="Pressed.")
-    assert not kept.truncated
+    recorded = read(writer.path)
+    assert (recorded.kind, recorded.id, recorded.recording_id) == ("run", "a-run", "a-recording")
+    assert recorded.started_at == HEADER.started_at
+    assert recorded.t_ns.tolist() == [n * 10_000_000 for n in range(50)]
+    assert recorded.measured_deg[7] == pytest.approx([7.0, 6.9, 6.8, 6.7, 6.6])
+    assert recorded.setpoint_deg.shape == (50, 5)
+    assert recorded.end == JournalEnd(reason="stopped", cause_code="estop_pressed", cause_message="Pressed.")
+    assert not recorded.truncated
 
 
 def _whole(folder: Path) -> tuple[bytes, int, int]:
@@ -77,12 +77,12 @@ def test_journal_cut_at_any_byte_keeps_every_whole_record(tmp_path: Path) -> Non
         with pytest.raises(JournalError):
             read(_cut(tmp_path, data[:length]))
     for length in range(body, len(data) + 1):
-        kept = read(_cut(tmp_path, data[:length]))
+        recorded = read(_cut(tmp_path, data[:length]))
         count = min(4, (length - body) // record)
-        assert kept.t_ns.tolist() == [n * 10_000_000 for n in range(count)]
-        assert np.array_equal(kept.measured_deg, whole.measured_deg[:count])
-        assert (kept.end is not None) == (length == len(data))
-        assert kept.truncated == (length not in (len(data), *(body + n * record for n in range(5))))
+        assert recorded.t_ns.tolist() == [n * 10_000_000 for n in range(count)]
+        assert np.array_equal(recorded.measured_deg, whole.measured_deg[:count])
+        assert (recorded.end is not None) == (length == len(data))
+        assert recorded.truncated == (length not in (len(data), *(body + n * record for n in range(5))))
 
 
 @pytest.mark.parametrize("flip", [0x01, 0x80, 0xFF])
@@ -91,10 +91,10 @@ def test_damaged_byte_ends_the_valid_part_at_its_record(tmp_path: Path, flip: in
     for position in range(body, len(data)):
         damaged = bytearray(data)
         damaged[position] ^= flip
-        kept = read(_cut(tmp_path, bytes(damaged)))
-        assert len(kept.t_ns) == min(4, (position - body) // record)
-        assert kept.end is None
-        assert kept.truncated
+        recorded = read(_cut(tmp_path, bytes(damaged)))
+        assert len(recorded.t_ns) == min(4, (position - body) // record)
+        assert recorded.end is None
+        assert recorded.truncated
 
 
 @pytest.mark.parametrize(
@@ -134,10 +134,10 @@ def test_temporarily_full_disk_leaves_no_gap_in_the_journal(tmp_path: Path, monk
     writer.write()
     assert writer.sync()
 
-    kept = read(writer.path)
-    assert len(kept.t_ns) == 50
-    assert kept.end is not None
-    assert not kept.truncated
+    recorded = read(writer.path)
+    assert len(recorded.t_ns) == 50
+    assert recorded.end is not None
+    assert not recorded.truncated
 
 
 def test_two_journals_never_share_a_file(tmp_path: Path) -> None:

@@ -74,10 +74,10 @@ def test_journal_contains_the_setpoints_that_were_sent(tmp_path: Path, method: M
     stepped, trajectory = begin(tmp_path, station(lag_s=0.08), method)
     stepped.send(Play())
     stepped.until("idle")
-    kept = stepped.journal()
-    playing = kept.phase == journal.PHASE_PLAYING
-    assert kept.setpoint_deg[playing][5:] == pytest.approx(kept.measured_deg[playing][5:], abs=1e-4)
-    feed_forward = kept.setpoint_deg[playing][:, MOVING] - trajectory.along(kept.path_s[playing])[:, MOVING]
+    recorded = stepped.journal()
+    playing = recorded.phase == journal.PHASE_PLAYING
+    assert recorded.setpoint_deg[playing][5:] == pytest.approx(recorded.measured_deg[playing][5:], abs=1e-4)
+    feed_forward = recorded.setpoint_deg[playing][:, MOVING] - trajectory.along(recorded.path_s[playing])[:, MOVING]
     assert np.abs(feed_forward).max() == pytest.approx(0.08 * 30 * np.pi / 2, abs=0.3)
 
 
@@ -327,18 +327,18 @@ def test_paper_method_sends_only_one_sample_per_100_ms(paper: Stepped, cycles_be
     before = len(sent(paper))
     paper.send(Play())
     paper.until("returning")
-    kept = paper.journal()
-    playing = kept.phase == journal.PHASE_PLAYING
+    recorded = paper.journal()
+    playing = recorded.phase == journal.PHASE_PLAYING
     trajectory = reference("paper", TIMES_S, rows(from_deg=5.0))
     assert isinstance(trajectory, ZeroOrderHold)
-    told = sent(paper)[before:]
-    assert told[:39] == pytest.approx(trajectory._samples[:39, MOVING])
-    assert kept.rate_hz == 10
-    path_s = kept.path_s[playing]
+    setpoints = sent(paper)[before:]
+    assert setpoints[:39] == pytest.approx(trajectory._samples[:39, MOVING])
+    assert recorded.rate_hz == 10
+    path_s = recorded.path_s[playing]
     assert path_s[1:39] == pytest.approx(0.1 * np.arange(1, 39))
-    assert np.diff(kept.t_ns[playing])[:38] == pytest.approx([100_000_000] * 38)
+    assert np.diff(recorded.t_ns[playing])[:38] == pytest.approx([100_000_000] * 38)
     # The angle measured with a sample is the result of the sample before: 0.1 s late.
-    assert kept.setpoint_deg[playing][1:39, MOVING] == pytest.approx(trajectory._samples[:38, MOVING], abs=1e-4)
+    assert recorded.setpoint_deg[playing][1:39, MOVING] == pytest.approx(trajectory._samples[:38, MOVING], abs=1e-4)
     paper.until("idle")
     assert paper.causes() == []
 

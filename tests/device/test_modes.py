@@ -181,11 +181,11 @@ def test_invalid_mode_transition_stops_at_once(playing: Stepped, monkeypatch: py
 def test_every_event_is_numbered_without_gaps(stepped: Stepped) -> None:
     bring(stepped, "playing")
     stepped.until("idle")
-    told = stepped.exchange.events
-    assert [event.number for event in told] == list(range(1, len(told) + 1))
+    numbered = stepped.exchange.events
+    assert [event.number for event in numbered] == list(range(1, len(numbered) + 1))
     assert events(stepped, "mode") == ["idle", "ready", "approaching", "paused", "playing", "returning", "idle"]
     assert events(stepped, "torque") == ["Torque is on.", "Torque is off."]
-    times = [event.t_ns for event in told]
+    times = [event.t_ns for event in numbered]
     assert times == sorted(times)
     assert times[0] < times[-1]
 
@@ -552,26 +552,26 @@ def test_cycle_without_all_five_angles_is_no_sample_of_runs(playing: Stepped) ->
     playing.cycle()
     playing.apparatus.silent = set()
     playing.forward(0.1)
-    kept = playing.journal()
-    assert sorted(np.diff(kept.t_ns))[-2:] == [10_000_000, 20_000_000]
+    recorded = playing.journal()
+    assert sorted(np.diff(recorded.t_ns))[-2:] == [10_000_000, 20_000_000]
 
 
 def test_path_time_is_recorded_only_on_the_recording(stepped: Stepped) -> None:
     bring(stepped, "playing")
     stepped.until("idle")
-    kept = stepped.journal()
-    on_recording = np.isin(kept.phase, (2, 3))
-    assert np.all(np.isfinite(kept.path_s[on_recording]))
-    assert np.all(np.isnan(kept.path_s[~on_recording]))
-    assert set(kept.phase) == {1, 2, 3, 4}
-    assert set(kept.take) == {0}
+    recorded = stepped.journal()
+    on_recording = np.isin(recorded.phase, (2, 3))
+    assert np.all(np.isfinite(recorded.path_s[on_recording]))
+    assert np.all(np.isnan(recorded.path_s[~on_recording]))
+    assert set(recorded.phase) == {1, 2, 3, 4}
+    assert set(recorded.take) == {0}
 
 
 def test_each_sample_has_the_setpoint_it_answers(stepped: Stepped) -> None:
     """The drives in this test follow at once: a setpoint of one cycle is measured in the next."""
     bring(stepped, "playing")
-    kept = stepped.journal()
-    assert kept.measured_deg[5:] == pytest.approx(kept.setpoint_deg[5:])
+    recorded = stepped.journal()
+    assert recorded.measured_deg[5:] == pytest.approx(recorded.setpoint_deg[5:])
 
 
 @pytest.mark.parametrize(("at_ms", "place_s"), [(0, 0.0), (-4, -0.004), (3, 0.003)])
@@ -588,5 +588,5 @@ def test_place_in_the_recording_matches_the_time_of_measurement(playing: Stepped
 
     playing.apparatus.read = shifted  # type: ignore[assignment, method-assign]
     playing.cycle()
-    kept = playing.journal()
-    assert kept.path_s[-1] == pytest.approx(position_s + place_s, abs=1e-6)
+    recorded = playing.journal()
+    assert recorded.path_s[-1] == pytest.approx(position_s + place_s, abs=1e-6)

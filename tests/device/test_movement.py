@@ -23,19 +23,19 @@ class Straight:
 
 
 def advance(movement: Movement, cycles: int) -> list[float]:
-    paces = []
+    overrides = []
     for _ in range(cycles):
         movement.advance(DT_S)
-        paces.append(movement.speed_override)
-    return paces
+        overrides.append(movement.speed_override)
+    return overrides
 
 
 def until_ended(movement: Movement) -> list[float]:
-    paces = []
+    overrides = []
     while not movement.ended:
-        paces += advance(movement, 1)
-        assert len(paces) < 10_000, "it never comes to its end"
-    return paces
+        overrides += advance(movement, 1)
+        assert len(overrides) < 10_000, "it never comes to its end"
+    return overrides
 
 
 def test_movement_starts_at_the_path_start_and_then_leaves() -> None:
@@ -52,17 +52,17 @@ def test_movement_starts_at_the_path_start_and_then_leaves() -> None:
 
 def test_path_speed_is_reached_in_0_2_seconds_and_held() -> None:
     movement = Movement(Straight())
-    paces = advance(movement, 25)
-    assert paces == pytest.approx([min(1.0, 0.05 * (n + 1)) for n in range(25)])
+    overrides = advance(movement, 25)
+    assert overrides == pytest.approx([min(1.0, 0.05 * (n + 1)) for n in range(25)])
     # The ramp costs 0.1 s; each cycle adds its own speed override.
-    assert movement.position_s == pytest.approx(sum(paces) * DT_S)
+    assert movement.position_s == pytest.approx(sum(overrides) * DT_S)
 
 
 def test_pause_stops_the_path_within_0_2_seconds() -> None:
     movement = Movement(Straight(), speed_override=1.0)
     movement.direction = 0
-    paces = advance(movement, 20)
-    assert paces == pytest.approx([1.0 - 0.05 * (n + 1) for n in range(20)])
+    overrides = advance(movement, 20)
+    assert overrides == pytest.approx([1.0 - 0.05 * (n + 1) for n in range(20)])
     assert not Movement(Straight(), speed_override=0.05, direction=0).at_rest
     advance(movement, 1)
     assert movement.at_rest
@@ -79,12 +79,12 @@ def test_change_of_direction_passes_through_rest() -> None:
 @pytest.mark.parametrize("duration_s", [0.05, 0.5, 1.0, 1.003, 2.0])
 def test_the_end_is_met_exactly_and_slowly(duration_s: float) -> None:
     movement = Movement(Straight(duration_s))
-    paces = until_ended(movement)
+    overrides = until_ended(movement)
     assert movement.position_s == duration_s
-    assert paces[-1] <= 0.3
-    assert np.abs(np.diff([0.0, *paces])).max() <= 0.05 + 1e-9
+    assert overrides[-1] <= 0.3
+    assert np.abs(np.diff([0.0, *overrides])).max() <= 0.05 + 1e-9
     # Slowing down begins no earlier than necessary: a ramp and a short creep.
-    assert len(paces) * DT_S <= duration_s + 0.6
+    assert len(overrides) * DT_S <= duration_s + 0.6
 
 
 @pytest.mark.parametrize(("speed_override", "ramp_way_s"), [(1.0, 0.105), (0.5, 0.0275)])
@@ -116,10 +116,10 @@ def test_end_is_reached_within_one_change_of_speed(
         shortest_ramp_s=shortest_ramp_s,
         creep=0.02,
     )
-    paces = np.abs(until_ended(movement))
+    overrides = np.abs(until_ended(movement))
     change = DT_S / max(RAMP_S, shortest_ramp_s)
-    assert paces[-1] <= 0.02 + change
-    assert np.abs(np.diff(paces)).max() <= change + 1e-12
+    assert overrides[-1] <= 0.02 + change
+    assert np.abs(np.diff(overrides)).max() <= change + 1e-12
 
 
 def test_end_is_approached_at_a_tenth_of_the_speed() -> None:
@@ -136,10 +136,10 @@ def test_end_is_approached_at_a_tenth_of_the_speed() -> None:
 
 def test_return_ends_exactly_at_its_target() -> None:
     movement = Movement(Straight(), position_s=1.7, direction=-1, reverse_to_s=0.4)
-    paces = until_ended(movement)
+    overrides = until_ended(movement)
     assert movement.position_s == pytest.approx(0.4, abs=1e-12)
-    assert min(paces) == pytest.approx(-1.0)
-    assert paces[-1] >= -0.3
+    assert min(overrides) == pytest.approx(-1.0)
+    assert overrides[-1] >= -0.3
     assert not movement.at_rest
 
 

@@ -52,16 +52,16 @@ def test_playback_runs_out_and_back_and_ends_without_torque(
 
     assert not stepped.torque
     assert stepped.apparatus.angles_deg == pytest.approx(list(REST_DEG), abs=0.01)
-    kept = stepped.journal()
-    assert kept.kind == "run"
-    assert kept.id == "run"
-    assert kept.end is not None
-    assert kept.end.reason == "completed"
-    played = kept.phase == journal.PHASE_PLAYING
-    assert kept.path_s[played][0] == pytest.approx(0.0, abs=0.011)
-    assert kept.path_s[played][-1] == pytest.approx(trajectory.duration_s, abs=0.011)
-    taught = np.array([trajectory.at(at) for at in kept.path_s[played]])
-    assert np.abs(kept.measured_deg[played] - taught).max() < 1.0
+    recorded = stepped.journal()
+    assert recorded.kind == "run"
+    assert recorded.id == "run"
+    assert recorded.end is not None
+    assert recorded.end.reason == "completed"
+    played = recorded.phase == journal.PHASE_PLAYING
+    assert recorded.path_s[played][0] == pytest.approx(0.0, abs=0.011)
+    assert recorded.path_s[played][-1] == pytest.approx(trajectory.duration_s, abs=0.011)
+    taught = np.array([trajectory.at(at) for at in recorded.path_s[played]])
+    assert np.abs(recorded.measured_deg[played] - taught).max() < 1.0
 
 
 def test_pause_holds_with_torque_and_playback_resumes_there(playing: Stepped) -> None:
@@ -74,8 +74,8 @@ def test_pause_holds_with_torque_and_playback_resumes_there(playing: Stepped) ->
 
     assert playing.send(Play()) is None
     playing.until("idle")
-    kept = playing.journal()
-    path_s = kept.path_s[kept.phase == journal.PHASE_PLAYING]
+    recorded = playing.journal()
+    path_s = recorded.path_s[recorded.phase == journal.PHASE_PLAYING]
     assert np.all(np.diff(path_s) >= 0)
     assert path_s[-1] == pytest.approx(2.0, abs=0.011)
 
@@ -118,10 +118,10 @@ def test_unload_ends_the_run_unplayed(stepped: Stepped) -> None:
     assert stepped.send(Unload()) is None
 
     assert stepped.mode == "idle"
-    kept = stepped.journal()
-    assert len(kept.t_ns) == 0
-    assert kept.end is not None
-    assert kept.end.reason == "unloaded"
+    recorded = stepped.journal()
+    assert len(recorded.t_ns) == 0
+    assert recorded.end is not None
+    assert recorded.end.reason == "unloaded"
 
 
 def test_remaining_time_counts_down_to_zero(playing: Stepped) -> None:
@@ -149,10 +149,10 @@ def test_samples_and_setpoints_go_at_the_stations_rate(tmp_path: Path, rate_hz: 
     stepped.send(Play())
     stepped.until("idle")
 
-    kept = stepped.journal()
-    assert kept.rate_hz == rate_hz
-    assert np.diff(kept.t_ns) == pytest.approx(between_s * 1e9)
-    assert len(stepped.apparatus.written) == pytest.approx(len(kept.t_ns), abs=2)
+    recorded = stepped.journal()
+    assert recorded.rate_hz == rate_hz
+    assert np.diff(recorded.t_ns) == pytest.approx(between_s * 1e9)
+    assert len(stepped.apparatus.written) == pytest.approx(len(recorded.t_ns), abs=2)
 
 
 def test_an_arm_outside_its_range_is_not_approached_with(stepped: Stepped) -> None:

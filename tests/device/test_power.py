@@ -71,11 +71,11 @@ class Session:
         return {problem for t_ns, data in self.disk.states(stale) for problem in self._judged(t_ns, data)}
 
     def _judged(self, t_ns: int, data: bytes | None) -> Iterator[str]:
-        kept = [] if data is None else samples(self.folder, data)
-        if kept != [(t, values(t)) for t in self.given[: len(kept)]]:
+        recorded = [] if data is None else samples(self.folder, data)
+        if recorded != [(t, values(t)) for t in self.given[: len(recorded)]]:
             yield "corrupt"
         old_enough = sum(t <= t_ns - MAY_BE_LOST_NS for t in self.given)
-        if len(kept) < old_enough:
+        if len(recorded) < old_enough:
             yield "lost"
 
 
@@ -83,14 +83,14 @@ def samples(folder: Path, data: bytes) -> list[tuple[int, list[float]]]:
     path = folder / "cut.journal"
     path.write_bytes(data)
     try:
-        kept = read(path)
+        recorded = read(path)
     except JournalError:
         return []
-    if kept.id != HEADER.id:
+    if recorded.id != HEADER.id:
         # The complete journal of an earlier file: it was imported by that name and is not imported twice.
         return []
-    assert np.array_equal(kept.measured_deg, kept.setpoint_deg)
-    return list(zip(kept.t_ns.tolist(), kept.measured_deg.tolist(), strict=True))
+    assert np.array_equal(recorded.measured_deg, recorded.setpoint_deg)
+    return list(zip(recorded.t_ns.tolist(), recorded.measured_deg.tolist(), strict=True))
 
 
 @pytest.mark.parametrize("sync_ms", [0, 3, 17, 49])
@@ -188,8 +188,8 @@ def test_full_disk_is_reported_and_keeps_its_data(tmp_path: Path, room: int) -> 
     session.run(begins_ns=0, lasts_ns=330 * MS)
 
     assert not session.ok
-    kept = samples(tmp_path, bytes(session.disk.data))
-    assert kept == [(t, values(t)) for t in session.given[: len(kept)]]
+    recorded = samples(tmp_path, bytes(session.disk.data))
+    assert recorded == [(t, values(t)) for t in session.given[: len(recorded)]]
     assert len(session.disk.data) == room
     # Every record except the one that found no room is read back, at that moment and after any power cut.
     assert session.problems() <= {"lost"}
@@ -254,20 +254,20 @@ def test_failing_disk_stops_the_playback_along_its_path(
     stepped.forward(0.3)
     assert not stepped.torque
     (tmp_path / "run.journal").write_bytes(link.disk.data)
-    kept = read(tmp_path / "run.journal")
-    assert np.sum(kept.phase == PHASE_PLAYING) >= 50
+    recorded = read(tmp_path / "run.journal")
+    assert np.sum(recorded.phase == PHASE_PLAYING) >= 50
     if happen is _fill:
         assert len(link.disk.data) == before + 1234
-        assert (kept.truncated, kept.end) == (True, None)
+        assert (recorded.truncated, recorded.end) == (True, None)
         assert "acknowledge" in stepped.snapshot.refusals
         link.disk.room = 1 << 20
         stepped.forward(0.2)
     assert stepped.send(Acknowledge()) is None
     (tmp_path / "run.journal").write_bytes(link.disk.data)
-    kept = read(tmp_path / "run.journal")
-    assert kept.end is not None
-    assert kept.end.cause_code == "journal_fault"
-    assert np.all(np.diff(kept.t_ns) == 10 * MS)
+    recorded = read(tmp_path / "run.journal")
+    assert recorded.end is not None
+    assert recorded.end.cause_code == "journal_fault"
+    assert np.all(np.diff(recorded.t_ns) == 10 * MS)
 
 
 def test_journal_closed_later_ends_the_fault(tmp_path: Path) -> None:

@@ -303,13 +303,13 @@ def test_reduced_playback_is_marked_and_neither_compared_nor_learned(tmp_path: P
     until_place(stepped, 3.0)
     stepped.send(Less())
     stepped.until("idle", 60.0)
-    kept = stepped.journal()
-    lessened = kept.path_s[kept.phase == journal.PHASE_REDUCED_RANGE]
+    recorded = stepped.journal()
+    lessened = recorded.path_s[recorded.phase == journal.PHASE_REDUCED_RANGE]
     # From the request to the full range: one repetition, and 6 deg at 2.5 deg a repetition.
     assert lessened.min() == pytest.approx(3.0, abs=0.05)
     assert lessened.max() == pytest.approx(3.0 + SECONDS * (1 + 6.0 / RECOVERY_DEG), abs=0.6)
-    assert not np.any(kept.repetition.playing[kept.phase == journal.PHASE_REDUCED_RANGE])
-    assert np.any(kept.path_s[kept.phase == journal.PHASE_PLAYING] > lessened.max())
+    assert not np.any(recorded.repetition.playing[recorded.phase == journal.PHASE_REDUCED_RANGE])
+    assert np.any(recorded.path_s[recorded.phase == journal.PHASE_PLAYING] > lessened.max())
 
 
 def test_reduction_requested_in_a_pause_applies_on_resume(tmp_path: Path) -> None:

@@ -81,10 +81,10 @@ def test_resistance_above_the_patients_level_reverses_the_stroke_and_waits(strok
     assert stroke.causes() == []
     # Two seconds back from the place of detection, 0.1 s after the push began.
     assert position_s(stroke) == pytest.approx(met_at_s + 0.1 - 2.0, abs=0.03)
-    told = [event.message for event in stroke.exchange.events if event.code == "load_reversal"]
-    assert told == ["Motor 4 met resistance at 3.1 s; the arm is moved back."]
-    kept = stroke.journal()
-    back = kept.path_s[kept.phase == journal.PHASE_REVERSING]
+    messages = [event.message for event in stroke.exchange.events if event.code == "load_reversal"]
+    assert messages == ["Motor 4 met resistance at 3.1 s; the arm is moved back."]
+    recorded = stroke.journal()
+    back = recorded.path_s[recorded.phase == journal.PHASE_REVERSING]
     assert len(back) > 150
     assert np.all(np.diff(back[30:]) <= 0)
     assert np.diff(back).min() == pytest.approx(-0.01, abs=1e-4)  # no faster than it was taught
@@ -134,8 +134,8 @@ def test_reversal_returns_no_further_than_the_start(stepped: Stepped) -> None:
     run = stepped.snapshot.run
     assert run is not None
     assert run.at_start
-    kept = stepped.journal()
-    assert kept.path_s[kept.phase == journal.PHASE_REVERSING].min() >= 0.0
+    recorded = stepped.journal()
+    assert recorded.path_s[recorded.phase == journal.PHASE_REVERSING].min() >= 0.0
 
 
 def test_push_shorter_than_a_tenth_of_a_second_is_ignored(stroke: Stepped) -> None:

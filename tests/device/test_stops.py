@@ -130,8 +130,8 @@ def test_operators_stop_ramps_along_the_path_and_then_cuts_torque(playing: Stepp
     playing.forward(0.3)
     assert not playing.torque
     assert playing.causes() == ["operator_stop"]
-    kept = playing.journal()
-    stopping = kept.path_s[kept.phase == journal.PHASE_STOPPING]
+    recorded = playing.journal()
+    stopping = recorded.path_s[recorded.phase == journal.PHASE_STOPPING]
     assert np.all(np.diff(stopping) >= 0)
     assert np.diff(stopping)[-1] < np.diff(stopping)[0]
 

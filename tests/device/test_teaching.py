@@ -23,14 +23,14 @@ def test_records_only_while_the_pedal_is_down(stepped: Stepped) -> None:
         stepped.forward(0.5)
     stepped.send(FinishTeaching())
 
-    kept = stepped.journal()
-    assert kept.kind == "teaching"
-    assert list(np.unique(kept.take)) == [1, 2]
+    recorded = stepped.journal()
+    assert recorded.kind == "teaching"
+    assert list(np.unique(recorded.take)) == [1, 2]
     for take in (1, 2):
         # The contact must be steady for two cycles before it counts, at both ends.
-        assert np.count_nonzero(kept.take == take) == pytest.approx(100, abs=1)
-        assert kept.measured_deg[kept.take == take, 2] == pytest.approx(10.0 * take)
-    assert not np.any(np.diff(kept.t_ns[kept.take == 1]) != 10_000_000)
+        assert np.count_nonzero(recorded.take == take) == pytest.approx(100, abs=1)
+        assert recorded.measured_deg[recorded.take == take, 2] == pytest.approx(10.0 * take)
+    assert not np.any(np.diff(recorded.t_ns[recorded.take == 1]) != 10_000_000)
 
 
 def test_torque_is_off_throughout(stepped: Stepped) -> None:
@@ -118,9 +118,9 @@ def test_emergency_stop_ends_teaching_and_keeps_what_was_taught(stepped: Stepped
     stepped.forward(0.1)
 
     assert stepped.mode == "stopped"
-    kept = stepped.journal()
-    assert len(kept.t_ns) > 90
-    assert kept.end is not None
+    recorded = stepped.journal()
+    assert len(recorded.t_ns) > 90
+    assert recorded.end is not None
 
 
 def test_stop_in_teaching_latches(stepped: Stepped) -> None:
@@ -133,23 +133,23 @@ def test_stop_in_teaching_latches(stepped: Stepped) -> None:
 
 
 def test_each_take_is_reported_at_its_start_and_end(stepped: Stepped) -> None:
-    def told() -> list[str]:
+    def messages() -> list[str]:
         return [event.message for event in stepped.exchange.events if event.code.startswith("take_")]
 
     stepped.send(TEACH)
     stepped.forward(0.1)
-    assert told() == []
+    assert messages() == []
     stepped.apparatus.pedal_down = True
     stepped.forward(1.0)
-    assert told() == ["Take 1 is being recorded."]
+    assert messages() == ["Take 1 is being recorded."]
     stepped.apparatus.pedal_down = False
     stepped.forward(0.5)
-    assert told()[1:] == ["Take 1 has ended after 1.0 s."]
+    assert messages()[1:] == ["Take 1 has ended after 1.0 s."]
     stepped.apparatus.pedal_down = True
     stepped.forward(0.5)
-    assert told()[2:] == ["Take 2 is being recorded."]
+    assert messages()[2:] == ["Take 2 is being recorded."]
     stepped.send(FinishTeaching())
-    assert told()[3:] == ["Take 2 has ended after 0.5 s."]
+    assert messages()[3:] == ["Take 2 has ended after 0.5 s."]
 
 
 def test_teaching_ended_between_takes_reports_no_further_take(stepped: Stepped) -> None:
@@ -174,11 +174,11 @@ def test_snapshot_reports_the_current_take(stepped: Stepped) -> None:
     assert (teaching.takes, teaching.recording) == (1, True)
     assert teaching.take_s == pytest.approx(0.5, abs=0.11)
     assert teaching.samples == round(teaching.take_s * 100) + 1
-    kept = stepped.journal()
+    recorded = stepped.journal()
     # A take's clock begins with the take.
-    assert kept.path_s[:3] == pytest.approx([0.0, 0.01, 0.02])
-    assert set(kept.phase) == {0}
-    assert kept.setpoint_deg == pytest.approx(kept.measured_deg)
+    assert recorded.path_s[:3] == pytest.approx([0.0, 0.01, 0.02])
+    assert set(recorded.phase) == {0}
+    assert recorded.setpoint_deg == pytest.approx(recorded.measured_deg)
 
 
 def test_at_ten_hertz_each_take_begins_with_a_sample(tmp_path: Path) -> None:
@@ -192,9 +192,9 @@ def test_at_ten_hertz_each_take_begins_with_a_sample(tmp_path: Path) -> None:
         stepped.forward(0.13)
     stepped.send(FinishTeaching())
 
-    kept = stepped.journal()
+    recorded = stepped.journal()
     for take in (1, 2, 3):
-        assert kept.path_s[kept.take == take] == pytest.approx([0.0, 0.1, 0.2])
+        assert recorded.path_s[recorded.take == take] == pytest.approx([0.0, 0.1, 0.2])
 
 
 def test_pedal_reading_is_reported_during_teaching(stepped: Stepped) -> None:

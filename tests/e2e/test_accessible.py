@@ -31,8 +31,8 @@ OF_A_PATIENT: Final = re.compile("^(patient|session|recording|programme|new-prog
 def test_every_page_is_accessible(tab: Page, clinic: Clinic, scheme: Any, every: int) -> None:
     """axe checks every second or every page. Each number on each page has a unit, and a patient's page names the shoulder."""
     tabs = tab, tab.context.new_page()
-    for one in tabs:
-        one.emulate_media(color_scheme=scheme, reduced_motion="reduce")
+    for opened_tab in tabs:
+        opened_tab.emulate_media(color_scheme=scheme, reduced_motion="reduce")
     found: dict[str, list[str]] = {}
     for number, (name, page) in enumerate(opened(tabs, clinic, addresses(tab, clinic))):
         checked = number % every == 0
@@ -123,7 +123,7 @@ def test_walk_finds_a_number_without_a_unit(browser: Browser) -> None:
     )
     found = bare_numbers(page)
     assert found[0] == 'a figure with the titles "Angle"'
-    assert [one.split(" ")[0] for one in found[1:]] == ["95", "92", "98", "94", "93", "16", "91"]
+    assert [problem.split(" ")[0] for problem in found[1:]] == ["95", "92", "98", "94", "93", "16", "91"]
 
 
 def test_walk_reads_the_axes_of_a_drawn_figure(browser: Browser) -> None:

@@ -52,13 +52,13 @@ def of_today(page: Page, clinic: Clinic, server: postgresql.Server, name: str) -
         with database.write() as session:
             patient = session.get_one(PatientRow, UUID(patient_id))
             patient.episodes[0].contraindications = "No traction."
-            told = {"patient_id": patient.id, "name": "Lift", "side": "right", "fixtures": ["arm_fixer_1"]}
-            teaching = TeachingRow(id=uuid4(), started_at=now, **told)
+            common = {"patient_id": patient.id, "name": "Lift", "side": "right", "fixtures": ["arm_fixer_1"]}
+            teaching = TeachingRow(id=uuid4(), started_at=now, **common)
             session.add(teaching)
             session.flush()
             recording = RecordingRow(
                 id=uuid4(), teaching_id=teaching.id, take=1, station="Station 1", taught_at=now, duration_s=LASTS_S,
-                rate_hz=100, samples=len(times_s), note="", archived_at=None, **told,
+                rate_hz=100, samples=len(times_s), note="", archived_at=None, **common,
             )  # fmt: skip
             session.add(recording)
             session.flush()

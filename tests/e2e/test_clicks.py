@@ -216,7 +216,7 @@ def test_two_clicks_tell_which_station_drifts(office: Office, artefacts: Path) -
     rising = office.page.get_by_test_id("drift").get_by_role("row", name=re.compile("Rising"))
     expect(rising.first).to_be_in_viewport(timeout=LONG_MS)
     office.record(artefacts, "which station is drifting", 2)
-    drifting = [one["station"] for one in office.ask("/statistics/tracking")["drift"] if one["drifting"]]
+    drifting = [row["station"] for row in office.ask("/statistics/tracking")["drift"] if row["drifting"]]
     assert drifting, "the seeded clinic has no drifting station"
     expect(rising).to_have_count(len(drifting))
     expect(rising.first).to_contain_text(drifting[0])
@@ -238,7 +238,7 @@ def test_two_clicks_tell_whether_a_patient_is_better(office: Office, artefacts: 
 def test_two_clicks_tell_why_a_session_was_stopped(office: Office, artefacts: Path) -> None:
     page = office.page
     page.get_by_role("link", name="Sessions", exact=True).click()
-    stopped = next(one for one in office.ask("/sessions", limit=50)["items"] if one["stops"])
+    stopped = next(item for item in office.ask("/sessions", limit=50)["items"] if item["stops"])
     page.locator(f'a[href="/sessions/{stopped["id"]}"]').click()
     verdict = page.get_by_test_id("verdict")
     expect(verdict).to_have_attribute("data-verdict", "stopped", timeout=LONG_MS)

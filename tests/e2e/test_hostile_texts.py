@@ -30,7 +30,7 @@ from tests.support.text_fields import text_fields, texts_in
 _LIMIT_MS: Final = START_LIMIT_S * 1000
 _WATCH: Final = """
     window.kataHostile = () => window.kataTell("a script has run");
-    addEventListener("securitypolicyviolation", (told) => window.kataTell(`${told.violatedDirective} ${told.blockedURI} ${told.sample}`));
+    addEventListener("securitypolicyviolation", (event) => window.kataTell(`${event.violatedDirective} ${event.blockedURI} ${event.sample}`));
 """
 
 
@@ -57,7 +57,7 @@ def poisoned(tmp_path_factory: pytest.TempPathFactory, texts: list[str]) -> Iter
 
 
 @pytest.fixture
-def told(context: Any, poisoned: Poisoned) -> list[str]:
+def violations(context: Any, poisoned: Poisoned) -> list[str]:
     """Return the list that collects messages of scripts, dialogs and policy violations. A test passes with an empty list."""
     said: list[str] = []
 
@@ -78,7 +78,7 @@ def told(context: Any, poisoned: Poisoned) -> list[str]:
 
 
 @pytest.fixture
-def page(context: Any, told: list[str]) -> Page:
+def page(context: Any, violations: list[str]) -> Page:
     """Return an empty page instead of the station's page."""
     made: Page = context.new_page()
     made.set_default_timeout(_LIMIT_MS)
@@ -93,7 +93,7 @@ def alike(text: str) -> str:
 def shown(page: Page) -> list[str]:
     """Return every text of a page and the values of its fields."""
     found: list[str] = page.evaluate(_TEXTS)
-    return [alike(one) for one in found]
+    return [alike(text) for text in found]
 
 
 _TEXTS: Final = """() => {
@@ -168,7 +168,7 @@ def test_every_text_that_the_api_knows_has_held_them(poisoned: Poisoned, texts: 
     planted = {text for column in poisoned.poison.planted.values() for text in column} | set(poisoned.poison.together)
     # Some texts, such as who confirmed a check, are within another column and have no mark of their own.
     planted |= set(texts)
-    told: set[str] = set()
+    fields: set[str] = set()
     held: set[str] = set()
     taken: set[str] = set()
     for path, methods in document["paths"].items():
@@ -178,20 +178,20 @@ def test_every_text_that_the_api_knows_has_held_them(poisoned: Poisoned, texts: 
             for code, answer in operation["responses"].items():
                 schema = answer.get("content", {}).get("application/json", {}).get("schema")
                 if code.startswith("2") and schema:
-                    told.update(text_fields(schema, schemas))
+                    fields.update(text_fields(schema, schemas))
         schema = methods.get("get", {}).get("responses", {}).get("200", {}).get("content", {}).get("application/json")
         if schema and path.startswith("/api/") and methods["get"]["operationId"] not in _NOT_ASKED:
             answer = poisoned.ask(
                 _filled(path, poisoned.poison.ids), **_query(methods["get"], poisoned.poison.ids | _CHOICES)
             )
             held.update(name for name, text in texts_in(answer, schema["schema"], schemas) if text in planted)
-    told.discard("")
-    cursors = {name for name in told if name.endswith(".next")}
-    assert told - held - cursors == MADE_BY_KATA, (
+    fields.discard("")
+    cursors = {name for name in fields if name.endswith(".next")}
+    assert fields - held - cursors == MADE_BY_KATA, (
         "an answer has a text field that no hostile text was tried in, and that is not listed as free of user text"
     )
-    kept = {name.partition(".")[2] for name in held}
-    assert {name for name in taken if name.partition(".")[2] not in kept} == NOT_KEPT
+    fields_held = {name.partition(".")[2] for name in held}
+    assert {name for name in taken if name.partition(".")[2] not in fields_held} == NOT_KEPT
 
 
 _CHOICES: Final = {"fixtures": "arm_fixer_1", "station": "Station 1"}
@@ -268,14 +268,18 @@ def _filled(path: str, ids: dict[str, str]) -> str:
 
 
 def _query(operation: Any, ids: dict[str, str]) -> dict[str, str]:
-    asked = [one for one in operation.get("parameters", ()) if one["in"] == "query" and one.get("required")]
-    return {one["name"]: ids[one["name"]] for one in asked}
+    asked = [
+        parameter
+        for parameter in operation.get("parameters", ())
+        if parameter["in"] == "query" and parameter.get("required")
+    ]
+    return {parameter["name"]: ids[parameter["name"]] for parameter in asked}
 
 
 # -- shown in a browser ------------------------------------------------------------------------------------------------
 
 
-def test_watcher_detects_every_unsafe_text(page: Page, poisoned: Poisoned, told: list[str]) -> None:
+def test_watcher_detects_every_unsafe_text(page: Page, poisoned: Poisoned, violations: list[str]) -> None:
     page.goto(poisoned.url)
     with page.expect_console_message(
         lambda said: "script-src" in said.text
@@ -284,14 +288,14 @@ def test_watcher_detects_every_unsafe_text(page: Page, poisoned: Poisoned, told:
     page.evaluate("document.body.setAttribute('style', 'color: red')")
     expect(page.locator("img[src=x]")).to_have_count(1)
     page.evaluate("kataHostile()")
-    assert any("script-src" in one for one in told)
-    assert any("style-src" in one for one in told)
-    assert "a script has run" in told
+    assert any("script-src" in violation for violation in violations)
+    assert any("style-src" in violation for violation in violations)
+    assert "a script has run" in violations
 
 
 @pytest.mark.campaign
 @pytest.mark.timeout(900)
-def test_five_hundred_hostile_texts_run_nowhere(page: Page, poisoned: Poisoned, told: list[str]) -> None:
+def test_five_hundred_hostile_texts_run_nowhere(page: Page, poisoned: Poisoned, violations: list[str]) -> None:
     seen = Seen(poisoned.poison.planted)
     for path in (
         "/patients", "/sessions", "/account", "/administration/accounts", "/administration/audit",
@@ -323,7 +327,7 @@ def test_five_hundred_hostile_texts_run_nowhere(page: Page, poisoned: Poisoned, 
                     page.get_by_role("button", name=re.compile("All assessments")).dispatch_event("click")
                 show_all(page)
                 seen.look_at(page)
-    assert told == []
+    assert violations == []
     left = {column: len(texts) for column, texts in seen.left.items() if len(texts) > _UNLIKE}
     assert set(left) <= ONE_AT_A_TIME | NEWEST | ON_NO_PAGE, left
 
@@ -334,7 +338,7 @@ def test_five_hundred_hostile_texts_run_nowhere(page: Page, poisoned: Poisoned, 
 @pytest.mark.timeout(600)
 @pytest.mark.parametrize("every", [7, pytest.param(1, marks=pytest.mark.campaign)])
 def test_a_hostile_file_name_is_a_name(
-    page: Page, poisoned: Poisoned, texts: list[str], told: list[str], every: int
+    page: Page, poisoned: Poisoned, texts: list[str], violations: list[str], every: int
 ) -> None:
     """Choose a file with every seventh text as its name, or with each text in the campaign."""
     page.goto(f"{poisoned.url}/patients/{poisoned.poison.places[0].patients}?tab=data")
@@ -344,7 +348,7 @@ def test_a_hostile_file_name_is_a_name(
     names = [text.replace("/", "\N{DIVISION SLASH}") for text in texts[::every]]
     missing: list[str] = page.evaluate(_CHOOSE, names)
     assert missing == []
-    assert told == []
+    assert violations == []
 
 
 _CHOOSE: Final = """async (names) => {
@@ -364,7 +368,7 @@ _CHOOSE: Final = """async (names) => {
 
 @pytest.mark.timeout(600)
 def test_a_hostile_sentence_of_the_service_is_a_text(
-    page: Page, poisoned: Poisoned, texts: list[str], told: list[str]
+    page: Page, poisoned: Poisoned, texts: list[str], violations: list[str]
 ) -> None:
     """The page shows the service's sentence unchanged, also one that a translator has changed."""
     all_of_them = " | ".join(texts)
@@ -375,7 +379,7 @@ def test_a_hostile_sentence_of_the_service_is_a_text(
     )
     page.goto(f"{poisoned.url}/patients")
     expect(page.get_by_role("alert").last).to_contain_text(alike(all_of_them), timeout=_LIMIT_MS)
-    assert told == []
+    assert violations == []
 
 
 @pytest.mark.timeout(600)
@@ -383,7 +387,7 @@ def test_a_hostile_translation_of_a_report_is_a_text(
     page: Page,
     poisoned: Poisoned,
     texts: list[str],
-    told: list[str],
+    violations: list[str],
     tmp_path: Path,
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
@@ -408,7 +412,7 @@ def test_a_hostile_translation_of_a_report_is_a_text(
             text = " ".join(shown(page))
             shown_of.update(key for key, more in behind.items() if alike(" | ".join(more)) in text)
             page.unroute(where)
-    assert told == []
+    assert violations == []
     assert len(shown_of) > len(behind) / 2, "these four pages show most words of a report"
 
 

@@ -62,22 +62,22 @@ RECORDED: Final = frozenset(
 """Fields with texts of users, which are not translated, and with identifiers."""
 
 SEEN: Final = """() => {
-    const told = [];
+    const texts = [];
     const walker = document.createTreeWalker(document.documentElement, NodeFilter.SHOW_TEXT);
     while (walker.nextNode()) {
         const within = walker.currentNode.parentElement;
         // Names and values of a file are the same in every language.
         if (within.closest('script, style, noscript, [translate=no]')) continue;
-        if (within.checkVisibility({visibilityProperty: true})) told.push(walker.currentNode.textContent);
+        if (within.checkVisibility({visibilityProperty: true})) texts.push(walker.currentNode.textContent);
     }
     for (const one of document.querySelectorAll('[aria-label], [title], [placeholder], [alt]')) {
         if (one.closest('[aria-hidden=true]')) continue;
-        for (const name of ['aria-label', 'title', 'placeholder', 'alt']) told.push(one.getAttribute(name) ?? '');
+        for (const name of ['aria-label', 'title', 'placeholder', 'alt']) texts.push(one.getAttribute(name) ?? '');
     }
     // The value of a radio button or checkbox is not shown.
     for (const one of document.querySelectorAll('input:not([type=radio], [type=checkbox])'))
-        if (one.checkVisibility()) told.push(one.value);
-    return told.filter((text) => text.trim() !== '');
+        if (one.checkVisibility()) texts.push(one.value);
+    return texts.filter((text) => text.trim() !== '');
 }"""
 
 
@@ -103,16 +103,16 @@ def page(tab: Page, clinic: Clinic) -> Page:
     return tab
 
 
-def written(told: Any) -> Iterator[str]:
+def written(document: Any) -> Iterator[str]:
     """Return every text in an answer of the service that a user has written."""
-    if isinstance(told, dict):
-        for name, value in told.items():
+    if isinstance(document, dict):
+        for name, value in document.items():
             if name in RECORDED and isinstance(value, str):
                 yield value
             yield from written(value)
-    elif isinstance(told, list):
-        for one in told:
-            yield from (one,) if isinstance(one, str) else written(one)
+    elif isinstance(document, list):
+        for item in document:
+            yield from (item,) if isinstance(item, str) else written(item)
 
 
 def english_on(page: Page, records: set[str]) -> list[str]:
@@ -138,8 +138,8 @@ def test_every_page_speaks_japanese(tab: Page, clinic: Clinic, every: int) -> No
     tabs = tab, tab.context.new_page()
     heard: defaultdict[Page, list[Response]] = defaultdict(list)
     tab.context.on("response", lambda answer: heard[answer.frame.page].append(answer))
-    for one in tabs:
-        one.emulate_media(color_scheme="dark", reduced_motion="reduce")
+    for opened_tab in tabs:
+        opened_tab.emulate_media(color_scheme="dark", reduced_motion="reduce")
     english: dict[str, list[str]] = {}
     barred: dict[str, list[str]] = {}
     bare_of: dict[str, list[str]] = {}
@@ -152,7 +152,11 @@ def test_every_page_speaks_japanese(tab: Page, clinic: Clinic, every: int) -> No
         expect(page.locator(".mantine-Skeleton-root")).to_have_count(0, timeout=LONG_MS)
         expect(page.locator("html")).to_have_attribute("lang", "ja")
         expect(page.locator("html")).to_have_attribute("data-mantine-color-scheme", "dark")
-        asked = {one.url for one in heard[page] if one.ok and "json" in one.headers.get("content-type", "")}
+        asked = {
+            response.url
+            for response in heard[page]
+            if response.ok and "json" in response.headers.get("content-type", "")
+        }
         # A page receives the stations' names over its WebSockets.
         asked |= {f"{clinic.url}/api/station", f"{clinic.url}/api/stations"}
         answers = [page.request.get(url).json() for url in sorted(asked)]
@@ -164,10 +168,10 @@ def test_every_page_speaks_japanese(tab: Page, clinic: Clinic, every: int) -> No
         if bare := bare_numbers(page, "ja"):
             bare_of[name] = bare
         heard[page].clear()
-    told = "\n".join(
+    problems = "\n".join(
         f"{name}: {sorted(set(texts))}" for found in (english, barred, bare_of) for name, texts in found.items()
     )
-    assert not told, told
+    assert not problems, problems
 
 
 @pytest.mark.shared_clinic("invented")

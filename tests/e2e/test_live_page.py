@@ -51,4 +51,6 @@ def test_live_page_keeps_its_memory_flat_for_an_hour(page: Page, clinic: Clinic)
 
 
 def figure(browser: CDPSession, name: str) -> float:
-    return float(next(one["value"] for one in browser.send("Performance.getMetrics")["metrics"] if one["name"] == name))
+    return float(
+        next(metric["value"] for metric in browser.send("Performance.getMetrics")["metrics"] if metric["name"] == name)
+    )

@@ -70,7 +70,7 @@ def test_live_view_and_controls_fit_on_one_screen(page: Page, clinic: Clinic, ar
     width, height = SIZES[size]
     page.set_viewport_size({"width": width, "height": height})
     listed = page.request.get(f"{clinic.url}/api/patients").json()["items"]
-    patient = next(one["id"] for one in listed if one["affected_side"] == "right")
+    patient = next(row["id"] for row in listed if row["affected_side"] == "right")
     # A clinic has hidden the guide of the simulated apparatus.
     page.evaluate("localStorage.setItem('kata.first-steps-hidden', 'true')")
     page.goto(f"{clinic.url}/station?patient={patient}")

@@ -69,4 +69,4 @@ def test_linked_user_signs_in_and_unlocks_through_the_provider(
     expect(hers.get_by_role("button", name="Stop", exact=True)).to_be_visible()
     expect(opened.value.get_by_role("heading", name="You are signed in")).to_be_visible()
     expect(hers.get_by_role("button", name="Signed in as Ito Mai")).to_be_visible()
-    assert all("code=" not in one.url and "state=" not in one.url for one in another.pages)
+    assert all("code=" not in page.url and "state=" not in page.url for page in another.pages)

@@ -132,7 +132,9 @@ def test_every_questionnaire_is_answered_on_the_tablet(
         for number, scale in enumerate(definition.item_scales, start=1):
             expect(mode.get_by_role("heading", level=1)).to_have_text(f"{words['question']}{number}", timeout=LONG_MS)
             expect(mode.get_by_role("radio")).to_have_count(scale.highest - scale.lowest + 1)
-            ends = [one.bounding_box() for one in (mode.get_by_role("radio").first, mode.get_by_role("radio").last)]
+            ends = [
+                button.bounding_box() for button in (mode.get_by_role("radio").first, mode.get_by_role("radio").last)
+            ]
             assert ends[0] and ends[1] and ends[0]["y"] == ends[1]["y"], "a scale in two rows is no scale"
             if number == 1:
                 page.screenshot(path=artefacts / f"patient-mode-{name}-{language}.png")
@@ -144,7 +146,11 @@ def test_every_questionnaire_is_answered_on_the_tablet(
         unlocked = page.request.post(f"{clinic.url}/api/me/unlock", data={"password": PASSWORD}, headers=origin)
         assert unlocked.status == 200, unlocked.text()
     found = page.request.get(f"{clinic.url}/api/episodes/{episode}/assessments").json()["items"]
-    totals = {one["code"]: one["total_points"] for assessment in found for one in assessment["questionnaires"]}
+    totals = {
+        questionnaire["code"]: questionnaire["total_points"]
+        for assessment in found
+        for questionnaire in assessment["questionnaires"]
+    }
     expected = {
         name: score(definition, [scale.highest for scale in definition.item_scales]).total
         for name, definition in DEFINITIONS.items()

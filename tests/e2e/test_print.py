@@ -46,9 +46,9 @@ def colours(sheets: PdfReader) -> set[bytes]:
     contents = (sheet.get_contents() for sheet in sheets.pages)
     return {
         colour
-        for one in contents
-        if one is not None
-        for colour in re.findall(rb"([\d.]+ [\d.]+ [\d.]+) (?:rg|RG)\b", one.get_data())
+        for part in contents
+        if part is not None
+        for colour in re.findall(rb"([\d.]+ [\d.]+ [\d.]+) (?:rg|RG)\b", part.get_data())
     }
 
 

@@ -80,15 +80,15 @@ def test_passwords_are_masked_pasted_and_filled_in(page: Page, clinic: Clinic, s
     expect(stranger.get_by_role("button", name="Signed in as Ito Nana")).to_be_visible()
 
 
-def kept(page: Page) -> dict[str, Any]:
+def browser_storage(page: Page) -> dict[str, Any]:
     """Return everything that the page has stored in the browser."""
-    told: dict[str, Any] = page.evaluate(
+    storage: dict[str, Any] = page.evaluate(
         """async () => ({
             local: {...localStorage}, session: {...sessionStorage}, cookie: document.cookie,
             databases: (await indexedDB.databases()).map((one) => one.name), caches: await caches.keys(),
         })"""
     )
-    return told
+    return storage
 
 
 @pytest.fixture
@@ -100,11 +100,11 @@ def page(page: Page, clinic: Clinic) -> Page:
 
 
 def assert_nobodys(page: Page, context: BrowserContext) -> None:
-    told = kept(page)
-    assert set(told["local"]) | set(told["session"]) <= NOBODYS, told
-    assert NAME not in str(told)
-    assert (told["cookie"], told["databases"], told["caches"]) == ("", [], [])
-    assert {(one.get("name"), one.get("httpOnly")) for one in context.cookies()} <= {(COOKIE, True)}
+    storage = browser_storage(page)
+    assert set(storage["local"]) | set(storage["session"]) <= NOBODYS, storage
+    assert NAME not in str(storage)
+    assert (storage["cookie"], storage["databases"], storage["caches"]) == ("", [], [])
+    assert {(cookie.get("name"), cookie.get("httpOnly")) for cookie in context.cookies()} <= {(COOKIE, True)}
 
 
 def test_signing_out_is_in_sight_everywhere_and_leaves_nothing(page: Page, clinic: Clinic) -> None:

@@ -102,7 +102,9 @@ def test_processes_change_neither_figures_nor_order(short: Taught, outcomes: lis
     done: list[Job] = []
     jobs = [Job(case, "smooth", 2, 1) for case in cases]
     together = evaluate_jobs(jobs, done.append)
-    assert as_json(together, simulated=True) == as_json([one for one in outcomes if one.seed == 1], simulated=True)
+    assert as_json(together, simulated=True) == as_json(
+        [outcome for outcome in outcomes if outcome.seed == 1], simulated=True
+    )
     assert len(done) == len(jobs)
 
 
@@ -178,7 +180,11 @@ def test_goals_are_in_the_json_beside_the_worst_figures(outcomes: list[Outcome])
     peak = figures["first play, peak at the encoder"]
     assert peak.goal_deg == (0.6, 1.0)
     worst = max(
-        abs(motor.peak_deg) for one in outcomes if one.repetition == 1 for motor in one.motors if motor.motor == 5
+        abs(motor.peak_deg)
+        for outcome in outcomes
+        if outcome.repetition == 1
+        for motor in outcome.motors
+        if motor.motor == 5
     )
     assert peak.worst_deg[1] == worst
     assert peak.met == (worst <= 1.0 and (peak.worst_deg[0] or 0.0) <= 0.6)

@@ -64,18 +64,18 @@ def test_full_disk_stops_playback_and_keeps_the_measured_samples(tmp_path: Path,
                 rig.until_mode("idle")
             rig.hang_up()
             assert rig.device.wait(10) == 0
-        kept = journal.read(path)
+        journal_read = journal.read(path)
         clinic.importer.run_at_start()
         with clinic.database.read() as session:
             run = runs.get(session, run_id)
             assert run.outcome == ("stopped" if room_comes_back else "interrupted")
             assert run.stop_code == ("journal_fault" if room_comes_back else None)
-            assert run.samples == np.sum(kept.phase == journal.PHASE_PLAYING) >= 50
-        assert kept.truncated != room_comes_back
-        stopping_s = kept.t_ns[kept.phase == journal.PHASE_STOPPING] / 1e9
+            assert run.samples == np.sum(journal_read.phase == journal.PHASE_PLAYING) >= 50
+        assert journal_read.truncated != room_comes_back
+        stopping_s = journal_read.t_ns[journal_read.phase == journal.PHASE_STOPPING] / 1e9
         if room_comes_back:
             # From full speed to a standstill by the drives' clock. A busy computer skips cycles, which does not shorten the ramp.
-            last_played_s = kept.t_ns[kept.phase == journal.PHASE_PLAYING][-1] / 1e9
+            last_played_s = journal_read.t_ns[journal_read.phase == journal.PHASE_PLAYING][-1] / 1e9
             assert stopping_s[-1] - last_played_s >= RAMP_S - 2 * CYCLE_S
         else:
             assert not len(stopping_s)

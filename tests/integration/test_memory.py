@@ -71,9 +71,9 @@ def lines(folder: Path, how: str) -> list[str]:
 def test_freed_large_block_is_returned_and_threads_share_arenas(
     tmp_path: Path, how: str, mappings: int, arenas: int
 ) -> None:
-    told = lines(tmp_path, how)
-    assert int(told[0]) == mappings
-    assert sum(line.startswith("<heap nr=") for line in told) == arenas
+    printed = lines(tmp_path, how)
+    assert int(printed[0]) == mappings
+    assert sum(line.startswith("<heap nr=") for line in printed) == arenas
 
 
 def test_service_limits_its_memory_arenas(tmp_path: Path) -> None:

@@ -98,6 +98,6 @@ def said(program: str, *arguments: str) -> str:
 
 def turn_ns(sched: str) -> int:
     """Return the scheduler slice from the kernel's text."""
-    told = re.search(r"se\.slice +: +(\d+)", sched)
-    assert told
-    return int(told[1])
+    slice_ns = re.search(r"se\.slice +: +(\d+)", sched)
+    assert slice_ns
+    return int(slice_ns[1])

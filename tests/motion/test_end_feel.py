@@ -85,7 +85,9 @@ def test_patient_who_works_during_one_repetition_is_refused(against_nm: float) -
 
 
 def test_shoulder_that_does_not_reach_the_torque_has_no_figures() -> None:
-    soft = [TorqueAngleCurve(one.places_deg, one.out_nm, one.back_nm) for one in [repetition(shift_deg=15.0)] * 3]
+    soft = [
+        TorqueAngleCurve(curve.places_deg, curve.out_nm, curve.back_nm) for curve in [repetition(shift_deg=15.0)] * 3
+    ]
     found = measured(soft, BASELINE, growth(), FREE_DEG, CHOSEN_NM)
     assert (found.unmeasured, found.figures, found.interval) == ("torque_not_reached", None, None)
     assert found.curve.places_deg[-1] == 94.5
@@ -124,13 +126,13 @@ def samples(outward: float, turns_deg: tuple[float, ...]) -> tuple[Floats, Float
 @pytest.mark.parametrize("outward", [1.0, -1.0])
 def test_samples_become_one_curve_for_each_repetition(outward: float) -> None:
     found = curves(*samples(outward, (96.0, 95.0, 94.0)), outward)
-    assert [one.places_deg[-1] for one in found] == [95.5, 94.5, 93.5]
-    assert [one.places_deg[one.returned][-1] for one in found] == [94.0, 93.0, 92.0]
-    for one in found:
-        assert one.places_deg[0] == 13.5
-        whole = one.completed()
-        assert whole.opposing_nm == pytest.approx(np.full(len(one.places_deg), FRICTION_NM), abs=0.02)
-        assert whole.mean_nm == pytest.approx(elastic_nm(one.places_deg), abs=0.03)
+    assert [curve.places_deg[-1] for curve in found] == [95.5, 94.5, 93.5]
+    assert [curve.places_deg[curve.returned][-1] for curve in found] == [94.0, 93.0, 92.0]
+    for curve in found:
+        assert curve.places_deg[0] == 13.5
+        whole = curve.completed()
+        assert whole.opposing_nm == pytest.approx(np.full(len(curve.places_deg), FRICTION_NM), abs=0.02)
+        assert whole.mean_nm == pytest.approx(elastic_nm(curve.places_deg), abs=0.03)
 
 
 def test_stiff_capsule_is_measured_up_to_the_turn() -> None:
@@ -138,8 +140,8 @@ def test_stiff_capsule_is_measured_up_to_the_turn() -> None:
     base = TorqueAngleCurve(PLACES, np.full(len(PLACES), FRICTION_NM), np.full(len(PLACES), -FRICTION_NM))
     elastic = np.maximum(0.4 * (PLACES - 90.0), 0.0)
     back = np.where(PLACES[-1] - TURN_DEG < PLACES, np.nan, elastic - FRICTION_NM - 0.1)
-    one = TorqueAngleCurve(PLACES, elastic + FRICTION_NM + 0.1, back)
-    found = measured([one] * 3, base, growth(), FREE_DEG, CHOSEN_NM)
+    curve = TorqueAngleCurve(PLACES, elastic + FRICTION_NM + 0.1, back)
+    found = measured([curve] * 3, base, growth(), FREE_DEG, CHOSEN_NM)
     assert found.figures is not None
     assert found.figures.range_deg == pytest.approx(93.0, abs=0.2)
 

@@ -115,7 +115,7 @@ def test_unconfirmed_correction_fades_slowly() -> None:
 
 @pytest.mark.parametrize("what", ["paused", "reversed"])
 def test_learning_ignores_one_second_around_pauses_and_reversals(what: str) -> None:
-    one = behind()
+    repetition = behind()
     if what == "paused":
         path = np.concatenate([TIMES_S[:300], np.full(200, TIMES_S[300]), TIMES_S[300:]])
         first = last = TIMES_S[300]
@@ -136,20 +136,20 @@ def test_learning_ignores_one_second_around_pauses_and_reversals(what: str) -> N
     assert frozen.sum() >= 90
     assert np.array_equal(correction.angles_deg[frozen], previous[frozen])
     away = (grid < first - 1.5) | (grid > last + 1.5)
-    assert np.abs(correction.angles_deg[away] - again(earlier(), one).angles_deg[away]).max() < 0.02
+    assert np.abs(correction.angles_deg[away] - again(earlier(), repetition).angles_deg[away]).max() < 0.02
     assert np.abs(np.diff(correction.angles_deg - previous, axis=0)).max() < 0.06  # no step between
 
 
 def test_waiting_at_the_start_and_coming_back_are_no_disturbance() -> None:
-    one = behind()
+    repetition = behind()
     wait = 200
-    path = np.concatenate([np.zeros(wait), one.path_s, np.full(wait, np.nan)])
-    measured = np.concatenate([np.zeros((wait, 5)), one.measured_deg, np.zeros((wait, 5))])
-    playing = np.concatenate([np.zeros(wait, dtype=bool), one.playing, np.zeros(wait, dtype=bool)])
+    path = np.concatenate([np.zeros(wait), repetition.path_s, np.full(wait, np.nan)])
+    measured = np.concatenate([np.zeros((wait, 5)), repetition.measured_deg, np.zeros((wait, 5))])
+    playing = np.concatenate([np.zeros(wait, dtype=bool), repetition.playing, np.zeros(wait, dtype=bool)])
     torque = np.full((len(path), 5), 3.0)
     torque[wait:-wait] = 0.0
     correction = again(earlier(), Repetition(path, measured, torque, playing))
-    assert correction.angles_deg == pytest.approx(again(earlier(), one).angles_deg)
+    assert correction.angles_deg == pytest.approx(again(earlier(), repetition).angles_deg)
 
 
 @pytest.mark.parametrize("direction", [1, -1])
@@ -157,26 +157,27 @@ def test_resistance_teaches_nothing(direction: int) -> None:
     """The patient holds motor 4 back by 8 deg for half a second, with more than half of the torque that takes the arm
     back.
     """
-    one = played_perfectly()
+    repetition = played_perfectly()
     held = slice(300, 350)
-    measured, torque = one.measured_deg.copy(), one.torque_nm.copy()
+    measured, torque = repetition.measured_deg.copy(), repetition.torque_nm.copy()
     measured[held, 3] -= direction * 8.0
     torque[held, 3] = direction * 1.01
-    correction = again(None, replace(one, measured_deg=measured, torque_nm=torque))
+    correction = again(None, replace(repetition, measured_deg=measured, torque_nm=torque))
     assert np.abs(correction.angles_deg).max() < 1e-6
     # Below that it is the motors' own work.
     torque[held, 3] = direction * 0.99
     assert (
-        again(None, replace(one, measured_deg=measured, torque_nm=torque)).angles_deg[:, 3].max() > 1.0 or direction < 0
+        again(None, replace(repetition, measured_deg=measured, torque_nm=torque)).angles_deg[:, 3].max() > 1.0
+        or direction < 0
     )
 
 
 def test_drives_that_tremble_are_not_resisted() -> None:
     """A push lasts at least 0.1 s."""
-    one = behind()
+    repetition = behind()
     trembling = np.where(np.arange(len(TIMES_S)) % 2, 1.9, -1.9)[:, None] * np.ones(5)
-    learned = again(None, replace(one, torque_nm=trembling))
-    assert learned.angles_deg == pytest.approx(again(None, one).angles_deg)
+    learned = again(None, replace(repetition, torque_nm=trembling))
+    assert learned.angles_deg == pytest.approx(again(None, repetition).angles_deg)
 
 
 def test_near_a_limit_nothing_is_learned_for_that_axis() -> None:
@@ -193,9 +194,11 @@ def test_near_a_limit_nothing_is_learned_for_that_axis() -> None:
 
 
 def test_missing_samples_teach_nothing() -> None:
-    one = behind()
-    there = (one.path_s < 2.0) | (one.path_s > 3.0)
-    fewer = Repetition(one.path_s[there], one.measured_deg[there], one.torque_nm[there], one.playing[there])
+    repetition = behind()
+    there = (repetition.path_s < 2.0) | (repetition.path_s > 3.0)
+    fewer = Repetition(
+        repetition.path_s[there], repetition.measured_deg[there], repetition.torque_nm[there], repetition.playing[there]
+    )
     learned = again(None, fewer).angles_deg
     grid = np.arange(len(learned)) * STEP_S
     assert not learned[(grid > 2.11) & (grid < 2.89)].any()
@@ -203,11 +206,11 @@ def test_missing_samples_teach_nothing() -> None:
 
 
 def test_a_run_that_played_nothing_cannot_be_learned_from() -> None:
-    one = played_perfectly()
+    repetition = played_perfectly()
     with pytest.raises(ValueError, match="nothing was played"):
-        again(None, replace(one, playing=np.zeros(len(TIMES_S), dtype=bool)))
+        again(None, replace(repetition, playing=np.zeros(len(TIMES_S), dtype=bool)))
     with pytest.raises(ValueError, match="nothing was played"):
-        again(None, replace(one, path_s=np.zeros(len(TIMES_S))))
+        again(None, replace(repetition, path_s=np.zeros(len(TIMES_S))))
 
 
 @pytest.mark.parametrize("other", [Correction(STEP_S, np.zeros((9, 5))), Correction(0.03, earlier().angles_deg)])
@@ -225,16 +228,16 @@ def test_correction_is_linear_between_rows_and_constant_beyond_its_ends() -> Non
 def test_the_arms_own_weight_is_not_taken_for_resistance() -> None:
     """Motor 3 carries more than half of the 2 Nm that take the arm back: it must learn as without the weight."""
     known = replace(LAG, load=LoadModel(arm=ArmLoad(inertia=(0.0,) * 8 + (-0.2, 0.0))))
-    one = behind()
-    torque = one.torque_nm + known.load.torque_nm(TRAJECTORY.motions(one.path_s))
-    carried = replace(one, torque_nm=torque)
+    repetition = behind()
+    torque = repetition.torque_nm + known.load.torque_nm(TRAJECTORY.motions(repetition.path_s))
+    carried = replace(repetition, torque_nm=torque)
     assert np.abs(torque[:, 2]).max() > 1.0
 
     def learned(repetition: Repetition, model: ServoModel) -> Floats:
         return next_correction(None, TRAJECTORY, repetition, model, THRESHOLD_NM, WIDE).angles_deg
 
-    assert learned(carried, known) == pytest.approx(learned(one, LAG))
-    assert learned(carried, LAG)[:, 2] != pytest.approx(learned(one, LAG)[:, 2])
+    assert learned(carried, known) == pytest.approx(learned(repetition, LAG))
+    assert learned(carried, LAG)[:, 2] != pytest.approx(learned(repetition, LAG)[:, 2])
 
 
 def test_error_that_grows_falls_back_and_learns_less() -> None:

@@ -25,7 +25,7 @@ _ENCODER_STEP_DEG = 360 / 4096
 
 def raising(motion: MotionRhythm) -> Rhythm:
     """Return the motion's only rhythm of raising."""
-    (found,) = [one for one in motion.rhythms if one.widest.direction == "raising"]
+    (found,) = [rhythm for rhythm in motion.rhythms if rhythm.widest.direction == "raising"]
     return found
 
 
@@ -46,9 +46,9 @@ def test_known_ratio_is_found_at_encoder_resolution(ratio: float, top_deg: float
     poses = evenly(wave(12.0, top_deg, lasts_s), ratio)
     motors = np.round(motor_angles_deg(poses, side) / _ENCODER_STEP_DEG) * _ENCODER_STEP_DEG
     found = rhythm_of(times_of(poses), motors, side)
-    assert {one.widest.direction for one in found.rhythms} == {"raising", "lowering"}
-    for one in found.rhythms:
-        given_ratios = [band.ratio for band in (*one.bands, one.whole) if band.ratio is not None]
+    assert {rhythm.widest.direction for rhythm in found.rhythms} == {"raising", "lowering"}
+    for rhythm in found.rhythms:
+        given_ratios = [band.ratio for band in (*rhythm.bands, rhythm.whole) if band.ratio is not None]
         covered = sum(top_deg > high for _, high in ((30, 60), (60, 90), (90, 120)))
         if 12.0 + 18.0 * (1 + ratio) > 62.0:
             assert len(given_ratios) >= min(covered, 1)
@@ -59,7 +59,7 @@ def test_ratio_of_each_phase_is_its_own() -> None:
     elevation = wave(10.0, 100.0, 10.0)
     scapula = np.interp(elevation, [10, 30, 60, 90, 100], [0, 0, 5, 15, 16])
     found = raising(rhythm_of_poses(times_of(evenly(elevation, 1.0)), abduction(elevation, scapula)))
-    assert [one.ratio for one in found.bands[:2]] == pytest.approx([5.0, 2.0], abs=0.2)
+    assert [ratio.ratio for ratio in found.bands[:2]] == pytest.approx([5.0, 2.0], abs=0.2)
     assert (found.bands[2].ratio, found.bands[2].reason) == (None, "not_covered")
 
 
@@ -88,7 +88,7 @@ def test_scapula_at_its_limit_gives_no_ratio() -> None:
     elevation = wave(10.0, 100.0, 10.0)
     poses = abduction(elevation, np.minimum((elevation - 10.0) / 3, 20.0))
     found = raising(rhythm_of_poses(times_of(poses), poses))
-    assert [one.reason for one in found.bands] == [None, "at_limit", "not_covered"]
+    assert [ratio.reason for ratio in found.bands] == [None, "at_limit", "not_covered"]
     assert found.whole.ratio == pytest.approx(2.0, abs=0.2)
     assert found.whole.to_deg < 70.0
 
@@ -117,7 +117,7 @@ def test_frozen_joint_has_a_ratio_near_zero() -> None:
 def test_hesitating_hand_does_not_split_a_pass() -> None:
     elevation = wave(12.0, 80.0, 10.0) + 3.0 * np.sin(np.linspace(0, 40, 1001))
     found = rhythm_of_poses(times_of(evenly(elevation, 2.0)), abduction(elevation, (elevation - 12.0) / 4))
-    assert [(one.widest.direction, one.passes) for one in found.rhythms] == [("raising", 1), ("lowering", 1)]
+    assert [(rhythm.widest.direction, rhythm.passes) for rhythm in found.rhythms] == [("raising", 1), ("lowering", 1)]
 
 
 def test_ratio_of_repetitions_is_their_median() -> None:
@@ -131,7 +131,9 @@ def test_gap_without_samples_ends_a_pass() -> None:
     poses = evenly(wave(12.0, 80.0, 10.0), 2.0)
     kept = np.r_[0:250, 400:1001]
     found = rhythm_of_poses(times_of(poses)[kept], poses[kept])
-    assert all(one.widest.direction == "lowering" or np.ptp(one.widest.elevation_deg) < 45 for one in found.rhythms)
+    assert all(
+        rhythm.widest.direction == "lowering" or np.ptp(rhythm.widest.elevation_deg) < 45 for rhythm in found.rhythms
+    )
 
 
 def test_shrug_without_a_raised_arm_has_no_rhythm() -> None:
@@ -190,13 +192,15 @@ def test_reference_fits_plane_and_direction() -> None:
     sideways = np.degrees(np.arctan2(away * np.cos(turned), np.cos(np.radians(joint))))
     zero = np.zeros_like(joint)
     changing = np.column_stack([zero, joint / 8, sideways - joint / 8, flexion, zero])
-    sources = {one.widest.direction: one.reference for one in rhythm_of_poses(times_of(changing), changing).rhythms}
+    sources = {
+        rhythm.widest.direction: rhythm.reference for rhythm in rhythm_of_poses(times_of(changing), changing).rhythms
+    }
     assert {name: found and (found.source, found.ratio) for name, found in sources.items()} == {
         "raising": ("braman_2009", 2.3),
         "lowering": ("braman_2009", 2.7),
     }
     plain = rhythm_of_poses(times_of(changing), evenly(wave(12.0, 80.0, 10.0), 4.0))
-    assert {one.widest.direction: one.reference and one.reference.ratio for one in plain.rhythms} == {
+    assert {rhythm.widest.direction: rhythm.reference and rhythm.reference.ratio for rhythm in plain.rhythms} == {
         "raising": 2.0,
         "lowering": None,
     }

@@ -139,7 +139,7 @@ def main(modules: Sequence[str]) -> int:
 
 
 def _verdict(console: Console, modules: Sequence[str], tried: int, survived: list[Mutant]) -> int:
-    known = {(one["file"], one["in"], one["was"], one["becomes"]) for one in _known()}
+    known = {(survivor["file"], survivor["in"], survivor["was"], survivor["becomes"]) for survivor in _known()}
     unexplained = [mutant for mutant in survived if mutant.name not in known]
     gone = [name for name in known if name not in {m.name for m in survived} and name[0][:-3] in modules]
     console.print(f"{tried} changes, {tried - len(survived)} noticed, {len(survived)} survived")

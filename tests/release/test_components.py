@@ -25,7 +25,10 @@ def lists(tmp_path_factory: pytest.TempPathFactory) -> dict[str, Path]:
 def components(file: Path) -> dict[str, str]:
     """Return the version of each component by its name, with its npm scope."""
     listed: list[dict[str, Any]] = json.loads(file.read_text())["components"]
-    return {"/".join(filter(None, (one.get("group"), one["name"]))): one["version"] for one in listed}
+    return {
+        "/".join(filter(None, (component.get("group"), component["name"]))): component["version"]
+        for component in listed
+    }
 
 
 def test_the_list_of_python_names_every_pin(lists: dict[str, Path]) -> None:

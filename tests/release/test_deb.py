@@ -71,7 +71,7 @@ def test_package_depends_on_what_its_scripts_run() -> None:
     packages = {"adduser ": "adduser", "-m venv": "python3-venv", "deb-systemd-helper ": "init-system-helpers", "systemctl ": "systemd"}  # fmt: skip
     used = {package for command, package in packages.items() if command in scripts}
     assert used == set(packages.values())
-    assert used <= {one.split()[0] for one in depends[1].split(", ")}
+    assert used <= {entry.split()[0] for entry in depends[1].split(", ")}
 
 
 def test_two_builds_of_the_package_are_byte_equal(tmp_path: Path) -> None:

@@ -47,7 +47,7 @@ def installed(wheels: list[Path], tmp_path_factory: pytest.TempPathFactory) -> P
 
 def test_wheels_of_checkout_and_sdist_are_byte_equal(wheels: list[Path]) -> None:
     first, second = (zipfile.ZipFile(file) for file in wheels)
-    differing = [one.filename for one in first.infolist() if first.read(one) != second.read(one.filename)]
+    differing = [member.filename for member in first.infolist() if first.read(member) != second.read(member.filename)]
     assert differing == []
     assert wheels[0].name == f"kata-{__version__}-py3-none-any.whl"
     assert wheels[0].read_bytes() == wheels[1].read_bytes()

@@ -55,7 +55,7 @@ def test_every_pin_is_at_least_the_lowest_safe_version(kind: str, pins: Any) -> 
 def test_every_row_names_its_advisories_and_the_table_its_day() -> None:
     table = tomllib.loads(_TABLE.read_text())
     for row in (*table["python"], *table["node"]):
-        assert all(re.fullmatch(r"CVE-\d{4}-\d{4,}|GHSA(-\w{4}){3}", one) for one in row["advisories"])
+        assert all(re.fullmatch(r"CVE-\d{4}-\d{4,}|GHSA(-\w{4}){3}", advisory) for advisory in row["advisories"])
         assert row["advisories"]
     looked_up = re.search(r"Looked up on (\d{4}-\d\d-\d\d)", _TABLE.read_text())
     assert looked_up and date.fromisoformat(looked_up[1]) >= date(2026, 11, 22)

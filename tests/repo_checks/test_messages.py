@@ -73,7 +73,7 @@ def calls() -> Iterator[tuple[str, str, set[str]]]:
 def test_messages_are_called_with_their_parameters() -> None:
     found = list(calls())
     assert len(found) > 300
-    assert [one for one in found if one[2] != set(CATALOGUE[one[1].lower()].params)] == []
+    assert [use for use in found if use[2] != set(CATALOGUE[use[1].lower()].params)] == []
 
 
 def test_every_message_is_used() -> None:
@@ -110,7 +110,7 @@ def test_a_text_within_another_one_keeps_its_own_code() -> None:
     assert text.endswith(": The foot pedal answers; The belt holds the patient in the seat; A text without a code.")
     nested = text.key.params["checks"]
     assert isinstance(nested, list)
-    assert [one["code"] for one in nested] == ["check_pedal", "check_belt", ""]
+    assert [text["code"] for text in nested] == ["check_pedal", "check_belt", ""]
     place = CATALOGUE["imported_place"](place="Patient", problem=pedal)
     assert place == "Patient: The foot pedal answers."
 

@@ -39,37 +39,37 @@ def test_broken_link_is_found(broken: str) -> None:
 
 def test_every_requirement_names_tests_that_exist() -> None:
     assert len(read_requirements()) > 20
-    for one in read_requirements():
-        assert one.tests, one.id
-        assert missing_tests(one.tests) == [], one.id
+    for requirement in read_requirements():
+        assert requirement.tests, requirement.id
+        assert missing_tests(requirement.tests) == [], requirement.id
 
 
 def test_every_control_is_a_requirement_and_the_reverse() -> None:
-    known = [one.id for one in read_requirements()]
-    used = {name for one in read_hazards() for name in one.controls}
+    known = [requirement.id for requirement in read_requirements()]
+    used = {name for hazard in read_hazards() for name in hazard.controls}
     assert sorted(known) == sorted(used)
-    assert all(one.controls for one in read_hazards())
+    assert all(hazard.controls for hazard in read_hazards())
 
 
 def test_items_are_numbered_once_and_in_order() -> None:
     for letter, items in (("R", read_requirements()), ("H", read_hazards())):
-        assert [one.id for one in items] == [f"{letter}{number:02}" for number in range(1, len(items) + 1)]
+        assert [item.id for item in items] == [f"{letter}{number:02}" for number in range(1, len(items) + 1)]
 
 
 def test_estimates_are_within_the_scales_and_controls_reduce_them() -> None:
     assert len(read_hazards()) > 10
-    for one in read_hazards():
-        assert one.severity in SEVERITIES, one.id
-        assert {one.before, one.after} <= set(PROBABILITIES), one.id
-        assert one.after < one.before, one.id
+    for hazard in read_hazards():
+        assert hazard.severity in SEVERITIES, hazard.id
+        assert {hazard.before, hazard.after} <= set(PROBABILITIES), hazard.id
+        assert hazard.after < hazard.before, hazard.id
 
 
 def test_high_residual_risk_is_called_unacceptable_and_names_a_measure() -> None:
-    high = [one for one in read_hazards() if risk(one.severity, one.after) == "high"]
+    high = [hazard for hazard in read_hazards() if risk(hazard.severity, hazard.after) == "high"]
     assert high
-    for one in high:
-        assert one.residual.startswith("Not acceptable"), one.id
-        assert one.outside != "none", one.id
+    for hazard in high:
+        assert hazard.residual.startswith("Not acceptable"), hazard.id
+        assert hazard.outside != "none", hazard.id
 
 
 @pytest.mark.parametrize(
@@ -88,5 +88,5 @@ def test_every_direct_dependency_is_described() -> None:
     described = read_components()
     assert set(described.python) == direct_python_packages() <= set(python_versions())
     assert set(described.page) == set(page_versions())
-    for one in (*described.python.values(), *described.page.values()):
-        assert re.fullmatch(r"[\w.-]+/[\w.-]+", one.tracker)
+    for component in (*described.python.values(), *described.page.values()):
+        assert re.fullmatch(r"[\w.-]+/[\w.-]+", component.tracker)

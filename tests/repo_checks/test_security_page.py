@@ -31,7 +31,7 @@ def numbers(text: str) -> list[str]:
     found: list[str] = []
     for first, last in re.findall(r"(?<![\d.])(\d+(?:\.\d+){0,2})(?:-(\d+\.\d+\.\d+))?(?![\d.]*\d)", text):
         if not last:
-            found += [one for one in every() if one == first or one.startswith(f"{first}.")]
+            found += [number for number in every() if number == first or number.startswith(f"{first}.")]
             continue
         assert first.rpartition(".")[0] == last.rpartition(".")[0], f"{first}-{last} goes over the end of a section"
         section, _, start = first.rpartition(".")
@@ -47,7 +47,7 @@ def every() -> list[str]:
 
 def names_in(file: str) -> set[str]:
     tree = ast.parse((ROOT / file).read_text())
-    return {one.name for one in ast.walk(tree) if isinstance(one, ast.FunctionDef | ast.AsyncFunctionDef)}
+    return {node.name for node in ast.walk(tree) if isinstance(node, ast.FunctionDef | ast.AsyncFunctionDef)}
 
 
 def test_every_named_test_exists() -> None:

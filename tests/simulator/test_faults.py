@@ -198,7 +198,7 @@ class World:
     def __init__(self, seed: int = 1) -> None:
         self.now_ns = 0
         self.noticed: list[tuple[int, int, DriveEvent, float]] = []
-        self.apparatus = SimulatedApparatus(seed, now_ns=0, on_drive_event=lambda *one: self.noticed.append(one))
+        self.apparatus = SimulatedApparatus(seed, now_ns=0, on_drive_event=lambda *event: self.noticed.append(event))
         self.bus = ServoBus(self.apparatus)
 
     def tell(self, drive_id: int, code: int, parameters: bytes = b"") -> list[BusAnswer]:
@@ -279,7 +279,7 @@ def test_goals_and_torque_are_reported_with_their_time() -> None:
 
 def test_modbus_drives_report_goals_and_torque_too() -> None:
     noticed: list[tuple[int, int, DriveEvent, float]] = []
-    bus = SimulatedModbusBus(SimulatedApparatus(1, now_ns=0, on_drive_event=lambda *one: noticed.append(one)))
+    bus = SimulatedModbusBus(SimulatedApparatus(1, now_ns=0, on_drive_event=lambda *event: noticed.append(event)))
     bus.execute(ModbusRequest(4, 0x10, struct.pack(">HHBi", 0x10, 2, 4, 4500)), BAUD, 7_000_000)
     bus.execute(ModbusRequest(0, 6, struct.pack(">HH", 0, 1)), BAUD, 8_000_000)
     assert noticed == [(7_000_000, 4, "goal", 45.0), *((8_000_000, n, "torque", 1.0) for n in range(1, 6))]
@@ -354,15 +354,15 @@ def test_no_bytes_upset_the_servos(pieces: list[bytes], headed: bool) -> None:
     for piece in pieces:
         data = protocol.HEADER + piece if headed else piece
         heard += data
-        for one in parser.feed(data):
-            if one.valid:
-                assert one.size <= len(heard)
+        for packet in parser.feed(data):
+            if packet.valid:
+                assert packet.size <= len(heard)
                 assert any(
-                    crc16.umts(heard[n : n + one.size - 2]).to_bytes(2, "little")
-                    == heard[n + one.size - 2 : n + one.size]
-                    for n in range(len(heard) - one.size + 1)
+                    crc16.umts(heard[n : n + packet.size - 2]).to_bytes(2, "little")
+                    == heard[n + packet.size - 2 : n + packet.size]
+                    for n in range(len(heard) - packet.size + 1)
                 )
-            world.bus.execute(one, BAUD, 0)
+            world.bus.execute(packet, BAUD, 0)
 
 
 codes = st.sampled_from([1, 2, 3, 4, 5, 8, 0x82, 0x83, 0x8A, 0x92, 0x93]) | st.integers(0, 255)

@@ -357,7 +357,9 @@ def test_motion_given_in_several_lines_is_traced_as_one(simulator: SimulatorProc
 def test_two_readings_of_the_protocol_agree(parameters: bytes, drive_id: int) -> None:
     """The codecs of device and simulator are independent; stuffing is their most likely difference."""
     heard = list(protocol.InstructionParser().feed(encode(drive_id, 0x03, parameters)))
-    assert [(one.drive_id, one.code, one.parameters, one.valid) for one in heard] == [(drive_id, 3, parameters, True)]
+    assert [(packet.drive_id, packet.code, packet.parameters, packet.valid) for packet in heard] == [
+        (drive_id, 3, parameters, True)
+    ]
     answered = list(StatusParser().feed(protocol.status(drive_id, 0, parameters)))
     assert answered == [(drive_id, 0, parameters)]
 

@@ -32,7 +32,7 @@ def test_one_point_is_kept_for_each_interval(tmp_path: Path) -> None:
         clock.s += step
         trend.take(snapshot(tmp_path, temperature_c))
     assert [point.temperature_c for point in trend.points()] == [
-        [None, kept, None, None, None] for kept in (40.0, 42.0)
+        [None, value, None, None, None] for value in (40.0, 42.0)
     ]
 
 

@@ -97,17 +97,17 @@ def test_verification_keeps_its_time_until_it_changes(silent: list[Silent]) -> N
     at = station()
     since_ns = time.monotonic_ns() - 60_000_000_000
     silent[0].tell(snapshot(verified_since_ns=since_ns))
-    told = at.live().verified_since
-    assert told is not None
-    assert abs(datetime.now(UTC) - timedelta(seconds=60) - told) < timedelta(seconds=5)
+    verified_since = at.live().verified_since
+    assert verified_since is not None
+    assert abs(datetime.now(UTC) - timedelta(seconds=60) - verified_since) < timedelta(seconds=5)
 
     silent[0].tell(snapshot(verified_since_ns=since_ns))
-    assert at.live().verified_since == told
+    assert at.live().verified_since == verified_since
 
     silent[0].tell(snapshot(verified_since_ns=since_ns + 1_000_000_000))
     later = at.live().verified_since
     assert later is not None
-    assert later > told
+    assert later > verified_since
     silent[0].tell(snapshot(verified_since_ns=None))
     assert at.live().verified_since is None
 
@@ -141,12 +141,12 @@ def test_an_arm_that_slows_down_is_not_held(silent: list[Silent]) -> None:
 
 def test_torque_that_remains_after_a_stop_holds(silent: list[Silent]) -> None:
     at = station()
-    told = []
+    shown = []
     for t_ms in (0, 100, 400, 500, 600):
         silent[0].tell(stopped(0, "on", t_ms=t_ms))
-        told.append(held(at))
+        shown.append(held(at))
 
-    assert told == [False, False, False, True, True]
+    assert shown == [False, False, False, True, True]
 
 
 # -- what depends on it -------------------------------------------------------------------------------------------------

@@ -28,7 +28,9 @@ def addresses(page: Page, clinic: Clinic) -> dict[str, str]:
     def ask(path: str) -> Any:
         return page.request.get(f"{clinic.url}/api{path}").json()
 
-    patient = next(one for one in ask("/patients?search=DEMO-001")["items"] if one["clinic_number"] == "DEMO-001")["id"]
+    patient = next(item for item in ask("/patients?search=DEMO-001")["items"] if item["clinic_number"] == "DEMO-001")[
+        "id"
+    ]
     visit = ask(f"/patients/{patient}/sessions")["items"][0]["id"]
     recording = ask(f"/patients/{patient}/recordings")["items"][0]["id"]
     episode = ask(f"/patients/{patient}/episodes")["items"][0]["id"]
@@ -93,4 +95,4 @@ def wrong(page: Page) -> list[str]:
         }""",
         [TAGS, RULES],
     )
-    return [str(one) for one in found]
+    return [str(text) for text in found]

@@ -88,14 +88,14 @@ def kill_while_teaching(clinic: Clinic, after_s: float) -> Kill:
         killed_ns = _kill(rig, after_s)
         time.sleep(_WATCHED_S)
         path = rig.journals / f"teaching-{teaching}.journal"
-        kept = journal.read(path)
-        missing = _missing(rig, kept)
+        recorded = journal.read(path)
+        missing = _missing(rig, recorded)
         assert not any(axis.torque_on for axis in rig.hand.state().axes)
-    assert kept.t_ns[-1] <= killed_ns + 5_000_000
+    assert recorded.t_ns[-1] <= killed_ns + 5_000_000
     _import_twice(clinic, path)
     new = clinic.count(RecordingRow) - before
     assert new == 1, f"{new} recordings came of one take"
-    return Kill("teaching", missing, kept.truncated, float("nan"), float("nan"))
+    return Kill("teaching", missing, recorded.truncated, float("nan"), float("nan"))
 
 
 def kill_while_playing(clinic: KeptClinic, after_s: float) -> Kill:
@@ -109,18 +109,18 @@ def kill_while_playing(clinic: KeptClinic, after_s: float) -> Kill:
         assert {happening.motor for happening in tripped} == {1, 2, 3, 4, 5}
         tripped_ns = max(happening.t_ns for happening in tripped)
         path = rig.journals / f"run-{run_id}.journal"
-        kept = journal.read(path)
-        missing = _missing(rig, kept)
+        recorded = journal.read(path)
+        missing = _missing(rig, recorded)
     _import_twice(clinic, path)
     assert clinic.count(RunRow) == before
     with clinic.database.read() as session:
         run = runs.get(session, run_id)
         assert (run.outcome, run.stop_code) == ("interrupted", None)
-        assert run.samples == int(np.sum(kept.phase == journal.PHASE_PLAYING))
+        assert run.samples == int(np.sum(recorded.phase == journal.PHASE_PLAYING))
         assert len(run.tracking) == 5
         held = select(func.count()).select_from(RunSamplesRow).where(RunSamplesRow.run_id == run_id)
         assert session.scalar(held) == 1
-    return Kill("playback", missing, kept.truncated, (tripped_ns - killed_ns) / 1e6, (moved_ns - killed_ns) / 1e6)
+    return Kill("playback", missing, recorded.truncated, (tripped_ns - killed_ns) / 1e6, (moved_ns - killed_ns) / 1e6)
 
 
 def hang_up_while_playing(clinic: KeptClinic, after_s: float) -> list[float]:
@@ -177,13 +177,13 @@ def _watch(rig: Rig, killed_ns: int) -> int:
     return moved_ns
 
 
-def _missing(rig: Rig, kept: journal.Journal) -> int:
+def _missing(rig: Rig, recorded: journal.Journal) -> int:
     """Return the complete cycles that the simulator received after the journal's last sample; check the journal's order."""
-    steps_ns = np.diff(kept.t_ns)
+    steps_ns = np.diff(recorded.t_ns)
     assert np.all(steps_ns > 0)
-    assert np.all(np.isfinite(kept.measured_deg))
+    assert np.all(np.isfinite(recorded.measured_deg))
     silent = rig.happened("line_silent")[-1]
-    return max(0, (silent.t_ns - int(kept.t_ns[-1])) // (1_000_000_000 // kept.rate_hz))
+    return max(0, (silent.t_ns - int(recorded.t_ns[-1])) // (1_000_000_000 // recorded.rate_hz))
 
 
 def _import_twice(clinic: Clinic, path: Path) -> None:

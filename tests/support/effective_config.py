@@ -231,10 +231,10 @@ BASES: Final[dict[str, StationConfig]] = {
 
 
 INTEGERS: Final = {
-    f"{holder}{one.name}"
+    f"{holder}{attribute.name}"
     for holder, struct in (("", StationConfig), ("inputs.", Inputs), ("axes.", Axis), ("modbus.", ModbusMap))
-    for one in msgspec.structs.fields(struct)
-    if one.type in (int, int | None)
+    for attribute in msgspec.structs.fields(struct)
+    if attribute.type in (int, int | None)
 }
 
 

@@ -18,24 +18,24 @@ NAMES = ClinicNames()
 def exported(database: Database, patient_id: UUID, path: Path, clinic: ClinicNames = NAMES) -> Json:
     with database.read() as session:
         bundle.write(session, patients.get(session, patient_id), path, clinic)
-    told: Json = json.loads(path.read_text())
-    return told
+    document: Json = json.loads(path.read_text())
+    return document
 
 
-def of_kind(told: Json, kind: str) -> list[Json]:
-    return [entry["resource"] for entry in told["entry"] if entry["resource"]["resourceType"] == kind]
+def of_kind(document: Json, kind: str) -> list[Json]:
+    return [entry["resource"] for entry in document["entry"] if entry["resource"]["resourceType"] == kind]
 
 
 def everything(part: Any) -> list[Json]:
     """Every object in it, however deep."""
     if isinstance(part, list):
-        return [one for item in part for one in everything(item)]
+        return [element for item in part for element in everything(item)]
     if isinstance(part, dict):
-        return [part, *(one for item in part.values() for one in everything(item))]
+        return [part, *(element for item in part.values() for element in everything(item))]
     return []
 
 
 def judged(cases: dict[str, Json]) -> dict[str, list[str]]:
     """Return each validator's verdict on each resource."""
-    told = judge("validate.mjs", given=json.dumps(cases))
-    return {name: [*said["medplum"], *said["lantana"]] for name, said in told.items()}
+    verdicts = judge("validate.mjs", given=json.dumps(cases))
+    return {name: [*said["medplum"], *said["lantana"]] for name, said in verdicts.items()}

@@ -211,56 +211,76 @@ def _is_whole(stations: list[TreatingStation], session: Session) -> bool:
 
 def _judged(stations: list[TreatingStation], session: Session) -> str:
     counted: Counter[str] = Counter()
-    for one in stations:
-        events = select(DeviceEventRow).where(DeviceEventRow.station == one.name)
+    for station in stations:
+        events = select(DeviceEventRow).where(DeviceEventRow.station == station.name)
         rows = session.scalars(events).all()
-        assert sum(row.code == _ESTOP for row in rows) == one.hand.presses, f"{one.name}: presses of the emergency stop"
-        sent = Counter(_sent_events(one.data / "device.log"))
+        assert sum(row.code == _ESTOP for row in rows) == station.hand.presses, (
+            f"{station.name}: presses of the emergency stop"
+        )
+        sent = Counter(_sent_events(station.data / "device.log"))
         found = Counter((row.code, row.message) for row in rows if row.kind == "event" and row.code != ESTOP_TESTED)
-        assert found == sent, f"{one.name}: events: {sent - found} lost, {found - sent} doubled"
-        assert list((one.data / "journal").glob("unreadable/*")) == []
-        assert list((one.data / "journal").glob("*.journal")) == []
-        measured = {UUID(kept.id): kept for kept in map(journal.read, _journals(one.data)) if kept.kind == "run"}
-        written = {row.id: row for row in session.scalars(_runs(one.records))}
-        written.pop(one.records.run_id)
-        measured.pop(one.records.run_id)
-        assert set(measured) == set(written), f"{one.name}: runs without a journal, or journals without a run"
-        assert one.runs <= set(written), f"{one.name}: runs that were seen"
-        assert [row.id for row in written.values() if not row.ended_at] == [], f"{one.name}: runs that never end"
-        for key, kept in measured.items():
+        assert found == sent, f"{station.name}: events: {sent - found} lost, {found - sent} doubled"
+        assert list((station.data / "journal").glob("unreadable/*")) == []
+        assert list((station.data / "journal").glob("*.journal")) == []
+        measured = {
+            UUID(recorded.id): recorded
+            for recorded in map(journal.read, _journals(station.data))
+            if recorded.kind == "run"
+        }
+        written = {row.id: row for row in session.scalars(_runs(station.records))}
+        written.pop(station.records.run_id)
+        measured.pop(station.records.run_id)
+        assert set(measured) == set(written), f"{station.name}: runs without a journal, or journals without a run"
+        assert station.runs <= set(written), f"{station.name}: runs that were seen"
+        assert [row.id for row in written.values() if not row.ended_at] == [], f"{station.name}: runs that never end"
+        for key, recorded in measured.items():
             # A run that was loaded and never moved has no samples.
-            if len(kept.t_ns):
+            if len(recorded.t_ns):
                 times_s = runs.samples(session, key)["time_s"]
-                np.testing.assert_allclose(times_s, (kept.t_ns - kept.t_ns[0]) / 1e9, atol=1e-6, err_msg=str(key))
-            counted["samples"] += len(kept.t_ns)
-        query = select(PatientRow.clinic_number, PatientRow.notes).where(PatientRow.clinic_number.in_(list(one.notes)))
+                np.testing.assert_allclose(
+                    times_s, (recorded.t_ns - recorded.t_ns[0]) / 1e9, atol=1e-6, err_msg=str(key)
+                )
+            counted["samples"] += len(recorded.t_ns)
+        query = select(PatientRow.clinic_number, PatientRow.notes).where(
+            PatientRow.clinic_number.in_(list(station.notes))
+        )
         notes = {number: int(last) for number, last in session.execute(query).all()}
-        assert set(notes) == set(one.notes), f"{one.name}: patients"
+        assert set(notes) == set(station.notes), f"{station.name}: patients"
         # A request that failed for lack of the database may have had its effect.
-        assert all(0 <= notes[number] - change <= 1 for number, change in one.notes.items()), f"{one.name}: notes"
-        counted.update(presses=one.hand.presses, events=found.total(), runs=len(written), notes=sum(one.notes.values()))
-    verdict = verify(session, [one.data / "audit.anchor" for one in stations])
+        assert all(0 <= notes[number] - change <= 1 for number, change in station.notes.items()), (
+            f"{station.name}: notes"
+        )
+        counted.update(
+            presses=station.hand.presses, events=found.total(), runs=len(written), notes=sum(station.notes.values())
+        )
+    verdict = verify(session, [station.data / "audit.anchor" for station in stations])
     assert verdict.findings == []
     return f"{dict(counted)}, {verdict.rows} rows of the audit trail"
 
 
-def _harms(one: TreatingStation) -> dict[str, Callable[[Session], object]]:
+def _harms(station: TreatingStation) -> dict[str, Callable[[Session], object]]:
     """Possible damage to a station's records."""
-    pressed = DeviceEventRow.station == one.name, DeviceEventRow.code == _ESTOP
-    shown = DeviceEventRow.station == one.name, DeviceEventRow.kind == "event", DeviceEventRow.code != ESTOP_TESTED
+    pressed = DeviceEventRow.station == station.name, DeviceEventRow.code == _ESTOP
+    shown = DeviceEventRow.station == station.name, DeviceEventRow.kind == "event", DeviceEventRow.code != ESTOP_TESTED
 
     def doubled(session: Session) -> None:
         row = session.scalars(select(DeviceEventRow).where(*shown)).first()
         assert row
-        copied = {one.key: getattr(row, one.key) for one in inspect(DeviceEventRow).column_attrs if one.key != "id"}
+        copied = {
+            column.key: getattr(row, column.key)
+            for column in inspect(DeviceEventRow).column_attrs
+            if column.key != "id"
+        }
         session.add(DeviceEventRow(id=uuid4(), **copied))
 
     def a_run(session: Session) -> UUID:
-        played = session.scalars(_runs(one.records).where(RunRow.samples > 0, RunRow.id != one.records.run_id)).first()
+        played = session.scalars(
+            _runs(station.records).where(RunRow.samples > 0, RunRow.id != station.records.run_id)
+        ).first()
         assert isinstance(played, RunRow)
         return played.id
 
-    number = next(iter(one.notes))
+    number = next(iter(station.notes))
     return {
         "a press is missing": lambda session: session.execute(delete(DeviceEventRow).where(*pressed)),
         "an event is missing": lambda session: session.execute(delete(DeviceEventRow).where(*shown)),

@@ -210,30 +210,30 @@ def _give_versions(session: Session) -> None:
 
 def _spoil(session: Session, table: Table, texts: list[str], made: Poison) -> None:
     """Put another text into every row, cut to the column's length, with a mark that identifies the column."""
-    columns = [one for one in table.columns if _is_written(one)]
-    lists = [one for one in table.columns if isinstance(one.type, JSON)]
+    columns = [column for column in table.columns if _is_written(column)]
+    lists = [column for column in table.columns if isinstance(column.type, JSON)]
     keys = list(table.primary_key.columns)
     if not columns and not lists:
         return
     # A service may remove white space around a text.
-    marks = {one.name: f"~{len(made.planted) + n:02}" for n, one in enumerate(columns)}
+    marks = {column.name: f"~{len(made.planted) + n:02}" for n, column in enumerate(columns)}
     changes = []
     for n, row in enumerate(session.execute(select(*keys, *lists)).mappings().all()):
         text = texts[n % len(texts)]
         change: dict[str, Any] = {f"key_{key.name}": row[key.name] for key in keys}
-        change |= {f"new_{one.name}": _fitted(one, text, marks[one.name], n) for one in columns}
-        change |= {f"new_{one.name}": _written_in(row[one.name], text) for one in lists}
+        change |= {f"new_{column.name}": _fitted(column, text, marks[column.name], n) for column in columns}
+        change |= {f"new_{column.name}": _written_in(row[column.name], text) for column in lists}
         changes.append(change)
     if not changes:
         return
     statement = update(table).values(
-        {one.name: bindparam(f"new_{one.name}", type_=one.type) for one in (*columns, *lists)}
+        {column.name: bindparam(f"new_{column.name}", type_=column.type) for column in (*columns, *lists)}
     )
     for key in keys:
         statement = statement.where(key == bindparam(f"key_{key.name}", type_=key.type))
     session.connection().execute(statement, changes)
-    for one in columns:
-        made.planted[f"{table.name}.{one.name}"] = [change[f"new_{one.name}"] for change in changes]
+    for column in columns:
+        made.planted[f"{table.name}.{column.name}"] = [change[f"new_{column.name}"] for change in changes]
 
 
 def _is_written(column: Column[Any]) -> bool:
@@ -250,9 +250,9 @@ def _fitted(column: Column[Any], text: str, mark: str, n: int) -> str:
 def _written_in(value: Any, text: str) -> Any:
     """Fill the names within JSON: who confirmed a check, and the exercises done."""
     if isinstance(value, list):
-        return [text if isinstance(one, str) and not _is_word(one) else _written_in(one, text) for one in value]
+        return [text if isinstance(item, str) and not _is_word(item) else _written_in(item, text) for item in value]
     if isinstance(value, dict):
-        return {name: text if name == "by" and one else one for name, one in value.items()}
+        return {name: text if name == "by" and item else item for name, item in value.items()}
     return value
 
 

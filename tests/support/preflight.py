@@ -29,7 +29,7 @@ def still_open(client: httpx2.Client, session_id: str, recording_id: str) -> lis
     """Return the names of the unanswered checks."""
     asked = client.get(f"/api/sessions/{session_id}/checklist", params={"recording_id": recording_id})
     assert asked.status_code == 200, asked.text
-    return [one["check"] for one in asked.json()["checks"] if not one["given"]]
+    return [check["check"] for check in asked.json()["checks"] if not check["given"]]
 
 
 def until_estop(client: TestClient, state: str) -> None:
@@ -62,7 +62,7 @@ def open_before_teaching(
     params: dict[str, Any] = {"fixtures": fixtures} | ({"side": side} if side else {})
     asked = client.get(f"/api/patients/{patient_id}/teaching-checklist", params=params)
     assert asked.status_code == 200, asked.text
-    return [one["check"] for one in asked.json()["checks"] if not one["given"]]
+    return [check["check"] for check in asked.json()["checks"] if not check["given"]]
 
 
 def teaching(client: TestClient, patient_id: str, **more: Any) -> dict[str, Any]:

@@ -113,7 +113,7 @@ class Rig:
         """
         refusal = self._refusal_of(command)
         while refusal is not None and refusal.code == "not_verified":
-            self.until(lambda: all(one.code != "not_verified" for one in self.snapshot.refusals.values()))
+            self.until(lambda: all(refusal.code != "not_verified" for refusal in self.snapshot.refusals.values()))
             refusal = self._refusal_of(command)
         return refusal
 

@@ -101,17 +101,17 @@ class KilledClinic:
         with closing(Database(self._settings.effective_database_url)) as database, database.read() as session:
             assert session.scalars(text("PRAGMA integrity_check")).all() == ["ok"]
             assert session.execute(text("PRAGMA foreign_key_check")).all() == []
-            kept = {row.clinic_number: int(row.notes) for row in session.scalars(select(PatientRow))}
+            notes = {row.clinic_number: int(row.notes) for row in session.scalars(select(PatientRow))}
             lost = {
-                number: change for number, change in self._notes.items() if not 0 <= kept.get(number, 0) - change <= 1
+                number: change for number, change in self._notes.items() if not 0 <= notes.get(number, 0) - change <= 1
             }
             assert lost == {}, "acknowledged, and lost"
             verdict = verify(session, [self._settings.effective_audit_anchor])
             assert verdict.findings == []
-            changes = sum(kept.values())
+            changes = sum(notes.values())
             # The trail contains each change, and no other change.
             assert verdict.rows >= changes
-        self._notes.update(kept)
+        self._notes.update(notes)
         return Left(acknowledged, verdict.rows)
 
 

@@ -33,7 +33,7 @@ def accepted(client: TestClient, command: str, body: dict[str, Any] | None = Non
     while (
         answer.status_code == 409 and answer.json()["code"] in {"not_verified", "expired"} and time.monotonic() < limit
     ):
-        until(client, lambda live: all(one["code"] != "not_verified" for one in live["refusals"].values()))
+        until(client, lambda live: all(refusal["code"] != "not_verified" for refusal in live["refusals"].values()))
         answer = operate(client, command, body)
     assert answer.status_code == 200, answer.text
     result: dict[str, Any] = answer.json()

@@ -99,7 +99,7 @@ class SteppedApparatus:
             self.mismatch[axis],
         )
         statuses = () if axis in self.silent else (status,)
-        health = tuple([structs.replace(one, t_ns=self.t_ns) for one in self.health.values()])
+        health = tuple([structs.replace(health, t_ns=self.t_ns) for health in self.health.values()])
         silent = frozenset(self.silent - self.corrupt)
         return BusSample(drives, inputs, statuses, frozenset(self.corrupt), silent, health)
 

@@ -17,8 +17,8 @@ def text_fields(schema: Any, schemas: Any, name: str = "", seen: tuple[str, ...]
         yield name
     for field, subschema in schema.get("properties", {}).items():
         yield from text_fields(subschema, schemas, f"{name.partition('.')[0]}.{field}", seen)
-    for one in _parts(schema):
-        yield from text_fields(one, schemas, name, seen)
+    for part in _parts(schema):
+        yield from text_fields(part, schemas, name, seen)
 
 
 def texts_in(value: Any, schema: Any, schemas: Any, name: str = "") -> Iterator[tuple[str, str]]:
@@ -34,8 +34,8 @@ def texts_in(value: Any, schema: Any, schemas: Any, name: str = "") -> Iterator[
             if field in value:
                 yield from texts_in(value[field], subschema, schemas, f"{name.partition('.')[0]}.{field}")
     if isinstance(value, list) and "items" in schema:
-        for one in value:
-            yield from texts_in(one, schema["items"], schemas, name)
+        for item in value:
+            yield from texts_in(item, schema["items"], schemas, name)
     for variant in (*schema.get("anyOf", ()), *schema.get("oneOf", ())):
         yield from texts_in(value, variant, schemas, name)
 

@@ -169,8 +169,8 @@ _BARE_NUMBERS: Final = r"""(words) => {
             const panels = (layout.annotations ?? []).filter((one) => name[0] === 'y' && Math.abs(one.y - axis.domain[1]) < 0.02);
             // Panels above each other share the title of the lowest one's x axis.
             const shared = axes.filter(([other, one]) => name[0] === 'x' && other[0] === 'x' && one.domain[0] === axis.domain[0]);
-            const told = [titleOf(axis), axis.ticksuffix ?? '', ...panels.map((one) => one.text), ...shared.map(([, one]) => titleOf(one))];
-            if (!told.some((one) => axisWords.test(one))) found.push(`an axis ${name} with the titles "${told.join(' | ').slice(0, 150)}"`);
+            const texts = [titleOf(axis), axis.ticksuffix ?? '', ...panels.map((one) => one.text), ...shared.map(([, one]) => titleOf(one))];
+            if (!texts.some((one) => axisWords.test(one))) found.push(`an axis ${name} with the titles "${texts.join(' | ').slice(0, 150)}"`);
         }
     }
 
@@ -222,4 +222,4 @@ _BARE_NUMBERS: Final = r"""(words) => {
 def bare_numbers(page: Any, language: str = "en") -> list[str]:
     """Return the numbers that page, figures and dialogs show without a unit, a scale or a word for what is counted."""
     found = page.evaluate(_BARE_NUMBERS, asdict(UNIT_WORDS[language]))
-    return [str(one) for one in found]
+    return [str(text) for text in found]

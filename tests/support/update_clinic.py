@@ -248,8 +248,10 @@ class UpdateClinic:
         return ["update", *options, "--key", str(self.key), *units, "--ready-within-s", str(_READY_WITHIN_S)]
 
     def _environment(self) -> dict[str, str]:
-        kept = {name: value for name, value in os.environ.items() if not name.startswith(("KATA_", "PYTHON", "COV_"))}
-        return kept | {"PATH": f"{self._systemd}:{os.environ['PATH']}"}
+        environment = {
+            name: value for name, value in os.environ.items() if not name.startswith(("KATA_", "PYTHON", "COV_"))
+        }
+        return environment | {"PATH": f"{self._systemd}:{os.environ['PATH']}"}
 
     def _write_units(self) -> None:
         for unit, port in zip(self.units, self.ports, strict=True):

@@ -176,7 +176,7 @@ def test_echo_of_our_instruction_is_neither_answer_nor_noise() -> None:
 def test_both_implementations_reproduce_the_checksum_of_the_specification() -> None:
     ping = encode(1, 0x01)
     assert ping == bytes.fromhex("ff ff fd 00 01 03 00 01 19 4e")
-    assert [one.valid for one in protocol.InstructionParser().feed(ping)] == [True]
+    assert [instruction.valid for instruction in protocol.InstructionParser().feed(ping)] == [True]
 
 
 def test_drive_of_another_model_is_named() -> None:
@@ -510,7 +510,7 @@ def test_health_adds_no_request() -> None:
         return execute(instruction, baud, now_ns)
 
     world.line._bus.execute = listen  # type: ignore[attr-defined]
-    reported = [one for sample in Conformance.cycles(world, bus, 200) for one in sample.health]
+    reported = [health for sample in Conformance.cycles(world, bus, 200) for health in sample.health]
     assert len(reported) >= 5 * 10
     cycles = [address for code, address in heard if code == protocol.FAST_SYNC_READ]
     assert cycles == [224] * 200

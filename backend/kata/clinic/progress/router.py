@@ -62,12 +62,12 @@ def get_progress(database: TheDatabase, episode_id: UUID, chart: Chart, columns:
         found = read(session, service.timeline_of(session, episode_id))
         simulated = chart not in _WITHOUT_SESSIONS and service.any_simulated(session, episode_id)
     table = with_texts(asdict(tabulate(found)))
-    told = _NOTES[chart](found) if chart in _NOTES else []
+    lines = _NOTES[chart](found) if chart in _NOTES else []
     figure = figures.rom(found, columns) if chart == "rom" else draw(found)
     parts = {
         "figure": with_texts(figure),
         "table": table,
-        "notes": with_texts({"lines": [asdict(note) for note in told]}),
+        "notes": with_texts({"lines": [asdict(note) for note in lines]}),
         "simulated": simulated,
     }
     body = msgspec.json.encode(parts)
