@@ -139,8 +139,8 @@ class CycleStateBuilder:
         self._inputs: InputSample | None = None
         self._disagree_since_ns: int | None = None
         self._input_limit_ms = config.inputs.max_age_cycles * 1000 / config.cycle_hz
-        self._opened = False
-        self._opened_ns = -math.inf
+        self._estop_opened = False
+        self._port_opened_ns = -math.inf
         """Time at which the port was opened; -inf without a port."""
         self._pedal_down: bool | None = None
         self._pedal_changed_ns: int | None = None
@@ -164,13 +164,13 @@ class CycleStateBuilder:
         """
         self._inputs = inputs
         if inputs.estop_open:
-            self._opened = True
+            self._estop_opened = True
             self._torque_switched_ns = inputs.t_ns
 
     def build(self, t_ns: int, sample: BusSample | None, context: LoopContext) -> CycleState:
         """Add this cycle's sample (None without a port) and return the state at ``t_ns``."""
         received = sample or _NO_SAMPLE
-        self._take(t_ns, received, bus_ok=sample is not None)
+        self._record_sample(t_ns, received, bus_ok=sample is not None)
         inputs = self._inputs
         inputs_known = inputs is not None and _age_ms(t_ns, inputs.t_ns) <= self._input_limit_ms
         self._update_torque(t_ns, bus_ok=sample is not None)
@@ -192,9 +192,9 @@ class CycleStateBuilder:
             speed_deg_s=tuple([drive.speed_deg_s if drive else 0.0 for drive in self._drives]),
             torque_nm=tuple([drive.torque_nm if drive else 0.0 for drive in self._drives]),
             drive_age_ms=tuple([_age_ms(t_ns, drive.t_ns) if drive else math.inf for drive in self._drives]),
-            status_age_ms=tuple([_age_ms(t_ns, status.t_ns if status else self._opened_ns) for status in self._status]),
+            status_age_ms=tuple([_age_ms(t_ns, status.t_ns if status else self._port_opened_ns) for status in self._status]),
             corrupt=tuple(
-                [0 < unsound >= nothing for unsound, nothing in zip(self._corrupt, self._timeouts, strict=True)]
+                [0 < corrupt >= timeouts for corrupt, timeouts in zip(self._corrupt, self._timeouts, strict=True)]
             ),
             measured_t_ns=max(answered) if len(answered) == len(self._drives) else None,
             hardware_error=tuple([self._hardware_error(n) for n in axes]),
@@ -214,7 +214,7 @@ class CycleStateBuilder:
             frozen_deg=tuple([self._frozen_deg(n) for n in axes]),
         )
 
-    def _take(self, t_ns: int, received: BusSample, *, bus_ok: bool) -> None:
+    def _record_sample(self, t_ns: int, received: BusSample, *, bus_ok: bool) -> None:
         for n, drive in enumerate(received.drives):
             if drive:
                 self._previous_drives[n], self._drives[n] = self._drives[n], drive
@@ -225,16 +225,16 @@ class CycleStateBuilder:
         if not bus_ok:
             # A drive that answers again may have lost power, so its last status is discarded.
             self._status = [None] * len(self._status)
-            self._opened_ns = -math.inf
-        elif self._opened_ns == -math.inf:
-            self._opened_ns = t_ns
+            self._port_opened_ns = -math.inf
+        elif self._port_opened_ns == -math.inf:
+            self._port_opened_ns = t_ns
         for status in received.statuses:
             self._status[status.axis] = status
             self._reset[status.axis] = bool(status.mismatch) or (self._reset[status.axis] and not status.verified)
         if received.inputs:
             self._note_contacts(received.inputs)
-            opened, self._opened = self._opened, False
-            self._inputs = structs.replace(received.inputs, estop_open=True) if opened else received.inputs
+            estop_opened, self._estop_opened = self._estop_opened, False
+            self._inputs = structs.replace(received.inputs, estop_open=True) if estop_opened else received.inputs
             self._debounce_pedal(received.inputs)
 
     def _note_contacts(self, inputs: InputSample) -> None:

@@ -75,8 +75,8 @@ def _not_answering(state: CycleState, config: StationConfig, *, corrupt: bool) -
     ages = zip(state.drive_age_ms, state.status_age_ms, state.corrupt, strict=True)
     return (
         n
-        for n, (drive_ms, status_ms, unsound) in enumerate(ages)
-        if unsound == corrupt and (drive_ms > config.silence_ms or status_ms > _MAX_STATUS_AGE_MS)
+        for n, (drive_ms, status_ms, is_corrupt) in enumerate(ages)
+        if is_corrupt == corrupt and (drive_ms > config.silence_ms or status_ms > _MAX_STATUS_AGE_MS)
     )
 
 
@@ -147,7 +147,7 @@ def _position_jump(state: CycleState, config: StationConfig) -> Iterable[int]:
 
 
 def _position_frozen(state: CycleState, config: StationConfig) -> Iterable[int]:
-    return (n for n, gone in enumerate(state.frozen_deg) if gone > MAX_FROZEN_SETPOINT_DEG)
+    return (n for n, moved_deg in enumerate(state.frozen_deg) if moved_deg > MAX_FROZEN_SETPOINT_DEG)
 
 
 def _setpoint_frozen(state: CycleState, config: StationConfig) -> Iterable[None]:
