@@ -15,9 +15,9 @@ from tests.support.fault_matrix import (
     KINDS,
     MODES,
     SIGNALS,
-    Ends,
+    ProcessEnds,
     Expected,
-    GoesOn,
+    Continues,
     Kind,
     StaysOffline,
     Stops,
@@ -149,7 +149,7 @@ def _check(stepped: Stepped, should: Expected, mode: Mode, known: int, took_ms: 
             stepped.forward(0.3)
             assert stepped.mode == "stopped"
             assert cause == "bus_lost" or not stepped.torque
-        case GoesOn():
+        case Continues():
             assert stepped.causes()[known:] == []
             assert not ended
             assert (stepped.mode == "stopped") == (mode == "stopped")
@@ -157,7 +157,7 @@ def _check(stepped: Stepped, should: Expected, mode: Mode, known: int, took_ms: 
         case StaysOffline():
             assert stepped.mode == "offline"
             assert not stepped.torque
-        case Ends():
+        case ProcessEnds():
             assert ended
             assert not stepped.torque
 

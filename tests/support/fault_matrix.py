@@ -54,7 +54,7 @@ class Stops:
 
 
 @dataclass(frozen=True)
-class GoesOn:
+class Continues:
     """Nothing stops: the fault is harmless here, or not detectable from this signal."""
 
 
@@ -64,11 +64,11 @@ class StaysOffline:
 
 
 @dataclass(frozen=True)
-class Ends:
+class ProcessEnds:
     """The device process ends without torque."""
 
 
-Expected = Stops | GoesOn | StaysOffline | Ends
+Expected = Stops | Continues | StaysOffline | ProcessEnds
 Row = dict[Mode, Expected]
 
 _CYCLE = 10
@@ -84,12 +84,12 @@ def _row(
     stopped: Expected | None = None,
 ) -> Row:
     """Modes that are not given continue."""
-    row: Row = dict.fromkeys(MODES, GoesOn())
-    row["offline"] = offline or GoesOn()
-    row.update(dict.fromkeys(_RESTING, resting or GoesOn()))
-    row.update(dict.fromkeys(_MOVING, moving or GoesOn()))
-    row["paused"] = paused or GoesOn()
-    row["stopped"] = stopped or GoesOn()
+    row: Row = dict.fromkeys(MODES, Continues())
+    row["offline"] = offline or Continues()
+    row.update(dict.fromkeys(_RESTING, resting or Continues()))
+    row.update(dict.fromkeys(_MOVING, moving or Continues()))
+    row["paused"] = paused or Continues()
+    row["stopped"] = stopped or Continues()
     return row
 
 
@@ -159,7 +159,7 @@ _REGISTERS: Final[dict[Kind, Row]] = {
     "stuck": _HARMLESS,
     "garbage": _always("drive_reset", _STATUS, offline=_WAITS),
     # Offline nothing has started: the drive is configured, and the apparatus becomes ready.
-    "wrong": _always("drive_reset", _STATUS, offline=GoesOn()),
+    "wrong": _always("drive_reset", _STATUS, offline=Continues()),
     "slow": _HARMLESS,
     "delayed": _HARMLESS,
     "intermittent": _always("drive_reset", 2 * _STATUS, offline=Stops("drive_reset", 300)),
@@ -201,8 +201,8 @@ _BUS: Final[dict[Kind, Row]] = {
     "delayed": _always("estop_unknown", 4 * _CYCLE, offline=_WAITS),
     "intermittent": _HARMLESS,
 }
-_GONE: Final = _energised("service_silent", _RAMP + 3 * _CYCLE, resting=Ends())
-_GONE_EVERYWHERE: Final = _GONE | {"offline": Ends(), "stopped": Ends()}
+_GONE: Final = _energised("service_silent", _RAMP + 3 * _CYCLE, resting=ProcessEnds())
+_GONE_EVERYWHERE: Final = _GONE | {"offline": ProcessEnds(), "stopped": ProcessEnds()}
 _SERVICE: Final[dict[Kind, Row]] = {
     "off": _GONE_EVERYWHERE,
     "stuck": _energised("service_silent", 500 + _RAMP + 3 * _CYCLE),
