@@ -15,7 +15,7 @@ from kata.cli import doctor
 from kata.commissioning import texts
 from kata.commissioning.procedure import check
 from kata.commissioning.record import CHECKED, CommissioningRecord, RecordedStep, record_path, sealed, write_record
-from kata.commissioning.status import CHECK_EVERY, commissioning_status
+from kata.commissioning.status import PERIODIC_CHECK_INTERVAL, commissioning_status
 from kata.device import config
 from kata.device.config import as_toml, simulated
 from kata.evaluation.factory_new import FactoryNewApparatus, SimulatedTechnician
@@ -38,10 +38,10 @@ def test_a_commissioned_station_is_due_after_a_week(tmp_path: Path) -> None:
     station = tmp_path / "station.toml"
     record = write_commissioned(CONFIG, station, AT)
     found = commissioning_status(station, CONFIG)
-    assert (found.missing, found.due_at) == (None, AT + CHECK_EVERY)
+    assert (found.missing, found.due_at) == (None, AT + PERIODIC_CHECK_INTERVAL)
     later = AT + timedelta(days=6)
     write_record(sealed(structs.replace(record, checks=(ran("inputs", at=later),))), record_path(station))
-    assert commissioning_status(station, CONFIG).due_at == later + CHECK_EVERY
+    assert commissioning_status(station, CONFIG).due_at == later + PERIODIC_CHECK_INTERVAL
 
 
 @pytest.mark.parametrize(

@@ -10,8 +10,8 @@ from kata.commissioning.record import RecordError, has_configuration, read_recor
 from kata.device.config import StationConfig
 from kata.messages import Text
 
-CHECK_EVERY: Final = timedelta(days=7)
-"""Interval of the periodic check: weekly."""
+PERIODIC_CHECK_INTERVAL: Final = timedelta(days=7)
+"""Longest time from the commissioning, or from a periodic check, to the next periodic check."""
 
 
 @dataclass(frozen=True)
@@ -40,5 +40,5 @@ def commissioning_status(station: Path, config: StationConfig) -> CommissioningS
         return CommissioningStatus(texts.CHECK_FAILED())
     # The date of a check is that of its oldest step. Without a check, it is the date of the commissioning.
     ended = [ran.ended_at for ran in newest.values()] or [record.steps[-1].ended_at]
-    due_at = datetime.fromisoformat(min(ended)) + CHECK_EVERY
+    due_at = datetime.fromisoformat(min(ended)) + PERIODIC_CHECK_INTERVAL
     return CommissioningStatus(None, due_at, datetime.fromisoformat(record.steps[-1].ended_at))

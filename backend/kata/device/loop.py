@@ -31,7 +31,7 @@ from kata.system.realtime import Granted
 
 log = logging.getLogger(__name__)
 
-_RETRY_NS: Final = 250_000_000
+_RECONNECT_NS: Final = 250_000_000
 """Time between two attempts to open the port or to configure a drive."""
 
 
@@ -216,7 +216,7 @@ class ControlLoop(LoopTelemetry):
             log.warning("a drive cannot be configured: %s", problem)
         machine.drive_problem = problem
         # The drives must be read again before their registers are compared again.
-        self._try_configure_at_ns = self._now_ns() + _RETRY_NS
+        self._try_configure_at_ns = self._now_ns() + _RECONNECT_NS
 
     def _update_verified_since(self, state: CycleState) -> None:
         """Update the time since which the connection is unbroken and all settings are verified."""
@@ -230,7 +230,7 @@ class ControlLoop(LoopTelemetry):
     def _connection_lost(self, error: BusError) -> None:
         self._bus.close()
         self._connected = False
-        self._try_open_at_ns = self._now_ns() + _RETRY_NS
+        self._try_open_at_ns = self._now_ns() + _RECONNECT_NS
         if str(error) != self._connection_problem:
             self._connection_problem = text_of(error)
             log.warning("not connected: %s", error)
