@@ -11,7 +11,7 @@ from kata.api.errors import refused
 from kata.api.lease_dependencies import Operator
 from kata.api.run_start import BegunRun, RunStores, send_load, writing
 from kata.clinic.contraindications import service as contraindications
-from kata.clinic.episodes import limits as doctor
+from kata.clinic.episodes import limits as doctors_limits
 from kata.clinic.recordings import service as recordings
 from kata.clinic.sessions import checks, end_feel, runs
 from kata.clinic.sessions import service as sessions
@@ -100,7 +100,7 @@ def _begin(
         recording = recordings.get(session, request.recording_id)
         side = side_of(recording.side)
         contraindications.require_none(session, recording.patient_id, side)
-        allowed = doctor.allowed(session, recording.patient_id, side)
+        allowed = doctors_limits.allowed(session, recording.patient_id, side)
         taught = runs.taught(session, recording.id)
     way = end_feel.longest_way(taught, allowed, config, request)
     limits = allowed.check(way.motion, request.load_level, "smooth")
@@ -110,7 +110,7 @@ def _begin(
         began.append(row.id)
         end_feel.add(session, row, request, prepared, config.name)
         contraindications.require_none(session, recording.patient_id, side)
-        if doctor.allowed(session, recording.patient_id, side) != allowed:
+        if doctors_limits.allowed(session, recording.patient_id, side) != allowed:
             raise ProblemError(409, "edited_meanwhile", texts.LIMITS_CHANGED_MEANWHILE(), texts.LOAD_AGAIN())
         # Checked last, so that users do not prepare a patient for a recording that may not be played.
         checks.require(session, request.session_id, request.recording_id, apparatus)

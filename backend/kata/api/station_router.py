@@ -21,7 +21,7 @@ from kata.api.simulator_router import AnySimulation
 from kata.api.stopping import stop_by_user
 from kata.clinic import texts as clinic_texts
 from kata.clinic.contraindications import service as contraindications
-from kata.clinic.episodes import limits as doctor
+from kata.clinic.episodes import limits as doctors_limits
 from kata.clinic.episodes import service as episodes
 from kata.clinic.episodes import stages
 from kata.clinic.event_spool import EventSpool
@@ -450,7 +450,7 @@ def _begin_run(
         recording = recordings.get(session, wanted.recording_id)
         side = side_of(recording.side)
         contraindications.require_none(session, recording.patient_id, side)
-        allowed = doctor.allowed(session, recording.patient_id, side)
+        allowed = doctors_limits.allowed(session, recording.patient_id, side)
         taught = runs.taught(session, recording.id)
     motion = runs.with_settings(taught, request.settings)
     limits = allowed.check(motion, wanted.load_level, wanted.method)
@@ -460,7 +460,7 @@ def _begin_run(
         if wanted.programme_position is not None:
             planned.check_timer(session, wanted.session_id)
         contraindications.require_none(session, recording.patient_id, side)
-        if doctor.allowed(session, recording.patient_id, side) != allowed:
+        if doctors_limits.allowed(session, recording.patient_id, side) != allowed:
             raise ProblemError(
                 409,
                 "edited_meanwhile",

@@ -14,7 +14,7 @@ from sqlalchemy.orm import selectinload
 
 from kata.clinic import banner
 from kata.clinic.banner import PatientBanner
-from kata.clinic.episodes import limits as doctor
+from kata.clinic.episodes import limits as doctors_limits
 from kata.clinic.episodes.limits import DoctorLimits
 from kata.clinic.episodes.tables import EpisodeRow
 from kata.clinic.patients.tables import PatientRow
@@ -191,7 +191,7 @@ def _playables(
     before: CachedPatient | None,
 ) -> dict[UUID, CachedRecording]:
     allowed: dict[str, DoctorLimits] = {
-        episode.side: doctor.of_episode(episode) for episode in patient.episodes if episode.closed_at is None
+        episode.side: doctors_limits.of_episode(episode) for episode in patient.episodes if episode.closed_at is None
     }
     learned: dict[UUID, set[edit.PlaybackSettings]] = {}
     for item in items:

@@ -16,7 +16,7 @@ from sqlalchemy.orm import Session as DatabaseSession
 from kata.audit import chain
 from kata.clinic import texts
 from kata.clinic.contraindications import service as contraindications
-from kata.clinic.episodes import limits as doctor
+from kata.clinic.episodes import limits as doctors_limits
 from kata.clinic.episodes.limits import DoctorLimits
 from kata.clinic.events.tables import DeviceEventRow
 from kata.clinic.patients.tables import PatientRow
@@ -251,7 +251,7 @@ def _changed_of_run(
     except ProblemError:
         yield "contraindicated"
     try:
-        allowed = doctor.allowed(session, clinic_session.patient_id, side_of(recording.side))
+        allowed = doctors_limits.allowed(session, clinic_session.patient_id, side_of(recording.side))
     except ProblemError:
         yield "closed"
     else:
