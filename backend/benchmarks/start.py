@@ -53,9 +53,9 @@ def run(rounds: int, against: Path | None, progress: Callable[[str], None]) -> R
     for name, (first, *later) in starts.items():
         figures = {
             "first_ready": first.ready_s,
-            "page": median(one.page_s for one in later),
-            "ready": median(one.ready_s for one in later),
-            "ready_max": max(one.ready_s for one in later),
+            "page": median(start.page_s for start in later),
+            "ready": median(start.ready_s for start in later),
+            "ready_max": max(start.ready_s for start in later),
         }
         report.figures |= {f"start_{name}_{figure}_s": seconds for figure, seconds in figures.items()}
         report.rows.append((name, *(f"{seconds:.2f}" for seconds in figures.values())))

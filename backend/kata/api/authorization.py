@@ -125,7 +125,9 @@ async def _authorize(connection: HTTPConnection, body: Any) -> None:
     services = services_of(connection)
     context.station = services.station_name
     named = list(_named_records(connection, body))
-    context.subject = " ".join(f"{name.removesuffix('_id')} {one}" for name, one in named if name != "patient_id")
+    context.subject = " ".join(
+        f"{name.removesuffix('_id')} {record_id}" for name, record_id in named if name != "patient_id"
+    )
     cookie, auth_cache = cookie_of(connection) or "", services.auth_cache
     token = _access_token(connection)
     actor = auth_cache.cached_actor_for_stop(cookie) if rule.needs == "stop" and not token else None
@@ -315,25 +317,25 @@ def _named_records(connection: HTTPConnection, body: Any) -> Iterator[tuple[str,
         if name not in OF_A_PATIENT:
             continue
         try:
-            one = name, UUID(str(value))
+            record = name, UUID(str(value))
         except ValueError:
             # The route reports the invalid id.
             continue
-        if one not in seen:
-            seen.add(one)
-            yield one
+        if record not in seen:
+            seen.add(record)
+            yield record
 
 
 def _fields(body: Any) -> Iterator[tuple[str, Any]]:
     """Yield every field of a body, at any depth."""
     unvisited = [body]
     while unvisited:
-        one = unvisited.pop()
-        if isinstance(one, dict):
-            yield from one.items()
-            unvisited += one.values()
-        elif isinstance(one, list):
-            unvisited += one
+        value = unvisited.pop()
+        if isinstance(value, dict):
+            yield from value.items()
+            unvisited += value.values()
+        elif isinstance(value, list):
+            unvisited += value
 
 
 async def _body(connection: HTTPConnection) -> Any:

@@ -71,7 +71,7 @@ async def load_end_feel(
     apparatus = checks.apparatus_state(station.info.name, station.live())
     request = EndFeelRequest(**wanted.model_dump())
     stores = RunStores(database, event_spool, offline_sessions)
-    begun, asked = await run_in_threadpool(_begin, stores, request, apparatus, station.config)
+    begun, end_feel_test = await run_in_threadpool(_begin, stores, request, apparatus, station.config)
     offline_sessions.cache.attend(begun.patient.id, wanted.session_id)
     command = messages.Load(
         run_id=str(begun.run.id),
@@ -83,7 +83,7 @@ async def load_end_feel(
         limits_deg=begun.limits,
         arm_limits=begun.allowed.arm,
         max_speed_deg_s=begun.allowed.max_speed_deg_s,
-        end_feel=asked,
+        end_feel=end_feel_test,
     )
     changes = (
         texts.END_FEEL_BASELINE() if wanted.kind == "baseline" else texts.END_FEEL_TEST(torque_nm=wanted.torque_nm)
@@ -124,4 +124,4 @@ def _begin(
             allowed=allowed,
             patient=PatientRef(id=patient.id, name=patient.name),
         )
-        return begun, prepared.asked
+        return begun, prepared.test

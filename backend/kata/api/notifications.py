@@ -55,7 +55,9 @@ def list_notifications(database: TheDatabase, actor: TheActor) -> Page[Notificat
         found = list(_alarms(session, actor, utc_now()))
         if "administer" in ROLE_PERMISSIONS[actor.role]:
             found += [*_erasures(session, actor), *_accesses(session), *_failed_backups(session)]
-    return Page[Notification].complete(sorted(found, key=lambda one: (one.at, one.id), reverse=True))
+    return Page[Notification].complete(
+        sorted(found, key=lambda notification: (notification.at, notification.id), reverse=True)
+    )
 
 
 def _alarms(session: Session, actor: Actor, now: datetime) -> Iterator[Notification]:

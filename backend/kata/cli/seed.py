@@ -230,12 +230,12 @@ class _Invented:
             note="", timer_minutes=30.0, sessions_per_week=self._course.sessions_per_week,
         )  # fmt: skip
         self._add(version)
-        for position, one in enumerate(taught, start=1):
+        for position, recording in enumerate(taught, start=1):
             self._add(
                 ProgrammeItemRow(
-                    version_id=version.id, position=position, recording_id=one.row.id, speed_percent=100.0,
+                    version_id=version.id, position=position, recording_id=recording.row.id, speed_percent=100.0,
                     repetitions=self._asked.repetitions, pause_s=self._asked.pause_s, range_percent=90.0, load_level=18, method="smooth",
-                    duration_s=with_settings(one.motion, self._asked).duration_s,
+                    duration_s=with_settings(recording.motion, self._asked).duration_s,
                 )
             )  # fmt: skip
         return version
@@ -262,10 +262,10 @@ class _Invented:
             signed_by="" if unsigned else self._therapist, run_count=len(taught), updated_at=signed,
         )  # fmt: skip
         self._add(row)
-        for position, one in enumerate(taught, start=1):
+        for position, recording in enumerate(taught, start=1):
             cause = stopped if position == len(taught) else None
-            run = self._new_run(row.id, position, one, at + timedelta(minutes=6 * position))
-            (self._play if detailed else self._figures)(row, run, one, cause)
+            run = self._new_run(row.id, position, recording, at + timedelta(minutes=6 * position))
+            (self._play if detailed else self._figures)(row, run, recording, cause)
         if stopped:
             self._alarm(row, at + timedelta(minutes=20), stopped)
             self._add(

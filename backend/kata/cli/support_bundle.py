@@ -110,7 +110,10 @@ def _versions() -> dict[str, Any]:
         "system": platform.platform(),
         "machine": platform.machine(),
         "processors": os.cpu_count(),
-        "packages": {found.name: found.version for found in sorted(distributions(), key=lambda one: one.name.lower())},
+        "packages": {
+            found.name: found.version
+            for found in sorted(distributions(), key=lambda distribution: distribution.name.lower())
+        },
     }
 
 
@@ -139,7 +142,9 @@ def _events(_: Database, session: Session) -> list[dict[str, Any]]:
     """Return the newest events. Stations are replaced by numbers, because clinics choose their names."""
     row = DeviceEventRow
     columns = (row.station, row.at, row.kind, row.code, row.category, row.axis, row.ended_at)
-    newest = [dict(one._mapping) for one in session.execute(select(*columns).order_by(row.at.desc()).limit(EVENTS))]
+    newest = [
+        dict(record._mapping) for record in session.execute(select(*columns).order_by(row.at.desc()).limit(EVENTS))
+    ]
     numbers = {name: n for n, name in enumerate(sorted({event["station"] for event in newest}), start=1)}
     return [
         event

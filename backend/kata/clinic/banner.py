@@ -43,7 +43,11 @@ class PatientBanner(Schema):
     def contraindications_of(self, side: Side) -> list[Contraindication]:
         """Return the contraindications that concern this shoulder."""
         here = {shoulder.episode_id for shoulder in self.shoulders if shoulder.side == side}
-        return [one for one in self.contraindications if one.episode_id is None or one.episode_id in here]
+        return [
+            contraindication
+            for contraindication in self.contraindications
+            if contraindication.episode_id is None or contraindication.episode_id in here
+        ]
 
 
 def of_patient(session: Session, patient: PatientRow) -> PatientBanner:

@@ -90,7 +90,9 @@ def _migrate(database: Database, connection: Connection, present: str) -> None:
     config.set_main_option("script_location", str(migrations()))
     script = ScriptDirectory.from_config(config)
     try:
-        if present and _is_usable(connection, present, [one.revision for one in script.walk_revisions()]):
+        if present and _is_usable(
+            connection, present, [script_revision.revision for script_revision in script.walk_revisions()]
+        ):
             log.warning(
                 "the database is newer (%s) than this program; this program can use it, but upgrade this station too",
                 present,

@@ -192,7 +192,9 @@ class CycleStateBuilder:
             speed_deg_s=tuple([drive.speed_deg_s if drive else 0.0 for drive in self._drives]),
             torque_nm=tuple([drive.torque_nm if drive else 0.0 for drive in self._drives]),
             drive_age_ms=tuple([_age_ms(t_ns, drive.t_ns) if drive else math.inf for drive in self._drives]),
-            status_age_ms=tuple([_age_ms(t_ns, status.t_ns if status else self._port_opened_ns) for status in self._status]),
+            status_age_ms=tuple(
+                [_age_ms(t_ns, status.t_ns if status else self._port_opened_ns) for status in self._status]
+            ),
             corrupt=tuple(
                 [0 < corrupt >= timeouts for corrupt, timeouts in zip(self._corrupt, self._timeouts, strict=True)]
             ),

@@ -75,16 +75,16 @@ class HealthMonitor:
     def take(self, health: Iterable[DriveHealth]) -> list[Text]:
         """Store the reported values. Return the texts of the warnings that begin."""
         begun = []
-        for one in health:
-            self._newest[one.axis] = one
+        for drive in health:
+            self._newest[drive.axis] = drive
             for n, kind in enumerate(WARNING_KINDS):
-                found = kind.found(one)
+                found = kind.found(drive)
                 if found is None:
                     continue
-                text = kind.message(motor=one.axis + 1, **found)
-                if (one.axis, n) not in self._warnings:
+                text = kind.message(motor=drive.axis + 1, **found)
+                if (drive.axis, n) not in self._warnings:
                     begun.append(text)
-                self._warnings[one.axis, n] = (one.t_ns, text)
+                self._warnings[drive.axis, n] = (drive.t_ns, text)
         return begun
 
     def newest(self, axis: int, t_ns: int) -> DriveHealth | None:

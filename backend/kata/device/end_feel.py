@@ -44,15 +44,15 @@ _KNOWN_TONE_NM: Final = 10.0
 class EndFeelTest:
     """One test: repetitions that are left, and the torque between apparatus and shoulder."""
 
-    def __init__(self, asked: EndFeel, trajectory: Trajectory, config: StationConfig) -> None:
-        self._axis = asked.motor - 1
-        self._torque_nm = asked.torque_nm
-        self._curves_nm = np.array([asked.expected_nm, asked.back_nm or asked.expected_nm, *asked.arm_nm])
-        self._places_a_s = (len(asked.expected_nm) - 1) / trajectory.duration_s
-        self._weighed_s = asked.weighed_s
-        self._arm = _ArmWeight(len(asked.arm_nm))
+    def __init__(self, test: EndFeel, trajectory: Trajectory, config: StationConfig) -> None:
+        self._axis = test.motor - 1
+        self._torque_nm = test.torque_nm
+        self._curves_nm = np.array([test.expected_nm, test.back_nm or test.expected_nm, *test.arm_nm])
+        self._places_a_s = (len(test.expected_nm) - 1) / trajectory.duration_s
+        self._weighed_s = test.weighed_s
+        self._arm = _ArmWeight(len(test.arm_nm))
         self._outward = np.sign(trajectory.at(trajectory.duration_s)[self._axis] - trajectory.start_deg[self._axis])
-        self.repetitions_left = asked.repetitions
+        self.repetitions_left = test.repetitions
         self.ended_by_patient = False
         """True: the patient pressed the pedal, which is in the patient's hand. No repetition follows."""
         rows = max(3, round(_WINDOW_S * config.cycle_hz))

@@ -88,7 +88,9 @@ class LoopTelemetry:
                 message=texts.NOT_CONNECTED_BECAUSE(reason=problem),
                 next_step=texts.SWITCH_ON_AND_CHECK_ADAPTER(),
             )
-            refusals = {name: offline if one.code == "is_offline" else one for name, one in refusals.items()}
+            refusals = {
+                name: offline if refusal.code == "is_offline" else refusal for name, refusal in refusals.items()
+            }
         torque = self._torque(state)
         return Snapshot(
             t_ns=state.t_ns,

@@ -343,7 +343,7 @@ class EndFeelGoal:
 
     def shown(self, found: Sequence[Judged]) -> str:
         """Return the median and the worst absolute value, and the share within the goal."""
-        values = [value for one in found if (value := getattr(one, self.field)) is not None]
+        values = [value for judged in found if (value := getattr(judged, self.field)) is not None]
         if not values:
             return ""
         sizes = np.array([self.size(value) for value in values])
@@ -383,8 +383,8 @@ def judge_many(chosen: Sequence[EndFeelCase], processes: int | None, json_out: P
     spawning = multiprocessing.get_context("spawn")
     with ProcessPoolExecutor(processes, mp_context=spawning, initializer=_settle) as pool:
         # The cases of a seed share the station's commissioning.
-        for one in pool.map(_shown, chosen, chunksize=len(chosen) // seeds):
-            found.append(one)
+        for judged in pool.map(_shown, chosen, chunksize=len(chosen) // seeds):
+            found.append(judged)
             if json_out:
                 json_out.write_text(json.dumps([asdict(each) for each in found], indent=1) + "\n")
     Console(width=120).print(summary(found))
@@ -400,11 +400,11 @@ def main() -> None:
     parser.add_argument("--motors", default="3,4,5")
     parser.add_argument("--processes", type=int, default=1)
     parser.add_argument("--json", type=Path)
-    asked = parser.parse_args()
-    kinds = [kind for kind in get_args(Kind) if kind in asked.kinds.split(",")]
-    motors = [int(motor) for motor in asked.motors.split(",")]
-    chosen = cases(asked.plant, range(asked.seed, asked.seed + asked.seeds), kinds, motors)
-    judge_many(chosen, asked.processes, asked.json)
+    arguments = parser.parse_args()
+    kinds = [kind for kind in get_args(Kind) if kind in arguments.kinds.split(",")]
+    motors = [int(motor) for motor in arguments.motors.split(",")]
+    chosen = cases(arguments.plant, range(arguments.seed, arguments.seed + arguments.seeds), kinds, motors)
+    judge_many(chosen, arguments.processes, arguments.json)
 
 
 def _settle() -> None:
@@ -412,33 +412,33 @@ def _settle() -> None:
 
 
 def _shown(case: EndFeelCase) -> Judged:
-    one = judge(case)
-    Console(stderr=True, width=200, highlight=False).print(_line(one))
-    return one
+    judged = judge(case)
+    Console(stderr=True, width=200, highlight=False).print(_line(judged))
+    return judged
 
 
-def _line(one: Judged) -> str:
+def _line(judged: Judged) -> str:
     figures = (
-        ("over", one.peak_over_nm, "Nm"),
-        ("range", one.range_error_deg, "deg"),
-        ("onset", one.onset_error_deg, "deg"),
-        ("stiffness", one.stiffness_error, ""),
-        ("last third", one.last_third_error, ""),
-        ("repetitions differ", one.disagreement_nm, "Nm"),
+        ("over", judged.peak_over_nm, "Nm"),
+        ("range", judged.range_error_deg, "deg"),
+        ("onset", judged.onset_error_deg, "deg"),
+        ("stiffness", judged.stiffness_error, ""),
+        ("last third", judged.last_third_error, ""),
+        ("repetitions differ", judged.disagreement_nm, "Nm"),
     )
     shown = ", ".join(f"{name} {value:+.2f} {unit}".rstrip() for name, value, unit in figures if value is not None)
-    case = one.case
-    return f"{case.plant} seed {case.seed}, {case.patient}, motor {case.motor}, {case.kind}: {one.outcome}; {shown}"
+    case = judged.case
+    return f"{case.plant} seed {case.seed}, {case.patient}, motor {case.motor}, {case.kind}: {judged.outcome}; {shown}"
 
 
 def summary(found: Sequence[Judged]) -> Table:
     """Return the figures beside the goals, for each motor."""
     table = Table("motor", "tests", "outcomes", *(f"{goal.name} (goal {goal.limit:g})" for goal in GOALS))
-    for motor in sorted({one.case.motor for one in found}):
+    for motor in sorted({judged.case.motor for judged in found}):
         for kind in get_args(Kind):
-            own = [one for one in found if (one.case.motor, one.case.kind) == (motor, kind)]
+            own = [judged for judged in found if (judged.case.motor, judged.case.kind) == (motor, kind)]
             if own:
-                outcomes = Counter(one.outcome[:30] for one in own)
+                outcomes = Counter(judged.outcome[:30] for judged in own)
                 shown = ", ".join(f"{count} {outcome}" for outcome, count in outcomes.most_common())
                 table.add_row(f"{motor} {kind}", str(len(own)), shown, *(goal.shown(own) for goal in GOALS))
     return table

@@ -100,8 +100,10 @@ def with_identified(config: StationConfig, found: IdentifiedLoad) -> StationConf
     """Return the configuration with identified axes. A negative lag becomes 0."""
     axes = tuple(
         structs.replace(
-            axis, torque_share=one.torque_share, **{name: max(0.0, getattr(one, name)) for name in _IDENTIFIED}
+            axis,
+            torque_share=axis_fit.torque_share,
+            **{name: max(0.0, getattr(axis_fit, name)) for name in _IDENTIFIED},
         )
-        for axis, one in zip(config.axes, found.axes, strict=True)
+        for axis, axis_fit in zip(config.axes, found.axes, strict=True)
     )
     return structs.replace(config, axes=axes, arm=found.arm)

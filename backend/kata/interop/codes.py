@@ -119,9 +119,9 @@ LOCAL_CODES: Final[dict[str, str]] = {
 def local_codes() -> dict[str, str]:
     """Return every code of our own with its meaning. The codes of totals depend on the clinic's questionnaires."""
     return LOCAL_CODES | {
-        f"{one.code}-total": f"{one.title}, {_total(one)}, {one.better} is better)"
-        for one in DEFINITIONS.values()
-        if one is not SPADI_DEFINITION
+        f"{definition.code}-total": f"{definition.title}, {_total(definition)}, {definition.better} is better)"
+        for definition in DEFINITIONS.values()
+        if definition is not SPADI_DEFINITION
     }
 
 
@@ -157,7 +157,9 @@ class ClinicNames:
         made = resource | {"meta": resource.get("meta", {}) | {"profile": [profile]}}
         if profile.startswith(_JP_CORE) and "category" in resource and resource["resourceType"] == "Observation":
             # JP Core repeats HL7's categories in a system of its own, and every observation must have one of it.
-            own = [coding | {"system": _JP_CATEGORY} for one in resource["category"] for coding in one["coding"]]
+            own = [
+                coding | {"system": _JP_CATEGORY} for category in resource["category"] for coding in category["coding"]
+            ]
             made["category"] = [*resource["category"], *({"coding": [coding]} for coding in own)]
         return made
 

@@ -219,18 +219,18 @@ def together(repetitions: Sequence[TorqueAngleCurve]) -> TorqueAngleCurve:
     """
     if not repetitions:
         raise TooFewWaysError("no complete repetition")
-    common = [_at_common(one, repetitions) for one in repetitions]
+    common = [_at_common(repetition, repetitions) for repetition in repetitions]
     return TorqueAngleCurve(
         common[0].places_deg,
-        np.mean([one.out_nm for one in common], axis=0),
-        np.mean([one.back_nm for one in common], axis=0),
+        np.mean([curve.out_nm for curve in common], axis=0),
+        np.mean([curve.back_nm for curve in common], axis=0),
     ).completed()
 
 
-def _at_common(one: TorqueAngleCurve, others: Sequence[TorqueAngleCurve]) -> TorqueAngleCurve:
-    places = one.places_deg
+def _at_common(curve: TorqueAngleCurve, others: Sequence[TorqueAngleCurve]) -> TorqueAngleCurve:
+    places = curve.places_deg
     keep = np.all([np.isin(places, other.places_deg) for other in others], axis=0)
-    return TorqueAngleCurve(places[keep], one.out_nm[keep], one.back_nm[keep])
+    return TorqueAngleCurve(places[keep], curve.out_nm[keep], curve.back_nm[keep])
 
 
 def arm_growth(angles_deg: ArrayLike, motor: int, side: Side, outward: float) -> Floats:
@@ -259,13 +259,17 @@ def measured(
     """
     if len(repetitions) < 2:
         raise TooFewWaysError("two repetitions or more are needed")
-    common = [_at_common(one, [*repetitions, baseline]) for one in repetitions]
+    common = [_at_common(repetition, [*repetitions, baseline]) for repetition in repetitions]
     base = _at_common(baseline, common)
     grows = growth[np.isin(baseline.places_deg, base.places_deg)]
     places = base.places_deg
-    free = (places >= weighed_deg[0]) & (places <= weighed_deg[1]) & np.all([one.returned for one in common], axis=0)
-    left = [one.mean_nm - base.mean_nm for one in common]
-    factors = _arm_factors(np.tile(grows[free], (len(left), 1)), np.concatenate([one[free] for one in left]))
+    free = (
+        (places >= weighed_deg[0]) & (places <= weighed_deg[1]) & np.all([curve.returned for curve in common], axis=0)
+    )
+    left = [curve.mean_nm - base.mean_nm for curve in common]
+    factors = _arm_factors(
+        np.tile(grows[free], (len(left), 1)), np.concatenate([torques_nm[free] for torques_nm in left])
+    )
     disagreement_nm = _disagreement_nm(common)
     if disagreement_nm > DISAGREEMENT_NM:
         raise GuardingError(disagreement_nm)
@@ -274,12 +278,12 @@ def measured(
     net = [
         TorqueAngleCurve(
             places,
-            one.out_nm - base.out_nm - weight_nm,
-            one.back_nm - base.back_nm - weight_nm,
+            curve.out_nm - base.out_nm - weight_nm,
+            curve.back_nm - base.back_nm - weight_nm,
         ).completed()
-        for one in common
+        for curve in common
     ]
-    values = [figures_of(one, stated_nm, onset_nm) for one in net]
+    values = [figures_of(curve, stated_nm, onset_nm) for curve in net]
     reason = next((value for value in values if isinstance(value, str)), None)
     figures = [value for value in values if not isinstance(value, str)]
     return EndFeelResult(
@@ -303,8 +307,8 @@ def _arm_factors(growth: Floats, torque_nm: Floats) -> Floats:
 def _disagreement_nm(common: Sequence[TorqueAngleCurve]) -> float:
     """Return the largest RMS difference of the repetitions from their mean, over some neighbouring places of a way."""
     worst = 0.0
-    returned = np.all([one.returned for one in common], axis=0)
-    for ways in (np.array([one.out_nm for one in common]), np.array([one.back_nm[returned] for one in common])):
+    returned = np.all([curve.returned for curve in common], axis=0)
+    for ways in (np.array([curve.out_nm for curve in common]), np.array([curve.back_nm[returned] for curve in common])):
         square = np.sum((ways - ways.mean(axis=0)) ** 2, axis=0) / (len(ways) - 1)
         span = min(_SPAN_PLACES, len(square))
         if span:

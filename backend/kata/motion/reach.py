@@ -173,7 +173,7 @@ def nearest(motors_deg: Floats, bounds: Callable[[Floats], list[Bound]]) -> Near
                     upper=bound.upper,
                 )
             )
-    return min(found, key=lambda one: one.margin_deg)
+    return min(found, key=lambda place: place.margin_deg)
 
 
 def setpoint_times(path: Trajectory) -> Floats:

@@ -133,10 +133,10 @@ class Rhythm:
 
         The ratio of overhead reaching is the reference if the plane changes or has no name, because those people chose their own plane.
         """
-        one = self.widest
-        if one.plane in ("changing", "other") and _FORWARD_DEG[0] <= one.plane_deg <= _FORWARD_DEG[1]:
-            return REACHING[one.direction]
-        return REFERENCES.get((one.plane, one.direction))
+        widest = self.widest
+        if widest.plane in ("changing", "other") and _FORWARD_DEG[0] <= widest.plane_deg <= _FORWARD_DEG[1]:
+            return REACHING[widest.direction]
+        return REFERENCES.get((widest.plane, widest.direction))
 
 
 @dataclass(frozen=True)
@@ -189,7 +189,7 @@ def rhythm_of_poses(times_s: Floats, poses_deg: Floats) -> MotionRhythm:
     for part in np.split(rows, np.flatnonzero(np.diff(times_s) > _GAP_S) + 1):
         for first, last in _turns(part[:, 0]):
             found = _pass(part[first : last + 1])
-            group = next((one for one in groups if _same_motion(one[0], found)), None)
+            group = next((group for group in groups if _same_motion(group[0], found)), None)
             if group is None:
                 groups.append([found])
             else:
@@ -209,14 +209,14 @@ def lead(own: MotionRhythm, sound: MotionRhythm) -> Lead | None:
 
     :returns: None without 30 deg of common elevation below the scapula's limit, or if a motion starts with a raised arm.
     """
-    raised = next((one.widest for one in own.rhythms if one.widest.direction == "raising"), None)
+    raised = next((rhythm.widest for rhythm in own.rhythms if rhythm.widest.direction == "raising"), None)
     other = sound.like(raised) if raised else None
     if raised is None or other is None or max(own.start_deg[0], sound.start_deg[0]) > BANDS_DEG[0][0]:
         return None
     at = np.arange(
         max(raised.elevation_deg[0], other.elevation_deg[0]), min(raised.elevation_deg[-1], other.elevation_deg[-1])
     )
-    turned = [np.interp(at, one.elevation_deg, one.scapula_deg) for one in (raised, other)]
+    turned = [np.interp(at, pass_.elevation_deg, pass_.scapula_deg) for pass_ in (raised, other)]
     # At its limit the apparatus holds the scapula back. A difference there is not caused by the shoulder.
     free = np.maximum(*turned) < LIMIT_DEG
     at, ahead = at[free], (turned[0] - own.start_deg[1] - turned[1] + sound.start_deg[1])[free]
@@ -288,19 +288,19 @@ def _plane(middle_deg: float, spread_deg: float) -> Plane:
 
 
 def _combined(passes: Sequence[Pass]) -> Rhythm:
-    by_width = sorted(passes, key=lambda one: float(np.ptp(one.elevation_deg)), reverse=True)
-    bands = tuple(_median([_band(one, low, high) for one in by_width]) for low, high in BANDS_DEG)
-    return Rhythm(by_width[0], len(passes), bands, _median([_whole(one) for one in by_width]))
+    by_width = sorted(passes, key=lambda pass_: float(np.ptp(pass_.elevation_deg)), reverse=True)
+    bands = tuple(_median([_band(pass_, low, high) for pass_ in by_width]) for low, high in BANDS_DEG)
+    return Rhythm(by_width[0], len(passes), bands, _median([_whole(pass_) for pass_ in by_width]))
 
 
 def _median(ratios: Sequence[BandRatio]) -> BandRatio:
     """Return the medians of the available ratios. Without any ratio, return the first entry with its reason."""
-    found = [one for one in ratios if one.ratio is not None]
+    found = [ratio for ratio in ratios if ratio.ratio is not None]
     if not found:
         return ratios[0]
 
     def middle(name: str) -> float:
-        return float(np.median([getattr(one, name) for one in found]))
+        return float(np.median([getattr(ratio, name) for ratio in found]))
 
     return BandRatio(
         middle("from_deg"),

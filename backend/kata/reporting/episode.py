@@ -135,7 +135,7 @@ def _pain(found: Iterable[AssessmentRow]) -> tuple[ScoreSeries, ...]:
 
 def _questionnaires(found: Sequence[AssessmentRow]) -> Iterator[QuestionnaireSeries]:
     """Yield the series of each questionnaire that has a total: the SPADI, then the others. One that only another version knows has none."""
-    for definition in [SPADI, *(one for one in DEFINITIONS.values() if one is not SPADI)]:
+    for definition in [SPADI, *(definition for definition in DEFINITIONS.values() if definition is not SPADI)]:
         readings = []
         for assessment in found:
             answers = assessment.spadi if definition is SPADI else assessment.questionnaires.get(definition.code)

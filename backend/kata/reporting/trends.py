@@ -49,9 +49,15 @@ def draw(content: EpisodeContent, phrases: Phrases) -> Trends:
         series = [axis.series("before", before), axis.series("after", after)]
         pain = over_days(phrases.text("trends_pain"), series, axis.labels, 0, 10)
     totals = [
-        over_days(scale_of(one, phrases), [axis.series("total", one.readings)], axis.labels, one.lowest, one.highest)
-        for one in content.questionnaires
-        if len(one.readings) >= _SHORTEST_TREND
+        over_days(
+            scale_of(questionnaire, phrases),
+            [axis.series("total", questionnaire.readings)],
+            axis.labels,
+            questionnaire.lowest,
+            questionnaire.highest,
+        )
+        for questionnaire in content.questionnaires
+        if len(questionnaire.readings) >= _SHORTEST_TREND
     ]
     return Trends(tuple(rom), pain, tuple(totals))
 

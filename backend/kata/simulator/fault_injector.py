@@ -124,7 +124,7 @@ class FaultInjector:
         self._registers = registers
         self._faults: dict[tuple[FaultKind, int | None], SimulatedFault] = {}
         self._random = random.Random(apparatus.seed or 0)
-        self._nominal = [one.environment for one in registers]
+        self._nominal = [register.environment for register in registers]
         """Voltage and temperature of each drive without a fault."""
 
     def fault(self, fault: SimulatedFault) -> None:

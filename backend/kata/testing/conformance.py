@@ -287,20 +287,30 @@ class Reading(_Suite):
         assert axes == {0, 1, 2, 3, 4}
 
     def test_each_drive_reports_its_health_once_a_second(self, world: RecordingWorld, bus: Bus) -> None:
-        found = {one.axis: one for reading in self.cycles(world, bus, world.config.cycle_hz) for one in reading.health}
+        found = {
+            health.axis: health
+            for reading in self.cycles(world, bus, world.config.cycle_hz)
+            for health in reading.health
+        }
         assert sorted(found) == (list(range(5)) if self.reports_health else [])
-        for one in found.values():
-            assert (one.voltage_v, one.temperature_c) == pytest.approx(world.drives[one.axis].environment, abs=0.1)
-            assert one.min_voltage_v is not None and one.max_voltage_v is not None
-            assert one.min_voltage_v < one.voltage_v < one.max_voltage_v
-            assert one.max_temperature_c is not None and one.temperature_c < one.max_temperature_c
+        for health in found.values():
+            assert (health.voltage_v, health.temperature_c) == pytest.approx(
+                world.drives[health.axis].environment, abs=0.1
+            )
+            assert health.min_voltage_v is not None and health.max_voltage_v is not None
+            assert health.min_voltage_v < health.voltage_v < health.max_voltage_v
+            assert health.max_temperature_c is not None and health.temperature_c < health.max_temperature_c
 
     def test_hot_drive_and_sagging_supply_are_reported(self, world: RecordingWorld, bus: Bus) -> None:
         if not self.reports_health:
             pytest.skip("these drives report neither")
         world.fault("hot", 2, 70.0)
         world.fault("supply_voltage", 4, world.drives[3].environment[0] - 1.5)
-        found = {one.axis: one for reading in self.cycles(world, bus, world.config.cycle_hz) for one in reading.health}
+        found = {
+            health.axis: health
+            for reading in self.cycles(world, bus, world.config.cycle_hz)
+            for health in reading.health
+        }
         assert [found[n].temperature_c == 70.0 for n in range(5)] == [False, True, False, False, False]
         sagging_v = [found[n].voltage_v == pytest.approx(found[0].voltage_v - 1.5, abs=0.06) for n in range(5)]
         assert sagging_v == [False, False, False, True, False]

@@ -46,7 +46,7 @@ def present(session: Session, patient_id: UUID, episode_ids: Iterable[UUID]) -> 
         ContraindicationRow.patient_id == patient_id, ContraindicationRow.resolved_at.is_(None), applies
     )
     found = [as_contraindication(row) for row in session.scalars(query.order_by(ContraindicationRow.noted_at))]
-    return sorted(found, key=lambda one: not one.stops_motion)
+    return sorted(found, key=lambda contraindication: not contraindication.stops_motion)
 
 
 def require_none(session: Session, patient_id: UUID, side: str) -> None:
@@ -63,14 +63,16 @@ def check(found: Iterable[Contraindication]) -> None:
 
     :raises ProblemError: 409 ``contraindicated``, or ``sign_off_needed`` if a doctor may allow the motion.
     """
-    stopping = [one for one in found if one.stops_motion]
-    blocking = [KINDS[one.code].name for one in stopping if one.effect == "block"]
+    stopping = [contraindication for contraindication in found if contraindication.stops_motion]
+    blocking = [
+        KINDS[contraindication.code].name for contraindication in stopping if contraindication.effect == "block"
+    ]
     if blocking:
         raise ProblemError(
             409, "contraindicated", texts.MOTION_CONTRAINDICATED(conditions=blocking), texts.RESOLVE_CONTRAINDICATION()
         )
     if stopping:
-        names = [KINDS[one.code].name for one in stopping]
+        names = [KINDS[contraindication.code].name for contraindication in stopping]
         raise ProblemError(
             409, "sign_off_needed", texts.SIGN_OFF_NEEDED(conditions=names), texts.ASK_DOCTOR_TO_SIGN_OFF()
         )
@@ -89,7 +91,7 @@ def add(session: Session, patient_id: UUID, given: ContraindicationCreate) -> Co
         episode = episodes.get(session, given.episode_id) if given.episode_id else patient.episode
         episode_id = _open(episode, patient_id).id
     same = present(session, patient_id, [episode_id] if episode_id else [])
-    if given.code != "other" and any(one.code == given.code for one in same):
+    if given.code != "other" and any(contraindication.code == given.code for contraindication in same):
         raise ProblemError(
             409, "already_recorded", texts.CONTRAINDICATION_RECORDED(), texts.CHECK_LIST_OF_CONTRAINDICATIONS()
         )

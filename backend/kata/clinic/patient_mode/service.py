@@ -100,7 +100,7 @@ def answer(session: Session, actor: Actor, given: PatientAnswers, now: datetime)
     if given.finished:
         row.answers, row.finished_at = [], now
         # Without any answer there is no finding.
-        if any(one is not None for one in given.answers):
+        if any(given_answer is not None for given_answer in given.answers):
             _store(session, row.episode_id, definition, list(given.answers), actor.name, now)
     return _shown(mode)
 

@@ -34,7 +34,9 @@ def questionnaires(session: Session) -> list[Questionnaire]:
     languages: dict[str, list[str]] = {}
     for code, language in session.execute(select(QuestionnaireTextsRow.questionnaire, QuestionnaireTextsRow.language)):
         languages.setdefault(code, []).append(language)
-    return [_as_questionnaire(one, sorted(languages.get(one.code, []))) for one in DEFINITIONS.values()]
+    return [
+        _as_questionnaire(definition, sorted(languages.get(definition.code, []))) for definition in DEFINITIONS.values()
+    ]
 
 
 def _as_questionnaire(definition: Definition, languages: list[str]) -> Questionnaire:

@@ -124,10 +124,15 @@ def _sound(session: Session, row: RecordingRow) -> _Sound:
     )
     rows = [
         (
-            SoundRecording(recording_id=one.id, name=one.name, side=side_of(one.side), taught_at=one.taught_at),
-            recordings.stored_samples(session, one.id),
+            SoundRecording(
+                recording_id=recording.id,
+                name=recording.name,
+                side=side_of(recording.side),
+                taught_at=recording.taught_at,
+            ),
+            recordings.stored_samples(session, recording.id),
         )
-        for one in found
+        for recording in found
     ]
     return _Sound(rows, None if rows else "no_recording")
 
@@ -160,12 +165,12 @@ def _compared(stored: StoredMotion, motions: dict[CurveOf, MotionRhythm]) -> App
     own = next(iter(motions.values()))
     sound, compared = _like(own, stored.sound.rows)
     no_sound = None if sound else stored.sound.reason or "no_like_motion"
-    curves = [_curve(of, one) for of, motion in motions.items() for one in motion.rhythms]
+    curves = [_curve(of, found_rhythm) for of, motion in motions.items() for found_rhythm in motion.rhythms]
     leads: list[RhythmLead] = []
     if compared is not None:
-        curves += [_curve("sound", one) for one in compared.rhythms if own.like(one.widest)]
+        curves += [_curve("sound", found_rhythm) for found_rhythm in compared.rhythms if own.like(found_rhythm.widest)]
         found = ((of, lead(motion, compared)) for of, motion in motions.items())
-        leads = [_lead(of, one) for of, one in found if one is not None]
+        leads = [_lead(of, found_lead) for of, found_lead in found if found_lead is not None]
     return ApparatusRhythm(
         side=stored.side,
         recording_id=stored.recording_id,
@@ -193,7 +198,7 @@ def _like(
     """Return the first recording that has a pass in the same direction and plane as a pass of ``own``."""
     for row, series in sound:
         found = _taught(series, row.side)
-        if any(found.like(one.widest) for one in own.rhythms):
+        if any(found.like(own_rhythm.widest) for own_rhythm in own.rhythms):
             return row, found
     return None, None
 

@@ -157,7 +157,7 @@ class Prepared:
     """An end-feel run that can be stored and loaded."""
 
     way: Way
-    asked: EndFeel
+    test: EndFeel
     baseline_run_id: UUID | None
 
 
@@ -178,7 +178,7 @@ def prepare(
     baseline = _curve(row)
     growth = end_feel.arm_growth(way.postures_deg(baseline.places_deg), way.motor, way.side, way.outward)
     from_deg, to_deg = (angle - float(way.angles_deg[0]) for angle in way.weighed_deg)
-    asked = EndFeel(
+    test = EndFeel(
         motor=way.motor,
         torque_nm=request.torque_nm,
         expected_nm=way.along(baseline.places_deg, baseline.out_nm),
@@ -186,7 +186,7 @@ def prepare(
         arm_nm=tuple(way.along(baseline.places_deg, column) for column in growth.T),
         weighed_s=(from_deg / request.speed_deg_s, to_deg / request.speed_deg_s),
     )
-    return Prepared(way, asked, row.run_id)
+    return Prepared(way, test, row.run_id)
 
 
 def baseline_of(
@@ -221,7 +221,7 @@ def add(session: DatabaseSession, run: RunRow, request: EndFeelRequest, prepared
         outward=way.outward,
         speed_deg_s=request.speed_deg_s,
         further_deg=way.further_deg,
-        torque_nm=prepared.asked.torque_nm,
+        torque_nm=prepared.test.torque_nm,
         baseline_run_id=prepared.baseline_run_id,
     )
     session.flush()

@@ -48,7 +48,9 @@ def draw(own: Sequence[DrawnCurve], other_side: Sequence[DrawnCurve]) -> dict[st
     for curve, dash in zip(earlier, _DASHES, strict=False):
         day = curve.at.date().isoformat()
         traces.append(_line(texts.FIGURE_EARLIER_TEST(day=day), curve, curve.mean_nm, _SLATE, dash, 1.8))
-    traces += [_line(texts.FIGURE_OTHER_SIDE(), one, one.mean_nm, _ORANGE, "longdashdot", 2.2) for one in other_side]
+    traces += [
+        _line(texts.FIGURE_OTHER_SIDE(), curve, curve.mean_nm, _ORANGE, "longdashdot", 2.2) for curve in other_side
+    ]
     axes = {
         "xaxis": _GRID | {"title": {"text": texts.FIGURE_APPARATUS_ANGLE()}},
         "yaxis": _GRID | {"title": {"text": texts.FIGURE_SHOULDER_TORQUE()}},

@@ -101,7 +101,7 @@ def guide(session: DatabaseSession, session_id: UUID, station: str, today: datet
     if visit.episode:
         query = query.where(RecordingRow.side == visit.episode.side)
     found = (_motion(session, visit, row, station, today) for row in session.scalars(query))
-    return EndFeelGuide(speed_deg_s=SPEED_DEG_S, motions=[one for one in found if one])
+    return EndFeelGuide(speed_deg_s=SPEED_DEG_S, motions=[guided for guided in found if guided])
 
 
 def _motion(
@@ -147,13 +147,16 @@ def curves(session: DatabaseSession, run_id: UUID) -> EndFeelCurves:
         )
     side = run.recording.side
     same = measured_before(session, visit, row.motion, run.started_at)
-    earlier = [(one, other) for one, other in same if one.recording.side == side][:MOST_EARLIER]
-    beside = [(one, other) for one, other in same if one.recording.side != side][:1]
+    earlier = [(other_run, other) for other_run, other in same if other_run.recording.side == side][:MOST_EARLIER]
+    beside = [(other_run, other) for other_run, other in same if other_run.recording.side != side][:1]
     return EndFeelCurves(
         result=as_result(run, visit),
-        earlier=[as_result(one, visit_of) for one, visit_of in earlier],
+        earlier=[as_result(other_run, visit_of) for other_run, visit_of in earlier],
         other_side=as_result(*beside[0]) if beside else None,
-        figure=_figure([(run, row), *((one, one.end_feel) for one, _ in earlier)], [one for one, _ in beside]),
+        figure=_figure(
+            [(run, row), *((other_run, other_run.end_feel) for other_run, _ in earlier)],
+            [other_run for other_run, _ in beside],
+        ),
     )
 
 

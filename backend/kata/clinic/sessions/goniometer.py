@@ -22,7 +22,7 @@ def measured_deg(live: Live, motion: int) -> float | None:
     if live.device != "running":
         return None
     axis = BASIC_MOTIONS[motion - 1].axis
-    return next((one.measured_deg for one in live.axes if one.motor == axis), None)
+    return next((status.measured_deg for status in live.axes if status.motor == axis), None)
 
 
 def add(
@@ -65,7 +65,7 @@ def remove(session: DatabaseSession, session_id: UUID, reading_id: UUID) -> Sess
     :raises ProblemError: 404; 409 when the session is signed.
     """
     row = service.to_change(session, session_id)
-    reading = next((one for one in row.goniometer_readings if one.id == reading_id), None)
+    reading = next((reading for reading in row.goniometer_readings if reading.id == reading_id), None)
     if reading is None:
         raise not_found(texts.READING_NOT_FOUND)
     session.delete(reading)

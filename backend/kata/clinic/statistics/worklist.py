@@ -127,7 +127,10 @@ def adherence(programmes: list[FollowedProgramme], now: datetime) -> ProgrammeAd
 
 
 def _due(session: Session, programmes: list[FollowedProgramme], before: datetime) -> tuple[list[DuePatient], int]:
-    due = sorted((programme for programme in programmes if programme.due_at < before), key=lambda one: one.due_at)
+    due = sorted(
+        (programme for programme in programmes if programme.due_at < before),
+        key=lambda due_programme: due_programme.due_at,
+    )
     shown = due[:_MOST]
     patients = _patients(session, [programme.patient_id for programme in shown])
     therapists = _therapists(session, shown)
@@ -154,10 +157,10 @@ def _patients(session: Session, ids: list[UUID]) -> dict[UUID, SessionPatient]:
 
 def _therapists(session: Session, programmes: list[FollowedProgramme]) -> dict[UUID, str]:
     """Return the therapist of each programme's last session."""
-    last_at = {one.patient_id: one for one in programmes if one.last_session_at}
+    last_at = {programme.patient_id: programme for programme in programmes if programme.last_session_at}
     if not last_at:
         return {}
-    oldest = min(one.last_session_at for one in last_at.values() if one.last_session_at)
+    oldest = min(programme.last_session_at for programme in last_at.values() if programme.last_session_at)
     query = select(SessionRow.patient_id, SessionRow.started_at, SessionRow.therapist).where(
         SessionRow.patient_id.in_(last_at), SessionRow.started_at >= oldest
     )

@@ -77,7 +77,7 @@ def independent_parameters(
         entry = entries()[field.name]
         value, share = entry["value"], 0.0 if seed is None else entry.get("vary", 0.0)
         if isinstance(value, list):
-            values[field.name] = tuple(one * vary(1 - share, 1 + share) for one in value)
+            values[field.name] = tuple(element * vary(1 - share, 1 + share) for element in value)
         else:
             values[field.name] = value * vary(1 - share, 1 + share)
     nominal = IndependentParameters(**values)

@@ -170,11 +170,11 @@ class IndependentPlant:
 
     def place(self, axis: int, angle: float) -> None:
         """See :class:`~kata.simulator.mechanics.Mechanics`. Motors 1 and 2 are moved there by torque, so that the linkage stays closed."""
-        goals = [one.angle for one in self.axes]
+        goals = [axis.angle for axis in self.axes]
         goals[axis] = angle
         if axis >= 2:
             self.data.qpos[self._rotor_q[axis]] = angle
-        hands = [one.hand for one in self.axes]
+        hands = [axis.hand for axis in self.axes]
         for one in self.axes:
             one.hand = None
         self._read_positions()
