@@ -27,8 +27,9 @@ from kata.settings import Settings
 
 NOT_VERIFIED: Final = "The key is not on this computer, so the backup was not verified. On the computer with the key, run: kata restore FILE --verify --key KEY."
 KEEP_EVERY_BACKUP_DAYS: Final = 14
+"""Every backup of this many days is kept, then only the first backup of each month."""
 KEEP_MONTHLY_BACKUP_MONTHS: Final = 12
-_DAYS_OF_MONTH: Final = 31
+_LONGEST_MONTH_DAYS: Final = 31
 _FILE_NAME_FORMAT: Final = "kata-%Y%m%dT%H%M%SZ"
 _DISK_SPACE_FACTOR: Final = 2
 """Required disk space as a multiple of the database size: first a copy and the backup, then the backup and the restored copy."""
@@ -59,13 +60,13 @@ def create_backup(settings: Settings, kind: Kind) -> BackupRecord:
 
 
 def expired_backups(folder: Path, now: datetime) -> list[Path]:
-    """Return the backups to delete. All backups of the last 14 days are kept, and the first backup of each of the last 12 months."""
+    """Return the backups to delete. Every backup of the last 14 days and the first backup of each of the last 12 months are kept."""
     months: set[tuple[int, int]] = set()
     expired: list[Path] = []
     for at, file in sorted(_list_backups(folder)):
         month = (at.year, at.month)
         first, months = month not in months, months | {month}
-        days = timedelta(days=_DAYS_OF_MONTH * KEEP_MONTHLY_BACKUP_MONTHS if first else KEEP_EVERY_BACKUP_DAYS)
+        days = timedelta(days=_LONGEST_MONTH_DAYS * KEEP_MONTHLY_BACKUP_MONTHS if first else KEEP_EVERY_BACKUP_DAYS)
         if at < now - days:
             expired.append(file)
     return expired

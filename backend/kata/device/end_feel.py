@@ -1,4 +1,4 @@
-"""The end-feel test: when the arm is taken back, and how often it goes out. docs/explanation/end-feel.md has the reasons."""
+"""Implements the end-feel test: decides when the arm moves back, and counts the repetitions. Reasons: docs/explanation/end-feel.md."""
 
 from collections import deque
 from typing import Final
@@ -19,30 +19,30 @@ SPEED_LIMIT_DEG_S: Final = 15.0
 """Speed limit of every axis during a test. The time for a turn follows from it and from the axes' acceleration; at the station's usual limit a
 turn would take longer than :data:`TURN_S`."""
 _WINDOW_S: Final = 0.12
-"""Time over which a straight line is fitted to the torque. A drive answers one encoder count of 0.09 deg with up to 0.25 Nm, so a single
-reading is too uncertain."""
+"""Time over which a straight line is fitted to the torque. An encoder count of 0.09 deg changes a drive's torque by up to 0.25 Nm, so a
+single reading is too uncertain."""
 _REACTION_S: Final = 0.05
-"""Time from the newest reading until the arm moves back. The line is continued by it. It contains a cycle, the drive's reaction and half a turn."""
+"""Time from the newest reading until the arm moves back: a cycle, the drive's reaction and half a turn. The line is extrapolated by this time."""
 _MARGIN_NM: Final = 0.1
-"""The arm is taken back this much below the chosen torque, because a drive takes up to 0.1 s longer to follow."""
+"""The arm moves back this much below the chosen torque, because a drive may follow up to 0.1 s later."""
 _UNSTEADY_NM: Final = 0.25
-"""Largest RMS difference between the torque in the free range and the weight that was found there. Relaxed patients have up to 0.12 Nm. A
-patient who works there makes the weight wrong by 1 Nm at the turn."""
+"""Largest RMS difference between the torque in the free range and the fitted weight. Relaxed patients have up to 0.12 Nm. If a patient works
+in the free range, the weight is wrong by 1 Nm at the turn."""
 _LEAST_READINGS: Final = 20
-_LATEST_S: Final = 0.05
-"""On the way back, the torque is the mean over this time."""
+_RETREAT_MEAN_S: Final = 0.05
+"""Time over which the torque is averaged on the way back."""
 _RETREAT_DEG_S_NM: Final = 40.0
-"""Additional speed of the way back for each Nm above the chosen torque: a patient's muscles rise faster than the path takes the arm back."""
+"""Additional speed of the way back for each Nm above the chosen torque. A patient's push grows faster than the path moves the arm back."""
 _RETREAT_DEG_S: Final = 10.0
 """Highest additional speed."""
-_KNOWN_NM: Final = 1.0
-"""Draws the arm's weight to that of the baseline. It counts as much as one reading in which a factor makes 1 Nm."""
-_KNOWN_TONE_NM: Final = 10.0
-"""Draws the constant to 0: it is usually a tenth of a factor."""
+_FACTOR_PRIOR_NM: Final = 1.0
+"""Regularises the factors towards 0, the weight of the baseline, like one reading in which a factor makes this torque."""
+_CONSTANT_PRIOR_NM: Final = 10.0
+"""Regularises the constant towards 0. It is larger than :data:`_FACTOR_PRIOR_NM`, because the constant is usually a tenth of a factor."""
 
 
 class EndFeelTest:
-    """One test: repetitions that are left, and the torque between apparatus and shoulder."""
+    """The state of one test: the remaining repetitions, and the torque between apparatus and shoulder."""
 
     def __init__(self, test: EndFeel, trajectory: Trajectory, config: StationConfig) -> None:
         self._axis = test.motor - 1
@@ -54,14 +54,14 @@ class EndFeelTest:
         self._outward = np.sign(trajectory.at(trajectory.duration_s)[self._axis] - trajectory.start_deg[self._axis])
         self.repetitions_left = test.repetitions
         self.ended_by_patient = False
-        """True: the patient pressed the pedal, which is in the patient's hand. No repetition follows."""
+        """True if the patient pressed the pedal in the hand. No repetition follows."""
         rows = max(3, round(_WINDOW_S * config.cycle_hz))
         self._recent: deque[float] = deque(maxlen=rows)
-        self._latest: deque[float] = deque(maxlen=max(2, round(_LATEST_S * config.cycle_hz)))
+        self._recent_back: deque[float] = deque(maxlen=max(2, round(_RETREAT_MEAN_S * config.cycle_hz)))
         self._weights = _continued(rows, _REACTION_S * config.cycle_hz)
 
-    def must_turn(self, state: CycleState, movement: Movement) -> bool:
-        """Return True if the arm is on its way out and must be taken back. Call it in every cycle of the test."""
+    def must_move_back(self, state: CycleState, movement: Movement) -> bool:
+        """Return True if the arm is on its way out and must move back. Call it in every cycle of the test."""
         self.ended_by_patient = self.ended_by_patient or bool(state.pedal_down)
         out_nm, back_nm, *arm_nm = self._curves_at(movement.position_s).tolist()
         outward = movement.direction == 1
@@ -71,9 +71,9 @@ class EndFeelTest:
         against_nm = float(self._outward * (beyond_nm - self._arm.weight_nm(arm_nm)))
         if not outward:
             self._recent.clear()
-            self._latest.append(against_nm)
+            self._recent_back.append(against_nm)
             return False
-        self._latest.clear()
+        self._recent_back.clear()
         self._recent.append(against_nm)
         if self.ended_by_patient or self._is_unsteady(movement):
             return True
@@ -83,21 +83,21 @@ class EndFeelTest:
         return bool(max(self._weights @ recent, recent.mean()) >= self._torque_nm - _MARGIN_NM)
 
     def _weigh(self, movement: Movement, arm_nm: list[float], beyond_nm: float) -> None:
-        """Weigh the arm in the free range, anew on every way out."""
+        """Weigh the arm in the free range of every way out."""
         if movement.position_s < self._weighed_s[0]:
             self._arm = _ArmWeight(len(arm_nm))
         elif movement.position_s <= self._weighed_s[1]:
             self._arm.add(arm_nm, beyond_nm)
 
     def _is_unsteady(self, movement: Movement) -> bool:
-        """Return True after the free range if the patient worked there, so that the arm's weight is unknown."""
+        """Return True after the free range if the patient worked there. The arm's weight is then unknown."""
         return movement.position_s > self._weighed_s[1] and self._arm.rms_nm > _UNSTEADY_NM
 
     def retreat_deg_s(self) -> Floats:
-        """Return the additional speed of every setpoint on the way back, ``(5,)``: the patient pushes more than the chosen torque."""
+        """Return the additional speed of the way back, ``(5,)`` in deg/s. It is 0 unless the patient pushes with more than the chosen torque."""
         speeds = np.zeros(N_AXES)
-        if len(self._latest) == self._latest.maxlen:
-            excess_nm = sum(self._latest) / len(self._latest) - (self._torque_nm - _MARGIN_NM)
+        if len(self._recent_back) == self._recent_back.maxlen:
+            excess_nm = sum(self._recent_back) / len(self._recent_back) - (self._torque_nm - _MARGIN_NM)
             speeds[self._axis] = -self._outward * min(max(excess_nm, 0.0) * _RETREAT_DEG_S_NM, _RETREAT_DEG_S)
         return speeds
 
@@ -117,13 +117,13 @@ class EndFeelTest:
 class _ArmWeight:
     """Finds the factors of the arm's weight, relative to the baseline's, by recursive least squares.
 
-    The last factor is a constant: what the relaxed patient's muscles oppose. It must not be taken for weight, because the weight grows on
-    the way. Its torque acts between apparatus and shoulder and is not subtracted.
+    The last factor is a constant: the torque of the relaxed patient's muscles. It is fitted separately, because the weight grows along the
+    way and the constant does not. It acts between apparatus and shoulder and is not subtracted.
     """
 
     def __init__(self, number: int) -> None:
-        self._known = np.diag([_KNOWN_NM**2] * number + [_KNOWN_TONE_NM**2])
-        self._products = self._known.copy()
+        self._prior = np.diag([_FACTOR_PRIOR_NM**2] * number + [_CONSTANT_PRIOR_NM**2])
+        self._products = self._prior.copy()
         self._count = 0
         self._square = 0.0
         self._sums = np.zeros(number + 1)
@@ -134,10 +134,10 @@ class _ArmWeight:
 
     @property
     def rms_nm(self) -> float:
-        """Return the RMS difference between the torques and the weight that was found."""
+        """Return the RMS difference between the torques and the fitted weight."""
         if self._count < _LEAST_READINGS:
             return 0.0
-        found = self.factors @ (self._products - self._known) @ self.factors
+        found = self.factors @ (self._products - self._prior) @ self.factors
         return float(np.sqrt(max(self._square - 2 * self.factors @ self._sums + found, 0.0) / self._count))
 
     def add(self, growth_nm: list[float], beyond_nm: float) -> None:
@@ -150,7 +150,7 @@ class _ArmWeight:
 
 
 def _continued(rows: int, ahead: float) -> Floats:
-    """Return the weights of evenly spaced values whose sum is their straight line's value ``ahead`` steps after the last one."""
+    """Return weights ``(rows,)``. The weighted sum of evenly spaced values is their fitted line ``ahead`` steps after the last value."""
     steps = np.arange(rows) - (rows - 1) / 2
     weights: Floats = 1 / rows + steps * ((rows - 1) / 2 + ahead) / np.sum(steps**2)
     return weights

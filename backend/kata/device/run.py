@@ -273,7 +273,7 @@ class Run:
 
     def watch_end_feel(self, movement: Movement, state: CycleState) -> None:
         """Take the arm back along its path if the test's torque is met on the way out."""
-        if self.end_feel and self.end_feel.must_turn(state, movement):
+        if self.end_feel and self.end_feel.must_move_back(state, movement):
             self._turn_back(movement)
 
     def retreat_in_test(self) -> None:

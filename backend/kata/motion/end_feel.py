@@ -29,9 +29,9 @@ REPETITIONS: Final = 3
 SPEED_DEG_S: Final = 5.0
 SLOWEST_DEG_S: Final = 2.0
 FASTEST_DEG_S: Final = 10.0
-"""Range of a test's speed. A slower arm sticks and slips. A faster arm turns too late."""
+"""Range of a test's speed. At lower speed the arm sticks and slips. At higher speed it turns too late."""
 STATED_SHARE: Final = 0.6
-"""The range is stated at this share of the chosen torque, because out and back must both have passed the place."""
+"""The range is stated at this share of the chosen torque, because both the way out and the way back must pass the place."""
 ONSET_SHARE: Final = 0.25
 """The onset of resistance is at this share of the chosen torque."""
 TURN_DEG: Final = 1.5
@@ -48,14 +48,14 @@ _SMOOTH_PLACES: Final = 13
 """An encoder's count of 0.09 deg makes a position loop give 0.25 Nm more or less."""
 _LEAST_SAMPLES: Final = 3
 _HELD_PLACES: Final = 6
-"""What opposes movement near the turn is the mean of this many places before it."""
-_KNOWN_NM: Final = 1.0
-"""Draws the arm's moments to those of the test weight, as the device does (:mod:`kata.device.end_feel`)."""
+"""Number of places before the turn whose mean opposing torque is used near the turn."""
+_MOMENT_PRIOR_NM: Final = 1.0
+"""Regularises the arm's moments towards those of the test weight, as the device does (:mod:`kata.device.end_feel`)."""
 _T_95: Final = {2: 12.706, 3: 4.303, 4: 3.182, 5: 2.776}
 """Student's t of a two-sided interval of 95 %, by the number of values."""
 _PATH_STEP_S: Final = 0.02
 _SHORTEST_S: Final = 1.0
-"""A shorter way, in the path's time, is not a stroke."""
+"""A shorter way, in the path's time, is ignored."""
 _POINTS: Final = 31
 """Points of the straight line through a part of the curve."""
 
@@ -85,7 +85,7 @@ class TorqueAngleCurve:
 
     @property
     def mean_nm(self) -> Floats:
-        """Mean torque of both ways, in which what opposes movement cancels."""
+        """Mean torque of both ways. Torque that opposes movement cancels."""
         mean: Floats = (self.out_nm + self.back_nm) / 2
         return mean
 
@@ -101,7 +101,7 @@ class TorqueAngleCurve:
         return ~np.isnan(self.back_nm)
 
     def completed(self) -> "TorqueAngleCurve":
-        """Return the curve with the way back up to the turn: there it opposes movement as much as in the last places before."""
+        """Return the curve with the way back completed up to the turn, with the opposing torque of the last known places."""
         known = self.returned
         if np.all(known) or not np.any(known):
             return self
@@ -300,7 +300,7 @@ def measured(
 
 
 def _arm_factors(growth: Floats, torque_nm: Floats) -> Floats:
-    products = growth.T @ growth + _KNOWN_NM**2 * np.eye(growth.shape[1])
+    products = growth.T @ growth + _MOMENT_PRIOR_NM**2 * np.eye(growth.shape[1])
     return np.asarray(np.linalg.solve(products, growth.T @ torque_nm), dtype=np.float64)
 
 
