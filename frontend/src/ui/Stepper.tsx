@@ -6,7 +6,7 @@ import { t } from "../lib/i18n";
 /** A number's label, unit, bounds and step. */
 export type Steps = { label: string; unit: string; min: number; max: number; step: number };
 
-/** Return true if the value is within the bounds. NaN stands for an empty field and is not. */
+/** Return true if the value is within the bounds. NaN means an empty field and is outside the bounds. */
 export const isWithin = ({ min, max }: Pick<Steps, "min" | "max">, value: number): boolean =>
   value >= min && value <= max;
 

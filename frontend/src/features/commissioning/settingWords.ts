@@ -38,7 +38,7 @@ export function acceptedWords(accepted: Schemas["AcceptedValues"] | null): strin
   return none === null ? values : t("commissioning:ranges.orNone", { values, none });
 }
 
-/** The templates of the names that records contain. `{load}` stands for a part that varies. */
+/** The templates of the names that records contain. `{load}` is replaced by a part that varies. */
 const TEMPLATES = Object.entries(VALUES).map(([template, words = ""]) => ({
   pattern: new RegExp(`^${escaped(template).replace(/\\\{\w+\\\}/g, "(.+)")}$`),
   places: [...template.matchAll(/\{(\w+)\}/g)].map(([place]) => place),

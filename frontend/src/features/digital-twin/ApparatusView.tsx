@@ -37,7 +37,7 @@ export function ApparatusView({ side, limits, real, ghost, label, compact = fals
     setNamed(name);
     setView(next);
   };
-  // The view starts anew for the other shoulder.
+  // The view is reset for the other shoulder.
   useEffect(() => {
     setNamed((name) => name ?? "corner");
     setView(viewOf("corner", side));

@@ -22,7 +22,7 @@ export function GhostPanel({
   ghost: Ghost;
   violations: RangeViolation[];
   playsItself?: boolean;
-  /** What is being played. */
+  /** The motion that is being played. */
   subject?: "ghost" | "run";
   /** Times that the slider marks. */
   marks_s?: number[];

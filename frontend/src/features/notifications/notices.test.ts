@@ -2,7 +2,7 @@ import { expect, it } from "vitest";
 import type { Schemas } from "../../lib/api/client";
 import { toNotice } from "./notices";
 
-const notification = (told: Partial<Schemas["Notification"]>): Schemas["Notification"] => ({
+const notification = (part: Partial<Schemas["Notification"]>): Schemas["Notification"] => ({
   id: "n",
   at: "2026-11-25T09:00:00Z",
   kind: "alarm",
@@ -12,7 +12,7 @@ const notification = (told: Partial<Schemas["Notification"]>): Schemas["Notifica
   code: "",
   patient_id: null,
   session_id: null,
-  ...told,
+  ...part,
 });
 
 it("leads each notification to the page behind it", () => {
@@ -22,7 +22,7 @@ it("leads each notification to the page behind it", () => {
     notification({ kind: "failed_backup", problem: "Disk full." }),
     notification({ kind: "alarm", session_id: "s" }),
     notification({ kind: "alarm" }),
-  ].map((told) => toNotice(told).target);
+  ].map((notice) => toNotice(notice).target);
   expect(targets).toEqual([
     { to: "/patients/p", search: { tab: "data" } },
     { to: "/administration/emergency-access" },

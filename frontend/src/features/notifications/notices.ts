@@ -16,27 +16,27 @@ export function toNotice(notification: Schemas["Notification"]): Notice {
   return { id, at, ...wordsAndTarget(notification) };
 }
 
-function wordsAndTarget(told: Schemas["Notification"]): Pick<Notice, "words" | "target"> {
-  switch (told.kind) {
+function wordsAndTarget(notification: Schemas["Notification"]): Pick<Notice, "words" | "target"> {
+  switch (notification.kind) {
     case "erasure":
       return {
         words: t("notifications:kinds.erasure"),
-        target: { to: `/patients/${told.patient_id}`, search: { tab: "data" } },
+        target: { to: `/patients/${notification.patient_id}`, search: { tab: "data" } },
       };
     case "emergency_access":
       return {
-        words: t("notifications:kinds.access", { name: told.name }),
+        words: t("notifications:kinds.access", { name: notification.name }),
         target: { to: "/administration/emergency-access" },
       };
     case "failed_backup":
       return {
-        words: t("notifications:kinds.backup", { problem: told.problem }),
+        words: t("notifications:kinds.backup", { problem: notification.problem }),
         target: { to: "/administration/backups" },
       };
     case "alarm":
       return {
-        words: t("notifications:kinds.alarm", { station: told.station, cause: stopWords(told.code) }),
-        target: { to: told.session_id ? `/sessions/${told.session_id}` : "/stations" },
+        words: t("notifications:kinds.alarm", { station: notification.station, cause: stopWords(notification.code) }),
+        target: { to: notification.session_id ? `/sessions/${notification.session_id}` : "/stations" },
       };
   }
 }
