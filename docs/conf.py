@@ -15,7 +15,7 @@ language = "en"
 # Anchors as GitHub makes them, so that a link works in both.
 myst_heading_anchors = 3
 myst_enable_extensions = ["colon_fence"]
-# "text" marks what is no program.
+# "text" marks blocks without a program.
 highlight_language = "text"
 # A TOML file with an ellipsis is no TOML.
 suppress_warnings = ["misc.highlighting_failure"]

@@ -1,4 +1,4 @@
-"""``kata doctor``: what it says of a computer."""
+"""``kata doctor``: its findings about a computer."""
 
 import contextlib
 import json
@@ -37,7 +37,7 @@ def port() -> Iterator[str]:
 
 
 def found(name: str, folder: Path, station: str | None = None) -> CheckResult:
-    """The first finding of this name; ``station`` is its TOML."""
+    """Return the first finding with this name. ``station``: the TOML of the station's file."""
     settings = Settings(data=folder, database_url="", station=None)
     if station is not None:
         file = folder / "station.toml"

@@ -32,7 +32,7 @@ NOW = datetime(2026, 11, 20, 12, 0, tzinfo=UTC)
 
 @pytest.fixture(scope="module")
 def databases(tmp_path_factory: pytest.TempPathFactory) -> Iterator[list[Database]]:
-    """Two that were filled alike."""
+    """Return two databases that were filled with the same seed."""
     made = [Database(f"sqlite:///{tmp_path_factory.mktemp('seed') / 'kata.db'}") for _ in range(2)]
     for database in made:
         upgrade(database)

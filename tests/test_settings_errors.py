@@ -1,4 +1,4 @@
-"""What is wrong with the settings is said in a sentence for each, by every command alike."""
+"""Every command reports each wrong setting in one sentence."""
 
 import os
 import re
@@ -50,7 +50,7 @@ WRONG: Final = {
 
 
 def commands(command: Any, name: str = "") -> Iterator[str]:
-    """The full names of all there are."""
+    """Yield the full name of every command."""
     inner = getattr(command, "commands", None)
     if inner is None:
         yield name
@@ -88,7 +88,7 @@ def test_every_command_names_the_setting_and_its_values(
     assert ended_with(monkeypatch, *command.split(), *GIVEN[command]) == 2
     said = capsys.readouterr()
     assert (said.out, said.err) == ("", "KATA_PORT must be a whole number.\n")
-    assert (os.nice(0), signal.getsignal(signal.SIGTERM)) == before, "it had begun before it looked"
+    assert (os.nice(0), signal.getsignal(signal.SIGTERM)) == before, "the command began before it checked the settings"
 
 
 @pytest.mark.parametrize(("setting", "given", "takes"), [(name, *case) for name, case in WRONG.items()])

@@ -1,4 +1,4 @@
-"""What the command says on the terminal."""
+"""The output of the command on a terminal."""
 
 import pytest
 

@@ -52,7 +52,7 @@ def test_an_administrator_has_to_set_a_second_factor_up_first(shared: Clinic) ->
     assert browser.get("/api/me").json()["enrolling"] is False
     proof = {"password": PASSWORD, "code": recovery[0]}
     assert browser.request("DELETE", "/api/me/second-factor", json=proof).status_code == 204
-    assert browser.get("/api/me").json()["enrolling"] is True, "taken away, it is asked for again at once"
+    assert browser.get("/api/me").json()["enrolling"] is True, "a removed second factor is required again at once"
 
 
 def test_second_factor_is_removed_only_with_password_and_code(shared: Clinic) -> None:
@@ -112,7 +112,7 @@ def test_passer_by_cannot_change_credentials_at_an_open_screen(shared: Clinic) -
 def test_page_uses_the_accounts_language_in_every_browser(shared: Clinic) -> None:
     username = shared.account()
     browser = shared.sign_in(username)
-    assert browser.get("/api/me").json()["language"] == "", "the browser's, until one is chosen"
+    assert browser.get("/api/me").json()["language"] == "", "the browser's language, until the user chooses one"
     assert code(browser.put("/api/me/language", json={"language": "klingon"}), 422) == "invalid"
     assert browser.put("/api/me/language", json={"language": "ja"}).json()["language"] == "ja"
     assert shared.sign_in(username).get("/api/me").json()["language"] == "ja"
@@ -129,7 +129,7 @@ def test_a_locked_screen_opens_with_the_password_alone(shared: Clinic) -> None:
     assert code(browser.post("/api/me/unlock", json={"password": OTHER}), 403) == "wrong_password"
     assert browser.post("/api/me/unlock", json={"password": PASSWORD}).json()["locked"] is False
     shared.clock.forward(901)
-    assert browser.get("/api/me").json()["locked"] is True, "nothing was done for a quarter of an hour"
+    assert browser.get("/api/me").json()["locked"] is True, "the user was inactive for a quarter of an hour"
     for _ in range(5):
         answer = browser.post("/api/me/unlock", json={"password": OTHER})
     assert code(browser.post("/api/me/unlock", json={"password": PASSWORD}), 429) == "too_many_tries", answer.text
@@ -156,7 +156,9 @@ def test_reauthenticated_user_continues_under_a_new_secret(shared: Clinic, how: 
     shared.clock.forward(11)
     assert stolen.get("/api/me").status_code == 401
     assert stolen.post("/api/station/stop").status_code == 401
-    assert browser.get("/api/me/sign-ins").json()["items"][0]["id"] == here, "the same sign-in: lease and sockets go on"
+    assert browser.get("/api/me/sign-ins").json()["items"][0]["id"] == here, (
+        "the login session continues, with its lease and sockets"
+    )
 
 
 def test_new_password_ends_logins_in_other_browsers(shared: Clinic) -> None:
@@ -207,7 +209,7 @@ def test_an_account_begins_with_a_code_and_ends_disabled(shared: Clinic) -> None
     assert browser.get("/api/me").json()["stations"] == ["east"]
 
     seen = shared.administrator.patch(f"/api/accounts/{account['id']}", json={"name": "Sato K."}).json()
-    assert browser.get("/api/me").json()["name"] == "Sato K.", "a name alone signs nobody out"
+    assert browser.get("/api/me").json()["name"] == "Sato K.", "a change of the name ends no login session"
     stale = {"disabled": True, "updated_at": account["updated_at"]}
     assert code(shared.administrator.patch(f"/api/accounts/{account['id']}", json=stale), 409) == "edited_meanwhile"
     shut = stale | {"updated_at": seen["updated_at"]}
@@ -240,7 +242,7 @@ def test_reset_suspends_the_password_factor_and_logins_until_completed(shared: C
     late = shared.administrator.post(url, json={}).json()["code"]
     shared.clock.forward(24 * 3600)
     again = shared.browser().post("/api/set-password", json=setting | {"code": late})
-    assert code(again, 401) == "wrong_code", "good for a day"
+    assert code(again, 401) == "wrong_code", "the code is valid for a day"
 
 
 def test_user_locked_out_by_anothers_guessing_returns_with_a_code(shared: Clinic) -> None:
@@ -275,14 +277,14 @@ def test_user_lists_and_ends_their_own_login_sessions(shared: Clinic) -> None:
     assert there.get("/api/me").status_code == 200
     shared.clock.forward(660)
     again = here.request("DELETE", f"/api/me/sign-ins/{other}", json={})
-    assert code(again, 403) == "password_needed", "nobody who comes by ends it"
+    assert code(again, 403) == "password_needed", "another person at the screen cannot remove the second factor"
     assert here.request("DELETE", f"/api/me/sign-ins/{other}", json={"password": PASSWORD}).status_code == 204
     assert there.get("/api/me").status_code == 401
 
 
 def test_set_up_link_makes_one_administrator_once(tmp_path: Path) -> None:
     with clinic(tmp_path) as fresh:
-        assert fresh.app.state.services.auth.set_up_secret, "nobody was there at the start"
+        assert fresh.app.state.services.auth.set_up_secret, "the service started without an administrator"
         given = {"secret": "made up", "username": "mori", "name": "Mori Aya", "password": PASSWORD}
         assert code(fresh.browser().post("/api/set-up", json=given), 401) == "link_used"
         given["secret"] = set_up.offer(tmp_path, fresh.clock.now())
@@ -343,7 +345,7 @@ def test_ended_login_closes_its_socket(shared: Clinic, how: str) -> None:
 def test_user_shut_out_stops_nothing_from_then_on(shared: Clinic, what: str) -> None:
     username = shared.account()
     browser, path = shared.sign_in(username), f"/api/accounts/{shared.id_of(username)}"
-    assert browser.post("/api/station/stop").status_code in (200, 503), "let in, and remembered for an hour"
+    assert browser.post("/api/station/stop").status_code in (200, 503), "the throttle forgets failures after an hour"
     if what == "reset":
         answer = shared.administrator.post(f"{path}/reset", json={})
     else:

@@ -32,7 +32,7 @@ _BY_PROGRAM: Final = {
     "register_station",
     "unnamed",
 }
-"""The last is what tests write past the service."""
+"""The last one is for rows that tests write without the service."""
 
 
 @pytest.fixture(scope="module")

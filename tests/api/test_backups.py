@@ -150,7 +150,7 @@ def test_backup_is_due_after_its_hour_in_clinic_time() -> None:
     last_night = at(2, 31, day=21)
     assert not due(at(2, 29), "02:30", TOKYO, last_night, last_night)
     assert due(at(2, 30), "02:30", TOKYO, last_night, last_night)
-    assert due(at(9), "02:30", TOKYO, last_night, last_night), "a computer that was off at night makes it up"
+    assert due(at(9), "02:30", TOKYO, last_night, last_night), "a computer that was off at night makes the backup later"
     assert not due(at(9), "02:30", TOKYO, at(2, 31), at(2, 31))
     assert due(at(9), "02:30", TOKYO, None, None)
     assert not due(at(9), "never", TOKYO, None, None)

@@ -170,7 +170,7 @@ def test_only_the_latest_recovery_link_works_and_only_once(tmp_path: Path) -> No
         done = kata("accounts", "link", "--data", data, "--url", "https://kata.clinic.example/", folder=tmp_path)
         assert done.returncode == 0
         made += re.findall(r"once, within 24 hours: https://kata.clinic.example/set-up#secret=(\S+)", done.stderr)
-        assert done.stdout == "", "whoever sends the output somewhere sends no secret along"
+        assert done.stdout == "", "the output contains no secret"
     first, last = made
     assert not set_up.is_valid(data, first, utc_now())
     assert set_up.is_valid(data, last, utc_now())

@@ -21,7 +21,7 @@ from kata.api.message_limits import BYTES_AT_ONCE, LimitedWebSocket
 
 PER_ADDRESS = 5
 RECEIVED: list[dict[str, Any]] = []
-"""What the application received by WebSockets."""
+"""Messages that the application received by WebSockets."""
 SLOW: list[asyncio.Event] = []
 """One event for each request of ``/slow``, which is answered when it is set."""
 Client = tuple[asyncio.StreamReader, asyncio.StreamWriter]
@@ -114,7 +114,7 @@ async def is_closed(client: Client) -> bool:
 
 
 async def until_taken() -> None:
-    """Let the server, which shares this event loop, take what was written."""
+    """Let the server read the written data; it shares this event loop."""
     for _ in range(20):
         await asyncio.sleep(0)
 

@@ -1,4 +1,4 @@
-"""Contraindications: what each does to teaching and playback, and what the banner shows, over HTTP."""
+"""Contraindications over HTTP: the effect of each on teaching and playback, and the banner."""
 
 from datetime import date
 from typing import Any

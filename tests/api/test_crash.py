@@ -81,7 +81,7 @@ def try_estop(served: Served, patient_id: str) -> None:
 
 
 def taught(served: Served) -> tuple[str, str]:
-    """A new patient and a recording."""
+    """Return the ids of a new patient and a recording."""
     patient_id = served.call("POST", "patients", {"clinic_number": "1", "name": "N", "affected_side": "right"})["id"]
     try_estop(served, patient_id)
     teaching = {"patient_id": patient_id, "fixtures": ["arm_fixer_1"]} | TEACHING_CHECKED

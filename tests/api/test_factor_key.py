@@ -38,7 +38,7 @@ def test_database_reveals_no_codes_and_does_not_contain_the_key(shared: Clinic, 
     username = shared.account()
     app, _ = enrol(shared.sign_in(username), shared.clock.seconds())
     written = b"".join(file.read_bytes() for file in folder.glob("kata.db*"))
-    assert sealed_of(shared, username).encode() in written, "what is looked for is found"
+    assert sealed_of(shared, username).encode() in written, "the database contains the sealed secret"
     assert app.secret.encode() not in written
     key = folder / "second-factor-key.txt"
     assert key.stat().st_mode & 0o777 == 0o600

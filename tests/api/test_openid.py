@@ -148,7 +148,7 @@ def test_signing_in_at_the_provider_creates_no_account(clinic: Clinic, theirs: P
     browser = clinic.browser()
     answer = come_back(browser, theirs)
     assert code(answer, 403) == "not_linked"
-    assert "somebody-else" in answer.json()["next_step"], "so that an administrator can be told"
+    assert "somebody-else" in answer.json()["next_step"], "the user can give the subject to an administrator"
     assert browser.get("/api/me").status_code == 401
     assert len(clinic.administrator.get("/api/accounts").json()["items"]) == before
     row = last_row(clinic)
@@ -289,9 +289,7 @@ def test_locked_screen_is_unlocked_only_by_its_user(clinic: Clinic, theirs: Prov
     assert code(browser.get("/api/patients"), 423) == "locked"
     answer = come_back(browser, theirs).json()["me"]
     assert (answer["username"], answer["locked"]) == (username, False)
-    assert [item["id"] for item in browser.get("/api/me/sign-ins").json()["items"]] == before, (
-        "the lease stays where it is"
-    )
+    assert [item["id"] for item in browser.get("/api/me/sign-ins").json()["items"]] == before, "the lease does not move"
     assert last_row(clinic)["detail"] == {"method": "again"}
 
     # Another user gets a new login session, not the locked one.

@@ -89,7 +89,7 @@ def test_service_with_hanging_database_is_alive_but_not_ready(client: TestClient
                 assert (answer.status_code, answer.json()["code"]) == (503, "database_away")
             assert client.get("/health/live").status_code == 200
         assert stuck.asked == 1
-        assert put_so_far(app) == waiting, "nobody's trail grows by being watched"
+        assert put_so_far(app) == waiting, "monitoring adds no audit entries"
     finally:
         stuck.let_go.set()
 

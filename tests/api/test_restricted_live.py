@@ -1,4 +1,4 @@
-"""While a restricted patient's motion plays, a user without access learns the apparatus's state and nothing of the patient."""
+"""While a restricted patient's motion plays, a user without access sees the apparatus's state and no patient data."""
 
 import json
 from typing import Any, Final

@@ -76,7 +76,7 @@ def test_correct_password_logs_in_and_logout_ends_the_session(client: TestClient
     cookie = stranger.cookies[COOKIE]
     assert stranger.post("/api/sign-out").status_code == 204
     stranger.cookies.set(COOKIE, cookie)
-    assert stranger.get("/api/me").status_code == 401, "the cookie is worth nothing any more"
+    assert stranger.get("/api/me").status_code == 401, "the cookie is no longer valid"
 
 
 @pytest.mark.parametrize("what", ["unknown", "wrong", "disabled"])

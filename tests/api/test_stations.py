@@ -116,7 +116,9 @@ def test_lost_listener_reconnects_and_own_station_stays_known(postgresql_url: st
     async def look() -> None:
         async with two(postgresql_url) as (first, station, _):
             with first.database.read() as session:
-                assert session.execute(text(ended)).scalar_one() == 4, "each service tells on one and listens on one"
+                assert session.execute(text(ended)).scalar_one() == 4, (
+                    "each service has one connection to send and one to listen"
+                )
             station.act(estop="pressed")
             assert known({status.name: status for status in first.statuses()}, "Station 1")
             await until(

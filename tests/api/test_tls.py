@@ -77,8 +77,10 @@ def test_clinics_certificate_is_used_and_reloaded_when_replaced(tmp_path: Path) 
     file, key = clinics(tmp_path / "clinic")
     certificate = made(tmp_path / "kata", tls_certificate=file, tls_key=key)
     assert certificate.fingerprint == read(file).fingerprint(hashes.SHA256()).hex(":").upper()
-    assert not (tmp_path / "kata").exists(), "no certificate of its own is made"
-    assert not certificate.refresh(utc_now() + timedelta(days=1000)), "the clinic's is the clinic's to renew"
+    assert not (tmp_path / "kata").exists(), "the service makes no certificate"
+    assert not certificate.refresh(utc_now() + timedelta(days=1000)), (
+        "the service does not renew the clinic's certificate"
+    )
     newer, newer_key = clinics(tmp_path / "newer")
     file.write_bytes(newer.read_bytes())
     key.write_bytes(newer_key.read_bytes())

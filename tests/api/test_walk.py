@@ -82,7 +82,7 @@ OPERATION: Final = {
     "get_metrics", "get_support_bundle", "list_station_versions", "get_operation", "get_usage", "get_tracking_quality", "get_stop_counts",
     "list_commissionings", "get_commissioning", "get_commissioning_report_pdf", "get_station_settings", "get_commissioning_run",
 }  # fmt: skip
-"""How the service is doing: nothing of anybody."""
+"""The state of the service, without personal data."""
 COMMISSION: Final = {
     "preview_station_settings", "import_station_settings", "start_commissioning", "confirm_commissioning",
 }  # fmt: skip
@@ -194,8 +194,8 @@ _EVERY_ROUTE: Final = pytest.mark.parametrize(
         )
     ],
 )
-"""Nobody is refused at every route. A login session that has ended is refused at the same place, which sees only the route's rule and the
-cookie: such an identity asks one route of each rule, and every route in the campaign."""
+"""The identity without a login is refused at every route. An ended login session is refused at the same place, which reads only the route's
+rule and the cookie: such an identity asks one route of each rule, and every route in the campaign."""
 
 
 @dataclass(frozen=True)

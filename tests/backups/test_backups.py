@@ -352,7 +352,7 @@ def numbers_in(settings: Settings, file: Path) -> list[str]:
     return held
 
 
-# -- what is refused, and how -----------------------------------------------------------------------------------------
+# -- refused backups and restores -----------------------------------------------------------------------------------------
 
 
 def test_backup_file_reveals_nothing_without_its_key(settings: Settings) -> None:

@@ -119,7 +119,7 @@ class Crossings(RuleBasedStateMachine):
 
     @rule()
     def a_stop_is_sent(self) -> None:
-        """A Stop reaches the control thread and is answered, whatever is blocked."""
+        """A Stop reaches the control thread and is answered, also while other threads are blocked."""
         before = set(self._open)
         number = self._ask(Stop())
         self._stops += 1

@@ -126,7 +126,7 @@ class Judge:
         self._motors[motor - 1].powerless = True
 
     def holds_since_loss(self, motor: int) -> bool:
-        """Return True if motor 1-5 had torque when the port was lost, and nobody has released the arm since."""
+        """Return True if motor 1-5 had torque when the port was lost, and the arm has not been released since."""
         return self._motors[motor - 1].energised_at_loss
 
     def loaded(self, load: Load) -> None:
@@ -212,7 +212,7 @@ class Judge:
     def _registers(self, n: int) -> None:
         """A drive with torque has exactly the configured registers, except during the time to detect a difference."""
         known, drive = self._motors[n], self.world.apparatus.drives[n]
-        # An arm that was held when the port was lost is held until a confirmation, whatever its registers are.
+        # An arm that was held when the port was lost is held until a confirmation, independent of its registers.
         if not drive.torque_on or known.torque_since_ns is None or known.energised_at_loss:
             known.wrong_since_ns = None
             return

@@ -50,7 +50,7 @@ def test_assessment_is_saved_unchanged(database: Database, episode_id: UUID) -> 
     assert stored.spadi == SPADI
     assert stored.spadi_score
     assert (stored.spadi_score.pain, stored.spadi_score.disability, stored.spadi_score.total) == (60, 30, 45)
-    # In the table's order, whatever order they came in.
+    # In the table's order, not in the order of the request.
     assert [(entry.side, entry.motion, entry.position, entry.kind, entry.angle_deg) for entry in stored.rom] == [
         ("left", "flexion", "", "active", 95),
         ("right", "flexion", "", "active", 170),

@@ -1,4 +1,4 @@
-"""Erasure on both databases: not a word that tells who it was is left, and every figure is."""
+"""Erasure on both databases removes every word that identifies the patient, and keeps every figure."""
 
 from collections.abc import Callable
 from typing import Any

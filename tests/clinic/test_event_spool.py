@@ -22,7 +22,7 @@ def test_run_whose_abandoned_commit_succeeded_is_deleted(database: Database, tmp
     try:
         with database.write() as session:
             run = runs.begin(session, runs.RunRequest(visit_id, recording_id))
-            # As every writing session of a service does, last.
+            # Every writing session of a service does this last.
             chain.append(session, [entry("load", "done")], "", 0)
             event_spool.put_not_begun("run", run.id)
             assert not event_spool.until_taken(1.0)

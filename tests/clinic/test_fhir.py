@@ -243,7 +243,7 @@ def test_patient_with_almost_no_data_is_accepted(database: Database, tmp_path: P
 
 
 def test_bundle_has_no_empty_or_double_values_or_zoneless_times(database: Database, tmp_path: Path) -> None:
-    """Nothing is empty, nothing has two values, and no time is without its zone."""
+    """No element is empty or has two values, and every time has its zone."""
     parts = everything(exported(database, treated(database, sessions=1), tmp_path / "bundle.json"))
     assert len(parts) > 500
     for part in parts:
@@ -320,7 +320,7 @@ ODD: dict[str, tuple[Json, Json | None]] = {
         {"clinicalStatus": None, "abatementDateTime": None},
     ),
 }  # fmt: skip
-"""Odd, empty and contradictory episodes, and what their Condition says; None where there is none."""
+"""Odd, empty and contradictory episodes with their Condition, or None without one."""
 
 
 @pytest.mark.parametrize("database", ["sqlite"], indirect=True)
@@ -390,7 +390,7 @@ ENTERED: dict[str, dict[str, str]] = {
         "name": "the definition", "version": "the definition", "status": "all are in use", "subjectType": "all are of patients",
     },
 }  # fmt: skip
-"""What was entered, or what of Kata's own it is (right), against what is exported of it (left). Every other element is bookkeeping."""
+"""Exported elements (left) with the entered value or Kata's own value that each contains (right). Every other element is bookkeeping."""
 _BOOKKEEPING = {"resourceType", "id", "subject", "patient", "recordedDate", "clinicalStatus"}
 
 
@@ -422,7 +422,7 @@ def test_every_exported_statement_was_entered(database: Database, tmp_path: Path
     for entry in bundle["entry"]:
         resource = entry["resource"]
         stated.setdefault(resource["resourceType"], set()).update(set(resource) - _BOOKKEEPING)
-    # Our own codes with their meaning say nothing of a patient.
+    # Our own codes and their meanings contain no patient data.
     del stated["CodeSystem"]
     assert stated == {kind: set(entered) for kind, entered in ENTERED.items()}
 

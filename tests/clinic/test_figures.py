@@ -37,7 +37,7 @@ def played_deg() -> Floats:
 
 
 def run_parts(window: Window | None = None) -> RunFigureSamples:
-    """Samples as a run leaves them: an approach, and what was played."""
+    """Samples of a run: an approach and a playback."""
     approach = np.zeros((APPROACH, 5))
     measured = np.vstack([approach, played_deg()])
     columns = {
@@ -137,7 +137,7 @@ def test_short_run_is_saved_without_an_overview() -> None:
 
 
 def test_plotly_accepts_the_handmade_figures() -> None:
-    """It checks every name and value when it is given a figure as JSON."""
+    """Plotly checks every name and value of a figure that it reads as JSON."""
     taught = pack({"time_s": TIMES_S, "angle_deg": ANGLES_DEG}, TAUGHT_COLUMNS)
     made = [
         json.loads(figures.recording(RecordingFigureSamples(taught, None, None))),

@@ -134,7 +134,7 @@ def test_run_is_compared_with_body_motions_and_table_2(clinic: Clinic) -> None:
     assert arm.name == "Abduction / adduction of the shoulder"
     assert (arm.apparatus_max_deg, arm.reference_max_deg) == (120.0, 180.0)
     assert (arm.peak_deg, arm.lag_ms) == pytest.approx((third.peak_deg, third.lag_ms))
-    # The teaching was of a right shoulder: psi as the pose had it.
+    # A right shoulder was taught, so psi has the sign of the pose.
     assert (scapula.taught_min_deg, scapula.taught_max_deg) == pytest.approx((0.0, 10.0), abs=1e-3)
 
 
@@ -158,7 +158,7 @@ def test_run_is_compared_with_its_requested_motion(clinic: Clinic) -> None:
         parts = runs.figure_samples(session, run_id)
     assert (run.speed_percent, run.repetitions, run.pause_s, run.range_percent) == (50.0, 2, 1.0, 80.0)
     assert run.comparison is not None
-    # No scapula stands at these angles of motors 1 and 2: they are compared all the same.
+    # No pose of the scapula has these angles of motors 1 and 2. They are compared nevertheless.
     assert run.comparison.motions == []
     for motor in run.comparison.motors:
         assert motor.peak_deg == pytest.approx(0.5, abs=0.01)
@@ -197,10 +197,10 @@ def test_learned_run_teaches_only_the_next_of_its_kind(clinic: Clinic) -> None:
     taught = learning_of(first)[2]
     assert taught is not None
     middle = len(taught.angles_deg) // 2
-    # Motor 3 stands in the middle of its range there, and lacked a degree.
+    # Motor 3 is in the middle of its range there. Its error was a degree.
     assert 0.3 < taught.angles_deg[middle, 2] < 1.0
 
-    # How much it was stands with the run, for whoever draws hundreds of them.
+    # The run's row contains the size of its correction, because a chart shows hundreds of runs.
     def size(run_id: UUID) -> float | None:
         with clinic.database.read() as session:
             return runs.get(session, run_id).learned_rms_deg
@@ -208,7 +208,7 @@ def test_learned_run_teaches_only_the_next_of_its_kind(clinic: Clinic) -> None:
     assert size(first) == pytest.approx(np.sqrt(np.mean(taught.angles_deg**2, axis=0)).max(), abs=1e-5)
     assert size(play(method="smooth")) is None
 
-    # Neither a run that was not played to its end, nor one at another speed, nor one of another method.
+    # No correction is learned from an incomplete run, and none is used at another speed or with another method.
     assert learning_of(play(reason="returned"))[2] is None
     assert learning_of(play(PlaybackSettings(speed_percent=90.0)))[0] is None
     assert learning_of(play(method="smooth"))[0] is None
@@ -245,7 +245,7 @@ def test_playback_that_lasts_too_long_is_refused(clinic: Clinic) -> None:
 
 
 def trace(run_figures: dict[str, Any], *, motor: int, name: str) -> NDArray[np.float64]:
-    """Values of one line of one motor's figure."""
+    """Return the values of one line of one motor's figure."""
     lines = run_figures["motors"][motor - 1]["figure"]["data"]
     return numbers(next(line["y"] for line in lines if line["name"] == name))
 
@@ -313,7 +313,7 @@ def test_stopped_run_is_found_by_its_cause_and_session(clinic: Clinic) -> None:
     with clinic.database.read() as session:
         visit = session.get_one(SessionRow, runs.get(session, run_id).session_id)
     assert (found("Sato"), found("Ito")) == ([], [])
-    # Who treats is said in the course of it, and once.
+    # The therapist is named once, during the session.
     for therapist in ("Sato", "Ito"):
         with clinic.database.write() as session:
             sessions.begin(session, visit.patient_id, therapist)
@@ -388,7 +388,7 @@ def test_unreadable_or_unknown_journals_are_set_aside(clinic: Clinic) -> None:
 
 @pytest.mark.parametrize("left", [b"", b'{"format":"kata-journal/2","kind":"r', b"\0" * 4096])
 def test_journal_without_a_header_reports_that_nothing_was_measured(clinic: Clinic, left: bytes) -> None:
-    """At once, not only at the next start: the session could not be ended otherwise."""
+    """The run ends at once, not only at the next start, because otherwise the session could not be ended."""
     run_id = clinic.begin_run(clinic.recording())
     other_id = clinic.begin_run(clinic.saved[-1].id)
     names = {f"run-{run_id}.journal", f"teaching-{clinic.begin_teaching()}.journal"}
@@ -497,7 +497,7 @@ def test_loaded_run_ends_when_its_device_process_ended(clinic: Clinic) -> None:
     ended_at = utc_now()
     with clinic.database.write() as session:
         visit_id = runs.get(session, lost).session_id
-        # By the next process, which is there before anybody has imported anything.
+        # The next process begins this run before the import.
         goes_on = runs.begin(session, runs.RunRequest(visit_id, recording_id)).id
 
     clinic.importer.run_ended(ended_at)

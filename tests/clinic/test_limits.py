@@ -37,7 +37,7 @@ class Clinic:
             self._episode_id = patient.episodes[0].id
 
     def also_treat(self, side: Side) -> None:
-        """From now on the other shoulder's episode is the one that is limited."""
+        """Limit the other shoulder's episode from now on."""
         with self._database.write() as session:
             self._episode_id = service.open_new(session, self._patient_id, EpisodeCreate(side=side)).id
 
@@ -60,7 +60,7 @@ def clinic(tmp_path: Path) -> Iterator[Clinic]:
 
 
 def moved(axis: int, to_deg: float, side: Side = "right", abduction_deg: float = 10.0) -> Motion:
-    """One angle of the body goes to a top at 2 s and back; the arm is lifted by so much."""
+    """Return a motion in which one angle of the body reaches its highest value at 2 s and returns."""
     pose = np.zeros((len(TIMES_S), 5))
     pose[:, 2] = abduction_deg
     pose[:, axis - 1] = pose[0, axis - 1] + (to_deg - pose[0, axis - 1]) * (0.5 - 0.5 * np.cos(np.pi * TIMES_S / 2))
@@ -207,7 +207,7 @@ def at_abduction(abduction_deg: float, flexion_deg: float) -> Motion:
 def test_limits_have_no_hole_where_motor_4_changes_its_motion(clinic: Clinic, abduction_deg: float) -> None:
     clinic.allow(limits=[{"motion": 4, "highest_deg": 90.0}, {"motion": 5, "highest_deg": 90.0}])
     clinic.check(at_abduction(abduction_deg, 85.0))
-    # Sideways and level, flexion no longer raises the arm: only abduction does.
+    # When the arm is level at the side, only abduction raises it, not flexion.
     raised = at_abduction(abduction_deg, 110.0) if abduction_deg < 80 else at_abduction(abduction_deg + 10.0, 0.0)
     refused = refusal(clinic, raised)
     assert refused.code == "beyond_doctors_limit"

@@ -1,7 +1,6 @@
-"""However long the clinic's history is, its lists are read off an index, with restricted records left out.
+"""Lists are read from an index, without restricted records, also with a long history of the clinic.
 
-SQLite says beforehand how it is going to look, and nobody counts its rows for it: it goes the same way in a full database as in
-this empty one.
+SQLite explains its plan before a query. It does not know the number of rows, so the plan in this empty database is that of a full one.
 """
 
 from collections.abc import Callable, Iterator
@@ -30,7 +29,7 @@ IN_ORDER = {
     ALL_PATIENTS,
     "SCAN patients USING INDEX ix_patients_restricted",
 }
-"""What a list may look through: its own order, which ends with the page; and the restricted records, of which there are few."""
+"""Permitted scans: the index of the list's order, which ends with the page, and the few restricted records."""
 
 
 @pytest.fixture(scope="module")
@@ -41,7 +40,7 @@ def empty(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Database]:
 
 
 def looks(database: Database, find: Callable[[Session], Any]) -> list[str]:
-    """How SQLite goes through each table that is asked for."""
+    """Return SQLite's plan for each table of the query."""
     asked: list[tuple[str, Any]] = []
     with database.read() as session:
         engine = session.get_bind()

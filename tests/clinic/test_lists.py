@@ -41,7 +41,7 @@ def sign_up(database: Database, number: str, name: str = "Yamada Hanako", **give
 
 
 def found(database: Database, words: str = "", *, archived: bool = False) -> list[str]:
-    """Numbers of all that match, in their order, fetched two at a time."""
+    """Return the clinic numbers of all matching patients in order, fetched two at a time."""
     numbers: list[str] = []
     after: str | None = None
     while True:
@@ -59,7 +59,7 @@ def found(database: Database, words: str = "", *, archived: bool = False) -> lis
     "words",
     ["satō", "sato", "KEN sat", "サトウ", "さとう", "ｻﾄｳ", "さとうけん", "さとう　けん", "Ａ－１７", "a-17", "1968", "1968-04",
      "1968-04-12", "1968/4/12", "1968年4月12日", "1968年4月", "ken 1968 a-",
-     # As a Japanese keyboard writes a hyphen while it writes kana: it is the long vowel there, or a minus.
+     # In kana mode a Japanese keyboard writes the long vowel or a minus instead of a hyphen.
      "Ａー１７", "aｰ17", "A−17", "１９６８ー０４", "１９６８−４−１２", "１９６８年４月", "さとう　１９６８ー４"],
 )  # fmt: skip
 def test_patient_is_found_by_words_in_any_spelling(database: Database, words: str) -> None:
@@ -271,7 +271,7 @@ def visit(
 
 
 def listed(database: Database, **wanted: object) -> list[UUID]:
-    """All that match, newest first, fetched two at a time."""
+    """Return all matching sessions, newest first, fetched two at a time."""
     keys: list[UUID] = []
     after: str | None = None
     while True:

@@ -64,9 +64,9 @@ def test_the_codes_are_those_of_the_motion_whatever_the_position() -> None:
     [
         ([0] * 5, [0] * 8, Score(0, 0, 0)),
         ([10] * 5, [10] * 8, Score(100, 100, 100)),
-        # 30 of 50 points, 24 of 80: both subscales weigh the same, however many items they have.
+        # 30 of 50 points, 24 of 80: both subscales have the same weight, independent of their number of items.
         ([8, 7, 6, 5, 4], [3] * 8, Score(60, 30, 45)),
-        # One left out: 24 of 40 points.
+        # One answer is missing: 24 of 40 points.
         ([8, None, 6, 6, 4], [3] * 8, Score(60, 30, 45)),
         ([None, 6, 6, 6, 6], [None, 4, 4, 4, 3, 2, 2, 2], Score(60, 30, 45)),
         ([None, None, 6, 6, 6], [3] * 8, Score(60, 30, 45)),

@@ -1,4 +1,4 @@
-"""The motion that the page's 3-D apparatus shows before a patient gets it."""
+"""The motion that the page's 3-D apparatus shows before a playback."""
 
 import numpy as np
 import pytest

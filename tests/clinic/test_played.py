@@ -32,9 +32,9 @@ from tests.support.imported_runs import Clinic
 
 Reason = Literal["completed", "returned", "stopped", "unloaded"]
 Part = tuple[int, float, float]
-"""A phase, and from where to where on the path it goes, in seconds."""
+"""A phase, and its first and last place on the path, in seconds."""
 THRICE = PlaybackSettings(repetitions=3, pause_s=1.0)
-"""What is recorded lasts 2 s and is elsewhere at its end, in full motion: see :func:`ends_s`."""
+"""The recording lasts 2 s and ends at another place and in full motion (:func:`ends_s`)."""
 
 
 @pytest.fixture
@@ -107,7 +107,7 @@ def test_reduced_or_reversed_repetitions_count_as_repetitions(clinic: Clinic) ->
         (PHASE_REDUCED_RANGE, 1.0, ends_s(1)),
     )
     assert run.repetitions_done == 1
-    # There, back, and there again: all of it is time on the path.
+    # Forward, back and forward again: all three count as time on the path.
     assert run.played_s == pytest.approx(ends_s(1) + 2.0, abs=0.05)
 
 

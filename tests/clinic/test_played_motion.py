@@ -1,4 +1,4 @@
-"""What a run played, as the session's page shows it in 3-D."""
+"""The played motion that the session's page shows in 3-D."""
 
 import numpy as np
 import pytest

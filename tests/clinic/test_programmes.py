@@ -144,7 +144,7 @@ def test_second_of_two_editors_is_refused_and_nothing_is_lost(clinic: Clinic) ->
 
 
 def test_one_of_two_simultaneous_saves_is_refused(clinic: Clinic) -> None:
-    """The second looks before the first has committed, and writes after it."""
+    """The second request reads before the first has committed, and writes after it."""
     lift = clinic.recording()
     made = clinic.programme(lift)
     outcomes: Queue[str] = Queue()
@@ -278,7 +278,7 @@ def test_each_item_has_its_runs_and_others_are_separate() -> None:
         ("none", 0, 0),
     ]
     assert (plan.repetitions_done, plan.repetitions_planned) == (19, 30)
-    # Chosen one by one; of another recording than its item's; of an item that there is not.
+    # A recording chosen without the programme, a recording that its item does not have, and an item that does not exist.
     assert [other.recording_name for other in plan.besides] == ["Turn", "Turn", "Lift"]
 
 
@@ -397,7 +397,7 @@ def test_goal_is_the_last_one_set_by_each_week() -> None:
         VersionWish(one, MONDAY + 43 * DAY, None, None),
     ]
     wishes = [week.sessions_wished for week in by_week([], said, MONDAY + 43 * DAY, timedelta())]
-    # The other's is archived in the fifth week, and the first withdraws its wish in the seventh.
+    # The other programme is archived in the fifth week. The first has no wish from the seventh week.
     assert wishes == [2, 3, 3, 4, 4, 3, None]
 
 
@@ -426,7 +426,7 @@ def test_an_episodes_weeks_come_from_its_sessions(clinic: Clinic) -> None:
         [week] = adherence.of_episode(session, episode.id, 0).weeks
         with refused(404, "not_found"):
             adherence.of_episode(session, uuid4(), 0)
-    # Where nothing was played nothing was done, and a session of recordings chosen one by one planned nothing.
+    # A session without a playback has no repetitions, and a session without a programme has no planned ones.
     assert (week.sessions, week.sessions_wished) == (2, 2)
     assert (week.repetitions_done, week.repetitions_planned) == (17, 20)
 

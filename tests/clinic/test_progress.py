@@ -30,7 +30,7 @@ ALARM_COLOURS = {"#ff0000", "#ffff00", "#00ffff", "red", "yellow", "cyan"}
 
 
 class Episode:
-    """One that is filled as a test needs it."""
+    """Return a function that fills an episode for a test."""
 
     def __init__(self, session: Session) -> None:
         self.session = session
@@ -81,7 +81,7 @@ def rom(angle_deg: float, **given: Any) -> dict[str, Any]:
 
 
 def drawn(figure: figures.Figure) -> go.Figure:
-    """Plotly's own classes know every property, and refuse what is none."""
+    """Return the figure as an object of Plotly, which refuses unknown properties."""
     figure = with_texts(figure)
     assert {entry["code"].partition("_")[0] for entry in figure.pop("texts")} <= {"figure", "motion", "rom"}
     written = msgspec.json.encode(figure).decode()

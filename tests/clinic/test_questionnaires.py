@@ -1,8 +1,7 @@
 """Questionnaires: definitions as files, their scores, licensed texts, and their export.
 
 ``CASES`` are the ends, the missing answers and the formulas of the sources that the definitions name. ``WORKED`` are worked examples that others
-have published with their results: of the SPADI, of the QuickDASH, and of the Oxford Knee Score, whose 12 answers of 0 to 4 are summed as those of
-the Oxford Shoulder Score are. We have found none of the Oxford Shoulder Score itself and of the ASES.
+have published with their results: of the SPADI, of the QuickDASH, and of the Oxford Knee Score, which sums 12 answers of 0 to 4 like the Oxford Shoulder Score. We have found no examples of the Oxford Shoulder Score and the ASES.
 """
 
 import json

@@ -1,4 +1,4 @@
-"""Logos and texts that name something outside a report: the logo is refused, and nothing is fetched even if it is not."""
+"""A logo or a text with an address outside the report: the logo is refused, and a report fetches nothing."""
 
 import base64
 import socket
@@ -58,7 +58,7 @@ HOSTILE: Final = (*(_SVG.format(content) for content in _CONTENT), *_WHOLE)
 
 
 class _Server:
-    """A server that an attacker hopes will be asked."""
+    """A server to which an attacker wants a request to be sent."""
 
     def __init__(self) -> None:
         self.listening = socket.create_server(("127.0.0.1", 0))
@@ -118,7 +118,7 @@ def test_a_drawing_of_a_usual_program_is_accepted(tmp_path: Path) -> None:
 
 
 def test_a_report_fetches_nothing_even_with_a_hostile_logo(sqlite: Database, server: _Server, tmp_path: Path) -> None:
-    """As if the check of the logo let it through."""
+    """Skip the check of the logo."""
     secret = tmp_path / "secret.svg"
     secret.write_text(_SVG.format("<text y='5'>canary</text>"))
     _, care = contents(sqlite)

@@ -1,4 +1,4 @@
-"""Reports show the rows in both languages, and typed texts cannot act in them."""
+"""Reports show the rows in both languages. Typed texts have no effect on their layout or code."""
 
 import base64
 import io
@@ -99,7 +99,7 @@ class Parsed(HTMLParser):
         return [attributes for name, attributes in self.elements if name == tag]
 
 
-# -- what it says ---------------------------------------------------------------------------------------------------
+# -- content ---------------------------------------------------------------------------------------------------
 
 
 def test_session_report_matches_the_database_rows(signed: tuple[SessionContent, EpisodeContent]) -> None:
@@ -394,7 +394,7 @@ def test_nothing_runs_and_nothing_is_fetched(signed: tuple[SessionContent, Episo
 
 @pytest.mark.parametrize("language", LANGUAGES)
 def test_whatever_people_write_is_only_text(sqlite: Database, language: Language) -> None:
-    """In the page, in the margins that a style sheet makes, in the head, and on paper."""
+    """Check the page, the margins of the style sheet, the head, and the print."""
     hostile = Texts(HOSTILE[:100], HOSTILE[:100], HOSTILE[:100], HOSTILE, HOSTILE[:100], HOSTILE)
     visit, care = contents(sqlite, hostile, signed=True)
     letters = PrintOptions(Letterhead(HOSTILE, (HOSTILE,), HOSTILE), language, "Asia/Tokyo", AT)

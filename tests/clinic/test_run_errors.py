@@ -1,4 +1,4 @@
-"""The errors of a run hide nothing: what was compared, the start, the clock, and what the settings changed."""
+"""A run's errors include the compared share, the start, the clock, and the changes by settings."""
 
 import json
 from collections.abc import Callable

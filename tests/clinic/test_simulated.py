@@ -1,4 +1,4 @@
-"""Values of a simulated apparatus are marked wherever they go."""
+"""Values of a simulated apparatus are marked in every answer, export and report."""
 
 import io
 import json

@@ -1,4 +1,4 @@
-"""Events that an earlier version spooled are still read: names in the code may change, the stored ones may not."""
+"""The service reads events that an earlier version spooled. Stored names do not change with the names in the code."""
 
 from datetime import UTC, datetime
 from uuid import UUID

@@ -108,7 +108,7 @@ NOBODYS: Final = {
     "MotorCondition": "friction and play of a motor of the apparatus",
     "MotorStepResponse": "the response of a motor of the apparatus",
 }
-"""Schemas whose angles and scores are nobody's."""
+"""Schemas whose angles and scores belong to no patient."""
 TIMELESS: Final = {
     "UnderstoodMotion": "the file that is being imported now",
     "MotionPreview": "the motion of a recording or programme that the address names",
@@ -118,7 +118,7 @@ TIMELESS: Final = {
 
 @pytest.mark.parametrize(("what", "exempt"), [("side", NOBODYS), ("time", NOBODYS | TIMELESS)])
 def test_every_number_of_a_body_has_side_and_time(answers: dict[str, Json], what: str, exempt: Json) -> None:
-    """The schema has it, or refers by an id to a record that has it, or every schema that contains it does."""
+    """Return True if the schema has it, refers by an id to a record that has it, or is contained only in schemas that have it."""
     owners = {name: [owner for owner, schema in answers.items() if name in _references(schema)] for name in answers}
 
     def has(name: str) -> bool:
@@ -231,7 +231,7 @@ REPORT_NUMBERS: Final = {
     "percent": r"%", "seconds": r"s\b|秒", "minutes": r"min|分", "rate": r"Hz", "speed": r"°/s", "years": r"years|歳",
     "least": r"points|点", "most": r"points|点", "detectable": r"points|点",
     **dict.fromkeys(("lowest", "highest"), r"points|点"), **dict.fromkeys(("low", "low_u", "high", "high_u"), "°"),
-    # Counts and places: the words around say of what.
+    # Counts and places: the words beside them name the counted thing.
     "count": r"\w{3}|回", "planned": r"\w{3}", "done": r"\w{3}", "number": r"\w{2}", "numbers": r"\w{3}", "version": r"version|版|Kata",
     "level": r"level|レベル",
 }  # fmt: skip
@@ -277,7 +277,7 @@ TEXT_NUMBERS: Final[dict[str, str]] = {
     # Scores.
     "tScore": r"50", "total": r"100|\{\{highestTotal\}\} ?(?:points|点)", "pain": r"100|", "disability": r"100",
     **dict.fromkeys(("least", "most", "detectable"), r"points|点|段階|level|レベル|of \{\{most|/ ?\{\{most|\{\{most\}\}(?:[:：]|はモータの定格)"),
-    # Counts and places: a word says of what.
+    # Counts and places: a word names the counted thing.
     **dict.fromkeys(
         ("count", "rows", "samples", "number", "version", "times", "take", "step", "place", "level", "levels", "repetitions", "motor",
          "sessions", "wished", "planned", "position"), r"[^\W\d_]{2}|\. |^, |[行回個件段位番]"
@@ -323,7 +323,7 @@ def test_numbers_in_texts_of_the_page_have_units(language: str) -> None:
 
 
 UNITLESS_TEXTS: Final = {"looks_like_radians"}
-"""The unit is what is in doubt."""
+"""Messages about an unknown unit."""
 
 
 def test_every_number_of_a_server_text_has_a_unit() -> None:

@@ -187,7 +187,7 @@ def test_a_database_of_a_newer_program_is_left_alone(database: Database) -> None
 
 
 def test_file_that_is_no_database_is_refused(tmp_path: Path) -> None:
-    (tmp_path / "kata.db").write_text("this is a letter to my aunt, not a database at all")
+    (tmp_path / "kata.db").write_text("this text is no database")
     with pytest.raises(DatabaseError, match="cannot be opened"):
         upgrade(Database(f"sqlite:///{tmp_path / 'kata.db'}"))
 

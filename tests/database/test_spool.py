@@ -209,7 +209,7 @@ def test_crash_between_commit_and_files_imports_nothing_twice(
         limit = time.monotonic() + 30
         while clinic.arrived() != ["a", "b"]:
             assert time.monotonic() < limit
-        # The exception stands for a crash at this point.
+        # The exception simulates a crash at this point.
         patch.setattr(Delivery, "_deliver", _crashed)
         delivery.close(0)
     spool.close()

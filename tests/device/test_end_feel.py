@@ -1,4 +1,4 @@
-"""The end-feel test: the arm is taken back before the chosen torque, three times, and whoever holds the pedal ends it."""
+"""The end-feel test: the arm moves back before the chosen torque, three times. The patient ends the test by the pedal."""
 
 import msgspec
 import numpy as np

@@ -234,7 +234,7 @@ def test_resistance_is_judged_against_the_arms_direction_not_the_setpoints(tmp_p
     assert run.resisting_axis == MOVING
 
 
-# -- what was learned -------------------------------------------------------------------------------------------------
+# -- learned corrections -------------------------------------------------------------------------------------------------
 
 
 def learned(deg: float) -> Correction:
@@ -467,7 +467,7 @@ def test_each_method_comes_to_its_end(tmp_path: Path, method: Method) -> None:
     assert stepped.causes() == []
 
 
-# -- whatever load accepts --------------------------------------------------------------------------------------------
+# -- every accepted Load --------------------------------------------------------------------------------------------
 
 MIDDLE_DEG = np.array((12.0, 108.0, 60.0, 60.0, -25.0))
 Shape = Literal["short", "gaps", "steep", "steps", "swing"]

@@ -427,7 +427,7 @@ def test_events_without_an_open_journal_are_not_lost(stepped: Stepped) -> None:
     assert stepped.loop._machine.journal_ok
 
 
-# -- what is told and kept --------------------------------------------------------------------------------------------
+# -- events and journals --------------------------------------------------------------------------------------------
 
 
 def test_run_is_reported_from_load_to_end(stepped: Stepped) -> None:

@@ -34,7 +34,7 @@ def until_ended(movement: Movement) -> list[float]:
     overrides = []
     while not movement.ended:
         overrides += advance(movement, 1)
-        assert len(overrides) < 10_000, "it never comes to its end"
+        assert len(overrides) < 10_000, "the movement does not end"
     return overrides
 
 
@@ -185,7 +185,7 @@ def test_speed_scales_with_override_and_acceleration_with_its_square(speed_overr
     assert motion.acceleration_deg_s2 == pytest.approx([speed_override**2 * 0.5] * 5)
 
 
-def test_a_changing_pace_is_acceleration_too() -> None:
+def test_a_changing_speed_override_is_acceleration_too() -> None:
     movement = Movement(Straight(), position_s=1.0, speed_override=0.5)
     movement.advance(DT_S)
     # To full speed in 0.2 s: 5 per second.

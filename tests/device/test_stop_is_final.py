@@ -103,7 +103,7 @@ def test_each_stop_counts(stepped: Stepped) -> None:
     assert [count - counts[0] for count in counts] == [0, 2, 4]
 
 
-# -- what is known of the torque ----------------------------------------------------------------------------------------
+# -- the known torque state ----------------------------------------------------------------------------------------
 
 
 def test_torque_is_unknown_while_the_port_is_lost(playing: Stepped) -> None:

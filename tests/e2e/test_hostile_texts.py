@@ -234,7 +234,7 @@ MADE_BY_KATA: Final = {
     # Read from records and files on the service's computer, of which there are none: names of stations and of who did it, values.
     *(f"Commissioning{kind}.{name}" for kind in ("", "Detail") for name in ("configuration_digest", "digest", "done_by", "fault", "software", "station")),
     "CommissioningRunState.by", "SettingChange.after", "SettingChange.before", "SettingField.value", "StationVersion.changed_by",
-    # Secrets, told once.
+    # Secrets, shown once.
     "CreatedAccessToken.token", "OneTimeCode.code", "RecoveryCodes.codes", "SecondFactorSetup.address", "SecondFactorSetup.picture",
     # Texts of the apparatus, its configuration and its files.
     "AuditEntry.address", "AuditEntry.station", "StationInfo.name", "Hand.motion", "HandMotion.id", "HandMotion.name",

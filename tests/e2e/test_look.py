@@ -1,4 +1,4 @@
-"""How the pages of a clinic with history fit the screen. What is looked up there is in test_clicks.py."""
+"""The pages of a clinic with history fit the screen. test_clicks.py tests their searches."""
 
 import re
 from pathlib import Path

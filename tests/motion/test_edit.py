@@ -277,7 +277,7 @@ def test_stretch_goes_slowly_up_and_beyond_before_continuing() -> None:
     assert after[:beyond].min() == pytest.approx(end_deg - 5.0, abs=0.5)
     speeds = np.diff(after[:beyond]) / np.diff(tried.times_s[there][:beyond])
     assert np.max(np.abs(speeds)) <= edit.STRETCH_SPEED_DEG_S + 0.01
-    # The other axes only do what was taught.
+    # The other axes repeat the recording.
     others = [0, 1, 2, 4]
     assert ranges(tried)[others] == pytest.approx(ranges(motion)[others], abs=1e-6)
 

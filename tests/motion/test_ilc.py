@@ -164,7 +164,7 @@ def test_resistance_teaches_nothing(direction: int) -> None:
     torque[held, 3] = direction * 1.01
     correction = again(None, replace(repetition, measured_deg=measured, torque_nm=torque))
     assert np.abs(correction.angles_deg).max() < 1e-6
-    # Below that it is the motors' own work.
+    # A smaller torque counts as the motors' own error.
     torque[held, 3] = direction * 0.99
     assert (
         again(None, replace(repetition, measured_deg=measured, torque_nm=torque)).angles_deg[:, 3].max() > 1.0

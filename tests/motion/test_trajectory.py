@@ -166,7 +166,7 @@ def test_every_axis_reaches_the_start_from_its_departure_side() -> None:
     times = np.arange(0, 4.01, 0.1)
     rows = np.zeros((len(times), 5))
     there_and_back = 1 - np.cos(times * np.pi / 2)
-    # Far up; far down; hardly at all; up by a little and then far down; not.
+    # The axes: far up, far down, slightly up, slightly up and then far down, none.
     rows[:, 0], rows[:, 1], rows[:, 2] = 20 * there_and_back, 90 - 15 * there_and_back, 0.2 * there_and_back
     rows[:, 3] = 0.5 * np.sin(times * np.pi) * (times < 1) - 15 * there_and_back * (times >= 2)
     trajectory = Trajectory(times, rows)

@@ -25,7 +25,7 @@ LGPL = {"psycopg", "psycopg-binary"}
 
 
 def test_environment_holds_only_what_is_pinned() -> None:
-    """A package that a pin once brought hides in an old environment that its pin has gone."""
+    """In an old environment, a leftover package can hide that its pin is missing."""
     pinned = {canonicalize_name(name) for name in pins("requirements-dev.txt")}
     installed = {canonicalize_name(dist.metadata["Name"]) for dist in distributions()}
     assert installed - pinned <= {"kata", "pip", "setuptools"}

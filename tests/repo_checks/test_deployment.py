@@ -45,7 +45,7 @@ def test_each_station_has_its_name_volume_and_real_time() -> None:
         names.add(config.read(ROOT / file).name)
         assert service["ulimits"] == {"rtprio": 70, "memlock": -1}
         assert service["depends_on"] == {"database": {"condition": "service_healthy"}}
-        assert "/health/live" in service["healthcheck"]["test"][-1], "a station without its database goes on"
+        assert "/health/live" in service["healthcheck"]["test"][-1], "a station without its database stays healthy"
         assert f"https://{name}." in (ROOT / "deploy/proxy/Caddyfile").read_text()
     assert len(names) == len(stations)
 
@@ -72,7 +72,7 @@ def test_logs_go_to_the_clinics_server_over_tls() -> None:
         assert options["syslog-address"].startswith("tcp+tls://"), name
         assert options["syslog-tls-ca-cert"], name
         assert "syslog-tls-skip-verify" not in options, name
-        assert options["mode"] == "non-blocking", f"{name} waits for nobody's log server"
+        assert options["mode"] == "non-blocking", f"{name} does not wait for a log server"
     for station in ("station-1", "station-2"):
         assert services[station]["environment"]["KATA_LOG_FORMAT"] == "json", "with the rows of the audit trail"
 

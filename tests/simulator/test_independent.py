@@ -199,7 +199,7 @@ def test_same_seed_gives_the_same_motion_and_another_seed_another() -> None:
 
 @pytest.mark.parametrize("make", [Plant, IndependentPlant])
 def test_both_plants_hold_their_position_under_the_same_drives(make: MakeMechanics) -> None:
-    """Through registers, bus and control loop: a started station holds what it was told to hold."""
+    """Through registers, bus and control loop: a started station holds the commanded angles."""
     station = VirtualStation(simulated("virtual"), 1, make_mechanics=make)
     apparatus = station._world.apparatus
     for drive in apparatus.drives:

@@ -18,7 +18,7 @@ LOAD = Load(
 
 
 async def loaded_in_vain(silent: list[Silent]) -> tuple[Silent, list[str]]:
-    """A load that nobody waits for any more; what was forgotten."""
+    """Send a Load and stop waiting for its answer. Return the device process and the forgotten runs."""
     forgotten: list[str] = []
     asked = station()
     (program,) = silent

@@ -71,7 +71,7 @@ def test_duplicate_service_names_are_reported_but_restarts_are_not() -> None:
     roster = Roster("Station 1")
     roster.take(state(service=1), BEGIN)
     roster.take(state(service=2), BEGIN.later(0.5))
-    assert one(roster, BEGIN.later(0.5)).doubled is False, "started anew"
+    assert one(roster, BEGIN.later(0.5)).doubled is False, "the other service has restarted"
     roster.take(state(service=2), BEGIN.later(1.0))
     assert one(roster, BEGIN.later(1.0)).doubled is False
     roster.take(state(service=1), BEGIN.later(1.5))

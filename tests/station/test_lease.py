@@ -120,7 +120,7 @@ def test_playback_without_browser_pauses_after_2_and_releases_after_30s(lease: L
     lease.page_closed(SATO, at(10))
     assert due(lease, 11.99, "playing") is None
     assert due(lease, 12.0, "playing") == "pause"
-    # Until it stands, and it is seen why.
+    # The pause is due until it is noted.
     assert due(lease, 12.1, "playing") == "pause"
     lease.note_pause()
     assert lease.live(KATO, at(13)).paused is True
@@ -198,7 +198,7 @@ def test_request_keeps_a_takeover_present_for_two_seconds(lease: Lease) -> None:
     lease.note_request(KATO, at(13.5))
     assert due(lease, 17.25, "playing") is None
     assert due(lease, 17.5, "playing") == "pause"
-    # That Sato's page is open helps nobody.
+    # The former holder's open page does not count.
     lease.page_opened(KATO)
     assert due(lease, 50, "playing") is None
     lease.page_closed(KATO, at(50))

@@ -43,7 +43,7 @@ def held(at: Station) -> bool:
     return stop.arm_held
 
 
-# -- what is shown ------------------------------------------------------------------------------------------------------
+# -- the shown state ------------------------------------------------------------------------------------------------------
 
 
 def test_torque_is_unknown_before_the_first_snapshot(silent: list[Silent]) -> None:

@@ -55,12 +55,12 @@ class Stops:
 
 @dataclass(frozen=True)
 class Continues:
-    """Nothing stops: the fault is harmless here, or not detectable from this signal."""
+    """The apparatus does not stop: the fault is harmless here, or not detectable from this signal."""
 
 
 @dataclass(frozen=True)
 class StaysOffline:
-    """Nothing starts while the fault is present."""
+    """The apparatus stays offline while the fault is present."""
 
 
 @dataclass(frozen=True)

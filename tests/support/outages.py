@@ -58,7 +58,7 @@ class _Hand:
 
 
 class TreatingStation:
-    """Plays repeatedly, presses its emergency stop at times, and writes notes, whatever the database does."""
+    """Plays repeatedly, presses its emergency stop at times, and writes notes, also while the database is unavailable."""
 
     def __init__(self, stack: ExitStack, folder: Path, name: str, database_url: str, over: Event) -> None:
         self.name, self.data, self._over = name, folder / name, over
@@ -196,7 +196,7 @@ def judge(stations: list[TreatingStation], database_url: str) -> str:
             with database.read() as session:
                 harm(session)
                 session.flush()
-                assert not _is_whole(stations, session), f"nobody sees that {what}"
+                assert not _is_whole(stations, session), f"the check does not detect that {what}"
                 session.rollback()
         return f"{numbers}; seen was that {', '.join(harms)}"
 

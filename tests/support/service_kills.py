@@ -90,7 +90,7 @@ class KilledClinic:
                         assert done.status_code == 200, done.text
                         self._notes[clinic_number] = change
                 except httpx2.TransportError:
-                    assert over.wait(10), "the service has died of itself"
+                    assert over.wait(10), "the service ended without the kill"
                     return
 
     def _look(self, acknowledged: int) -> Left:
@@ -105,7 +105,7 @@ class KilledClinic:
             lost = {
                 number: change for number, change in self._notes.items() if not 0 <= notes.get(number, 0) - change <= 1
             }
-            assert lost == {}, "acknowledged, and lost"
+            assert lost == {}, "an acknowledged change is lost"
             verdict = verify(session, [self._settings.effective_audit_anchor])
             assert verdict.findings == []
             changes = sum(notes.values())

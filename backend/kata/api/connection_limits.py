@@ -249,7 +249,7 @@ class LimitedProtocol(HttpToolsProtocol):
 
 
 class LimitedListener(socket.socket):
-    """Listening socket that closes connections above the limits by itself.
+    """Listening socket that closes connections above the limits.
 
     During a flood of connections, a user's connection waits behind those that are refused. Closing a connection here takes a tenth of the
     time of creating a transport and a protocol for it.

@@ -52,7 +52,7 @@ _LONGEST_INPUT_AGE_MS: Final = 300.0
 TURN_S: Final = 0.08
 """Time in which a movement that met resistance comes to rest from its highest speed."""
 RAMP_SHARE: Final = 0.35
-"""Share of the acceleration limit that a change of pace at an axis' highest speed uses. The reference itself uses half of the
+"""Share of the acceleration limit that a change of the speed override at an axis' highest speed uses. The reference itself uses half of the
 limit. The rest is the margin for speeds that are checked as averages over 0.1 s and may be higher by a third within that time.
 """
 OVERSPEED: Final = 1.5
@@ -72,7 +72,7 @@ class Range:
     """The accepted values of one number, both ends included. Values that are not finite are outside every range."""
 
     field: str
-    """``axes.`` stands for each axis, ``axes[4].`` for one."""
+    """``axes.`` means each axis, ``axes[4].`` one axis."""
     low: float
     high: float
     unit: str = ""

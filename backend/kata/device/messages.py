@@ -128,14 +128,14 @@ class FinishTeaching(_Message, frozen=True, kw_only=True, tag="finish_teaching")
 
 
 class EndFeel(_Message, frozen=True, kw_only=True, tag="end_feel"):
-    """An end-feel test: along the recording until a torque is met, back at once, and again.
+    """An end-feel test: move along the recording until the torque is reached, move back at once, and repeat.
 
-    The torque is that between apparatus and shoulder: what the drive gives beyond ``expected_nm``.
+    ``torque_nm`` acts between apparatus and shoulder. It is the drive's torque minus ``expected_nm`` and the arm's weight.
     """
 
     motor: int
     torque_nm: float
-    """The arm is taken back before this torque is exceeded."""
+    """The arm moves back before it exceeds this torque."""
     expected_nm: tuple[float, ...]
     """The motor's torque on the way out without a shoulder (friction and weight), evenly spaced from the recording's start to its end."""
     back_nm: tuple[float, ...] = ()
@@ -143,16 +143,16 @@ class EndFeel(_Message, frozen=True, kw_only=True, tag="end_feel"):
     arm_nm: tuple[tuple[float, ...], ...] = ()
     """How the torque grows with each factor of the arm's weight, as long as ``expected_nm`` each. The test finds the factors itself."""
     weighed_s: tuple[float, float] = (0.0, 0.0)
-    """The part of the recording in which the arm is weighed: there the shoulder is free."""
+    """Start and end of the part of the recording in which the shoulder is free and the arm is weighed."""
     repetitions: int = 3
 
 
 class Load(_Message, frozen=True, kw_only=True, tag="load"):
     """Check a recording against the limits and load it as a new run. From idle.
 
-    ``times_s`` is ``(n,)`` and ``angles_deg`` ``(n, 5)``, both little-endian float64 in C order. A Stop, Teach or
     ``times_s`` is ``(n,)`` and ``angles_deg`` ``(n, 5)``, both little-endian float64 in C order. If a Stop, Teach or Unload
-    arrives during the check, the Load is refused with ``stopped_meanwhile``. A second Load during the check is itself
+    arrives during the check, the Load is refused with ``stopped_meanwhile``. A second Load during the check is refused with
+    ``busy``.
     """
 
     run_id: str

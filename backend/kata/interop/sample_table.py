@@ -114,7 +114,7 @@ def _table(samples: dict[str, NDArray[np.float64]], origin: Origin) -> Table:
         for axis, motor in enumerate(AXES):
             add(name.format(motor), unit, np.ascontiguousarray(samples[column][:, axis]))
     if origin.simulated:
-        # CSV has no metadata, so only a column can mark every value wherever it is copied.
+        # CSV has no metadata, so only a column marks every value, also in copied rows.
         arrays.append(Array.from_numpy(np.ones(len(samples["time_s"]), dtype=np.int8)))
         fields.append(Field(SIMULATED, DataType.int8(), nullable=True, metadata={"values": "1 simulated apparatus"}))
     return Table.from_arrays(arrays, schema=Schema(fields, metadata=_metadata(origin)))

@@ -13,7 +13,7 @@ agrees with Eqs. (15)-(20), for each of the two legs i = 1, 2:
 *Forward*: t2 determines P2. An equation of the same form then gives psi for each phi from leg 2. The remaining opening of
 leg 1 depends only on phi. scipy's bracketing root finder brings it to zero for all rows at once.
 
-Within +-45 deg of phi and psi, wherever the links close, det d(theta)/d(phi, psi) > 0. There the assembled linkage has no
+Within +-45 deg of phi and psi, if the links close, det d(theta)/d(phi, psi) > 0. There the assembled linkage has no
 singularity, no two poses have the same motor angles, and a path of motor angles has one pose path, without jumps.
 """
 

@@ -41,7 +41,7 @@ FADE: Final = 10.0
 LEVEL_BACK_DEG: Final = BASIC_MOTIONS[2].range_deg[0]
 """Lowest angle of motor 4 with the level arm (Table 2, row 3)."""
 FREE_DEG: Final = 360.0
-"""Stands for "no limit": no pose reaches this angle."""
+"""Means "no limit": no pose reaches this angle."""
 PLANES_DEG: Final = (-180.0, -90.0, 0.0, 90.0, 180.0)
 """Planes in degrees for the values of :attr:`ArmLimits.elevations_deg`."""
 

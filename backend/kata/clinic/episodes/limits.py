@@ -1,10 +1,10 @@
 """Check a planned motion against a doctor's limits.
 
-The limits apply to the body's angles, and a doctor names them by motion. They limit the pose of the arm, whichever motion leads to it:
+The limits apply to the body's angles, and a doctor names them by motion. They limit the pose of the arm, independent of the motion that leads to it:
 
 * motion 4 (abduction) and motion 5 (flexion) limit the **elevation** of the upper arm, sideways and forward; directions in between are
 interpolated;
-* motion 3 (horizontal flexion) limits the **plane** of the raised arm, whichever motors raised it;
+* motion 3 (horizontal flexion) limits the **plane** of the raised arm, independent of the motors that raised it;
 * the lowest angle of motion 5 (extension), and that of motion 3 with the level arm, limit motor 4 backward.
 
 Limits that were stored when each motion had its own motor have the same meaning now. Everything that they forbade then is still forbidden:
@@ -50,7 +50,7 @@ MotorLimits = tuple[tuple[float, float], ...]
 """Lowest and highest angle of each motor, or empty (:attr:`kata.device.messages.Load.limits_deg`)."""
 
 _FREE_DEG: Final = (-FREE_DEG, FREE_DEG)
-"""Stands for "no limit": no motor can reach these angles."""
+"""Means "no limit": no motor can reach these angles."""
 _WHOLE_ELEVATION_DEG: Final = 180.0
 """Highest elevation of an arm, in degrees."""
 _SCAPULA: Final = (1, 2)

@@ -164,9 +164,9 @@ class Prepared:
 def prepare(
     session: DatabaseSession, request: EndFeelRequest, way: Way, config: StationConfig, today: datetime
 ) -> Prepared:
-    """Return what the device gets.
+    """Return the run's way, the device's test and the run of its baseline.
 
-    :param today: beginning of the day of which a baseline must be.
+    :param today: beginning of today. A baseline must be newer.
     :raises ProblemError: 409 when a test has no baseline of today at this station.
     """
     if request.kind == "baseline":
