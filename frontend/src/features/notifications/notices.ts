@@ -35,7 +35,10 @@ function wordsAndTarget(notification: Schemas["Notification"]): Pick<Notice, "wo
       };
     case "alarm":
       return {
-        words: t("notifications:kinds.alarm", { station: notification.station, cause: stopWords(notification.code) }),
+        words: t("notifications:kinds.alarm", {
+          station: notification.station,
+          cause: stopWords(notification.code),
+        }),
         target: { to: notification.session_id ? `/sessions/${notification.session_id}` : "/stations" },
       };
   }
