@@ -59,6 +59,22 @@ def test_pages_of_all_sizes_fit_and_have_stop(tab: Page, clinic: Clinic, every: 
     assert found == {}
 
 
+def test_every_page_link_is_in_reach_at_every_width(tab: Page, clinic: Clinic) -> None:
+    """The links fit, or the menu offers them: also at the widths at which the layout changes, such as a tablet's 768 px."""
+    tab.goto(clinic.url)
+    wait_until_idle(tab)
+    pages = tab.locator("nav[aria-label=Pages]")
+    wrong = {}
+    for width in (360, 767, 768, 769, 800, 900, 991, 992, 1024, 1199, 1200, 1280, 1920):
+        tab.set_viewport_size({"width": width, "height": 900})
+        if tab.get_by_role("button", name="Pages", exact=True).is_visible():
+            continue
+        cut = pages.evaluate("(nav) => nav.clientWidth ? nav.scrollWidth - nav.clientWidth : nav.childElementCount")
+        if cut > 0:
+            wrong[width] = cut
+    assert wrong == {}
+
+
 def test_stop_is_among_the_first_tabs_of_a_page(tab: Page, clinic: Clinic) -> None:
     tab.goto(clinic.url)
     wait_until_idle(tab)

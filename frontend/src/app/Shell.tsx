@@ -48,7 +48,7 @@ function Top() {
         fz={22}
         c="var(--kata-brand)"
         underline="never"
-        visibleFrom="md"
+        visibleFrom="lg"
         style={{ whiteSpace: "nowrap" }}
       >
         <Brand />
@@ -57,6 +57,7 @@ function Top() {
         component="nav"
         gap={4}
         wrap="nowrap"
+        visibleFrom="md"
         className={classes.nav ?? ""}
         aria-label={t("common:shell.pages")}
       >
@@ -74,7 +75,7 @@ function Top() {
   );
 }
 
-/** The same pages in a menu, on a telephone, where the links do not fit. */
+/** The same pages in a menu, on a telephone or an upright tablet, where the links do not fit. */
 function PageMenu() {
   return (
     <Menu position="bottom-start" zIndex={500}>
@@ -83,7 +84,7 @@ function PageMenu() {
           variant="subtle"
           color="var(--mantine-color-text)"
           size={44}
-          hiddenFrom="sm"
+          hiddenFrom="md"
           aria-label={t("common:shell.pages")}
         >
           <IconMenu2 size={26} />

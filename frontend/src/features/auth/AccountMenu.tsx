@@ -56,7 +56,7 @@ export function AccountMenu() {
             styles={{ section: { marginInlineEnd: 0 } }}
             aria-label={t("auth:menu.signedInAs", { name: me.name })}
           >
-            <Text span inherit truncate visibleFrom="md" ml={8}>
+            <Text span inherit truncate visibleFrom="lg" ml={8}>
               {me.name}
             </Text>
           </Button>
