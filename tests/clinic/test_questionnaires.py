@@ -11,6 +11,8 @@ from uuid import UUID
 
 import msgspec
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
 from sqlalchemy import select
 from typer.testing import CliRunner
 
@@ -21,6 +23,7 @@ from kata.clinic.assessments.schemas import AssessmentCreate
 from kata.clinic.assessments.tables import AssessmentRow
 from kata.clinic.episodes.tables import EpisodeRow
 from kata.clinic.questionnaires import definitions, service
+from kata.clinic.questionnaires.changes import SHOWN_DIGITS, certain_above, meaning_of
 from kata.clinic.questionnaires.definitions import DEFINITIONS, SPADI, read_definition, use_folder
 from kata.clinic.questionnaires.licensed_texts import read_texts
 from kata.clinic.questionnaires.tables import QuestionnaireTextsRow
@@ -123,6 +126,23 @@ def test_every_definition_is_complete_and_has_its_sources() -> None:
 def test_spadi_of_the_form_is_scored_from_its_file() -> None:
     assert [item.subscale for item in spadi.ITEMS] == [scale.code for scale in DEFINITIONS["spadi"].item_scales]
     assert (spadi.IMPORTANT_CHANGE, spadi.DETECTABLE_CHANGE) == ((8, 13), 17)
+
+
+@given(st.sampled_from(["spadi", "quickdash", "oxford", "ases"]), st.booleans(), st.floats(-0.2, 0.2))
+def test_verdict_never_contradicts_the_change_as_shown(code: str, certain: bool, beyond: float) -> None:
+    """Changes close to a limit occur, because answers may be missing and T-scores have decimals."""
+    definition = DEFINITIONS[code]
+    change = beyond + (certain_above(definition) if certain else definition.important.points)
+    shown = float(f"{change:.{SHOWN_DIGITS}f}")
+    meaning = meaning_of(definition, change)
+    assert (meaning == "none") is (shown < definition.important.points)
+    assert (meaning in ("better", "worse")) is (shown > certain_above(definition))
+
+
+def test_change_of_a_t_score_is_judged_without_binary_fractions() -> None:
+    definition = msgspec.structs.replace(SPADI, important=definitions.Threshold(3.0, "invented"))
+    assert 32.3 - 29.3 < 3.0
+    assert meaning_of(definition, 29.3 - 32.3) == "perhaps_better"
 
 
 # -- a clinic's own definitions --------------------------------------------------------------------------------------

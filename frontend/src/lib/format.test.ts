@@ -1,5 +1,5 @@
 import { expect, it } from "vitest";
-import { formatAfter, formatMoment, formatShortDays } from "./format";
+import { formatAfter, formatMeasured, formatMoment, formatShortDays } from "./format";
 
 it("shows only the time for a later moment that day", () => {
   const began = new Date(2026, 10, 22, 23, 30).toISOString();
@@ -14,4 +14,8 @@ it("leaves the year out of short days only within one year", () => {
   const [first, last] = [new Date(2026, 9, 21).toISOString(), new Date(2026, 10, 25).toISOString()];
   expect(formatShortDays([first, last])).toEqual(["Oct 21", "Nov 25"]);
   expect(formatShortDays([new Date(2025, 9, 21).toISOString(), last])).toEqual(["10/25", "11/26"]);
+});
+
+it("rounds no measured value to a whole one", () => {
+  expect([122.5, 45, -17.25, 7.96, null].map(formatMeasured)).toEqual(["122.5", "45", "−17.3", "8", "–"]);
 });

@@ -46,6 +46,13 @@ export function formatDeg(value: number | null | undefined, digits = 1): string 
   return (Number(text) === 0 ? (0).toFixed(digits) : text).replace("-", "−");
 }
 
+/** Return an entered number or a score: one decimal, or none if it is whole. */
+export const formatMeasured = (value: number | null | undefined) =>
+  formatDeg(value, Number.isInteger(roundToTenths(value ?? 0)) ? 0 : 1);
+
+/** Return a number as it is shown. Limits are compared with this number. */
+export const roundToTenths = (value: number) => Number(value.toFixed(1));
+
 /** Return degrees with the unit. */
 export const formatDegrees = (value: number | null, digits = 1): string => `${formatDeg(value, digits)}°`;
 

@@ -1,5 +1,5 @@
 import { useElementSize } from "@mantine/hooks";
-import { formatDayOf, formatShortDays } from "../lib/format";
+import { formatDayOf, formatMeasured, formatShortDays } from "../lib/format";
 import { timeScale } from "./timeScale";
 import classes from "./ui.module.css";
 
@@ -93,7 +93,7 @@ function Line(props: {
       )}
       {last && (
         <text x={x(last.at) + 8} y={y(last.value) + 4} fontWeight={700}>
-          {Math.round(last.value)}
+          {formatMeasured(last.value)}
         </text>
       )}
     </g>

@@ -1,11 +1,19 @@
 """What a change of a questionnaire's total means: important to patients, larger than chance, or neither."""
 
-from typing import Literal
+from typing import Final, Literal
 
 from kata.clinic.questionnaires.definitions import Definition
 
 Meaning = Literal["none", "perhaps_better", "perhaps_worse", "better", "worse"]
 """``none``: smaller than what patients call important. ``perhaps_…``: important, but it may be chance."""
+
+SHOWN_DIGITS: Final = 1
+"""Decimals of a total and of its change on every page and in every report."""
+
+
+def as_shown(change: float) -> float:
+    """Return a change as it is shown. A change is compared with a limit in this form, so that no verdict contradicts the number beside it."""
+    return round(change, SHOWN_DIGITS)
 
 
 def certain_above(definition: Definition) -> float:
@@ -16,7 +24,7 @@ def certain_above(definition: Definition) -> float:
 
 def meaning_of(definition: Definition, change_points: float) -> Meaning:
     """Return what a change of the total means. ``change_points``: the later total minus the earlier one."""
-    size = abs(change_points)
+    size = abs(as_shown(change_points))
     if size < definition.important.points:
         return "none"
     better = change_points < 0 if definition.better == "lower" else change_points > 0

@@ -89,6 +89,20 @@ describe("the newest findings", () => {
     const words = describeSpadi({ ...ASSESSMENT, spadi_score: score }, withTotal(50), FORM);
     expect(words).toContain(`. ${verdict}`);
   });
+
+  it.each([
+    [43.3, 60.5, "SPADI 43.3 of 100 (−17.2)", "Important improvement"],
+    [43.375, 50.875, "SPADI 43.4 of 100 (−7.5)", "No important change"],
+    [43, 60, "SPADI 43 of 100 (−17)", "Possibly important improvement"],
+  ])("a SPADI of %d after %d is shown so that its verdict fits", (total, first, shown, verdict) => {
+    const words = describeSpadi(
+      { ...ASSESSMENT, spadi_score: { pain: 50, disability: 50, total } },
+      withTotal(first),
+      FORM,
+    );
+    expect(words).toContain(shown);
+    expect(words).toContain(`. ${verdict}`);
+  });
 });
 
 describe("an assessment entered by mistake", () => {

@@ -1,5 +1,5 @@
 import type { Assessment, Schemas } from "../../lib/api/client";
-import { formatDeg } from "../../lib/format";
+import { formatDeg, formatMeasured, roundToTenths } from "../../lib/format";
 import { t } from "../../lib/i18n";
 import { angleKey, PAIN_NAMES, type Side } from "./draft";
 import { formatScore, measureName } from "./messages";
@@ -7,11 +7,11 @@ import { formatScore, measureName } from "./messages";
 /** Return 3 as "+3" and -3 as "−3", followed by `unit`; empty without a baseline. */
 function formatChange(value: number, first: number | null | undefined, unit = ""): string {
   if (first === null || first === undefined) return "";
-  const change = Math.round(value - first);
+  const change = roundToTenths(value - first);
   if (change === 0) return t("assessments:found.unchanged");
   return change > 0
-    ? t("assessments:found.more", { by: change, unit })
-    : t("assessments:found.less", { by: -change, unit });
+    ? t("assessments:found.more", { by: formatMeasured(change), unit })
+    : t("assessments:found.less", { by: formatMeasured(-change), unit });
 }
 
 /** The columns of the measured angles: both shoulders, actively and passively. */
@@ -43,7 +43,7 @@ export function describeRom(
         const entry = assessment.rom.find((candidate) => angleKey(candidate) === key);
         if (!entry) return "";
         const change = shoulder === "affected" ? formatChange(entry.angle_deg, first.get(key), "°") : "";
-        return t("assessments:found.angle", { angle: formatDeg(entry.angle_deg, 0), changed: change });
+        return t("assessments:found.angle", { angle: formatMeasured(entry.angle_deg), changed: change });
       }),
     }))
     .filter(({ angles }) => angles.some((angle) => angle !== ""));
@@ -82,9 +82,9 @@ export function describeSpadi(
   });
 }
 
-/** Rate a change of the SPADI; a lower score is better. */
+/** Rate a change of the SPADI as it is shown; a lower score is better. */
 export function rateSpadiChange(change: number, form: Schemas["AssessmentForm"]): string {
-  const size = Math.abs(change);
+  const size = Math.abs(roundToTenths(change));
   if (size < form.spadi_perhaps_important) return t("assessments:found.unimportant");
   const limits = {
     least: form.spadi_perhaps_important,

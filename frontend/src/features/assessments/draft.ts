@@ -1,5 +1,5 @@
 import type { Assessment, Schemas } from "../../lib/api/client";
-import { formatDeg } from "../../lib/format";
+import { formatDeg, formatMeasured } from "../../lib/format";
 import { t } from "../../lib/i18n";
 import { measureName } from "./messages";
 import type { Answers } from "./spadi";
@@ -93,8 +93,8 @@ export function otherZeroNote(
   }
   return t("assessments:rom.otherZero", {
     measure: t(`assessments:rom.cell.${at.side}.${at.kind}`, { measure: measureName(measure) }),
-    angle: formatDeg(angle, 0),
-    counted: formatDeg(angle - measure.other_zero.adds_deg, 0),
+    angle: formatMeasured(angle),
+    counted: formatMeasured(angle - measure.other_zero.adds_deg),
   });
 }
 

@@ -1,9 +1,9 @@
 import type { Schemas } from "../../lib/api/client";
-import { formatDeg } from "../../lib/format";
+import { formatMeasured } from "../../lib/format";
 import { LANGUAGE } from "../../lib/language";
 
 /** Return a score of 0 to 100, or a dash if there is none. */
-export const formatScore = (value: number | null | undefined) => formatDeg(value, 0);
+export const formatScore = (value: number | null | undefined) => formatMeasured(value);
 
 /** Return the names of measured motions and questionnaire items. The service sends them in both languages. */
 export const measureName = (measure: Schemas["RomMeasure"]) =>

@@ -1,7 +1,7 @@
 import { Group, SegmentedControl, Table, Text, Title } from "@mantine/core";
 import { useState } from "react";
 import type { Assessment, Schemas } from "../../../lib/api/client";
-import { formatDegrees, sideWord } from "../../../lib/format";
+import { formatMeasured, sideWord } from "../../../lib/format";
 import { t } from "../../../lib/i18n";
 import { KINDS, type Kind, type Side } from "../../assessments/draft";
 import { EDGE, type RomRow, radarPoint, romRows } from "./romRadar";
@@ -85,7 +85,7 @@ function RomTable({ rows, affected }: { rows: RomRow[]; affected: Side }) {
   );
 }
 
-const angleWords = (angle: number | null) => (angle === null ? "–" : formatDegrees(angle, 0));
+const angleWords = (angle: number | null) => (angle === null ? "–" : `${formatMeasured(angle)}°`);
 
 /** The radar figure. It repeats the table beside it, so it is hidden from screen readers. */
 function Radar({ rows, affected }: { rows: RomRow[]; affected: Side }) {

@@ -1,7 +1,7 @@
 import { Text, Title } from "@mantine/core";
 import { IconArrowDown, IconArrowRight, IconArrowUp } from "@tabler/icons-react";
 import type { Schemas } from "../../../lib/api/client";
-import { formatDayOf, formatDeg, formatDegrees } from "../../../lib/format";
+import { formatDayOf, formatMeasured, roundToTenths } from "../../../lib/format";
 import { t } from "../../../lib/i18n";
 import { Metric, Metrics } from "../../../ui/Metric";
 import { rateSpadiChange } from "../../assessments/describeFindings";
@@ -45,7 +45,7 @@ export function SinceLastMonth(props: {
                 <Metric
                   key={measure.motion}
                   label={t("patients:summary.active", { motion: motionWord(measure) })}
-                  value={formatDegrees(angle.value, 0)}
+                  value={`${formatMeasured(angle.value)}°`}
                   note={<ChangeWords of={angle} words={(change) => `${change}°`} />}
                 />
               )
@@ -54,7 +54,7 @@ export function SinceLastMonth(props: {
         {pain && (
           <Metric
             label={t("patients:summary.pain")}
-            value={formatDeg(pain.value, 0)}
+            value={formatMeasured(pain.value)}
             unit={t("patients:summary.of10")}
             note={<ChangeWords of={pain} words={pointWords} />}
           />
@@ -87,12 +87,12 @@ const pointWords = (change: string, count: number) => t("patients:summary.points
 /** Shows the change with an arrow in the direction of the number. `words` adds the unit. */
 function ChangeWords(props: { of: Change; words: (change: string, size: number) => string }) {
   if (props.of.change === null) return null;
-  const change = Math.round(props.of.change);
+  const change = roundToTenths(props.of.change);
   const Icon = change > 0 ? IconArrowUp : change < 0 ? IconArrowDown : IconArrowRight;
   const words =
     change === 0
       ? t("patients:summary.unchanged")
-      : props.words(`${change > 0 ? "+" : ""}${formatDeg(change, 0)}`, Math.abs(change));
+      : props.words(`${change > 0 ? "+" : ""}${formatMeasured(change)}`, Math.abs(change));
   return (
     <Text span fw={700} size="sm" style={{ whiteSpace: "nowrap" }}>
       <Icon size={16} style={{ verticalAlign: "text-bottom" }} aria-hidden /> {words}

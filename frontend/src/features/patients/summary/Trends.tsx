@@ -1,6 +1,6 @@
 import { SimpleGrid, Text, Title } from "@mantine/core";
 import type { Assessment } from "../../../lib/api/client";
-import { formatDeg } from "../../../lib/format";
+import { formatMeasured } from "../../../lib/format";
 import { t } from "../../../lib/i18n";
 import { type Trend, TrendChart, TrendLegend } from "../../../ui/TrendChart";
 
@@ -34,8 +34,8 @@ function TrendCard(props: { title: string; trends: Trend[]; max: number; step: n
   const described = trends.map(({ name, points }) =>
     t("patients:summary.fromTo", {
       name,
-      from: formatDeg(points[0]?.value, 0),
-      to: formatDeg(points.at(-1)?.value, 0),
+      from: formatMeasured(points[0]?.value),
+      to: formatMeasured(points.at(-1)?.value),
       count: points.length,
     }),
   );
