@@ -25,7 +25,7 @@ from kata.errors import ProblemError
 from kata.motion.edit import AS_TAUGHT
 from kata.plotting.figures import RunFigureSamples
 from kata.reporting import charts, episode, letterhead, rehabilitation_plan, rendering, session
-from kata.reporting.content import EpisodeContent, SessionContent
+from kata.reporting.content import DatedValue, EpisodeContent, Limit, RehabilitationPlanContent, SessionContent
 from kata.reporting.letterhead import Letterhead, LetterheadError
 from kata.reporting.phrases import LANGUAGES, PHRASES, STOP_REASONS_JA, Language, Phrases
 from kata.reporting.rendering import PrintOptions, ReportPage
@@ -211,6 +211,33 @@ def test_rehabilitation_plan_says_what_the_record_says(sqlite: Database) -> None
         "屈曲（自動）116度、2026-11-05（反対側 141度）", "安静時 2（2026-11-05）", "40.0（2026-11-05）", "Abduction to 90：速度",
     ):  # fmt: skip
         assert said in text, said
+
+
+def test_reports_print_limits_and_angles_without_rounding(
+    sqlite: Database, signed: tuple[SessionContent, EpisodeContent]
+) -> None:
+    _, care = signed
+    first, *others = care.rom
+    angles = (DatedValue(AT, -22.5), DatedValue(AT + timedelta(days=7), 60.3))
+    care = replace(
+        care,
+        limits=(Limit(4, -0.4, 89.6),),
+        max_speed_deg_s=7.5,
+        rom=(replace(first, readings=angles, other=DatedValue(AT, 141.5)), *others),
+    )
+    report = " ".join(Parsed(rendering.episode_page(care, how())).text.split())
+    plan = " ".join(Parsed(rendering.rehabilitation_plan_page(RehabilitationPlanContent(care, ()), how())).text.split())
+    for said in ("−0.4 89.6", "7.5 °/s", "−22.5", "60.3", "+82.8", "141.5"):
+        assert said in report, said
+    for said in ("−0.4度から89.6度まで", "7.5°/s", "60.3度", "141.5度"):
+        assert said in plan, said
+
+
+def test_printed_share_is_below_the_bound_of_a_partial_run(signed: tuple[SessionContent, EpisodeContent]) -> None:
+    visit, _ = signed
+    run = replace(visit.runs[0], compared_percent=89.97, partial=True)
+    text = Parsed(rendering.session_page(replace(visit, runs=(run,)), how())).text
+    assert "compared: 89\u00a0% of the playing time" in text
 
 
 def test_rehabilitation_plan_leaves_open_what_nobody_recorded(sqlite: Database) -> None:

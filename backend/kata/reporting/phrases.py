@@ -16,6 +16,9 @@ _MONTHS: Final = (
     "July", "August", "September", "October", "November", "December",
 )  # fmt: skip
 
+_MOST_DECIMALS: Final = 3
+"""A difference of two entered numbers has binary fractions beyond these decimals."""
+
 PHRASES: Final[dict[str, tuple[str, str]]] = {
     # Both reports
     "patient": ("Patient", "患者"),
@@ -491,6 +494,14 @@ class Phrases:
             return "–"
         text = f"{value:+.{digits}f}" if sign else f"{value:.{digits}f}"
         return f"{0:.{digits}f}" if float(text) == 0 else text.replace("-", "−")
+
+    def entered(self, value: float | None, *, sign: bool = False) -> str:
+        """Return an entered number, or the difference of two, with all its decimals: a limit of 89.6° is not printed as 90°."""
+        if value is None:
+            return "–"
+        # Adding 0 turns minus zero into zero.
+        exact = round(value, _MOST_DECIMALS) + 0.0
+        return (f"{exact:+g}" if sign and exact else f"{exact:g}").replace("-", "−")
 
     def span(self, ends_deg: tuple[float, float] | None, digits: int = 1) -> str:
         """Return the range from the lowest to the highest angle."""

@@ -1,6 +1,6 @@
 import { Badge, Group, Text, Title } from "@mantine/core";
 import type { Run } from "../../lib/api/client";
-import { formatClock, formatDeg, formatList } from "../../lib/format";
+import { formatClock, formatList } from "../../lib/format";
 import { t } from "../../lib/i18n";
 import { translateServerText } from "../../lib/serverText";
 import { InlineSlot } from "../../ui/InlineSlot";
@@ -56,7 +56,7 @@ function doneWords(run: Run): string {
   if (run.least_range_percent !== null)
     words.push(t("sessions:session.smallestRange", { percent: run.least_range_percent }));
   if (typeof run.compared_percent === "number")
-    words.push(t("sessions:compared.share", { percent: formatDeg(run.compared_percent, 0) }));
+    words.push(t("sessions:compared.share", { percent: Math.floor(run.compared_percent) }));
   return formatList(words);
 }
 
