@@ -182,7 +182,7 @@ def test_episode_report_matches_the_database_rows(signed: tuple[SessionContent, 
     text = " ".join(Parsed(rendering.episode_page(care, how())).text.split())
     for said in (
         "Onset 1 June 2026", "Freezing 1 June 2026", "Frozen 20 October 2026", "4 Abduction / adduction – 95",
-        "Highest resistance level: 12 of 25", "Highest speed: 35 °/s", "Set by Sato Ken", "Flexion Active 95 2026-10-31 116 2026-11-11 +21 141 180",
+        "Highest resistance level: 12 of 25", "Highest speed: 35 °/s", "Set by Sato Ken", "Flexion Active 95 2026-10-31 116 2026-11-11 +21 141 (2026-11-11) 180",
         "External rotation, arm at the side Passive 23 2026-10-31 44 2026-11-11 +21 69 60", "At rest 3 2026-10-31 2 2026-11-11 −1",
         "(SPADI), 0 to 100 points, lower is better 60.0 2026-10-31 40.0 2026-11-11 −20.0 important improvement, more than chance",
         "3 sessions, 2 November 2026 to 8 November 2026.", "Planned repetitions that were completed: 3 of 18.",
@@ -208,7 +208,7 @@ def test_rehabilitation_plan_says_what_the_record_says(sqlite: Database) -> None
     for said in (
         "リハビリテーション実施計画書（案）", "下書きである", "Yamada Hanako（ヤマダ ハナコ）", "1968年4月12日（58歳）", "診断名（記録） Frozen shoulder",
         "拘縮期（frozen）（2026年10月20日から）", "2026年6月1日（発症、記録）", "95度まで", "抵抗許容レベル上限：25段階中12", "Sato Ken",
-        "屈曲（自動）116度、2026-11-05（反対側 141度）", "安静時 2（2026-11-05）", "40.0（2026-11-05）", "Abduction to 90：速度",
+        "屈曲（自動）116度、2026-11-05（反対側 141度、2026-11-05）", "安静時 2（2026-11-05）", "40.0（2026-11-05）", "Abduction to 90：速度",
     ):  # fmt: skip
         assert said in text, said
 
@@ -227,7 +227,7 @@ def test_reports_print_limits_and_angles_without_rounding(
     )
     report = " ".join(Parsed(rendering.episode_page(care, how())).text.split())
     plan = " ".join(Parsed(rendering.rehabilitation_plan_page(RehabilitationPlanContent(care, ()), how())).text.split())
-    for said in ("−0.4 89.6", "7.5 °/s", "−22.5", "60.3", "+82.8", "141.5"):
+    for said in ("−0.4 89.6", "7.5 °/s", "−22.5", "60.3", "+82.8", "141.5 (2026-11-30)"):
         assert said in report, said
     for said in ("−0.4度から89.6度まで", "7.5°/s", "60.3度", "141.5度"):
         assert said in plan, said
