@@ -372,6 +372,21 @@ def test_week_without_visits_is_included(database: Database, fill: Fill) -> None
     assert numbers.adherence(weeks).rows[2] == ["2026-03-16", 0, None, 0, 0]
 
 
+def test_session_of_monday_morning_is_in_the_clinics_week(database: Database, fill: Fill) -> None:
+    """Nine o'clock on Monday in Tokyo is midnight in UTC."""
+
+    def how(episode: Episode) -> None:
+        episode.treat(-0.5, run(episode.record("Lift"), 1.0, 1.0))
+
+    episode_id = fill(how)
+    with database.read() as session:
+        found = {
+            offset: service.weeks(session, service.timeline_of(session, episode_id, offset)) for offset in (0, 540)
+        }
+    held = {offset: next(week.begins_on for week in weeks if week.sessions) for offset, weeks in found.items()}
+    assert held == {0: date(2026, 2, 23), 540: date(2026, 3, 2)}
+
+
 def test_prescribed_and_completed_sessions_are_compared() -> None:
     monday = date(2026, 3, 2)
     weeks = [

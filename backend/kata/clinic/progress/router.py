@@ -18,6 +18,10 @@ from kata.plotting.placed_texts import with_texts
 Columns = Annotated[
     int, Query(ge=1, le=2, description="Panels of the chart rom beside each other; 1 for a narrow screen.")
 ]
+Offset = Annotated[
+    int,
+    Query(ge=-720, le=840, description="Offset of the clinic's time zone; weeks begin on Monday in that zone, minutes."),
+]
 
 router = APIRouter(tags=["progress"])
 
@@ -49,17 +53,19 @@ _WITHOUT_SESSIONS: Final = ("rom", "spadi", "questionnaires")
     response_model=Progress,
     responses=PROBLEMS.of(404, 422),
 )
-def get_progress(database: TheDatabase, episode_id: UUID, chart: Chart, columns: Columns = 2) -> Response:
+def get_progress(
+    database: TheDatabase, episode_id: UUID, chart: Chart, columns: Columns = 2, utc_offset_minutes: Offset = 0
+) -> Response:
     """Return one chart of an episode over its weeks, with its numbers as a table.
 
     rom: range of motion, with baseline, other side and reference. pain: pain in assessments and around sessions. spadi: SPADI with the
     changes that matter. questionnaires: totals of the other questionnaires, likewise. tracking: error of the playbacks. correction: size of the learned correction. adherence: sessions per week,
-    held and prescribed; weeks begin on Monday, UTC. end_feel: passive range at 60 % of the chosen torque.
+    held and prescribed; weeks begin on Monday in the clinic's zone. end_feel: passive range at 60 % of the chosen torque.
     end_range: end-range time in each week of the episode and motion, with the gain of passive range.
     """
     read, draw, tabulate = _CHARTS[chart]
     with database.read() as session:
-        found = read(session, service.timeline_of(session, episode_id))
+        found = read(session, service.timeline_of(session, episode_id, utc_offset_minutes))
         simulated = chart not in _WITHOUT_SESSIONS and service.any_simulated(session, episode_id)
     table = with_texts(asdict(tabulate(found)))
     lines = _NOTES[chart](found) if chart in _NOTES else []

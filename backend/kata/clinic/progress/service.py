@@ -49,13 +49,15 @@ class EpisodeTimeline:
     episode_id: UUID
     side: str
     begins_at: datetime
+    utc_offset_minutes: int = 0
+    """Offset of the clinic's time zone from UTC. Weeks of the calendar begin on Monday in this zone."""
 
     def week(self, at: datetime) -> float:
         """Return the number of weeks since the beginning of the timeline."""
         return round((at - self.begins_at) / _WEEK, 3)
 
 
-def timeline_of(session: Session, episode_id: UUID) -> EpisodeTimeline:
+def timeline_of(session: Session, episode_id: UUID, utc_offset_minutes: int = 0) -> EpisodeTimeline:
     """Return the episode's timeline. Its weeks are counted from the first assessment or session.
 
     :raises ProblemError: 404.
@@ -69,9 +71,8 @@ def timeline_of(session: Session, episode_id: UUID) -> EpisodeTimeline:
         session.scalar(select(func.min(AssessmentRow.assessed_at)).where(*_counted(episode_id))),
         session.scalar(select(func.min(SessionRow.started_at)).where(SessionRow.episode_id == episode_id)),
     )
-    return EpisodeTimeline(
-        episode_id, episode.side, min((first for first in firsts if first), default=episode.opened_at)
-    )
+    begins_at = min((first for first in firsts if first), default=episode.opened_at)
+    return EpisodeTimeline(episode_id, episode.side, begins_at, utc_offset_minutes)
 
 
 def rom_panels(session: Session, timeline: EpisodeTimeline) -> list[RomPanel]:
@@ -247,7 +248,7 @@ def end_range(session: Session, timeline: EpisodeTimeline) -> EndRangeGain:
 
 def weeks(session: Session, timeline: EpisodeTimeline) -> list[AdherenceWeek]:
     """Return every week from the first session or programme on, including weeks without a session."""
-    return adherence.of_episode(session, timeline.episode_id, utc_offset_minutes=0).weeks
+    return adherence.of_episode(session, timeline.episode_id, timeline.utc_offset_minutes).weeks
 
 
 def any_simulated(session: Session, episode_id: UUID) -> bool:
