@@ -6,8 +6,9 @@ from uuid import UUID
 
 import pytest
 
-from kata.clinic.progress import figures
+from kata.clinic.progress import figures, numbers
 from kata.clinic.progress import service as progress
+from kata.clinic.progress.series import EndFeelPoint
 from kata.clinic.sessions import end_feel, end_feel_results, runs
 from kata.clinic.sessions.tables import EndFeelRow, RunRow, SessionRow
 from kata.database.base import utc_now
@@ -18,7 +19,7 @@ from kata.reporting import session as session_report
 from kata.reporting.phrases import Language
 from tests.support.end_feel_runs import CHOSEN_NM, NM_DEG, ONSET_DEG, SPEED_DEG_S, STATION, begin, ended, row_of
 from tests.support.fhir_bundle import exported, judged, of_kind
-from tests.support.imported_runs import Clinic, pose
+from tests.support.imported_runs import STARTED, Clinic, pose
 from tests.support.reports import how
 
 TURNS_DEG = (68.0, 68.0, 68.0)
@@ -195,6 +196,30 @@ def test_progress_has_the_range_of_each_test(clinic: Clinic, recording: UUID, ba
     (point,) = points
     assert (point.range_deg, point.half_deg) == (row.range_deg, row.interval_range_deg)
     assert figures.end_feel(points)["data"][0]["error_y"]["array"] == [row.interval_range_deg]
+
+
+def test_ranges_at_other_torque_or_side_are_not_joined() -> None:
+    def point(week: int, side: str, torque_nm: float, range_deg: float) -> EndFeelPoint:
+        return EndFeelPoint("Flexion", side, STARTED, week, torque_nm, range_deg, None, None, None)
+
+    points = [
+        point(0, "left", 2.0, 80.0),
+        point(1, "left", 4.0, 95.0),
+        point(2, "right", 2.0, 140.0),
+        point(3, "left", 2.0, 82.0),
+    ]
+    drawn = {str(trace["name"]): trace["y"] for trace in figures.end_feel(points)["data"]}
+    assert drawn == {
+        "Flexion, left, 2.0 Nm": [80.0, 82.0],
+        "Flexion, left, 4.0 Nm": [95.0],
+        "Flexion, right, 2.0 Nm": [140.0],
+    }
+
+
+def test_figure_that_was_not_measured_is_empty() -> None:
+    point = EndFeelPoint("Flexion", "left", STARTED, 0, 2.0, 80.0, None, None, None)
+    assert figures.end_feel([point])["data"][0]["error_y"]["array"] == [None]
+    assert numbers.end_feel([point]).rows[0][5:] == [None, None, None]
 
 
 def begin_without_curve(clinic: Clinic, recording: UUID) -> UUID:

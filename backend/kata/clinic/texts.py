@@ -519,6 +519,7 @@ FIGURE_SHOULDER_TORQUE: Final = message("figure_shoulder_torque", "Torque betwee
 FIGURE_TORQUE_HOVER: Final = message("figure_torque_hover", "%{{x:.1f}} deg: %{{y:.2f}} Nm")
 END_FEEL_NO_CURVE: Final = message("end_feel_no_curve", "This test has no curve.")
 MEASURE_AGAIN: Final = message("measure_again", "Measure again.")
+FIGURE_END_FEEL_LINE: Final = message("figure_end_feel_line", "{motion:text}, {side:text}, {torque_nm:.1f} Nm")
 FIGURE_SIDE: Final = message("figure_side", "Side")
 FIGURE_CHOSEN_TORQUE: Final = message("figure_chosen_torque", "Chosen torque, Nm")
 FIGURE_END_FEEL_RANGE: Final = message("figure_end_feel_range", "Range at 60 % of the torque, deg")

@@ -225,12 +225,17 @@ def correction(lines: Sequence[LineSeries]) -> Figure:
 
 
 def end_feel(points: Sequence[EndFeelPoint]) -> Figure:
-    """Return the range at 60 % of the chosen torque with its 95 % interval, one line per motion."""
+    """Return the range at 60 % of the chosen torque with its 95 % interval. Ranges at different torques, or of different shoulders, cannot
+    be compared, so there is one line for each motion, side and torque.
+    """
     last = _last_week(points)
     traces = []
-    for place, motion in enumerate(dict.fromkeys(point.motion for point in points)):
-        own = [point for point in points if point.motion == motion]
-        line = LineSeries(motion, tuple(Point(point.at, point.week, point.range_deg) for point in own))
+    lines: dict[tuple[str, str, float], list[EndFeelPoint]] = defaultdict(list)
+    for point in points:
+        lines[point.motion, point.side, point.torque_nm].append(point)
+    for place, ((motion, side, torque_nm), own) in enumerate(lines.items()):
+        name = texts.FIGURE_END_FEEL_LINE(motion=motion, side=side, torque_nm=torque_nm)
+        line = LineSeries(name, tuple(Point(point.at, point.week, point.range_deg) for point in own))
         error = {"type": "data", "array": [point.half_deg for point in own]}
         traces.append(_nth_line(line, place, texts.FIGURE_NAMED_ANGLE_HOVER()) | {"error_y": error})
     values = [point.range_deg for point in points] or [0.0]

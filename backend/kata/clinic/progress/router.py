@@ -20,7 +20,9 @@ Columns = Annotated[
 ]
 Offset = Annotated[
     int,
-    Query(ge=-720, le=840, description="Offset of the clinic's time zone; weeks begin on Monday in that zone, minutes."),
+    Query(
+        ge=-720, le=840, description="Offset of the clinic's time zone; weeks begin on Monday in that zone, minutes."
+    ),
 ]
 
 router = APIRouter(tags=["progress"])

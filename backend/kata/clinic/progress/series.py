@@ -94,7 +94,7 @@ class Tracked:
 
 @dataclass(frozen=True)
 class EndFeelPoint:
-    """The figures of one end-feel test. ``half_deg``: half of the 95 % interval of the range."""
+    """The figures of one end-feel test. ``half_deg``: half of the 95 % interval of the range. None: not measured."""
 
     motion: str
     side: str
@@ -102,9 +102,9 @@ class EndFeelPoint:
     week: float
     torque_nm: float
     range_deg: float
-    half_deg: float
-    onset_deg: float
-    stiffness_nm_deg: float
+    half_deg: float | None
+    onset_deg: float | None
+    stiffness_nm_deg: float | None
 
 
 @dataclass(frozen=True)

@@ -209,12 +209,13 @@ def end_feel_points(session: Session, timeline: EpisodeTimeline) -> list[EndFeel
             at,
             timeline.week(at),
             row.torque_nm,
-            row.outward * (row.range_deg or 0.0),
-            row.interval_range_deg or 0.0,
-            row.outward * (row.onset_deg or 0.0),
-            row.stiffness_nm_deg or 0.0,
+            row.outward * row.range_deg,
+            row.interval_range_deg,
+            None if row.onset_deg is None else row.outward * row.onset_deg,
+            row.stiffness_nm_deg,
         )
         for at, side, row in session.execute(query)
+        if row.range_deg is not None
     ]
 
 
