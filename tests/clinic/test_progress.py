@@ -45,10 +45,10 @@ class Episode:
         body = {"assessed_at": DAY + timedelta(days=day), "assessed_by": "Kimura Jun"} | found
         return assessments.create(self.session, self.id, AssessmentCreate(**body)).id
 
-    def record(self, name: str) -> UUID:
+    def record(self, name: str, side: str = "left") -> UUID:
         self.recorded += 1
         row = RecordingRow(
-            id=uuid4(), patient_id=self.patient_id, name=name, side="left", station="S", duration_s=1.0, rate_hz=100,
+            id=uuid4(), patient_id=self.patient_id, name=name, side=side, station="S", duration_s=1.0, rate_hz=100,
             taught_at=DAY + timedelta(minutes=self.recorded), samples=101, note="",
         )  # fmt: skip
         self.session.add(row)
@@ -357,6 +357,32 @@ def test_end_range_time_adds_up_by_week_beside_the_gain(database: Database, fill
     }
     assert figure.layout.xaxis.range[1] >= 2
     assert numbers.end_range(found).rows[1] == [DAY + timedelta(days=3), abduction, 1.5, 3.0]
+
+
+def test_end_range_time_of_the_other_shoulder_is_left_out(database: Database, fill: Fill) -> None:
+    def held(recording: UUID, seconds: float) -> RunRow:
+        one = run(recording, 1.0, 1.0)
+        one.motions = [
+            MotionTrackingRow(motion=4, end_range_s=seconds, peak_deg=0.0, peak_at_s=0.0, rmse_deg=0.0, start_deg=0.0)
+        ]
+        return one
+
+    def how(episode: Episode) -> None:
+        episode.treat(0, held(episode.record("Lift"), 60.0), held(episode.record("Lift", "right"), 600.0))
+
+    found: EndRangeGain = told(database, fill(how), service.end_range)
+    assert [point.minutes for point in found.points] == [1.0]
+
+
+def test_playback_whose_method_nobody_knows_is_drawn(database: Database, fill: Fill) -> None:
+    """Versions before methods stored errors, too."""
+
+    def how(episode: Episode) -> None:
+        episode.treat(0, run(episode.record("Lift"), 1.0, 3.0, method=None))
+
+    tracked: list[Tracked] = told(database, fill(how), service.tracked)
+    assert [trace.name for trace in drawn(figures.tracking(tracked)).data] == ["Lift"] * 2
+    assert numbers.tracking(tracked).rows[0][1:4] == ["Lift", None, 1]
 
 
 def test_week_without_visits_is_included(database: Database, fill: Fill) -> None:

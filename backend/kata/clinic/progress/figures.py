@@ -193,7 +193,7 @@ def tracking(tracked: Sequence[Tracked]) -> Figure:
     """Return the error of each recording by method and session. The upper panel has the mean RMSE, the lower one the largest error."""
     by_recording: dict[str, list[Tracked]] = defaultdict(list)
     for playbacks in tracked:
-        by_recording[_NAMED_BY_METHOD[playbacks.method](recording=playbacks.recording)].append(playbacks)
+        by_recording[_name_of(playbacks)].append(playbacks)
     height = _MARGINS + 2 * _PANEL_HEIGHT
     layout = _layout(height)
     layout["annotations"] = []
@@ -212,6 +212,12 @@ def tracking(tracked: Sequence[Tracked]) -> Figure:
             )
             traces.append(axes.own(_nth_line(line, place, texts.FIGURE_NAMED_ANGLE_HOVER()), first=row == 0))
     return _figure(traces, layout)
+
+
+def _name_of(playbacks: Tracked) -> str:
+    if playbacks.method is None:
+        return playbacks.recording
+    return _NAMED_BY_METHOD[playbacks.method](recording=playbacks.recording)
 
 
 def correction(lines: Sequence[LineSeries]) -> Figure:

@@ -137,7 +137,8 @@ def verdict(definition: Definition, change_points: float | None) -> str:
 def tracking(tracked: Sequence[Tracked]) -> NumberTable:
     """Return a table with one row per recording, method and session."""
     rows: list[list[Cell]] = [
-        [row.at, row.recording, METHODS[row.method], row.playbacks, row.rmse_deg, row.peak_deg] for row in tracked
+        [row.at, row.recording, METHODS[row.method] if row.method else None, row.playbacks, row.rmse_deg, row.peak_deg]
+        for row in tracked
     ]
     errors = [_number(texts.FIGURE_MEAN_RMSE(), digits=2), _number(texts.FIGURE_LARGEST_ERROR(), digits=2)]
     columns = [

@@ -82,7 +82,8 @@ class Tracked:
     """Error of the worst motor in all playbacks of one recording in one session by one method."""
 
     recording: str
-    method: str
+    method: str | None
+    """None for playbacks of a version without methods."""
     at: datetime
     week: float
     playbacks: int

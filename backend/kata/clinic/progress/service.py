@@ -167,7 +167,7 @@ def tracked(session: Session, timeline: EpisodeTimeline) -> list[Tracked]:
     )
     names = _names(session, timeline)
     tracked = [
-        Tracked(names[recording], method or "not known", at, timeline.week(at), playbacks, rmse_deg, peak_deg)
+        Tracked(names[recording], method, at, timeline.week(at), playbacks, rmse_deg, peak_deg)
         for at, recording, method, playbacks, rmse_deg, peak_deg in session.execute(query)
     ]
     places = {name: place for place, name in enumerate(names.values())}
@@ -220,12 +220,19 @@ def end_feel_points(session: Session, timeline: EpisodeTimeline) -> list[EndFeel
 
 
 def end_range(session: Session, timeline: EpisodeTimeline) -> EndRangeGain:
-    """Return the end-range time of each motion and session, with the gain of passive range."""
+    """Return the end-range time of each motion and session, with the gain of passive range. Recordings of the other shoulder do not
+    count.
+    """
     query = (
         select(SessionRow.started_at, MotionTrackingRow.motion, func.sum(MotionTrackingRow.end_range_s))
         .join(RunRow, RunRow.session_id == SessionRow.id)
+        .join(RecordingRow, RecordingRow.id == RunRow.recording_id)
         .join(MotionTrackingRow, MotionTrackingRow.run_id == RunRow.id)
-        .where(SessionRow.episode_id == timeline.episode_id, MotionTrackingRow.end_range_s.is_not(None))
+        .where(
+            SessionRow.episode_id == timeline.episode_id,
+            RecordingRow.side == timeline.side,
+            MotionTrackingRow.end_range_s.is_not(None),
+        )
         .group_by(SessionRow.id, SessionRow.started_at, MotionTrackingRow.motion)
         .order_by(SessionRow.started_at, MotionTrackingRow.motion)
     )
