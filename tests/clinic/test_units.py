@@ -3,18 +3,37 @@
 import json
 import re
 from collections.abc import Iterator
+from datetime import UTC, datetime
 from pathlib import Path
-from typing import Any, Final
+from typing import Any, Final, get_args
 
 import pytest
 from sqlalchemy import Boolean, Float, Integer
 
 from kata.clinic import tables
-from kata.clinic.progress import numbers
-from kata.clinic.progress.series import PAIN_CONTEXTS, LineSeries
+from kata.clinic.assessments.rom import KINDS, MEASURES
+from kata.clinic.progress import figures, numbers
+from kata.clinic.progress.series import (
+    PAIN_CONTEXTS,
+    PAIN_IN_SESSIONS,
+    Chart,
+    EndFeelPoint,
+    EndRangeGain,
+    EndRangePoint,
+    LineSeries,
+    Point,
+    QuestionnairePanel,
+    RomLine,
+    RomPanel,
+    SpadiPoint,
+    TotalPoint,
+    Tracked,
+)
+from kata.clinic.questionnaires.definitions import DEFINITIONS
 from kata.database.base import Base
 from kata.database.engine import Database
 from kata.interop import sample_table
+from kata.messages import Text
 from kata.reporting.phrases import PHRASES
 from tests.support.fhir_bundle import Json, everything, exported, of_kind
 from tests.support.fhir_patient import treated
@@ -263,6 +282,63 @@ def test_progress_columns_have_units() -> None:
     columns = [column.name for table in made for column in table.columns if column.kind == "number"]
     assert len(columns) > 12
     assert [name for name in columns if name not in COUNTED_COLUMNS and not _UNIT.search(name)] == []
+
+
+# -- hover texts ----------------------------------------------------------------------------------------------------
+
+_HOVERED: Final = r"%{[xy]:\.(\d)~?f}"
+_HOVERED_UNIT: Final = re.compile(_HOVERED + r" ?(?:deg|°|points|点|Nm|min|分|%|s\b)")
+
+
+def _progress_figures() -> dict[str, Json]:
+    """Return a figure of every chart, drawn from a value of each kind."""
+    at = datetime(2026, 3, 2, 9, 30, tzinfo=UTC)
+    point = Point(at, 0.0, 12.5)
+    flexion = next(measure for measure in MEASURES if measure.motion == "flexion")
+    panels = [RomPanel(flexion, tuple(RomLine(kind, (point,), 140.5) for kind in KINDS))]
+    return {
+        "rom": figures.rom(panels),
+        "pain": figures.pain([LineSeries(name, (point,)) for name in (*PAIN_CONTEXTS, *PAIN_IN_SESSIONS)]),
+        "spadi": figures.spadi([SpadiPoint(at, 0.0, 43.125, 50.0, 36.25)]),
+        "questionnaires": figures.questionnaires([QuestionnairePanel(DEFINITIONS["quickdash"], (TotalPoint(at, 0.0, 29.5),))]),
+        "tracking": figures.tracking([Tracked("Lift", "smooth", at, 0.0, 1, 0.5, 1.5)]),
+        "correction": figures.correction([LineSeries("Lift", (point,))]),
+        "end_feel": figures.end_feel([EndFeelPoint("Flexion", "left", at, 0.0, 2.0, 80.5, 0.5, 60.0, 0.1)]),
+        "end_range": figures.end_range(EndRangeGain((EndRangePoint("Flexion", at, 0.0, 1.5, 1.5),), (LineSeries("Flexion", (point,)),))),
+        "adherence": figures.adherence([]),
+    }  # fmt: skip
+
+
+def test_hover_texts_of_progress_have_units_and_decimals() -> None:
+    """A hovered value has as many decimals as the table of its chart, because a limit of a questionnaire is close to a value."""
+    charts = _progress_figures()
+    assert set(charts) == set(get_args(Chart))
+    japanese = json.loads((LOCALES / "ja/server.json").read_text())
+    wrong = []
+    # Its values are numbers of sessions.
+    del charts["adherence"]
+    for chart, figure in charts.items():
+        for trace in figure["data"]:
+            template = trace["hovertemplate"]
+            code = template.key.code if isinstance(template, Text) else ""
+            for text in (str(template), str(japanese.get(code, "")).replace("{{", "{").replace("}}", "}")):
+                scale = re.search(r"%{y}(?: of 10|／10)", text)
+                decimals = _HOVERED_UNIT.search(text)
+                if not scale and not (decimals and int(decimals[1]) > 0):
+                    wrong.append(f"{chart}, {trace['name']}: {text!r}")
+    assert wrong == []
+
+
+def test_hover_texts_of_the_page_have_units() -> None:
+    found = [
+        (path.name, line)
+        for path in sorted((ROOT / "frontend/src").rglob("*.ts"))
+        for line in path.read_text().splitlines()
+        if "hovertemplate:" in line and re.search(r"%{[xy]:\.", line)
+    ]
+    assert len(found) > 4
+    # A name in braces comes from the catalogue and contains the unit, like the title of the axis.
+    assert [one for one in found if not (_HOVERED_UNIT.search(one[1]) or "${" in one[1])] == []
 
 
 # -- texts of the page and of the service ---------------------------------------------------------------------------

@@ -81,7 +81,8 @@ def rom(panels: Sequence[RomPanel], columns: int = _MOST_COLUMNS) -> Figure:
         layout["annotations"].append(axes.title(texts.FIGURE_MEASURE_DEG(measure=panel.measure.english)))
         for line in panel.lines:
             traces += [axes.own(trace, first=place == 0) for trace in _rom_line(line, last)]
-        level = _level(texts.FIGURE_REFERENCE(), panel.measure.reference_deg, last, _SLATE, "solid", width=3.0)
+        level = _level(texts.FIGURE_REFERENCE(), panel.measure.reference_deg, last, _SLATE, "solid", is_angle=True)
+        level["line"]["width"] = 3.0
         traces.append(axes.own(level, first=place == 0))
     _show_each_name_once(traces)
     return _figure(traces, layout)
@@ -95,7 +96,7 @@ def pain(lines: Sequence[LineSeries]) -> Figure:
     traces = []
     for line in lines:
         place, dash = looks[line.name]
-        traces.append(_line(line, _COLOURS[place % len(_COLOURS)], dash, _MARKERS[place], "%{customdata}: %{y}"))
+        traces.append(_line(line, _COLOURS[place % len(_COLOURS)], dash, _MARKERS[place], texts.FIGURE_PAIN_HOVER()))
     last = _last_week(point for line in lines for point in line.points)
     return _figure(traces, _layout(420) | _axes(texts.FIGURE_PAIN_SCALE(), [-0.4, 10.4], last))
 
@@ -114,7 +115,7 @@ def spadi(points: Sequence[SpadiPoint]) -> Figure:
         )
         for name, part in halves
     ]
-    traces = [_nth_line(line, place, "%{customdata}: %{y:.0f}") for place, line in enumerate(lines) if line.points]
+    traces = [_nth_line(line, place, texts.FIGURE_POINTS_HOVER()) for place, line in enumerate(lines) if line.points]
     last = _last_week(points)
     layout = _layout(420) | _axes(texts.FIGURE_SPADI_SCALE(), [-4, 104], last)
     if lines[0].points:
@@ -182,7 +183,7 @@ def _total_lines(panel: QuestionnairePanel, last: float) -> list[_Trace]:
     perhaps = improved_by(definition, baseline, definition.important.points)
     certain = improved_by(definition, baseline, certain_above(definition))
     return [
-        _line(LineSeries(texts.FIGURE_TOTAL(), points), _INDIGO, "solid", "circle", "%{customdata}: %{y:.1f}"),
+        _line(LineSeries(texts.FIGURE_TOTAL(), points), _INDIGO, "solid", "circle", texts.FIGURE_POINTS_HOVER()),
         _level(texts.FIGURE_BASELINE(), baseline, last, _INDIGO, "dot"),
         _level(texts.FIGURE_PERHAPS_FROM_HERE(), perhaps, last, _GREEN, "dash"),
         _level(texts.FIGURE_IMPORTANT_BEYOND(), certain, last, _GREEN, "longdashdot"),
@@ -362,11 +363,12 @@ def _rom_line(line: RomLine, last: float) -> list[_Trace]:
     name = texts.FIGURE_ACTIVE() if line.kind == "active" else texts.FIGURE_PASSIVE()
     kind = KINDS[line.kind]
     traces = [
-        _line(LineSeries(name, line.points), colour, dash, marker, texts.FIGURE_NAMED_WHOLE_ANGLE_HOVER()),
-        _level(texts.FIGURE_BASELINE_OF(kind=kind), line.points[0].value, last, colour, "dot"),
+        _line(LineSeries(name, line.points), colour, dash, marker, texts.FIGURE_MEASURED_ANGLE_HOVER()),
+        _level(texts.FIGURE_BASELINE_OF(kind=kind), line.points[0].value, last, colour, "dot", is_angle=True),
     ]
     if line.other_side_deg is not None:
-        traces.append(_level(texts.FIGURE_OTHER_SIDE_OF(kind=kind), line.other_side_deg, last, colour, "longdashdot"))
+        name = texts.FIGURE_OTHER_SIDE_OF(kind=kind)
+        traces.append(_level(name, line.other_side_deg, last, colour, "longdashdot", is_angle=True))
     return traces
 
 
@@ -395,16 +397,16 @@ def _line(line: LineSeries, colour: str, dash: str, marker: str, hover: str) -> 
     }
 
 
-def _level(name: str, value: float, last: float, colour: str, dash: str, width: float = 1.2) -> _Trace:
+def _level(name: str, value: float, last: float, colour: str, dash: str, *, is_angle: bool = False) -> _Trace:
     return {
         "type": "scatter",
         "mode": "lines",
         "name": name,
         "x": [-0.2, last + 0.2],
         "y": [value, value],
-        "line": {"color": colour, "width": width, "dash": dash},
+        "line": {"color": colour, "width": 1.2, "dash": dash},
         "opacity": 0.7,
-        "hovertemplate": "%{y:.0f}",
+        "hovertemplate": texts.FIGURE_ANGLE_LEVEL_HOVER() if is_angle else texts.FIGURE_POINTS_LEVEL_HOVER(),
     }
 
 

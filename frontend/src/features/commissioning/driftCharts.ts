@@ -35,7 +35,7 @@ export function driftFigure(records: Entry[], name: DriftName): Schemas["Figure"
     x: records.map((record) => record.ended_at),
     y: records.map((record) => figureOf(record, motor, name)),
     ...lineLook(place),
-    hovertemplate: `%{x|%Y-%m-%d}: %{y:.${DRIFT[name]}f}`,
+    hovertemplate: `%{x|%Y-%m-%d}, ${t(`commissioning:drift.${name}`)}: %{y:.${DRIFT[name]}f}`,
   }));
   return figure(traces, 300, {
     xaxis: { ...GRID, type: "date" },

@@ -76,7 +76,7 @@ export function usageFigure(rows: Schemas["StationUse"][], search: FiguresSearch
     x: own.map((row) => row.begins_on),
     y: own.map((row) => row[amount]),
     marker: barMarker(place),
-    hovertemplate: amount === "hours" ? "%{x}: %{y:.1f}" : "%{x}: %{y}",
+    hovertemplate: `%{x}: %{y:${amount === "hours" ? ".1f" : "d"}} ${t(`clinic:figures.${amount}`)}`,
   }));
   return figure(traces, 360, {
     barmode: "stack",
@@ -214,7 +214,7 @@ export function outcomeFigure(shown: Shown[], part: "change" | "important", axis
     mode: "markers",
     showlegend: false,
     x: own.map(({ estimate }) => factor * estimate.value),
-    y: own.map(({ name, patients }) => `${name} (${patients})`),
+    y: own.map(({ name, patients }) => `${name} (n = ${patients})`),
     error_x: {
       type: "data",
       symmetric: false,
@@ -223,7 +223,7 @@ export function outcomeFigure(shown: Shown[], part: "change" | "important", axis
       color: COLOURS[0],
     },
     marker: { color: COLOURS[0], size: 10 },
-    hovertemplate: "%{x:.1f}",
+    hovertemplate: part === "important" ? "%{x:.1f} %" : `${axis}: %{x:.1f}`,
   };
   return figure([trace], 90 + ROW_PX * own.length, {
     xaxis: {
