@@ -16,6 +16,7 @@ from sqlalchemy.orm import Session
 
 from kata.clinic.episodes.tables import StageRow
 from kata.clinic.programmes.tables import ProgrammeRow
+from kata.clinic.questionnaires.changes import as_shown
 from kata.clinic.statistics import intervals
 from kata.clinic.statistics.intervals import SampleSums
 from kata.clinic.statistics.measures import MEASURES
@@ -120,16 +121,19 @@ def _change(measure: OutcomeMeasure, rows: Sequence[_Row]) -> OutcomeChange:
         first=float(first.mean()),
         last=float(last.mean()),
         change=intervals.of_mean(SampleSums(len(rows), float(change.sum()), float((change**2).sum()))),
-        important=_share(change, limits.important),
-        detectable=_share(change, limits.detectable),
+        important=_share(change, limits.important, lambda fall, limit: fall >= limit),
+        # As for one patient (kata.clinic.questionnaires.changes): a change that is not larger may be due to chance.
+        detectable=_share(change, limits.detectable, lambda fall, limit: fall > limit),
         weeks_to_important=[float(quartile) for quartile in np.percentile(weeks, (25, 50, 75))]
         if len(weeks) >= LEAST_SHOWN
         else None,
     )
 
 
-def _share(change: Any, limit: float | None) -> Estimate | None:
-    return None if limit is None else intervals.of_share(int((-change >= limit).sum()), len(change))
+def _share(change: Any, limit: float | None, reached: Callable[[float, float], bool]) -> Estimate | None:
+    if limit is None:
+        return None
+    return intervals.of_share(sum(reached(as_shown(-one), limit) for one in change.tolist()), len(change))
 
 
 def _without_small(groups: list[OutcomeGroup]) -> list[OutcomeGroup]:
