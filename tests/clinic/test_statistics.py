@@ -12,7 +12,7 @@ from sqlalchemy.orm import Session
 
 from kata.actor import Actor
 from kata.clinic.assessments.tables import AssessmentRow
-from kata.clinic.episodes.tables import EpisodeRow
+from kata.clinic.episodes.tables import EpisodeRow, StageRow
 from kata.clinic.patients.tables import PatientRow
 from kata.clinic.programmes.tables import ProgrammeRow, ProgrammeVersionRow
 from kata.clinic.sessions.tables import RunRow, SessionRow
@@ -255,3 +255,44 @@ def test_an_open_session_of_another_day_stays_in_the_worklist(database: Database
     with database.read() as session:
         work = worklist.worklist(session, THERAPIST, NOW, 540)
     assert (len(work.sessions), len(work.unsigned)) == (1, 0)
+
+
+def test_archived_patients_are_neither_due_nor_counted(database: Database) -> None:
+    followed(database)
+    with database.write() as session:
+        session.scalars(select(PatientRow)).one().archived_at = NOW
+    with database.read() as session:
+        assert worklist.worklist(session, THERAPIST, NOW, 540).due_count == 0
+        assert worklist.adherence(worklist.followed(session, NOW), NOW).programmes == 0
+
+
+def test_sessions_before_a_programme_do_not_follow_it(database: Database) -> None:
+    """Two sessions were prescribed since the new version. The patient came before it, and not since."""
+    followed(database, last_day=20)
+    with database.write() as session:
+        version = session.scalars(select(ProgrammeVersionRow)).one()
+        version.made_at, version.sessions_per_week = NOW - timedelta(days=7), 2
+    with database.read() as session:
+        found = worklist.adherence(worklist.followed(session, NOW), NOW)
+        (due,) = worklist.worklist(session, THERAPIST, NOW, 540).due
+    assert (found.prescribed, found.held) == (2, 0)
+    assert due.last_session_at == NOW - timedelta(days=20)
+
+
+def test_stage_of_the_first_day_is_that_of_the_clinics_zone(database: Database) -> None:
+    """An assessment on Tuesday morning in Tokyo is on Monday in UTC. The stage was recorded on Tuesday."""
+    with database.write() as session:
+        for n in range(LEAST_SHOWN):
+            add_episode(session, -float(n))
+        for row in session.scalars(select(AssessmentRow)):
+            row.assessed_at = row.assessed_at.replace(hour=23)
+        first = min(row.assessed_at for row in session.scalars(select(AssessmentRow)))
+        for episode_id in session.scalars(select(EpisodeRow.id)):
+            session.add(
+                StageRow(
+                    id=uuid4(), episode_id=episode_id, stage="frozen", since=(first + timedelta(hours=9)).date(), noted_at=NOW
+                )
+            )  # fmt: skip
+    with database.read() as session:
+        found = outcomes.outcomes(session, Span(ALL_TIME.since, ALL_TIME.until, 540), NOBODY)
+    assert [(group.name, group.patients) for group in found.groups if group.by == "stage"] == [("frozen", LEAST_SHOWN)]

@@ -19,6 +19,7 @@ from kata.clinic.programmes.tables import ProgrammeRow
 from kata.clinic.questionnaires.changes import as_shown
 from kata.clinic.statistics import intervals
 from kata.clinic.statistics.intervals import SampleSums
+from kata.clinic.statistics.local_days import local_day
 from kata.clinic.statistics.measures import MEASURES
 from kata.clinic.statistics.schemas import (
     LEAST_SHOWN,
@@ -65,7 +66,7 @@ def _stages(session: Session, span: Span) -> dict[UUID, str]:
     query = (
         select(StageRow.episode_id, StageRow.stage)
         .join(first, first.c.episode_id == StageRow.episode_id)
-        .where(StageRow.since <= func.date(first.c.first_at))
+        .where(StageRow.since <= local_day(first.c.first_at, span.utc_offset_minutes))
         .order_by(StageRow.since, StageRow.noted_at)
     )
     # The last stage of an episode replaces the earlier ones.

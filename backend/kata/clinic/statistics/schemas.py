@@ -31,9 +31,7 @@ class DuePatient(Schema):
 
     patient: SessionPatient
     due_at: Moment = Field(description="Last session plus a week divided by the sessions per week. UTC.")
-    last_session_at: Moment | None = Field(
-        description="Null if there has been no session since the programme was made."
-    )
+    last_session_at: Moment | None = Field(description="Null if there has been no session in the last four weeks.")
     sessions_per_week: int = Field(ge=1, description="Prescribed sessions per week.", examples=[2])
     therapist: str = Field(description="Therapist of the last session; empty if unknown.")
 
@@ -179,7 +177,9 @@ class ProgrammeAdherence(Schema):
     prescribed: int = Field(
         ge=0, description="Sessions prescribed in this time, counted from each programme's date on."
     )
-    held: int = Field(ge=0, description="Sessions held. Of each programme, at most the prescribed number is counted.")
+    held: int = Field(
+        ge=0, description="Sessions held in this time. Of each programme, at most the prescribed number is counted."
+    )
 
 
 class Outcomes(Schema):

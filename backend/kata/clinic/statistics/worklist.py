@@ -31,7 +31,7 @@ _WEEK: Final = timedelta(weeks=1)
 
 @dataclass(frozen=True)
 class FollowedProgramme:
-    """A programme of an open episode with a prescribed number of sessions, and its sessions in the last four weeks."""
+    """A programme of an open episode with a prescribed number of sessions, and the sessions held since it was made, in the last four weeks."""
 
     episode_id: UUID
     patient_id: UUID
@@ -77,13 +77,13 @@ def worklist(session: Session, actor: Actor, now: datetime, utc_offset_minutes: 
 
 def followed(session: Session, now: datetime, hidden: Select[UUID] | None = None) -> list[FollowedProgramme]:
     """Return the newest version of each followed programme with a prescribed number of sessions. Of several in an episode, return the
-    newest.
+    newest. Archived patients are no longer expected.
 
     ``hidden``: query of the ids of patients to leave out.
     """
     since = now - RECENT
     held_sessions = (
-        select(SessionRow.episode_id, func.count().label("held"), func.max(SessionRow.started_at).label("last_at"))
+        select(SessionRow.episode_id, func.max(SessionRow.started_at).label("last_at"))
         .where(SessionRow.started_at >= since, SessionRow.run_count > 0)
         .group_by(SessionRow.episode_id)
         .cte("held_sessions")
@@ -92,18 +92,32 @@ def followed(session: Session, now: datetime, hidden: Select[UUID] | None = None
     among = union(select(held_sessions.c.episode_id), new).subquery("among")
     other = aliased(ProgrammeVersionRow)
     newest = select(func.max(other.number)).where(other.programme_id == ProgrammeRow.id).scalar_subquery()
+    # Sessions are prescribed from the version's date on, so that earlier ones do not make up for them.
+    held = (
+        select(func.count())
+        .where(
+            SessionRow.episode_id == EpisodeRow.id,
+            SessionRow.run_count > 0,
+            SessionRow.started_at >= since,
+            SessionRow.started_at >= ProgrammeVersionRow.made_at,
+        )
+        .correlate(EpisodeRow, ProgrammeVersionRow)
+        .scalar_subquery()
+    )
     query = (
         select(
             ProgrammeRow.episode_id, EpisodeRow.patient_id, ProgrammeVersionRow.sessions_per_week, ProgrammeVersionRow.made_at,
-            held_sessions.c.last_at, func.coalesce(held_sessions.c.held, 0),
+            held_sessions.c.last_at, held,
         )
         .select_from(among)
         .join(EpisodeRow, EpisodeRow.id == among.c.episode_id)
+        .join(PatientRow, PatientRow.id == EpisodeRow.patient_id)
         .join(ProgrammeRow, ProgrammeRow.episode_id == EpisodeRow.id)
         .join(ProgrammeVersionRow, ProgrammeVersionRow.programme_id == ProgrammeRow.id)
         .outerjoin(held_sessions, held_sessions.c.episode_id == EpisodeRow.id)
         .where(
             EpisodeRow.closed_at.is_(None),
+            PatientRow.archived_at.is_(None),
             ProgrammeRow.archived_at.is_(None),
             ProgrammeVersionRow.number == newest,
             ProgrammeVersionRow.sessions_per_week > 0,
