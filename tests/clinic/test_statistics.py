@@ -3,6 +3,7 @@
 from collections.abc import Iterator
 from datetime import UTC, date, datetime, timedelta
 from math import isclose
+from typing import Literal
 from uuid import UUID, uuid4
 
 import pytest
@@ -118,26 +119,29 @@ def test_days_begin_at_the_clinics_midnight(database: Database) -> None:
     assert week.begins_on == date(2026, 10, 26)
 
 
-def add_episode(session: Session, change: float, programme: str = "Range", stage: str = "") -> None:
-    """Add a patient with two assessments a month apart, whose SPADI changes from 60 by this."""
+def add_episode(
+    session: Session, change: float, programme: str = "Range", sides: tuple[Literal["left", "right"], ...] = ("left",)
+) -> None:
+    """Add a patient with two assessments of each side a month apart, whose SPADI changes from 60 by this."""
     at = NOW - timedelta(days=40)
     patient = PatientRow(
         id=uuid4(), clinic_number=uuid4().hex[:8], name="N", sex="female", notes="", created_at=at, updated_at=at
     )
     session.add(patient)
     session.flush()
-    episode = EpisodeRow(id=uuid4(), patient_id=patient.id, side="left", limits_by="", opened_at=at, updated_at=at)
-    session.add(episode)
-    session.flush()
-    session.add(ProgrammeRow(id=uuid4(), episode_id=episode.id, name=programme, created_at=at, updated_at=at))
-    for days, score in ((0, 60.0), (30, 60.0 + change)):
-        when = at + timedelta(days=days)
-        session.add(
-            AssessmentRow(
-                id=uuid4(), episode_id=episode.id, assessed_at=when, assessed_by="", note="", spadi_score=score,
-                updated_at=when,
-            )
-        )  # fmt: skip
+    for side in sides:
+        episode = EpisodeRow(id=uuid4(), patient_id=patient.id, side=side, limits_by="", opened_at=at, updated_at=at)
+        session.add(episode)
+        session.flush()
+        session.add(ProgrammeRow(id=uuid4(), episode_id=episode.id, name=programme, created_at=at, updated_at=at))
+        for days, score in ((0, 60.0), (30, 60.0 + change)):
+            when = at + timedelta(days=days)
+            session.add(
+                AssessmentRow(
+                    id=uuid4(), episode_id=episode.id, assessed_at=when, assessed_by="", note="", spadi_score=score,
+                    updated_at=when,
+                )
+            )  # fmt: skip
 
 
 def test_share_and_mean_are_those_of_the_patients(database: Database) -> None:
@@ -171,6 +175,24 @@ def test_small_groups_are_hidden_and_cannot_be_computed(database: Database) -> N
     # Without B, C would be the total minus A and B.
     assert shown == {"A": 12, "B": None, "C": None}
     assert all(group.changes == [] for group in found.groups if group.patients is None)
+
+
+def test_both_shoulders_of_a_patient_are_one_person(database: Database) -> None:
+    """Ten shoulders of five patients are a group of five."""
+    with database.write() as session:
+        for n in range(LEAST_SHOWN // 2):
+            add_episode(session, -float(n), sides=("left", "right"))
+    with database.read() as session:
+        found = outcomes.outcomes(session, ALL_TIME, NOBODY)
+    assert {group.patients for group in found.groups} == {None}
+    with database.write() as session:
+        for n in range(LEAST_SHOWN // 2):
+            add_episode(session, -float(n))
+    with database.read() as session:
+        found = outcomes.outcomes(session, ALL_TIME, NOBODY)
+    everyone = next(group for group in found.groups if group.by == "all")
+    (spadi,) = everyone.changes
+    assert (everyone.patients, spadi.patients, spadi.shoulders) == (10, 10, 15)
 
 
 def test_intervals_are_those_of_scipy() -> None:

@@ -195,7 +195,7 @@ def test_no_click_tells_who_is_due_today(office: Office, artefacts: Path) -> Non
 
 @pytest.mark.parametrize("office", ["administrator"], indirect=True)
 def test_one_click_tells_what_share_improved_this_year(office: Office, artefacts: Path) -> None:
-    tile = office.page.get_by_role("link", name=re.compile(r"^Improved this year \(SPADI\)"))
+    tile = office.page.get_by_role("link", name=re.compile(r"^Important improvement this year \(SPADI\)"))
     expect(tile).to_be_in_viewport(timeout=LONG_MS)
     expect(tile).to_contain_text(re.compile(r"\d+ %"), timeout=LONG_MS)
     tile.click()

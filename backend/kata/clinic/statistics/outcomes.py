@@ -14,7 +14,7 @@ import numpy as np
 from sqlalchemy import func, select
 from sqlalchemy.orm import Session
 
-from kata.clinic.episodes.tables import StageRow
+from kata.clinic.episodes.tables import EpisodeRow, StageRow
 from kata.clinic.programmes.tables import ProgrammeRow
 from kata.clinic.questionnaires.changes import as_shown
 from kata.clinic.statistics import intervals
@@ -44,8 +44,8 @@ def outcomes(session: Session, span: Span, adherence: ProgrammeAdherence) -> Out
     rows = session.execute(
         select(
             EpisodeOutcomeRow.episode_id, EpisodeOutcomeRow.measure, EpisodeOutcomeRow.first_at, EpisodeOutcomeRow.first,
-            EpisodeOutcomeRow.last_at, EpisodeOutcomeRow.last, EpisodeOutcomeRow.important_at,
-        ).where(EpisodeOutcomeRow.last_at >= span.since, EpisodeOutcomeRow.last_at < span.until)
+            EpisodeOutcomeRow.last_at, EpisodeOutcomeRow.last, EpisodeOutcomeRow.important_at, EpisodeRow.patient_id,
+        ).join(EpisodeRow, EpisodeRow.id == EpisodeOutcomeRow.episode_id).where(EpisodeOutcomeRow.last_at >= span.since, EpisodeOutcomeRow.last_at < span.until)
     ).all()  # fmt: skip
     compared = [row for row in rows if row.last_at > row.first_at]
     stage_of, programme_of = _stages(session, span), _programmes(session, span)
@@ -107,18 +107,25 @@ def _group(by: Literal["all", "stage", "programme"], name: str, rows: Sequence[_
     of_measure: dict[OutcomeMeasure, list[_Row]] = {measure: [] for measure in MEASURES}
     for row in rows:
         of_measure[row.measure].append(row)
-    changes = [_change(measure, of) for measure, of in of_measure.items() if len(of) >= LEAST_SHOWN]
-    return OutcomeGroup(by=by, name=name, patients=len({row.episode_id for row in rows}), changes=changes)
+    changes = [_change(measure, of) for measure, of in of_measure.items() if _patients(of) >= LEAST_SHOWN]
+    return OutcomeGroup(by=by, name=name, patients=_patients(rows), changes=changes)
+
+
+def _patients(rows: Sequence[_Row]) -> int:
+    """Return the number of persons. A patient may have an episode of each shoulder."""
+    return len({row.patient_id for row in rows})
 
 
 def _change(measure: OutcomeMeasure, rows: Sequence[_Row]) -> OutcomeChange:
     first, last = (np.array([getattr(row, name) for row in rows]) for name in ("first", "last"))
     change = last - first
     limits = MEASURES[measure]
-    weeks = [(row.important_at - row.first_at) / _WEEK for row in rows if row.important_at is not None]
+    improved = [row for row in rows if row.important_at is not None]
+    weeks = [(row.important_at - row.first_at) / _WEEK for row in improved]
     return OutcomeChange(
         measure=measure,
-        patients=len(rows),
+        patients=_patients(rows),
+        shoulders=len(rows),
         first=float(first.mean()),
         last=float(last.mean()),
         change=intervals.of_mean(SampleSums(len(rows), float(change.sum()), float((change**2).sum()))),
@@ -126,7 +133,7 @@ def _change(measure: OutcomeMeasure, rows: Sequence[_Row]) -> OutcomeChange:
         # As for one patient (kata.clinic.questionnaires.changes): a change that is not larger may be due to chance.
         detectable=_share(change, limits.detectable, lambda fall, limit: fall > limit),
         weeks_to_important=[float(quartile) for quartile in np.percentile(weeks, (25, 50, 75))]
-        if len(weeks) >= LEAST_SHOWN
+        if _patients(improved) >= LEAST_SHOWN
         else None,
     )
 

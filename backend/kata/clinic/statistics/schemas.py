@@ -138,17 +138,21 @@ class OutcomeChange(Schema):
 
     measure: OutcomeMeasure
     patients: int = Field(ge=0, description="Number of patients with at least two values.")
+    shoulders: int = Field(
+        ge=0,
+        description="Number of shoulders with at least two values: an episode of each counts once. Shares and means are of these.",
+    )
     first: float = Field(description="Mean of the first values.")
     last: float = Field(description="Mean of the last values.")
     change: Estimate | None = Field(description="Mean of last minus first.")
     important: Estimate | None = Field(
-        description="Share of patients with an important improvement; null without a verified limit."
+        description="Share of shoulders with an important improvement; null without a verified limit."
     )
     detectable: Estimate | None = Field(
-        description="Share of patients with an improvement beyond chance; null without a verified limit."
+        description="Share of shoulders with an improvement beyond chance; null without a verified limit."
     )
     weeks_to_important: list[float] | None = Field(
-        description="Quartiles of the weeks until the first important improvement, for the patients who reached it; null for fewer than 10 patients."
+        description="Quartiles of the weeks until the first important improvement, for the shoulders that reached it; null for fewer than 10 patients."
     )
 
 

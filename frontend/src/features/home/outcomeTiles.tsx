@@ -34,7 +34,8 @@ export function ImprovedTile() {
           ? t("clinic:tiles.improvedDetail", {
               low: wholePercent(share.low),
               high: wholePercent(share.high),
-              count: change.patients,
+              count: change.shoulders,
+              limit_points: data.limits.spadi?.[0] ?? 0,
             })
           : (few ?? "")
       }

@@ -94,7 +94,7 @@ function Verdicts(props: { measure: Measure; change: Schemas["OutcomeChange"]; l
             limit_points: importantLimit,
             low: wholePercent(important.low),
             high: wholePercent(important.high),
-            count: change.patients,
+            count: change.shoulders,
           })}
         />
       )}

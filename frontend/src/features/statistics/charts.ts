@@ -207,14 +207,14 @@ export function outcomeFigure(shown: Shown[], part: "change" | "important", axis
   const factor = part === "important" ? 100 : 1;
   const own = shown.flatMap(({ name, change }) => {
     const estimate = change[part];
-    return estimate ? [{ name, estimate, patients: change.patients }] : [];
+    return estimate ? [{ name, estimate, shoulders: change.shoulders }] : [];
   });
   const trace = {
     type: "scatter",
     mode: "markers",
     showlegend: false,
     x: own.map(({ estimate }) => factor * estimate.value),
-    y: own.map(({ name, patients }) => `${name} (n = ${patients})`),
+    y: own.map(({ name, shoulders }) => `${name} (n = ${shoulders})`),
     error_x: {
       type: "data",
       symmetric: false,
@@ -248,6 +248,7 @@ export function outcomeTable(groups: Schemas["OutcomeGroup"][]): Table {
       column(figures.measure, "text"),
       column(figures.group, "text"),
       column(figures.patients),
+      column(figures.shoulders),
       ...[figures.first, figures.last, figures.change, figures.changeLow, figures.changeHigh].map((name) =>
         column(name, "number", digits),
       ),
@@ -257,10 +258,11 @@ export function outcomeTable(groups: Schemas["OutcomeGroup"][]): Table {
     ],
     rows: groups.flatMap((group) =>
       group.changes.map(
-        ({ measure, patients, first, last, change, important, detectable, weeks_to_important: weeks }) => [
+        ({ measure, patients, shoulders, first, last, change, important, detectable, weeks_to_important: weeks }) => [
           t(`clinic:measures.${measure}`),
           groupWords(group),
           patients,
+          shoulders,
           first,
           last,
           change?.value ?? null,
