@@ -251,6 +251,13 @@ def test_patients_are_due_a_week_after_their_session(database: Database) -> None
     assert earlier.due == []
 
 
+def test_change_of_a_patient_names_the_shoulder(database: Database) -> None:
+    followed(database)
+    with database.read() as session:
+        work = worklist.worklist(session, THERAPIST, NOW, 540)
+    assert [(one.measure, one.side, one.before, one.now) for one in work.changes] == [("spadi", "left", 60.0, 40.0)]
+
+
 def test_patients_away_for_four_weeks_are_not_due(database: Database) -> None:
     followed(database, last_day=29)
     with database.write() as session:

@@ -90,6 +90,7 @@ def _numbers(answers: dict[str, Json]) -> Iterator[tuple[str, str]]:
                 yield name, field
 
 
+OF_A_MEASURE: Final = "in the unit of the measure beside it"
 NOT_A_VALUE: Final = {
     "TextKey.params": "the numbers of a text, whose unit is in the text (test_every_number_of_a_text_has_a_unit)",
     "PlacedText.params": "as TextKey.params",
@@ -97,7 +98,7 @@ NOT_A_VALUE: Final = {
     **dict.fromkeys(("Estimate.value", "Estimate.low", "Estimate.high"), "in the unit of the field that holds it"),
     **dict.fromkeys(
         ("OutcomeChange.first", "OutcomeChange.last", "PatientChange.before", "PatientChange.now", "Outcomes.limits"),
-        "in the unit of the measure beside it",
+        OF_A_MEASURE,
     ),
     **dict.fromkeys(
         [f"AcceptedValues.{name}" for name in ("low", "high", "choices", "step", "none")],
@@ -116,6 +117,8 @@ def test_every_number_in_an_answer_has_a_unit(answers: dict[str, Json]) -> None:
 
 NOBODYS: Final = {
     "AssessmentForm": "thresholds of a questionnaire",
+    "OutcomeChange": "means of many patients",
+    "Outcomes": "limits of the measures",
     "Questionnaire": "a definition",
     "ChangeThreshold": "a definition",
     "RomMeasure": "bounds and reference of a measurement",
@@ -158,7 +161,13 @@ def test_every_number_of_a_body_has_side_and_time(answers: dict[str, Json], what
         above = [owner for owner in owners[name] if owner not in seen and not owner.startswith("Page")]
         return bool(above) and all(resolved(owner, seen | {name}) for owner in above)
 
-    of_a_body = sorted({name for name, field in _numbers(answers) if is_of_a_body(field)})
+    of_a_body = sorted(
+        {
+            name
+            for name, field in _numbers(answers)
+            if is_of_a_body(field) or NOT_A_VALUE.get(f"{name}.{field}") == OF_A_MEASURE
+        }
+    )
     assert len(of_a_body) > 10
     assert [name for name in of_a_body if not resolved(name)] == []
 

@@ -29,6 +29,7 @@ class SessionSummary(Schema):
 
     id: UUID
     patient: SessionPatient
+    episode_id: UUID | None = Field(description="Episode of care of the treated shoulder; null without an episode.")
     started_at: Moment
     ended_at: Moment | None
     therapist: str = Field(description="Name of the therapist; empty if unknown.")
@@ -102,7 +103,7 @@ def _rows(session: DatabaseSession, found: Subquery, *order: ColumnElement[Any])
     columns = (
         SessionRow.id, SessionRow.started_at, SessionRow.ended_at, SessionRow.therapist, SessionRow.station,
         SessionRow.simulated, SessionRow.run_count, SessionRow.stop_count, SessionRow.signed_at,
-        SessionRow.patient_id, PatientRow.name, PatientRow.clinic_number,
+        SessionRow.patient_id, SessionRow.episode_id, PatientRow.name, PatientRow.clinic_number,
     )  # fmt: skip
     query = select(*columns).join(found, found.c.id == SessionRow.id)
     query = query.join(PatientRow, PatientRow.id == SessionRow.patient_id)
@@ -141,6 +142,7 @@ def _summary(row: Any) -> SessionSummary:
     return SessionSummary(
         id=row.id,
         patient=SessionPatient(id=row.patient_id, name=row.name, clinic_number=row.clinic_number),
+        episode_id=row.episode_id,
         started_at=row.started_at,
         ended_at=row.ended_at,
         therapist=row.therapist,

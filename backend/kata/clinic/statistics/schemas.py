@@ -7,7 +7,7 @@ from pydantic import Field
 
 from kata.clinic.sessions.lists import SessionSummary
 from kata.clinic.sessions.schemas import SessionPatient
-from kata.types import Moment, Schema
+from kata.types import Moment, Schema, Side
 
 OutcomeMeasure = Literal["spadi", "pain", "flexion", "abduction", "external_rotation"]
 """spadi: 0 to 100; pain: average of the last week, 0 to 10; the others: passive range of motion of the affected shoulder, degrees."""
@@ -42,6 +42,7 @@ class PatientChange(Schema):
     patient: SessionPatient
     last_session_at: Moment = Field(description="Your last session with the patient. UTC.")
     assessed_at: Moment
+    side: Side = Field(description="The assessed shoulder.")
     measure: Literal["spadi", "pain"] = Field(description="spadi: 0 to 100. pain: average of the last week, 0 to 10.")
     before: float
     now: float

@@ -194,14 +194,14 @@ def _changes(session: Session, actor: Actor, now: datetime, hidden: Select[UUID]
     """Return the changes between the last two assessments of the actor's last patients."""
     last = func.max(SessionRow.started_at).label("last_at")
     held_sessions = session.execute(
-        select(SessionRow.patient_id, SessionRow.episode_id, last)
+        select(SessionRow.patient_id, SessionRow.episode_id, EpisodeRow.side, last)
+        .join(EpisodeRow, EpisodeRow.id == SessionRow.episode_id)
         .where(
             SessionRow.therapist == actor.name,
             SessionRow.started_at >= now - RECENT,
-            SessionRow.episode_id.is_not(None),
             SessionRow.patient_id.not_in(hidden),
         )
-        .group_by(SessionRow.patient_id, SessionRow.episode_id)
+        .group_by(SessionRow.patient_id, SessionRow.episode_id, EpisodeRow.side)
         .order_by(last.desc())
         .limit(_CHANGED)
     ).all()
@@ -222,7 +222,7 @@ def _changes(session: Session, actor: Actor, now: datetime, hidden: Select[UUID]
         for measure in _MEASURES:
             of = values[held_session.episode_id, measure]
             if len(of) > 1 and of[-1][0] >= now - RECENT:
-                changes.append(_change(patients[held_session.patient_id], held_session.last_at, measure, of))
+                changes.append(_change(patients[held_session.patient_id], held_session, measure, of))
     return changes
 
 
@@ -230,13 +230,14 @@ _MEASURES: Final[tuple[Literal["spadi", "pain"], ...]] = ("spadi", "pain")
 
 
 def _change(
-    patient: SessionPatient, last_at: datetime, measure: Literal["spadi", "pain"], of: list[tuple[datetime, Any]]
+    patient: SessionPatient, held_session: Any, measure: Literal["spadi", "pain"], of: list[tuple[datetime, Any]]
 ) -> PatientChange:
     (_, before), (at, now) = of[-2:]
     return PatientChange(
         patient=patient,
-        last_session_at=last_at,
+        last_session_at=held_session.last_at,
         assessed_at=at,
+        side=held_session.side,
         measure=measure,
         before=before,
         now=now,

@@ -4,7 +4,7 @@ import { useQuery } from "@tanstack/react-query";
 import { useNavigate, useSearch } from "@tanstack/react-router";
 import type { ReactNode } from "react";
 import { api, type Schemas } from "../../lib/api/client";
-import { formatDayOf, formatDeg, formatMoment } from "../../lib/format";
+import { formatDayOf, formatDeg, formatMoment, sideWord } from "../../lib/format";
 import { t } from "../../lib/i18n";
 import { ButtonLink, PageLink } from "../../ui/links";
 import { ProblemNote } from "../../ui/ProblemNote";
@@ -49,7 +49,7 @@ export function Worklist() {
             hint={t("clinic:home.changesExplained")}
             none={t("clinic:home.changesNone")}
             items={changes.map((change) => (
-              <ChangeLine key={`${change.patient.id} ${change.measure}`} change={change} />
+              <ChangeLine key={`${change.patient.id} ${change.side} ${change.measure}`} change={change} />
             ))}
           />
         )}
@@ -155,7 +155,9 @@ function ChangeLine({ change }: { change: Schemas["PatientChange"] }) {
     <li className={classes.line ?? ""}>
       <div>
         <PatientLink patient={change.patient} />
-        <Text size="sm">{`${t(`clinic:home.${measure}`)} · ${formatDayOf(change.assessed_at)}`}</Text>
+        <Text size="sm">
+          {[t(`clinic:home.${measure}`), sideWord(change.side), formatDayOf(change.assessed_at)].join(" · ")}
+        </Text>
       </div>
       <Text size="sm" fw={600}>
         {t(`clinic:home.change.${measure}`, {

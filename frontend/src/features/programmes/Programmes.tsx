@@ -2,6 +2,7 @@ import { Badge, Group, Stack, Table, Text, Title } from "@mantine/core";
 import { IconPlus } from "@tabler/icons-react";
 import { useQuery } from "@tanstack/react-query";
 import { api, type Schemas } from "../../lib/api/client";
+import { utcOffsetMinutes } from "../../lib/api/clinicApi";
 import { formatMoment } from "../../lib/format";
 import { t } from "../../lib/i18n";
 import { ButtonLink, PageLink } from "../../ui/links";
@@ -98,7 +99,7 @@ function Row({ programme }: { programme: Schemas["Programme"] }) {
 export function useAdherence(episodeId: string) {
   return useQuery({
     queryKey: ["adherence", episodeId],
-    queryFn: () => api.adherence(episodeId, -new Date().getTimezoneOffset()),
+    queryFn: () => api.adherence(episodeId, utcOffsetMinutes()),
   });
 }
 

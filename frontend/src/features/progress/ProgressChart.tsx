@@ -2,6 +2,7 @@ import { Skeleton, Stack, Text, Title } from "@mantine/core";
 import { useQuery } from "@tanstack/react-query";
 import { useState } from "react";
 import { api, type Chart } from "../../lib/api/client";
+import { utcOffsetMinutes } from "../../lib/api/clinicApi";
 import { t } from "../../lib/i18n";
 import { translatePlaced } from "../../lib/serverText";
 import { Plot } from "../../ui/Plot";
@@ -19,7 +20,7 @@ export function ProgressChart({ chart, episodeId }: { chart: Chart; episodeId: s
   const [columns] = useState(() => (window.matchMedia("(min-width: 48em)").matches ? 2 : 1));
   const progress = useQuery({
     queryKey: ["progress", episodeId, chart, columns],
-    queryFn: () => api.progress(episodeId, chart, columns),
+    queryFn: () => api.progress(episodeId, chart, columns, utcOffsetMinutes()),
     // The space of this chart is reserved.
     meta: { late: true },
     select: ({ figure, table, notes, simulated }) => ({

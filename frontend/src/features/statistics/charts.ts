@@ -258,7 +258,17 @@ export function outcomeTable(groups: Schemas["OutcomeGroup"][]): Table {
     ],
     rows: groups.flatMap((group) =>
       group.changes.map(
-        ({ measure, patients, shoulders, first, last, change, important, detectable, weeks_to_important: weeks }) => [
+        ({
+          measure,
+          patients,
+          shoulders,
+          first,
+          last,
+          change,
+          important,
+          detectable,
+          weeks_to_important: weeks,
+        }) => [
           t(`clinic:measures.${measure}`),
           groupWords(group),
           patients,

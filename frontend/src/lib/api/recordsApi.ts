@@ -83,10 +83,10 @@ export const recordsApi = {
         body: { updated_at },
       }),
     ),
-  progress: (key: string, chart: Chart, columns: number) =>
+  progress: (key: string, chart: Chart, columns: number, utc_offset_minutes: number) =>
     unwrap(
       client.GET("/api/episodes/{episode_id}/progress/{chart}", {
-        params: { path: { episode_id: key, chart }, query: { columns } },
+        params: { path: { episode_id: key, chart }, query: { columns, utc_offset_minutes } },
       }),
     ),
   adherence: (key: string, utc_offset_minutes: number) =>

@@ -1247,7 +1247,7 @@ export interface paths {
          *
          *     rom: range of motion, with baseline, other side and reference. pain: pain in assessments and around sessions. spadi: SPADI with the
          *     changes that matter. questionnaires: totals of the other questionnaires, likewise. tracking: error of the playbacks. correction: size of the learned correction. adherence: sessions per week,
-         *     held and prescribed; weeks begin on Monday, UTC. end_feel: passive range at 60 % of the chosen torque.
+         *     held and prescribed; weeks begin on Monday in the clinic's zone. end_feel: passive range at 60 % of the chosen torque.
          *     end_range: end-range time in each week of the episode and motion, with the gain of passive range.
          */
         get: operations["get_progress"];
@@ -5135,7 +5135,7 @@ export interface components {
             due_at: string;
             /**
              * Last Session At
-             * @description Null if there has been no session since the programme was made.
+             * @description Null if there has been no session in the last four weeks.
              */
             last_session_at: string | null;
             /**
@@ -7153,6 +7153,11 @@ export interface components {
              */
             patients: number;
             /**
+             * Shoulders
+             * @description Number of shoulders with at least two values: an episode of each counts once. Shares and means are of these.
+             */
+            shoulders: number;
+            /**
              * First
              * @description Mean of the first values.
              */
@@ -7164,13 +7169,13 @@ export interface components {
             last: number;
             /** @description Mean of last minus first. */
             change: components["schemas"]["Estimate"] | null;
-            /** @description Share of patients with an important improvement; null without a verified limit. */
+            /** @description Share of shoulders with an important improvement; null without a verified limit. */
             important: components["schemas"]["Estimate"] | null;
-            /** @description Share of patients with an improvement beyond chance; null without a verified limit. */
+            /** @description Share of shoulders with an improvement beyond chance; null without a verified limit. */
             detectable: components["schemas"]["Estimate"] | null;
             /**
              * Weeks To Important
-             * @description Quartiles of the weeks until the first important improvement, for the patients who reached it; null for fewer than 10 patients.
+             * @description Quartiles of the weeks until the first important improvement, for the shoulders that reached it; null for fewer than 10 patients.
              */
             weeks_to_important: number[] | null;
         };
@@ -7621,6 +7626,12 @@ export interface components {
              * @example 2026-11-21T09:30:00Z
              */
             assessed_at: string;
+            /**
+             * Side
+             * @description The assessed shoulder.
+             * @enum {string}
+             */
+            side: "left" | "right";
             /**
              * Measure
              * @description spadi: 0 to 100. pain: average of the last week, 0 to 10.
@@ -8106,7 +8117,7 @@ export interface components {
             prescribed: number;
             /**
              * Held
-             * @description Sessions held. Of each programme, at most the prescribed number is counted.
+             * @description Sessions held in this time. Of each programme, at most the prescribed number is counted.
              */
             held: number;
         };
@@ -10162,6 +10173,11 @@ export interface components {
              */
             id: string;
             patient: components["schemas"]["SessionPatient"];
+            /**
+             * Episode Id
+             * @description Episode of care of the treated shoulder; null without an episode.
+             */
+            episode_id: string | null;
             /**
              * Started At
              * Format: date-time
@@ -17687,6 +17703,8 @@ export interface operations {
             query?: {
                 /** @description Panels of the chart rom beside each other; 1 for a narrow screen. */
                 columns?: number;
+                /** @description Offset of the clinic's time zone; weeks begin on Monday in that zone, minutes. */
+                utc_offset_minutes?: number;
             };
             header?: never;
             path: {

@@ -25,7 +25,8 @@ export function CareTimeline({ episode, assessments }: { episode: Episode; asses
     queryKey: ["sessions", "timeline", episode.patient_id],
     queryFn: () => api.patientSessions(episode.patient_id, null, MOST),
   });
-  const sessions = (listed.data?.items ?? []).filter(({ started_at }) => started_at >= episode.opened_at);
+  // The patient's other shoulder may have sessions, too.
+  const sessions = (listed.data?.items ?? []).filter(({ episode_id }) => episode_id === episode.id);
   const title = t("patients:summary.timeline");
   const right = (width || 700) - MARGIN;
   const x = timeScale(timelineEnds(episode, sessions, now), MARGIN, right);

@@ -70,7 +70,7 @@ function EpisodeSummary({ episode }: { episode: Episode }) {
             <CareTimeline episode={episode} assessments={items} />
           </Card>
           <Card withBorder>
-            <ProgrammeSummary patientId={episode.patient_id} />
+            <ProgrammeSummary patientId={episode.patient_id} episodeId={episode.id} />
           </Card>
         </Stack>
         <Stack gap="sm">

@@ -12,13 +12,15 @@ import classes from "./summary.module.css";
 /** Number of weeks that the bars show. */
 const WEEKS = 10;
 
-/** Shows the present programme and how regularly the patient follows it. */
-export function ProgrammeSummary({ patientId }: { patientId: string }) {
+/** Shows the episode's present programme and how regularly the patient follows it. */
+export function ProgrammeSummary({ patientId, episodeId }: { patientId: string; episodeId: string }) {
   const programmes = useQuery({
     queryKey: ["programmes", "of", patientId],
     queryFn: () => api.programmes(patientId),
   });
-  const present = programmes.data?.items.find((programme) => !programme.archived_at);
+  const present = programmes.data?.items.find(
+    (programme) => !programme.archived_at && programme.episode_id === episodeId,
+  );
   const title = t("patients:summary.programme");
   return (
     <section aria-label={title}>

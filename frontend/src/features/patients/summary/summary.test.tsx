@@ -1,16 +1,23 @@
 import { MantineProvider } from "@mantine/core";
+import { QueryClient, QueryClientProvider } from "@tanstack/react-query";
 import { cleanup, fireEvent, render, screen, within } from "@testing-library/react";
-import { afterEach, describe, expect, it } from "vitest";
-import type { Assessment, Schemas } from "../../../lib/api/client";
+import { afterEach, describe, expect, it, vi } from "vitest";
+import { type Assessment, api, type Schemas } from "../../../lib/api/client";
 import { timeScale } from "../../../ui/timeScale";
 import { ASSESSMENT, FORM } from "../../assessments/examples";
 import { readPatientTab } from "../patientTabs";
+import { CareTimeline } from "./CareTimeline";
 import { stageSpans } from "./careTimeline";
 import { RomFigure } from "./RomFigure";
 import { radarPoint } from "./romRadar";
 import { SinceLastMonth } from "./SinceLastMonth";
 import { sinceLastMonth } from "./sinceLastMonth";
 import { Trends } from "./Trends";
+
+vi.mock("@tanstack/react-router", async (original) => ({
+  ...(await original<typeof import("@tanstack/react-router")>()),
+  Link: ({ children }: { children: React.ReactNode }) => <g>{children}</g>,
+}));
 
 afterEach(cleanup);
 
@@ -116,6 +123,33 @@ it("trends say in words what they draw, oldest first", () => {
   show(<Trends assessments={rows} />);
   const pain = within(screen.getByRole("region", { name: "Pain, 0 to 10" }));
   expect(pain.getByRole("img").getAttribute("aria-label")).toContain("from 7 to 2 in 2 assessments");
+});
+
+it("the timeline has only the sessions of its shoulder", async () => {
+  const session = (id: string, episode_id: string) => ({
+    id,
+    episode_id,
+    started_at: "2026-11-02T09:30:00Z",
+    stops: 0,
+  });
+  vi.spyOn(api, "patientSessions").mockResolvedValue({
+    items: [session("1", "left"), session("2", "right")],
+    next: null,
+  } as never);
+  const episode = {
+    id: "left",
+    patient_id: "p",
+    opened_at: "2026-11-01T00:00:00Z",
+    closed_at: null,
+    stages: [],
+    stage: null,
+  };
+  show(
+    <QueryClientProvider client={new QueryClient()}>
+      <CareTimeline episode={episode as never} assessments={[]} />
+    </QueryClientProvider>,
+  );
+  expect(await screen.findByText(/^1 session/)).toBeTruthy();
 });
 
 it("a stage lasts until the next one", () => {
