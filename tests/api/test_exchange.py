@@ -25,6 +25,7 @@ from kata.interop.router import in_turn
 from kata.plotting.figures import FigureWorker
 from tests.support.fhir_patient import NAME, treated
 from tests.support.responses import problem
+from tests.support.units import is_of_a_body
 
 pytestmark = pytest.mark.no_apparatus
 
@@ -155,7 +156,10 @@ def test_whole_record_is_one_file_with_everything_in_it(client: TestClient) -> N
         assert json.loads(archive.read("fhir.json")) == client.get(f"/api/patients/{key}/fhir").json()
         assert [reading["patient_deg"] for reading in first["goniometer_readings"]] == [26.0, 78.0]
         read = csv.DictReader(io.StringIO(archive.read("goniometer.csv").decode()))
-        assert [(line["apparatus_deg"], line["patient_deg"]) for line in read] == [("20.0", "26.0"), ("80.0", "78.0")]
+        assert [(line["apparatus_deg"], line["patient_deg"], line["side"]) for line in read] == [
+            ("20.0", "26.0", "left"),
+            ("80.0", "78.0", "left"),
+        ]
         for kind, count, measured in (("recordings", 1, 1), ("runs", 4, 2)):
             lines = list(csv.DictReader(io.StringIO(archive.read(f"{kind}.csv").decode())))
             files = [line["file"] for line in lines if line["file"]]
@@ -169,6 +173,22 @@ def test_whole_record_is_one_file_with_everything_in_it(client: TestClient) -> N
     for name in names[1:]:
         assert name.partition("/")[0] in readme
     assert NAME not in " ".join(names)
+
+
+def test_every_table_of_a_record_says_side_time_and_origin(client: TestClient) -> None:
+    """A therapist opens one table alone. A new table with an angle, a torque or a score needs these columns, too."""
+    key, _ = history(client)
+    with ZipFile(io.BytesIO(client.get(f"/api/patients/{key}/export.zip").content)) as archive:
+        tables = {
+            name: next(csv.reader(io.StringIO(archive.read(name).decode())))
+            for name in archive.namelist()
+            if name.endswith(".csv")
+        }
+    assert len(tables) == 4
+    assert sum(map(is_of_a_body, (column for columns in tables.values() for column in columns))) > 10
+    for name, columns in tables.items():
+        assert {"side", "simulated"} <= set(columns), name
+        assert any(column.endswith("_at") for column in columns), name
 
 
 @pytest.mark.parametrize("row_class", [RecordingRow, RunRow])

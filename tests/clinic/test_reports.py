@@ -16,7 +16,9 @@ import pytest
 from pypdf import PdfReader
 
 from kata.clinic.assessments.tables import AssessmentRow
+from kata.clinic.recordings.tables import RecordingRow
 from kata.clinic.sessions.schemas import Outcome
+from kata.clinic.sessions.tables import SessionRow
 from kata.database.arrays import UnreadableError
 from kata.database.engine import Database
 from kata.database.series import Series
@@ -231,6 +233,33 @@ def test_reports_print_limits_and_angles_without_rounding(
         assert said in report, said
     for said in ("−0.4度から89.6度まで", "7.5°/s", "60.3度", "141.5度"):
         assert said in plan, said
+
+
+def test_session_of_both_shoulders_claims_neither(sqlite: Database) -> None:
+    with sqlite.write() as writing:
+        treated = treat(writing, runs=2)
+        row = writing.get_one(SessionRow, treated.session_ids[0])
+        row.episode_id = None
+        other = RecordingRow(
+            id=uuid4(), patient_id=row.patient_id, name="Lift", side="right", station="Kata 1", taught_at=AT, taught_by="", duration_s=1.0,
+            rate_hz=100, samples=1, note="",
+        )  # fmt: skip
+        writing.add(other)
+        writing.flush()
+        row.runs[1].recording_id = other.id
+    with sqlite.read() as reading:
+        content = session.read_content(reading, treated.session_ids[0])
+    assert content.side is None
+    text = " ".join(Parsed(rendering.session_page(content, how())).text.split())
+    assert "Treated shoulder Not recorded" in text
+    assert "Abduction to 90 (Left)" in text and "Lift (Right)" in text
+
+
+def test_recording_of_the_other_shoulder_is_marked(signed: tuple[SessionContent, EpisodeContent]) -> None:
+    visit, _ = signed
+    runs = (replace(visit.runs[0], side="right"), visit.runs[1])
+    text = " ".join(Parsed(rendering.session_page(replace(visit, runs=runs), how())).text.split())
+    assert text.count("Abduction to 90 (Right)") == 2 and "(Left)" not in text
 
 
 def test_printed_share_is_below_the_bound_of_a_partial_run(signed: tuple[SessionContent, EpisodeContent]) -> None:

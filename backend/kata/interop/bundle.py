@@ -78,9 +78,8 @@ def resources(session: Session, patient: PatientRow, identifier_system: str) -> 
     for found in session.scalars(assessments.order_by(AssessmentRow.assessed_at, AssessmentRow.id)):
         yield from fhir_observations.assessment(found, patient.id, sides[found.episode_id])
     for clinic_session in clinic_sessions(session, patient):
-        side = sides.get(clinic_session.episode_id) if clinic_session.episode_id else None
         reason = conditions.get(clinic_session.episode_id) if clinic_session.episode_id else None
-        for resource in _clinic_session(clinic_session, side, reason):
+        for resource in _clinic_session(clinic_session, clinic_session.side, reason):
             yield simulated(resource) if clinic_session.simulated else resource
 
 

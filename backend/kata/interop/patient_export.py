@@ -44,6 +44,7 @@ runs.csv          what was played, a line each, with the file of its samples
                   change_by_settings_deg is requested minus taught: what range and Reduce range changed, not an error
                   clock_offset_s is how far the wall clock is ahead of the motion's clock, by which the errors are compared
 end-feel.csv      end-feel tests and their baselines, a line each: figures with half of their 95 % intervals, or why there are none
+                  range_deg and onset_deg count outwards; times outward (1 or -1) they are the apparatus angle of the motion
 runs/             samples: time, phase, place on the motion, setpoint, measured angle and torque of each motor
 
 Where "simulated" is true or 1 (column, metadata, file name), the apparatus was simulated and the values are invented.
@@ -114,14 +115,18 @@ def _files(
     with database.read() as session:
         readings = select(GoniometerReadingRow).join(SessionRow, SessionRow.id == GoniometerReadingRow.session_id)
         readings = readings.where(SessionRow.patient_id == patient_id).order_by(GoniometerReadingRow.read_at)
-        columns = [column.key for column in inspect(GoniometerReadingRow).column_attrs]
-        _write_table(path, [_plain(row) for row in session.scalars(readings)], empty=columns)
+        columns = [*_columns(GoniometerReadingRow), *_ORIGIN]
+        rows = [_plain(row) | _origin(session, row.session_id) for row in session.scalars(readings)]
+        _write_table(path, rows, empty=columns)
     yield "goniometer.csv", path
     with database.read() as session:
         tests = select(EndFeelRow).join(RunRow, RunRow.id == EndFeelRow.run_id)
         tests = tests.join(SessionRow, SessionRow.id == RunRow.session_id).where(SessionRow.patient_id == patient_id)
-        columns = [column.key for column in inspect(EndFeelRow).column_attrs if column.key != "curve"]
-        found = (_plain(row) for row in session.scalars(tests.order_by(RunRow.started_at)))
+        columns = ["started_at", *(name for name in _columns(EndFeelRow) if name != "curve"), *_ORIGIN]
+        found = (
+            _plain(row) | {"started_at": run.started_at.isoformat()} | _origin(session, run.session_id, run)
+            for row, run in session.execute(tests.add_columns(RunRow).order_by(RunRow.started_at))
+        )
         _write_table(path, [{name: row[name] for name in columns} for row in found], empty=columns)
     yield "end-feel.csv", path
     yield from _recordings(database, worker, patient_id, path)
@@ -142,6 +147,21 @@ def _recordings(database: Database, worker: FigureWorker, patient_id: UUID, path
     yield "recordings.csv", path
 
 
+_ORIGIN: Final = ("side", "simulated")
+"""Columns that a table needs to be read without the other files."""
+
+
+def _columns(table: type[Base]) -> list[str]:
+    return [column.key for column in inspect(table).column_attrs]
+
+
+def _origin(session: Session, session_id: UUID, run: RunRow | None = None) -> dict[str, Any]:
+    """Return the shoulder (of the run's recording, else of the session) and True if the session's apparatus was simulated."""
+    clinic_session = session.get_one(SessionRow, session_id)
+    side = run.recording.side if run else clinic_session.side
+    return dict(zip(_ORIGIN, (side, bool(clinic_session.simulated)), strict=True))
+
+
 def _end_range_times(row: RunRow) -> dict[str, float | None]:
     """Return the end-range time of each motion of the shoulder joint, None if it was not counted."""
     times = {motion.motion: motion.end_range_s for motion in row.motions}
@@ -153,7 +173,10 @@ def _runs(database: Database, worker: FigureWorker, patient_id: UUID, path: Path
         query = select(RunRow).join(SessionRow, SessionRow.id == RunRow.session_id)
         query = query.where(SessionRow.patient_id == patient_id).order_by(RunRow.started_at)
         rows = [
-            _plain(row) | {"change_by_settings_deg": row.change_deg} | _end_range_times(row)
+            _plain(row)
+            | {"change_by_settings_deg": row.change_deg}
+            | _end_range_times(row)
+            | _origin(session, row.session_id, row)
             for row in session.scalars(query)
         ]
     for row in rows:

@@ -122,6 +122,8 @@ class RunContent:
 
     number: int
     recording: str
+    side: str
+    """The shoulder of the recording."""
     started_at: datetime
     ended_at: datetime | None
     outcome: str

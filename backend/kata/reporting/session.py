@@ -50,7 +50,7 @@ def read_content(session: DatabaseSession, session_id: UUID) -> SessionContent:
     runs = tuple(_run(session, run, number, angles) for number, run in enumerate(row.runs, start=1))
     return SessionContent(
         patient=report_patient(row.patient),
-        side=episode.side if episode else next((run.recording.side for run in row.runs), None),
+        side=row.side,
         diagnosis=episode.diagnosis if episode else "",
         diagnosis_code=episode.diagnosis_code if episode else "",
         verification=episode.verification if episode else "",
@@ -115,6 +115,7 @@ def _run(session: DatabaseSession, row: RunRow, number: int, angles: PatientAngl
     return RunContent(
         number=number,
         recording=row.recording.name,
+        side=row.recording.side,
         started_at=row.started_at,
         ended_at=row.ended_at,
         outcome=row.outcome,

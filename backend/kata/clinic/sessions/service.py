@@ -161,7 +161,7 @@ def as_session(row: SessionRow) -> Session:
         id=row.id,
         patient=SessionPatient.model_validate(row.patient),
         episode_id=row.episode_id,
-        side=row.episode.side if row.episode else None,
+        side=row.side,
         therapist=row.therapist,
         station=row.station,
         simulated=bool(row.simulated),

@@ -98,6 +98,14 @@ class SessionRow(Base):
     programme_version: Mapped[ProgrammeVersionRow | None] = relationship()
     runs: Mapped[list["RunRow"]] = relationship(order_by="RunRow.started_at", lazy="selectin", viewonly=True)
 
+    @property
+    def side(self) -> str | None:
+        """The treated shoulder: of the episode, or of all recordings that were played. None: unknown, or both shoulders."""
+        if self.episode:
+            return self.episode.side
+        sides = {run.recording.side for run in self.runs}
+        return sides.pop() if len(sides) == 1 else None
+
 
 class AddendumRow(Base):
     """An addendum to a signed note."""
