@@ -153,6 +153,8 @@ def test_observation_without_figures_says_why(clinic: Clinic, recording: UUID, b
     )
     assert "valueQuantity" not in found
     assert found["dataAbsentReason"]["text"] == "guarding"
+    # The test was performed; its value is not known.
+    assert found["dataAbsentReason"]["coding"][0]["code"] == "unknown"
     assert judged({"bundle": bundle}) == {"bundle": []}
 
 

@@ -17,7 +17,7 @@ from kata.clinic.assessments.spadi import ITEMS
 from kata.clinic.contraindications.tables import ContraindicationRow
 from kata.clinic.episodes.tables import EpisodeRow, StageRow
 from kata.clinic.patients import service as patients
-from kata.clinic.sessions.tables import RunRow
+from kata.clinic.sessions.tables import RunRow, SessionRow
 from kata.database.base import utc_now
 from kata.database.engine import Database
 from kata.interop.codes import CLINIC_NUMBER, LOCAL, NAME_REPRESENTATION, PAIN, ClinicNames, local_codes
@@ -227,6 +227,18 @@ def test_bundle_repeats_the_values_of_the_record(database: Database, tmp_path: P
     seen = of_kind(bundle, "Procedure")[0]
     assert [note["text"] for note in seen["note"]] == ["Visit 0: Mrs Yamada did well.", "Seen by me."]
     assert seen["note"][0]["authorString"] == "Suzuki Aya"
+
+
+def test_unsigned_note_is_marked_and_has_no_author(database: Database, tmp_path: Path) -> None:
+    """The software may have drafted it, and nobody has vouched for it."""
+    patient_id = treated(database, sessions=1)
+    with database.write() as session:
+        row = session.scalars(select(SessionRow).filter_by(patient_id=patient_id)).one()
+        row.signed_at, row.signed_by = None, ""
+    told = exported(database, patient_id, tmp_path / "bundle.json")
+    (procedure,) = of_kind(told, "Procedure")
+    assert procedure["note"][0] == {"text": f"Draft, not signed: {row.note}"}
+    assert judged({"bundle": told}) == {"bundle": []}
 
 
 def test_patient_with_almost_no_data_is_accepted(database: Database, tmp_path: Path) -> None:

@@ -59,11 +59,18 @@ def procedure(row: SessionRow, side: str | None, reason: UUID | None) -> Resourc
             if row.station
             else [],
             "note": [
-                annotation(row.note, row.signed_by or row.therapist, row.signed_at),
+                _note(row),
                 *(annotation(addendum.text, addendum.written_by, addendum.written_at) for addendum in row.addenda),
             ],
         }
     )
+
+
+def _note(row: SessionRow) -> Resource | None:
+    """Return the session's note. An unsigned note is marked and has no author, because the software may have drafted it."""
+    if row.signed_at or not row.note.strip():
+        return annotation(row.note, row.signed_by, row.signed_at)
+    return annotation(f"Draft, not signed: {row.note}")
 
 
 def device_use(row: SessionRow, side: str | None, reason: UUID | None) -> Resource:
@@ -165,7 +172,7 @@ def end_feel(row: RunRow, patient_id: UUID) -> Resource:
             "valueQuantity": value,
             "dataAbsentReason": None
             if value
-            else concept(f"{HL7}data-absent-reason", "not-performed", "Not Performed", test.unmeasured or ""),
+            else concept(f"{HL7}data-absent-reason", "unknown", "Unknown", test.unmeasured or ""),
             "bodySite": shoulder(row.recording.side),
             "method": local_concept("end-feel-test"),
             "component": [
@@ -264,6 +271,7 @@ def assessment(row: AssessmentRow, patient_id: UUID, side: str) -> Iterator[Reso
             | {
                 "status": status,
                 "code": local_concept("assessment-note"),
+                "bodySite": shoulder(side),
                 "valueString": row.note,
             }
             | who
