@@ -80,6 +80,19 @@ def test_draft_begins_with_side_and_programme() -> None:
     assert draft(session(run())).startswith("Left shoulder, without a programme. ")
 
 
+def test_draft_keeps_the_other_shoulder_apart() -> None:
+    reached = [compared(played_min_deg=0.0, played_max_deg=high) for high in (90.0, 150.0)]
+    text = draft(session(run(side="left", comparison=reached[0]), run("Lift", side="right", comparison=reached[1])))
+    assert "Lift, right shoulder: 1 of 1 repetition." in text
+    assert "shoulder 0 to 90 deg." in text and "150" not in text
+
+
+def test_draft_of_a_simulated_session_says_so() -> None:
+    assert "Simulated apparatus" in draft(session(run(), simulated=True))
+    assert "シミュレーション装置" in draft(session(run(), simulated=True), "ja")
+    assert "Simulated" not in draft(session(run()))
+
+
 def test_draft_reports_when_nothing_was_played() -> None:
     assert draft(session(run(outcome="unloaded"), pain_before=4)) == (
         "Left shoulder, without a programme. Nothing was played. Pain (0 to 10): 4 before."

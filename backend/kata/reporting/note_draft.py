@@ -16,12 +16,13 @@ def draft(session: Session, language: Language = "en") -> str:
     """Return the sentences that apply, in the order of a session."""
     phrases = NotePhrases(language)
     runs = [run for run in session.runs if run.outcome not in ("loaded", "unloaded") and run.end_feel is None]
+    of_treated = [run for run in runs if not _is_other_shoulder(session, run)]
     happened = (
         [
             *(_played(phrases, session, run) for run in runs),
             *_not_played(phrases, session, runs),
-            *_reached(phrases, runs),
-            *_patient_reached(phrases, runs),
+            *_reached(phrases, of_treated),
+            *_patient_reached(phrases, of_treated),
             *_tracking(phrases, runs),
             *_less(phrases, runs),
             *_reversals(phrases, runs),
@@ -30,7 +31,9 @@ def draft(session: Session, language: Language = "en") -> str:
         if runs
         else [phrases.text("nothing_played")]
     )
-    return phrases.join("between", [_what(phrases, session), *happened, *_pain(phrases, session)])
+    return phrases.join(
+        "between", [_what(phrases, session), *_simulated(phrases, session), *happened, *_pain(phrases, session)]
+    )
 
 
 def _what(phrases: NotePhrases, session: Session) -> str:
@@ -40,6 +43,15 @@ def _what(phrases: NotePhrases, session: Session) -> str:
     return phrases.text(
         "with_programme", shoulder=shoulder, name=session.programme.name, number=session.programme.number
     )
+
+
+def _simulated(phrases: NotePhrases, session: Session) -> list[str]:
+    return [phrases.text("simulated")] if session.simulated else []
+
+
+def _is_other_shoulder(session: Session, run: Run) -> bool:
+    """True if the recording is of the shoulder that the session does not treat. Its angles are none of the treated one."""
+    return None not in (session.side, run.side) and session.side != run.side
 
 
 def _played(phrases: NotePhrases, session: Session, run: Run) -> str:
@@ -56,6 +68,8 @@ def _played(phrases: NotePhrases, session: Session, run: Run) -> str:
         done = run.repetitions
     settings = _settings(phrases, run)
     name = run.recording_name
+    if _is_other_shoulder(session, run):
+        name = phrases.text(f"other_shoulder.{run.side}", name=name)
     what = phrases.text("with_settings", name=name, settings=phrases.join("and", settings)) if settings else name
     return phrases.text("played_once" if planned == 1 else "played", what=what, done=done, planned=planned)
 

@@ -16,6 +16,12 @@ PHRASES: Final[dict[str, tuple[str, str]]] = {
         "{shoulder}, programme {name} (version {number}).",
         "{shoulder}、プログラム「{name}」(第{number}版)。",
     ),
+    "simulated": (
+        "Simulated apparatus: the measured values are not those of a patient.",
+        "シミュレーション装置：測定値は患者のものではない。",
+    ),
+    "other_shoulder.left": ("{name}, left shoulder", "{name}・左肩"),
+    "other_shoulder.right": ("{name}, right shoulder", "{name}・右肩"),
     "nothing_played": ("Nothing was played.", "再生は行わなかった。"),
     "played_once": ("{what}: {done} of {planned} repetition.", "{what}：{planned}回中{done}回実施。"),
     "played": ("{what}: {done} of {planned} repetitions.", "{what}：{planned}回中{done}回実施。"),

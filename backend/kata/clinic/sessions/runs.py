@@ -46,6 +46,7 @@ from kata.motion.linkage import Floats
 from kata.motion.method import Method
 from kata.plotting import downsampling
 from kata.plotting.figures import Clock, RunFigureSamples, Window
+from kata.types import side_of
 
 log = logging.getLogger(__name__)
 
@@ -370,6 +371,7 @@ def as_run(row: RunRow, recording_name: str | None = None, angles: PatientAngles
         session_id=row.session_id,
         recording_id=row.recording_id,
         recording_name=recording_name or row.recording.name,
+        side=side_of(row.recording.side) if row.recording else None,
         started_at=row.started_at,
         ended_at=row.ended_at,
         outcome=row.outcome,

@@ -185,6 +185,7 @@ class Run(PlaybackSettings):
     session_id: UUID
     recording_id: UUID
     recording_name: str
+    side: Side | None = Field(None, description="Shoulder of the recording.")
     started_at: Moment
     ended_at: Moment | None
     outcome: Outcome = Field(

@@ -9396,6 +9396,11 @@ export interface components {
             /** Recording Name */
             recording_name: string;
             /**
+             * Side
+             * @description Shoulder of the recording.
+             */
+            side?: ("left" | "right") | null;
+            /**
              * Started At
              * Format: date-time
              * @description UTC.
