@@ -308,7 +308,7 @@ def test_sessions_before_a_programme_do_not_follow_it(database: Database) -> Non
     assert due.last_session_at == NOW - timedelta(days=20)
 
 
-def test_stage_of_the_first_day_is_that_of_the_clinics_zone(database: Database) -> None:
+def test_stage_of_the_first_day_is_in_the_clinics_zone(database: Database) -> None:
     """An assessment on Tuesday morning in Tokyo is on Monday in UTC. The stage was recorded on Tuesday."""
     with database.write() as session:
         for n in range(LEAST_SHOWN):

@@ -14,6 +14,7 @@ from sqlalchemy.orm import Session as DatabaseSession
 from kata.clinic import texts
 from kata.clinic.programmes import played as counting
 from kata.clinic.recordings import service as recordings
+from kata.clinic.recordings.tables import RecordingRow
 from kata.clinic.sessions import compared, end_feel, end_range, ending, learning, phases, plans
 from kata.clinic.sessions.patient_angles import PatientAngles
 from kata.clinic.sessions.schemas import (
@@ -364,6 +365,8 @@ def as_run(row: RunRow, recording_name: str | None = None, angles: PatientAngles
     :param recording_name: name for a run that is not in the database yet.
     :param angles: estimates of the run's session. None: return only apparatus angles.
     """
+    # A run that is not in the database yet has no recording.
+    recording: RecordingRow | None = row.recording
     motors = [MotorTracking.model_validate(motor) for motor in row.tracking]
     motions = [_as_motion(row, motion, angles) for motion in row.motions]
     return Run(
@@ -371,7 +374,7 @@ def as_run(row: RunRow, recording_name: str | None = None, angles: PatientAngles
         session_id=row.session_id,
         recording_id=row.recording_id,
         recording_name=recording_name or row.recording.name,
-        side=side_of(row.recording.side) if row.recording else None,
+        side=side_of(recording.side) if recording else None,
         started_at=row.started_at,
         ended_at=row.ended_at,
         outcome=row.outcome,
