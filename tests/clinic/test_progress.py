@@ -370,17 +370,17 @@ def test_end_range_time_of_the_other_shoulder_is_left_out(database: Database, fi
     def how(episode: Episode) -> None:
         episode.treat(0, held(episode.record("Lift"), 60.0), held(episode.record("Lift", "right"), 600.0))
 
-    found: EndRangeGain = told(database, fill(how), service.end_range)
+    found: EndRangeGain = read_timeline(database, fill(how), service.end_range)
     assert [point.minutes for point in found.points] == [1.0]
 
 
-def test_playback_whose_method_nobody_knows_is_drawn(database: Database, fill: Fill) -> None:
+def test_playback_of_an_unknown_method_is_drawn(database: Database, fill: Fill) -> None:
     """Versions before methods stored errors, too."""
 
     def how(episode: Episode) -> None:
         episode.treat(0, run(episode.record("Lift"), 1.0, 3.0, method=None))
 
-    tracked: list[Tracked] = told(database, fill(how), service.tracked)
+    tracked: list[Tracked] = read_timeline(database, fill(how), service.tracked)
     assert [trace.name for trace in drawn(figures.tracking(tracked)).data] == ["Lift"] * 2
     assert numbers.tracking(tracked).rows[0][1:4] == ["Lift", None, 1]
 
