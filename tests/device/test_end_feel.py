@@ -208,6 +208,59 @@ def test_paused_test_goes_on_and_still_turns(stepped: Stepped) -> None:
     assert CHOSEN_NM - 0.4 < shoulder.largest_nm < CHOSEN_NM
 
 
+@pytest.mark.parametrize("times", [1, 3])
+def test_pause_on_the_way_back_does_not_repeat_the_stretch(stepped: Stepped, times: int) -> None:
+    """A therapist pauses because the patient is in pain. To continue must not take the arm out again."""
+    started(stepped, msgspec.structs.replace(TEST, repetitions=1))
+    shoulder = Shoulder(stepped)
+    while shoulder.largest_nm < CHOSEN_NM - 0.35:
+        shoulder.cycle()
+    for _ in range(times):
+        shoulder.forward(1.0)
+        assert stepped.send(Pause()) is None
+        shoulder.until("paused")
+        paused_deg = stepped.apparatus.angles_deg[AXIS]
+        shoulder.farthest_deg = 0.0
+        assert stepped.send(Play()) is None
+        shoulder.forward(0.5)
+        assert shoulder.farthest_deg < paused_deg + 0.1
+    shoulder.until("idle")
+    assert len(turns(stepped)) == 1
+
+
+def test_pedal_during_a_pause_ends_the_test(stepped: Stepped) -> None:
+    started(stepped)
+    shoulder = Shoulder(stepped)
+    shoulder.forward(3.0)
+    assert stepped.send(Pause()) is None
+    shoulder.until("paused")
+    stepped.apparatus.pedal_down = True
+    shoulder.forward(0.2)
+    stepped.apparatus.pedal_down = False
+    shoulder.forward(0.2)
+    paused_deg = shoulder.farthest_deg
+    assert stepped.send(Play()) is None
+    shoulder.until("idle")
+    assert shoulder.farthest_deg == paused_deg
+    end = stepped.journal().end
+    assert end is not None and end.reason == "returned"
+
+
+def test_pedal_before_the_first_way_ends_nothing(stepped: Stepped) -> None:
+    """The therapist shows the pedal to the patient."""
+    assert stepped.send(msgspec.structs.replace(LOAD, end_feel=TEST), Trajectory(TIMES_S, way())) is None
+    assert stepped.send(Approach()) is None
+    stepped.until("paused")
+    stepped.apparatus.pedal_down = True
+    stepped.forward(0.2)
+    stepped.apparatus.pedal_down = False
+    stepped.forward(0.2)
+    assert stepped.send(Play()) is None
+    shoulder = Shoulder(stepped)
+    shoulder.until("idle")
+    assert len(turns(stepped)) == 3
+
+
 def test_range_of_a_test_is_not_reduced(stepped: Stepped) -> None:
     started(stepped)
     refusal = stepped.send(Less())

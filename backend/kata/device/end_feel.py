@@ -55,6 +55,8 @@ class EndFeelTest:
         self.repetitions_left = test.repetitions
         self.ended_by_patient = False
         """True if the patient pressed the pedal in the hand. No repetition follows."""
+        self.turned = False
+        """True on the way back, also while it is paused."""
         rows = max(3, round(_WINDOW_S * config.cycle_hz))
         self._recent: deque[float] = deque(maxlen=rows)
         self._recent_back: deque[float] = deque(maxlen=max(2, round(_RETREAT_MEAN_S * config.cycle_hz)))
@@ -62,7 +64,7 @@ class EndFeelTest:
 
     def must_move_back(self, state: CycleState, movement: Movement) -> bool:
         """Return True if the arm is on its way out and must move back. Call it in every cycle of the test."""
-        self.ended_by_patient = self.ended_by_patient or bool(state.pedal_down)
+        self.note_pedal(state)
         out_nm, back_nm, *arm_nm = self._curves_at(movement.position_s).tolist()
         outward = movement.direction == 1
         beyond_nm = state.torque_nm[self._axis] - (out_nm if outward else back_nm)
@@ -81,6 +83,10 @@ class EndFeelTest:
             return False
         recent = np.array(self._recent)
         return bool(max(self._weights @ recent, recent.mean()) >= self._torque_nm - _MARGIN_NM)
+
+    def note_pedal(self, state: CycleState) -> None:
+        """End the test if the patient presses the pedal. Call it in every cycle between the start and the end of the test."""
+        self.ended_by_patient = self.ended_by_patient or bool(state.pedal_down)
 
     def _weigh(self, movement: Movement, arm_nm: list[float], beyond_nm: float) -> None:
         """Weigh the arm in the free range of every way out."""

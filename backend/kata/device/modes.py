@@ -164,6 +164,8 @@ class StateMachine(MachineState):
         self._check_resistance(run, movement, state)
         if self.mode == "playing":
             run.watch_end_feel(movement, state)
+        elif self.mode == "paused":
+            run.note_pedal(movement, state)
         self._follow_path(state)
         if self.mode == "approaching" and movement.ended:
             if run.settle(self.setpoint_deg, state.measured_deg, self._period_s):
@@ -293,8 +295,7 @@ class StateMachine(MachineState):
                 self._begin_approach(state)
             case Play():
                 assert self._movement is not None and self._run is not None
-                self._run.resisting_axis = None
-                self._movement.direction, self._movement.ramp_s = 1, RAMP_S
+                self._run.play(self._movement)
                 if self._run.zero_order_hold:
                     # The first sample is sent in the next cycle, the others every 0.1 s.
                     self._movement.speed_override, self._cycles_on_path = 1.0, -1

@@ -271,6 +271,18 @@ class Run:
 
     # -- the end-feel test ------------------------------------------------------------------------------------------
 
+    def play(self, movement: Movement) -> None:
+        """Continue along the recording. An end-feel test that has turned, or that the patient has ended, continues its way back."""
+        self.resisting_axis = None
+        movement.direction, movement.ramp_s = 1, RAMP_S
+        if self.end_feel and (self.end_feel.turned or self.end_feel.ended_by_patient):
+            self._turn_back(movement)
+
+    def note_pedal(self, movement: Movement, state: CycleState) -> None:
+        """Let the patient end a paused end-feel test. The arm is taken back when the test continues."""
+        if self.end_feel and movement.position_s > 0.0:
+            self.end_feel.note_pedal(state)
+
     def watch_end_feel(self, movement: Movement, state: CycleState) -> None:
         """Take the arm back along its path if the test's torque is met on the way out."""
         if self.end_feel and self.end_feel.must_move_back(state, movement):
@@ -294,11 +306,14 @@ class Run:
             self._turn_back(movement)
             return True
         if test.end_repetition():
+            test.turned = False
             movement.direction, movement.ramp_s = 1, RAMP_S
             return True
         return False
 
     def _turn_back(self, movement: Movement) -> None:
+        assert self.end_feel is not None
+        self.end_feel.turned = True
         movement.direction, movement.ramp_s, movement.reverse_to_s = -1, END_FEEL_TURN_S, 0.0
 
     # -- journal and snapshot -------------------------------------------------------------------------------------
