@@ -1,9 +1,11 @@
 """Moves all five drives with a part of their torque, through the driver that treats patients.
 
-The emergency stop is read in every cycle. If it is pressed, torque is switched off and the step ends.
+Every cycle evaluates the fault table of the control loop. If a fault holds while the drives have torque, torque is switched off and the
+step ends. The limits of the axes are not evaluated, because the early steps do not know the zeros yet.
 """
 
-from collections.abc import Iterator, Sequence
+import math
+from collections.abc import Iterator
 from contextlib import contextmanager, suppress
 from dataclasses import dataclass
 from typing import Final
@@ -15,7 +17,9 @@ from kata.commissioning import texts
 from kata.commissioning.workbench import StepError, Workbench
 from kata.device import texts as device_texts
 from kata.device.bus.drivers import make_bus
-from kata.device.bus.port import BusError, DriveStatus, InputSample
+from kata.device.bus.port import BusError
+from kata.device.cycle_state import CycleState, CycleStateBuilder, LoopContext
+from kata.device.faults import FAULT_BY_CODE, evaluate_faults
 from kata.messages import text_of
 from kata.motion.approach import MinimumJerkMove
 from kata.motion.axes import N_AXES
@@ -29,6 +33,9 @@ _LATE_SHARE: Final = 0.1
 """Share of its period by which a cycle may begin late. A later cycle waits for the next deadline."""
 _MISSES: Final = 20
 """Number of consecutive cycles without an answer after which a drive counts as silent."""
+_OFF_ATTEMPTS: Final = 10
+"""Number of torque-off messages until every drive reports no torque. No drive confirms the message, and it may be lost."""
+_ESTOP_FAULTS: Final = frozenset({"estop_pressed", "estop_unknown", "contacts_disagree"})
 
 
 @dataclass(frozen=True)
@@ -55,13 +62,23 @@ class LiveDrives:
         self._begin_ns = 0
         self._misses = [0] * N_AXES
         self._torque = False
-        self._input_misses = 0
-        self.inputs: InputSample | None = None
+        self._switched_on = False
+        """True if this object has switched torque on."""
+        self._state_builder = CycleStateBuilder(self._config)
+        self._context = LoopContext(
+            late_ms=0.0,
+            service_age_ms=0.0,
+            run_id_mismatches=0,
+            journal_ok=True,
+            limits_deg=((-math.inf, math.inf),) * N_AXES,
+            rate_hz=config.cycle_hz,
+        )
+        self.state: CycleState
+        """State of the newest cycle."""
         self.angle_deg: Floats = np.zeros(N_AXES)
         self.torque_nm: Floats = np.zeros(N_AXES)
         self.setpoint_deg: Floats = np.zeros(N_AXES)
         self.torque_on = [False] * N_AXES
-        self.tripped = [False] * N_AXES
 
     def begin(self) -> None:
         """Open the port, configure every drive, and wait until every register is verified.
@@ -71,52 +88,92 @@ class LiveDrives:
         self.bus.open()
         self.bus.configure(range(N_AXES))
         self._next_ns = self._begin_ns = self._workbench.now_ns()
-        verified = [False] * N_AXES
-        for _ in range(_VERIFY_CYCLES):
-            for status in self._cycle():
-                verified[status.axis] = status.verified
-            if all(verified) and self.inputs is not None:
-                return
-        motor = verified.index(False) + 1 if False in verified else 1
-        raise StepError(device_texts.DRIVE_RESET(motor=motor))
+        self._verify()
 
     def hold(self) -> None:
-        """Switch torque on. Every motor holds its angle."""
-        if self.inputs is None or self.inputs.estop_open:
+        """Switch torque on. Every motor holds its angle.
+
+        :raises StepError: when the emergency stop is not known to be released, or a drive has lost its settings.
+        """
+        self._verify()
+        if self.state.estop != "closed":
             raise StepError(texts.ESTOP_DURING_STEP())
         self.setpoint_deg = self.angle_deg.copy()
-        self.tripped = [False] * N_AXES
+        self._torque = self._switched_on = True
         self.bus.torque_on(self.setpoint_deg.tolist())
-        self._torque = True
+        self._record_command()
         self.settle(0.3)
+
+    def _verify(self) -> None:
+        """Run cycles until every register is verified and the emergency stop is known.
+
+        :raises StepError: naming a drive with other settings.
+        """
+        for _ in range(_VERIFY_CYCLES):
+            self._cycle()
+            if True in self.state.reset:
+                break
+            if all(self.state.verified) and self.state.estop != "unknown":
+                return
+        wrong = self.state.reset if True in self.state.reset else [not verified for verified in self.state.verified]
+        raise StepError(device_texts.DRIVE_RESET(motor=wrong.index(True) + 1 if True in wrong else 1))
 
     def release(self) -> None:
         """Switch torque off."""
         self.bus.torque_off()
         self._torque = False
+        self._record_command()
+
+    def end(self) -> None:
+        """Switch off torque that this object has switched on, until every drive reports no torque.
+
+        Other torque is not changed, because it may hold an arm. The method does not sleep, because a stopped step must not sleep.
+
+        :raises StepError: when a drive still reports torque.
+        """
+        if not self._switched_on:
+            return
+        for _ in range(_OFF_ATTEMPTS):
+            self.release()
+            unknown = set(range(N_AXES))
+            for status in self.bus.read().statuses:
+                self.torque_on[status.axis] = status.torque_on
+                unknown.discard(status.axis)
+            if not unknown and not any(self.torque_on):
+                return
+        if any(self.torque_on):
+            raise StepError(texts.TORQUE_STAYS_ON(motor=self.torque_on.index(True) + 1))
 
     def cycle(self) -> LiveSample:
         """Run one cycle: read drives and inputs, and send the setpoints if torque is on.
 
-        :raises StepError: when a drive is silent; and while torque is on, when the emergency stop is pressed or unknown, or a drive's
-            watchdog has tripped because this computer was too slow.
+        :raises StepError: when a drive is silent; and while torque is on, when a fault of the fault table holds.
         """
         self._cycle()
         if self._torque:
-            unknown = self.inputs is None and self._input_misses > self._config.inputs.max_age_cycles
-            if unknown or (self.inputs is not None and self.inputs.estop_open):
-                self.release()
-                raise StepError(texts.ESTOP_DURING_STEP())
-            if any(self.tripped):
-                self.release()
-                raise StepError(device_texts.DRIVE_WATCHDOG(motor=self.tripped.index(True) + 1))
+            self._raise_fault()
             self.bus.write_setpoints(self.setpoint_deg.tolist())
+            self._record_command()
         return LiveSample(
             (self._next_ns - self._begin_ns) / 1e9,
             self.setpoint_deg.copy(),
             self.angle_deg.copy(),
             self.torque_nm.copy(),
         )
+
+    def _raise_fault(self) -> None:
+        """Switch torque off if a fault holds.
+
+        :raises StepError: naming the first fault.
+        """
+        faults = evaluate_faults(self.state, self._config)
+        if not faults:
+            return
+        self.release()
+        code, axis = faults[0]
+        message = FAULT_BY_CODE[code].message
+        fault = message(motor=axis + 1) if axis is not None else message()
+        raise StepError(texts.ESTOP_DURING_STEP() if code in _ESTOP_FAULTS else fault)
 
     def settle(self, seconds: float) -> list[LiveSample]:
         """Run cycles for a time. Return their samples."""
@@ -152,13 +209,17 @@ class LiveDrives:
         return samples
 
     def read_only(self) -> None:
-        """Run one cycle without sending a setpoint and without checking the emergency stop."""
+        """Run one cycle without sending a setpoint and without evaluating faults."""
         self._cycle()
+
+    def _record_command(self) -> None:
+        now_ns = self._workbench.now_ns()
+        self._state_builder.record_command(now_ns, self._torque, tuple(self.setpoint_deg.tolist()), now_ns)
 
     def _cycles(self, seconds: float) -> int:
         return max(1, round(seconds * self._config.cycle_hz))
 
-    def _cycle(self) -> Sequence[DriveStatus]:
+    def _cycle(self) -> None:
         self._next_ns += self._period_ns
         late_ns = self._workbench.now_ns() - self._next_ns
         if late_ns > _LATE_SHARE * self._period_ns:
@@ -173,18 +234,16 @@ class LiveDrives:
             elif self._misses[n] > _MISSES:
                 problem = device_texts.DRIVE_GARBLED if n in sample.corrupt else device_texts.DRIVE_SILENT
                 raise StepError(problem(motor=n + 1))
-        self._input_misses = 0 if sample.inputs else self._input_misses + 1
-        self.inputs = sample.inputs or (None if self._torque else self.inputs)
         for status in sample.statuses:
-            self.torque_on[status.axis], self.tripped[status.axis] = status.torque_on, status.watchdog_tripped
-        return sample.statuses
+            self.torque_on[status.axis] = status.torque_on
+        self.state = self._state_builder.build(self._next_ns, sample, self._context)
 
 
 @contextmanager
 def live_drives(workbench: Workbench, share: float = TORQUE_SHARE) -> Iterator[LiveDrives]:
     """Configure the drives with a share of their torque. At the end of the block torque is switched off and the port closed.
 
-    :raises StepError: when a drive or the bus cannot be used.
+    :raises StepError: when a drive or the bus cannot be used, or a drive has torque at the beginning or the end.
     """
     drives = LiveDrives(workbench, share)
     try:
@@ -193,6 +252,8 @@ def live_drives(workbench: Workbench, share: float = TORQUE_SHARE) -> Iterator[L
     except BusError as error:
         raise StepError(text_of(error)) from error
     finally:
-        with suppress(BusError):
-            drives.release()
-        drives.bus.close()
+        try:
+            with suppress(BusError):
+                drives.end()
+        finally:
+            drives.bus.close()

@@ -44,9 +44,9 @@ def _check_watchdog(workbench: Workbench, drives: LiveDrives) -> None:
     workbench.sleep(workbench.draft.bus_watchdog_ms / 1000 + 2 * _WATCHDOG_STEP_S)
     begin_ns = workbench.now_ns()
     drives.read_only()
-    while not all(drives.tripped):
+    while not all(drives.state.watchdog_tripped):
         if workbench.now_ns() - begin_ns > _LIMIT_S * 1e9:
-            raise StepError(texts.WATCHDOG_SILENT(motor=drives.tripped.index(False) + 1))
+            raise StepError(texts.WATCHDOG_SILENT(motor=drives.state.watchdog_tripped.index(False) + 1))
         drives.read_only()
     workbench.add_value("watchdog, ms", after=workbench.draft.bus_watchdog_ms)
 
@@ -68,6 +68,6 @@ def _check_estop(workbench: Workbench, drives: LiveDrives) -> None:
 def _released(drives: LiveDrives) -> Callable[[], bool]:
     def look() -> bool:
         drives.read_only()
-        return drives.inputs is not None and not drives.inputs.estop_open
+        return drives.state.estop == "closed"
 
     return look
