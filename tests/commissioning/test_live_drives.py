@@ -8,7 +8,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from kata.commissioning import response
+from kata.commissioning import registers, response
 from kata.commissioning.live_drives import live_drives
 from kata.commissioning.workbench import ManualAction, StepError, Workbench
 from kata.simulator.fault_injector import FaultKind
@@ -97,6 +97,22 @@ def test_step_does_not_drop_a_held_arm() -> None:
         pass
     world.wait(0.1)
     assert all(world.torque)
+
+
+def test_held_arm_is_released_after_it_is_supported() -> None:
+    world = RecordingWorld(seed=1)
+    workbench, technician = workbench_of(world)
+    hold_an_arm(workbench, world)
+    registers.write_registers(workbench)
+    assert technician.instructions == [("support_arm", [True] * 5)]
+    assert not any(world.torque)
+
+
+def test_step_without_held_arm_asks_for_no_support() -> None:
+    world = RecordingWorld(seed=1)
+    workbench, technician = workbench_of(world)
+    registers.write_registers(workbench)
+    assert technician.instructions == []
 
 
 def test_lost_request_leaves_no_torque_after_a_step() -> None:

@@ -6,7 +6,7 @@ from kata.commissioning import texts
 from kata.commissioning.drive_line import DriveLine
 from kata.commissioning.ids import check_answers
 from kata.commissioning.live_drives import live_drives
-from kata.commissioning.workbench import StepError, Workbench, named
+from kata.commissioning.workbench import ManualAction, StepError, Workbench, named
 from kata.device.bus.dynamixel.configuration import model_problem
 from kata.device.bus.dynamixel.models import MODELS
 from kata.device.bus.dynamixel.registers import FIRMWARE, TORQUE_ENABLE, configured_registers
@@ -25,11 +25,11 @@ def write_registers(workbench: Workbench) -> None:
     """Check model, firmware, voltage and temperature of each drive. Write and verify the registers of all drives."""
     before: dict[tuple[int, str], bytes] = {}
     with workbench.line() as line:
+        _let_go(workbench, line)
         for motor, axis in zip(AXES, workbench.draft.axes, strict=True):
             with named(motor, axis.id):
                 workbench.add_value("damaged_answers_percent", motor, after=check_answers(line, motor, axis.id))
                 _check_drive(workbench, line, motor, axis)
-                line.write(axis.id, TORQUE_ENABLE, b"\0")
                 for register in configured_registers(workbench.draft, axis):
                     before[motor, register.name] = line.read(axis.id, register.address, len(register.data))
     # The driver writes the registers and reads each one back. Its verification then reads all of them again.
@@ -44,6 +44,19 @@ def write_registers(workbench: Workbench) -> None:
                     workbench.add_value(
                         register.name, motor, before=before[motor, register.name].hex(), after=now.hex()
                     )
+
+
+def _let_go(workbench: Workbench, line: DriveLine) -> None:
+    """Switch torque off. If a drive has torque, it may hold an arm: first wait until the technician supports the arm."""
+    for motor, axis in zip(AXES, workbench.draft.axes, strict=True):
+        with named(motor, axis.id):
+            (torque,) = line.read(axis.id, TORQUE_ENABLE, 1)
+        if torque:
+            workbench.confirm(ManualAction("support_arm", texts.SUPPORT_ARM(motor=motor), motor))
+            break
+    for motor, axis in zip(AXES, workbench.draft.axes, strict=True):
+        with named(motor, axis.id):
+            line.write(axis.id, TORQUE_ENABLE, b"\0")
 
 
 def _check_drive(workbench: Workbench, line: DriveLine, motor: int, axis: Axis) -> None:

@@ -90,6 +90,10 @@ STAND_CLEAR: Final = message(
     "stand_clear",
     "The motors will move now. Keep everyone away from the apparatus, and hold the emergency stop in your hand.",
 )
+SUPPORT_ARM: Final = message(
+    "support_arm",
+    "Motor {motor:d} has torque and may hold an arm. Support the arm, then confirm: all motors are switched off.",
+)
 FIT_POSE: Final = message("fit_pose", "Lock the apparatus in reference pose {pose:d} with the fixture.")
 FREE_ARM: Final = message("free_arm", "Remove the fixture and put the test weight into the arm fixer.")
 EMPTY_ARM: Final = message("empty_arm", "Take the test weight out of the arm fixer.")

@@ -35,6 +35,7 @@ ManualActionKind = Literal[
     "press_pedal",
     "release_pedal",
     "stand_clear",
+    "support_arm",
     "fit_pose",
     "free_arm",
     "empty_arm",
