@@ -38,7 +38,7 @@ def recording(clinic: Clinic) -> UUID:
 @pytest.fixture
 def baseline(clinic: Clinic, recording: UUID) -> UUID:
     run_id = begin(clinic, recording, "baseline")
-    assert ended(clinic, run_id, (100.0,), shoulder=False).curve
+    assert ended(clinic, run_id, (105.0,), shoulder=False).curve
     return run_id
 
 
@@ -76,6 +76,26 @@ def test_baseline_of_another_speed_does_not_count(clinic: Clinic, recording: UUI
         assert end_feel.baseline_of(session, recording, STATION, 4.0, today) is None
         assert end_feel.baseline_of(session, recording, "Station 2", SPEED_DEG_S, today) is None
         assert end_feel.baseline_of(session, recording, STATION, SPEED_DEG_S, utc_now()) is None
+
+
+def test_baseline_that_turned_early_does_not_count(clinic: Clinic, recording: UUID) -> None:
+    """Someone touched the weight. Beyond the turn the test would not know the apparatus' weight, and take the patient's arm too far."""
+    row = ended(clinic, begin(clinic, recording, "baseline"), (40.0,), shoulder=False)
+    assert (row.curve, row.unmeasured) == (None, "too_few_ways")
+    with pytest.raises(ProblemError) as refused:
+        begin(clinic, recording, "test")
+    assert refused.value.code == "no_baseline_today"
+
+
+def test_test_goes_no_farther_than_its_baseline(clinic: Clinic, recording: UUID) -> None:
+    """The doctor widened the limits between the two."""
+    run_id = begin(clinic, recording, "baseline")
+    with clinic.database.write() as session:
+        row = session.get_one(EndFeelRow, run_id)
+        widest_deg, row.further_deg = row.further_deg, 5.0
+    assert widest_deg > 5.0
+    assert ended(clinic, run_id, (105.0,), shoulder=False).curve
+    assert row_of(clinic, begin(clinic, recording, "test")).further_deg == 5.0
 
 
 def test_end_feel_run_counts_no_repetitions_and_no_errors(clinic: Clinic, recording: UUID, baseline: UUID) -> None:

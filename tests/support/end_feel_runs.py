@@ -38,8 +38,12 @@ def begin(clinic: Clinic, recording_id: UUID, kind: Kind) -> UUID:
         )
         request = EndFeelRequest(visit.id, recording_id, kind, 25, CHOSEN_NM, SPEED_DEG_S)
         taught = runs.taught(session, recording_id)
-        way = end_feel.longest_way(taught, allowed(session, clinic.patient_id, "right"), config, request)
         today = utc_now().replace(hour=0, minute=0, second=0, microsecond=0)
+        limits, farthest_deg = (
+            allowed(session, clinic.patient_id, "right"),
+            end_feel.farthest_deg(session, request, STATION, today),
+        )
+        way = end_feel.longest_way(taught, limits, config, request.speed_deg_s, farthest_deg)
         prepared = end_feel.prepare(session, request, way, config, today)
         row = runs.begin(session, runs.RunRequest(visit.id, recording_id), STATION)
         end_feel.add(session, row, request, prepared, STATION)

@@ -102,7 +102,8 @@ def _begin(
         contraindications.require_none(session, recording.patient_id, side)
         allowed = doctors_limits.allowed(session, recording.patient_id, side)
         taught = runs.taught(session, recording.id)
-    way = end_feel.longest_way(taught, allowed, config, request)
+        farthest_deg = end_feel.farthest_deg(session, request, config.name, checks.today())
+    way = end_feel.longest_way(taught, allowed, config, request.speed_deg_s, farthest_deg)
     limits = allowed.check(way.motion, request.load_level, "smooth")
     with writing(stores.database, stores.event_spool, "run") as (session, began):
         prepared = end_feel.prepare(session, request, way, config, checks.today())

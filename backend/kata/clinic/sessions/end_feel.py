@@ -5,6 +5,7 @@ session: they have the same checks, limits and stops as a playback.
 """
 
 import logging
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 from datetime import datetime
@@ -42,6 +43,8 @@ _FURTHER_DEG: Final = (15.0, 10.0, 5.0, 0.0)
 """How far the way may go beyond the recorded end, the largest first. The limits decide."""
 _FROM_LIMIT_DEG: Final = 1.0
 """Distance that the way keeps from the end of the apparatus' range."""
+_SHORT_DEG: Final = 3.0
+"""How far before the way's end a baseline may end, because friction and weight hold the arm back."""
 _WEIGHED_AFTER_DEG: Final = 4.0
 _WEIGHED_SHARE: Final = 0.5
 """The arm is weighed from :data:`_WEIGHED_AFTER_DEG` after the start to this share of the recorded range, in which the shoulder is free."""
@@ -129,14 +132,27 @@ def way_of(taught: Motion, side: Side, speed_deg_s: float, further_deg: float = 
     return Way(motion, motor, side, 1 if gone_deg > 0 else -1, further_deg, abs(gone_deg) - further_deg)
 
 
-def longest_way(taught: Motion, allowed: DoctorLimits, config: StationConfig, request: EndFeelRequest) -> Way:
+def farthest_deg(session: DatabaseSession, request: EndFeelRequest, station: str, today: datetime) -> float:
+    """Return how far beyond the recorded end a way may go. A test goes no farther than its baseline: the weight is unknown there."""
+    if request.kind == "baseline":
+        return math.inf
+    row = baseline_of(session, request.recording_id, station, request.speed_deg_s, today)
+    return row.further_deg if row else math.inf
+
+
+def longest_way(
+    taught: Motion, allowed: DoctorLimits, config: StationConfig, speed_deg_s: float, farthest_deg: float
+) -> Way:
     """Return the way that goes farthest beyond the recorded end within the limits of apparatus and doctor.
 
+    :param farthest_deg: :func:`farthest_deg`.
     :raises ProblemError: 409 as in :func:`way_of`; 422 when even the recorded motion exceeds a limit of the doctor.
     """
     refused: ProblemError | None = None
     for further_deg in _FURTHER_DEG:
-        way = way_of(taught, allowed.side, request.speed_deg_s, further_deg)
+        if further_deg > farthest_deg:
+            continue
+        way = way_of(taught, allowed.side, speed_deg_s, further_deg)
         axis = config.axes[way.motor - 1]
         end_deg = float(way.motion.angles_deg[-1, way.motor - 1])
         inside = axis.min_deg + _FROM_LIMIT_DEG <= end_deg <= axis.max_deg - _FROM_LIMIT_DEG
@@ -239,13 +255,28 @@ def complete(session: DatabaseSession, run: RunRow, row: EndFeelRow, journal: Jo
     )
     try:
         if row.kind == "baseline":
-            row.curve = _encoded(end_feel.together(found))
+            _complete_baseline(session, run, row, end_feel.together(found))
         else:
             _measure(session, run, row, found)
     except GuardingError as error:
         row.unmeasured, row.disagreement_nm = "guarding", error.disagreement_nm
     except TooFewWaysError:
         row.unmeasured = "too_few_ways"
+
+
+def _complete_baseline(session: DatabaseSession, run: RunRow, row: EndFeelRow, curve: TorqueAngleCurve) -> None:
+    """Store the curve of a baseline that reached the way's end. A test must not go where the weight is unknown."""
+    if curve.places_deg[-1] < _way(session, run, row).angles_deg[-1] - _SHORT_DEG:
+        row.unmeasured = "too_few_ways"
+    else:
+        row.curve = _encoded(curve)
+
+
+def _way(session: DatabaseSession, run: RunRow, row: EndFeelRow) -> Way:
+    """Return the way of a stored run."""
+    samples = recordings.samples(session, run.recording_id)
+    taught = Motion(samples.times_s, samples.angles_deg)
+    return way_of(taught, side_of(run.recording.side), row.speed_deg_s, row.further_deg)
 
 
 def _measure(session: DatabaseSession, run: RunRow, row: EndFeelRow, found: Sequence[TorqueAngleCurve]) -> None:
@@ -255,9 +286,7 @@ def _measure(session: DatabaseSession, run: RunRow, row: EndFeelRow, found: Sequ
         log.warning("the baseline of run %s is missing", run.id)
         raise TooFewWaysError("no baseline")
     baseline = _curve(base)
-    samples = recordings.samples(session, run.recording_id)
-    taught = Motion(samples.times_s, samples.angles_deg)
-    way = way_of(taught, side_of(run.recording.side), row.speed_deg_s, row.further_deg)
+    way = _way(session, run, row)
     growth = end_feel.arm_growth(way.postures_deg(baseline.places_deg), row.motor, way.side, row.outward)
     result = end_feel.measured(found, baseline, growth, way.weighed_deg, row.torque_nm)
     row.unmeasured, row.disagreement_nm = result.unmeasured, result.disagreement_nm
