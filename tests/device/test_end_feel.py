@@ -110,6 +110,17 @@ def test_patient_ends_the_test_by_the_pedal(stepped: Stepped) -> None:
     assert end is not None and end.reason == "returned"
 
 
+def test_pulled_out_pedal_ends_the_test(stepped: Stepped) -> None:
+    """The patient could not end it any more."""
+    started(stepped)
+    shoulder = Shoulder(stepped)
+    shoulder.forward(3.0)
+    stepped.apparatus.pedal_down = None
+    shoulder.until("idle")
+    assert shoulder.farthest_deg < 3.0 * SPEED_DEG_S + 0.5
+    assert len(turns(stepped)) == 1
+
+
 def test_pedal_on_the_way_back_ends_the_test_too(stepped: Stepped) -> None:
     started(stepped)
     shoulder = Shoulder(stepped, onset_deg=20.0)
@@ -130,12 +141,24 @@ def with_weighing(**changes: object) -> EndFeel:
     return msgspec.structs.replace(TEST, expected_nm=expected, arm_nm=(growth(),), weighed_s=(0.6, 5.6), **changes)
 
 
-@pytest.mark.parametrize("heavier_nm", [-1.5, 1.5])
+@pytest.mark.parametrize("heavier_nm", [-3.0, -1.5, 1.5])
 def test_arm_of_another_weight_is_weighed_on_the_way(stepped: Stepped, heavier_nm: float) -> None:
     started(stepped, with_weighing())
     shoulder = Shoulder(stepped, heavier_nm=heavier_nm)
     shoulder.until("idle")
     assert CHOSEN_NM - 0.4 < shoulder.largest_nm < CHOSEN_NM + 0.1
+
+
+@pytest.mark.parametrize(("chosen_nm", "allowed_nm"), [(1.0, 1.7), (2.0, 2.9)])
+def test_shoulder_that_resists_from_the_start_is_no_weight(
+    stepped: Stepped, chosen_nm: float, allowed_nm: float
+) -> None:
+    """A freezing shoulder has no free range. Its torque grows as a weight does."""
+    started(stepped, with_weighing(torque_nm=chosen_nm, repetitions=1))
+    shoulder = Shoulder(stepped, onset_deg=3.0, nm_deg=0.1)
+    shoulder.until("idle")
+    assert shoulder.largest_nm < allowed_nm
+    assert len(turns(stepped)) == 1
 
 
 def test_patient_who_works_while_weighed_is_taken_back(stepped: Stepped) -> None:

@@ -47,7 +47,8 @@ class SteppedApparatus:
     corrupt: set[int] = field(default_factory=set)
     torque: list[bool] = field(default_factory=lambda: [False] * 5)
     estop_open: bool = False
-    pedal_down: bool = False
+    pedal_down: bool | None = False
+    """None: a pedal at a USB port is pulled out."""
     silent: set[int] = field(default_factory=set)
     inputs_silent: bool = False
     hardware_error: list[int] = field(default_factory=lambda: [0] * 5)

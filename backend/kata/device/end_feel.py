@@ -1,5 +1,6 @@
 """Implements the end-feel test: decides when the arm moves back, and counts the repetitions. Reasons: docs/explanation/end-feel.md."""
 
+import math
 from collections import deque
 from typing import Final
 
@@ -28,6 +29,9 @@ _MARGIN_NM: Final = 0.1
 _UNSTEADY_NM: Final = 0.25
 """Largest RMS difference between the torque in the free range and the fitted weight. Relaxed patients have up to 0.12 Nm. If a patient works
 in the free range, the weight is wrong by 1 Nm at the turn."""
+_MOST_WEIGHT_NM: Final = 1.5
+"""Largest torque by which an arm may oppose the way out more than the test weight does, where the moments act most; less elsewhere, in
+proportion. More counts as resistance: a shoulder that resists from the start looks like a heavy arm."""
 _LEAST_READINGS: Final = 20
 _RETREAT_MEAN_S: Final = 0.05
 """Time over which the torque is averaged on the way back."""
@@ -50,6 +54,7 @@ class EndFeelTest:
         self._curves_nm = np.array([test.expected_nm, test.back_nm or test.expected_nm, *test.arm_nm])
         self._places_a_s = (len(test.expected_nm) - 1) / trajectory.duration_s
         self._weighed_s = test.weighed_s
+        self._largest_growth = float(np.max(np.linalg.norm(self._curves_nm[2:], axis=0))) if test.arm_nm else 0.0
         self._arm = _ArmWeight(len(test.arm_nm))
         self._outward = np.sign(trajectory.at(trajectory.duration_s)[self._axis] - trajectory.start_deg[self._axis])
         self.repetitions_left = test.repetitions
@@ -70,14 +75,16 @@ class EndFeelTest:
         beyond_nm = state.torque_nm[self._axis] - (out_nm if outward else back_nm)
         if outward:
             self._weigh(movement, arm_nm, beyond_nm)
-        against_nm = float(self._outward * (beyond_nm - self._arm.weight_nm(arm_nm)))
+        weight_nm, most_nm = self._outward * self._arm.weight_nm(arm_nm), self._most_weight_nm(arm_nm)
+        against_nm = float(self._outward * beyond_nm - min(weight_nm, most_nm))
         if not outward:
             self._recent.clear()
             self._recent_back.append(against_nm)
             return False
         self._recent_back.clear()
         self._recent.append(against_nm)
-        if self.ended_by_patient or self._is_unsteady(movement):
+        weighed = movement.position_s > self._weighed_s[1]
+        if self.ended_by_patient or (weighed and (self._arm.rms_nm > _UNSTEADY_NM or weight_nm > most_nm)):
             return True
         if len(self._recent) < len(self._weights):
             return False
@@ -85,8 +92,10 @@ class EndFeelTest:
         return bool(max(self._weights @ recent, recent.mean()) >= self._torque_nm - _MARGIN_NM)
 
     def note_pedal(self, state: CycleState) -> None:
-        """End the test if the patient presses the pedal. Call it in every cycle between the start and the end of the test."""
-        self.ended_by_patient = self.ended_by_patient or bool(state.pedal_down)
+        """End the test if the patient presses the pedal, or could not press it because it was pulled out. Call it in every cycle between
+        the start and the end of the test.
+        """
+        self.ended_by_patient = self.ended_by_patient or state.pedal_down is not False
 
     def _weigh(self, movement: Movement, arm_nm: list[float], beyond_nm: float) -> None:
         """Weigh the arm in the free range of every way out."""
@@ -95,9 +104,9 @@ class EndFeelTest:
         elif movement.position_s <= self._weighed_s[1]:
             self._arm.add(arm_nm, beyond_nm)
 
-    def _is_unsteady(self, movement: Movement) -> bool:
-        """Return True after the free range if the patient worked there. The arm's weight is then unknown."""
-        return movement.position_s > self._weighed_s[1] and self._arm.rms_nm > _UNSTEADY_NM
+    def _most_weight_nm(self, arm_nm: list[float]) -> float:
+        """Return the largest torque by which the arm's weight may oppose the way out at a place, beyond the baseline's."""
+        return _MOST_WEIGHT_NM * math.hypot(*arm_nm) / self._largest_growth if self._largest_growth else 0.0
 
     def retreat_deg_s(self) -> Floats:
         """Return the additional speed of the way back, ``(5,)`` in deg/s. It is 0 unless the patient pushes with more than the chosen torque."""
