@@ -4,6 +4,7 @@ The checks do not use the control program's own state, with exceptions that are 
 (compared with the drives), the answer to a push, and whether a Stop has ended the activity.
 """
 
+import math
 from collections import deque
 from dataclasses import dataclass, field
 from typing import Final
@@ -40,6 +41,10 @@ _KNOWN_CYCLES: Final = 3
 _POSE_TOLERANCE_DEG: Final = 1.0
 _ERROR_CYCLES: Final = 4
 """A hardware error counts in the cycle that first receives it. A lost answer costs a cycle, and a started cycle may still end."""
+_PEDAL_S: Final = 0.2
+"""A pressed pedal is known by then: it is debounced for 20 ms, and two cycles of a slow station take 100 ms."""
+_OUT_DEG: Final = 3.0
+"""A way out that is longer than this counts. A turn, a shaft's play and a yielding setpoint are shorter."""
 _AT_REST: Final = frozenset({"offline", "idle", "stopped"})
 _OWN_FAULTS: Final = frozenset(
     {"setpoint_step", "setpoint_limit", "setpoint_acceleration", "setpoint_frozen", "unexpected_error"}
@@ -77,6 +82,21 @@ class _Motor:
 
 
 @dataclass
+class _Test:
+    """The goals of a loaded end-feel test."""
+
+    load: Load
+    innermost_deg: float = math.inf
+    """Least goal of the present way, outward counted positive."""
+    farthest_deg: float = -math.inf
+    ways_out: int = 0
+    out: bool = False
+    """True on a way out."""
+    ended_at_deg: float | None = None
+    """Least goal since the patient has ended the test."""
+
+
+@dataclass
 class Judge:
     """Raises AssertionError when a safety rule is broken. Call :meth:`look` after every cycle."""
 
@@ -91,9 +111,12 @@ class Judge:
     """The emergency stop is or was pressed, or the torque was released by command, since the port was lost."""
     limits_deg: tuple[tuple[float, float], ...] = ()
     """The patient's limits in the newest load."""
+    pedal_since_ns: int | None = None
+    """Time since which the pedal is down, while there is no fault."""
     error_since_ns: int | None = None
     """Time since which a drive has a hardware error, while every drive answers and there is no other fault."""
     _motors: list[_Motor] = field(default_factory=lambda: [_Motor() for _ in range(5)])
+    _test: "_Test | None" = None
     _judged: int = 0
     _shown: int = 0
     """Number of checked snapshots of the present device process."""
@@ -133,8 +156,14 @@ class Judge:
         """Note an accepted load."""
         self.limits_deg = load.limits_deg
         self._rate_hz = rate_hz(load.method, self.config.rate_hz)
+        self._test = _Test(load) if load.end_feel else None
         for known in self._motors:
             known.outside_deg = None
+
+    @property
+    def test_goes_back(self) -> bool:
+        """True if an end-feel test is on a way back."""
+        return self._test is not None and self._test.ways_out > 0 and not self._test.out
 
     # -- after each cycle -----------------------------------------------------------------------------------------------
 
@@ -148,6 +177,7 @@ class Judge:
         newest = snapshots[-1]
         self._stop_ended_it(newest)
         self._hardware_error()
+        self._end_feel(newest)
         for n, angle_deg in enumerate(self.world.angles_deg):
             self._motors[n].been_deg.append(angle_deg)
             self._registers(n)
@@ -295,6 +325,38 @@ class Judge:
         known.over_since_ns = known.over_since_ns or self.world.t_ns
         lasted_s = (self.world.t_ns - known.over_since_ns) / 1e9
         assert lasted_s <= _ANSWER_S, f"motor {n + 1} pushed over its level for {lasted_s:.2f} s while {newest.mode}"
+
+    def _end_feel(self, newest: Snapshot) -> None:
+        """A test goes out as often as requested, once more after each reversal, and never after the patient has ended it.
+
+        Uses the snapshot's mode, place and reversals.
+        """
+        test, run = self._test, newest.run
+        if test is None or run is None or run.run_id != test.load.run_id or newest.mode not in ("playing", "paused"):
+            return
+        asked = test.load.end_feel
+        assert asked is not None
+        goal = self._motors[asked.motor - 1].goal
+        if goal is None:
+            return
+        goal_deg = goal[1]
+        held_ns = 0 if self.pedal_since_ns is None else self.world.t_ns - self.pedal_since_ns
+        if held_ns > _PEDAL_S * 1e9 and run.position_s > 0.0 and test.ended_at_deg is None:
+            test.ended_at_deg = goal_deg
+        if test.ended_at_deg is not None:
+            test.ended_at_deg = min(test.ended_at_deg, goal_deg)
+            assert goal_deg <= test.ended_at_deg + _OUT_DEG, "the arm went out after the patient had ended the test"
+        if test.out:
+            test.farthest_deg = max(test.farthest_deg, goal_deg)
+            if goal_deg < test.farthest_deg - _OUT_DEG:
+                test.out, test.innermost_deg = False, goal_deg
+            return
+        test.innermost_deg = min(test.innermost_deg, goal_deg)
+        if goal_deg > test.innermost_deg + _OUT_DEG:
+            test.out, test.farthest_deg = True, goal_deg
+            test.ways_out += 1
+            allowed = asked.repetitions + run.reversals
+            assert test.ways_out <= allowed, f"the arm went out {test.ways_out} times, {allowed} are allowed"
 
     def _angles(self, newest: Snapshot) -> None:
         """In idle with every drive configured, the shown angles are those of the shafts."""

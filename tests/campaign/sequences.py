@@ -30,6 +30,7 @@ from kata.device.messages import (
     Approach,
     Command,
     CommandName,
+    EndFeel,
     FinishTeaching,
     Guarded,
     Less,
@@ -42,6 +43,7 @@ from kata.device.messages import (
     Teach,
     Unload,
 )
+from kata.motion.reach import ArmLimits
 from kata.simulator.fault_injector import FaultKind
 from kata.system.realtime import Granted
 from kata.testing.world import RecordingWorld
@@ -81,6 +83,10 @@ _START_DEG: Final = np.array([17.0, 107.0, 12.0, 2.0, -2.0])
 _REACH_DEG: Final = np.array([-10.0, 8.0, 30.0, 40.0, -30.0])
 _TIGHT_DEG: Final = ((6.0, 18.0), (106.0, 116.0), (11.0, 43.0), (1.0, 43.0), (-33.0, -1.0))
 """A doctor's limits that contain the whole recording, but not the arm's rest pose."""
+_LOW_ARM: Final = ArmLimits(side_deg=54.0, front_deg=54.0)
+"""A doctor's limits of the pose, just above the wave's highest elevation of 52.4 deg."""
+_TESTED: Final = 4
+"""The motor of the end-feel tests."""
 
 
 def _wave(duration_s: float, samples: int) -> tuple[np.ndarray[Any, Any], np.ndarray[Any, Any]]:
@@ -93,7 +99,16 @@ def _steps(duration_s: float) -> tuple[np.ndarray[Any, Any], np.ndarray[Any, Any
     return times, np.array([_START_DEG, _START_DEG + 0.02 * np.sign(_REACH_DEG)])
 
 
+def _way_out() -> tuple[np.ndarray[Any, Any], np.ndarray[Any, Any]]:
+    """Return the way out of an end-feel test: 30 deg of motor 4 with 10 deg/s."""
+    times = np.linspace(0.0, 3.0, 151)
+    angles = np.tile(_START_DEG, (len(times), 1))
+    angles[:, _TESTED - 1] += 10.0 * times
+    return times, angles
+
+
 _RECORDINGS: Final = {
+    "way out": _way_out(),
     "wave": _wave(3.0, 301),
     "slow wave": _wave(60.0, 601),
     "a millisecond": _steps(0.001),
@@ -116,13 +131,60 @@ def _load(recording: str, level: int, limits: bool, method: str) -> Load:
     )
 
 
-_loads = st.builds(
+def _with_settings(load: Load, speed_deg_s: float | None, low_arm: bool, repetition_s: float, bend_deg: float) -> Load:
+    """Return the load with a patient's further limits, or as a learned run whose correction swings by ``bend_deg``."""
+    settings: dict[str, Any] = {
+        "max_speed_deg_s": speed_deg_s,
+        "arm_limits": _LOW_ARM if low_arm else None,
+        "repetition_s": repetition_s,
+    }
+    if bend_deg and load.method == "smooth":
+        rows = np.sin(np.linspace(0.0, 9.0, 31))[:, None] * np.full(5, bend_deg)
+        times = np.frombuffer(load.times_s)
+        settings |= {"method": "learned", "correction_deg": rows.astype("<f8").tobytes()}
+        settings["correction_step_s"] = float(times[-1]) / 30
+    return msgspec.structs.replace(load, **settings)
+
+
+def _test(level: int, limits: bool, torque_nm: float, carried_nm: float, repetitions: int, weighed: bool) -> Load:
+    """Return the load of an end-feel test. ``carried_nm``: torque at the end of the way without a shoulder."""
+    growth = tuple(np.linspace(0.0, carried_nm, 20).tolist())
+    test = EndFeel(
+        motor=_TESTED,
+        torque_nm=torque_nm,
+        expected_nm=growth,
+        arm_nm=(tuple(np.linspace(0.1, 0.6, 20).tolist()),) if weighed else (),
+        weighed_s=(0.2, 1.0) if weighed else (0.0, 0.0),
+        repetitions=repetitions,
+    )
+    return msgspec.structs.replace(_load("way out", level, limits, "smooth"), end_feel=test)
+
+
+_plays = st.builds(
     _load,
     st.sampled_from(["wave", "wave", "wave", "slow wave", "a millisecond", "a tenth", "no numbers"]),
     st.sampled_from([25, 25, 10, 3, 1]),
     st.booleans(),
     st.sampled_from(["smooth", "smooth", "paper"]),
 )
+_plays_with_settings = st.builds(
+    _with_settings,
+    _plays,
+    st.sampled_from([None, 70.0, 45.0, 20.0]),
+    st.booleans(),
+    st.sampled_from([0.0, 1.0, 3.0]),
+    st.sampled_from([0.0, 0.0, 1.0, 2.9]),
+)
+_tests = st.builds(
+    _test,
+    st.sampled_from([25, 25, 12]),
+    st.booleans(),
+    st.sampled_from([0.5, 1.0, 1.9]),
+    st.sampled_from([0.0, 0.5, 1.0]),
+    st.sampled_from([1, 3]),
+    st.booleans(),
+)
+_loads = st.one_of(_plays, _plays, _plays_with_settings, _tests)
 _commands = st.one_of(
     _loads,
     st.sampled_from(
@@ -268,6 +330,38 @@ class Sequences(RuleBasedStateMachine):
             self.a_drive_fails(kind, motor)
             self._run(0.1)
 
+    @rule(
+        load=_tests,
+        events=st.lists(
+            st.tuples(
+                st.sampled_from(["turn", "pause", "play", "pedal", "resist"]), st.sampled_from([0.1, 0.3, 1.0, 3.0])
+            ),
+            max_size=8,
+        ),
+    )
+    def the_end_feel_is_tested(self, load: Load, events: list[tuple[str, float]]) -> None:
+        """A healthy apparatus tests a shoulder. Therapist and patient act; each action is followed by some seconds.
+
+        "turn": they wait until the arm is on its way back.
+        """
+        self.go(load, "playing", mended=True)
+        for what, seconds in events:
+            match what:
+                case "pause":
+                    self._press(0, Pause(), 0.0)
+                case "play":
+                    self._look(0)
+                    self._press(0, Play(), 0.0)
+                case "pedal":
+                    self.pedal(True)
+                    self._run(0.2)
+                    self.pedal(False)
+                case "resist":
+                    self.the_patient_resists(_TESTED, 1.5, 0.3)
+                case _:
+                    self._until(lambda: self.judge.test_goes_back)
+            self._run(seconds)
+
     @rule(load=_loads, delay_s=st.sampled_from([0.5, 1.5, 2.5]), stop=st.booleans())
     def a_start_arrives_late(self, load: Load, delay_s: float, stop: bool) -> None:
         """The command to start is delayed. ``stop``: meanwhile the arm is stopped and made ready again."""
@@ -312,6 +406,7 @@ class Sequences(RuleBasedStateMachine):
     def pedal(self, down: bool) -> None:
         self.world.apparatus.step_on_pedal(down)
         self._pedal.append((self.world.t_ns, down))
+        self.judge.pedal_since_ns = self.world.t_ns if down else None
 
     @rule(kind=st.sampled_from(_DRIVE_FAULTS), motor=st.integers(1, 5))
     def a_drive_fails(self, kind: FaultKind, motor: int) -> None:
@@ -470,7 +565,7 @@ class Sequences(RuleBasedStateMachine):
         self.it_is_mended()
         self.release()
         self.world.lose_requests(0, 0)
-        self.world.apparatus.step_on_pedal(False)
+        self.pedal(False)
         self.exchange.service_silent_ms, self.exchange.naming, self.exchange.journal_ok = 0.0, None, True
         # The verification finds lost settings of a drive within one round.
         self._run(ROUND_S)
@@ -554,7 +649,7 @@ class Sequences(RuleBasedStateMachine):
 
     def _disturb(self) -> None:
         self._disturbed = True
-        self.judge.error_since_ns = None
+        self.judge.error_since_ns = self.judge.pedal_since_ns = None
 
     def _look(self, browser: int) -> None:
         self._browsers[browser].stops = self._snapshot.stops

@@ -6,7 +6,7 @@ from hypothesis import reject
 from hypothesis import strategies as st
 from msgspec import structs
 
-from kata.device.config import ConfigError, Inputs, StationConfig, simulated
+from kata.device.config import ConfigError, Inputs, ModbusMap, StationConfig, simulated
 
 _ANY_ZERO: Final = st.integers(0, 4095)
 
@@ -15,6 +15,7 @@ _ANY_ZERO: Final = st.integers(0, 4095)
 def stations(draw: st.DrawFn) -> StationConfig:
     """Return a station for the simulated apparatus: it has the simulator's ids, ranges and wiring."""
     protocol = draw(st.sampled_from(["dynamixel", "dynamixel", "modbus"]))
+    modbus = ModbusMap(function_23=draw(st.booleans())) if protocol == "modbus" else ModbusMap()
     cycle_hz = draw(st.sampled_from([100, 100, 50, 40, 20]))
     rate_hz = draw(st.sampled_from([cycle_hz, cycle_hz, 10]))
     try:
@@ -23,6 +24,7 @@ def stations(draw: st.DrawFn) -> StationConfig:
         return structs.replace(
             config,
             protocol=protocol,
+            modbus=modbus,
             cycle_hz=cycle_hz,
             rate_hz=rate_hz,
             axes=axes,
