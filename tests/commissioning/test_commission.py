@@ -13,7 +13,7 @@ import pytest
 from msgspec import structs
 
 from kata.cli import commission as cli
-from kata.commissioning import acceptance, response, texts
+from kata.commissioning import acceptance, lags, step_response, texts
 from kata.commissioning.live_drives import LiveSample, live_drives
 from kata.commissioning.procedure import (
     STEPS,
@@ -176,9 +176,9 @@ def test_lag_and_friction_are_refused_where_the_fit_is_poor() -> None:
     setpoints = excitation([15.0, 109.0, 8.0, 0.0, 0.0], 20.0, 0.01)
     random = np.random.default_rng(1).normal(0, 4, setpoints.shape).cumsum(axis=0) / 10
     samples = [LiveSample(*row) for row in zip(times.tolist(), setpoints, setpoints + random, random, strict=True)]
-    lags = response.identified(samples)
+    found = lags.identified(samples)
     with pytest.raises(StepError, match="Lag and friction of motor 1 explain"):
-        response.check_fit(1, lags[0])
+        lags.check_fit(1, found[0])
 
 
 class LateComputer:
@@ -199,7 +199,7 @@ def lags_of(late_s: float, every: int = 1) -> list[float]:
     world = World(simulated("virtual"))
     computer = LateComputer(world, every, late_s)
     workbench = Workbench(world.config, Obedient(), world.open_transport, computer.sleep, lambda: world.t_ns)
-    response.find_lags(workbench)
+    lags.find_lags(workbench)
     return [axis.lag_s for axis in workbench.draft.axes]
 
 
@@ -231,7 +231,7 @@ def test_a_step_response_has_its_figures() -> None:
     times = np.arange(0, 2, 0.01)
     rate, ringing = 4.0, 10.0
     angles = 2.0 * (1 - np.exp(-rate * times) * (np.cos(ringing * times) + rate / ringing * np.sin(ringing * times)))
-    found = response.step_response(times, angles - 0.1 * (times > 1), 2.0)
+    found = step_response.step_response(times, angles - 0.1 * (times > 1), 2.0)
     assert found.overshoot == pytest.approx(np.exp(-rate * np.pi / ringing), abs=0.01)
     assert found.rise_s == pytest.approx(0.13, abs=0.03)
     assert found.steady_error_deg == pytest.approx(0.1, abs=0.01)

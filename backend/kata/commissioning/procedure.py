@@ -15,6 +15,7 @@ from kata.commissioning.acceptance import play_motions
 from kata.commissioning.axes import check_torque, find_axes
 from kata.commissioning.ids import assign_ids
 from kata.commissioning.inputs import check_inputs
+from kata.commissioning.lags import find_lags
 from kata.commissioning.record import (
     CHECKED,
     CommissioningRecord,
@@ -23,7 +24,7 @@ from kata.commissioning.record import (
     sealed,
 )
 from kata.commissioning.registers import write_registers
-from kata.commissioning.response import check_gains, find_lags
+from kata.commissioning.step_response import check_gains
 from kata.commissioning.steps import STEP_TEXTS, passed_steps
 from kata.commissioning.stops import check_stops
 from kata.commissioning.travel import find_range
