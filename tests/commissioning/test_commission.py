@@ -13,7 +13,8 @@ import pytest
 from msgspec import structs
 
 from kata.cli import commission as cli
-from kata.commissioning import acceptance, lags, step_response, texts
+from kata.commissioning import acceptance, lags, texts
+from kata.commissioning.gains_review import GainsChoice
 from kata.commissioning.live_drives import LiveSample, live_drives
 from kata.commissioning.procedure import (
     STEPS,
@@ -32,6 +33,7 @@ from kata.commissioning.record import (
     sealed,
     write_record,
 )
+from kata.commissioning.step_response import step_response
 from kata.commissioning.steps import passed_steps
 from kata.commissioning.workbench import ManualAction, StepError, Workbench
 from kata.device import texts as device_texts
@@ -150,6 +152,10 @@ class Obedient:
         """Agree."""
         return True
 
+    def gains_choice(self) -> GainsChoice:
+        """Keep the gains."""
+        return GainsChoice("keep")
+
 
 def test_a_motion_is_played_for_acceptance(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(acceptance, "BASIC_MOTIONS", BASIC_MOTIONS[3:4])
@@ -231,7 +237,7 @@ def test_a_step_response_has_its_figures() -> None:
     times = np.arange(0, 2, 0.01)
     rate, ringing = 4.0, 10.0
     angles = 2.0 * (1 - np.exp(-rate * times) * (np.cos(ringing * times) + rate / ringing * np.sin(ringing * times)))
-    found = step_response.step_response(times, angles - 0.1 * (times > 1), 2.0)
+    found = step_response(times, angles - 0.1 * (times > 1), 2.0)
     assert found.overshoot == pytest.approx(np.exp(-rate * np.pi / ringing), abs=0.01)
     assert found.rise_s == pytest.approx(0.13, abs=0.03)
     assert found.steady_error_deg == pytest.approx(0.1, abs=0.01)

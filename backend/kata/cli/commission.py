@@ -11,8 +11,10 @@ from typing import Final, Protocol
 
 from msgspec import structs
 
+from kata.cli.commission_gains import GAINS_KEYS, choice_of, review_lines
 from kata.cli.commission_lines import LineFrontEnd, LineTechnician
 from kata.commissioning import texts
+from kata.commissioning.gains_review import GainsChoice, GainsReview
 from kata.commissioning.procedure import (
     STEPS,
     CommissioningStep,
@@ -50,10 +52,18 @@ _END: Final = "q"
 class TerminalTechnician:
     """Shows instructions in a terminal. The key Enter confirms an instruction, and q ends the step."""
 
+    def __init__(self) -> None:
+        self._review: GainsReview | None = None
+        self._choice = GainsChoice("keep")
+
     def instruct(self, instruction: ManualAction) -> None:
         """See :class:`~kata.commissioning.workbench.Technician`."""
+        self._review = instruction.review
         how = "" if instruction.seen else "  [Enter: done, q: end]"
-        console.print(f"  -> {instruction.text}{how}", markup=False)
+        if self._review:
+            console.print(review_lines(self._review), markup=False, soft_wrap=True)
+            how = GAINS_KEYS
+        console.print(f"  -> {instruction.text}{how}", markup=False, soft_wrap=True)
 
     def has_confirmed(self) -> bool:
         """See :class:`~kata.commissioning.workbench.Technician`."""
@@ -63,7 +73,18 @@ class TerminalTechnician:
         line = sys.stdin.readline()
         if not line or line.strip().lower() == _END:
             raise StepError(texts.TECHNICIAN_STOPPED())
+        if self._review is None:
+            return True
+        choice = choice_of(line, self._review)
+        if choice is None:
+            console.print(f"  Not understood, or outside the limits.{GAINS_KEYS}", markup=False, soft_wrap=True)
+            return False
+        self._choice = choice
         return True
+
+    def gains_choice(self) -> GainsChoice:
+        """See :class:`~kata.commissioning.workbench.Technician`."""
+        return self._choice
 
 
 class FrontEnd(Protocol):
@@ -127,6 +148,10 @@ class WorkCounter:
             self.waited_ns += self.now_ns() - self._since_ns
             self._since_ns = None
         return confirmed
+
+    def gains_choice(self) -> GainsChoice:
+        """See :class:`~kata.commissioning.workbench.Technician`."""
+        return self.technician.gains_choice()
 
 
 def run(

@@ -2,6 +2,7 @@
 
 Each line of standard output is a JSON object with ``event``: ``step``, ``instruct``, ``working``, ``ended`` or ``finished``. Each line of
 standard input is ``{"confirm": NUMBER}`` with the number of an instruction, or ``{"stop": true}``. The end of standard input means a stop.
+The confirmation of an instruction with a review of gains also has ``choice``, a :class:`~kata.commissioning.gains_review.GainsChoice`.
 """
 
 import json
@@ -14,6 +15,7 @@ from typing import Any
 import msgspec
 
 from kata.commissioning import texts
+from kata.commissioning.gains_review import GainsChoice
 from kata.commissioning.procedure import CommissioningStep
 from kata.commissioning.record import RecordedStep
 from kata.commissioning.workbench import ManualAction, StepError, Technician
@@ -32,6 +34,7 @@ class LineTechnician:
         self._unread = b""
         self._number = 0
         self._confirmed = 0
+        self._choice = GainsChoice("keep")
         self._stopped = False
         self._instruction: ManualAction | None = None
         self.hands: Technician | None = None
@@ -49,6 +52,7 @@ class LineTechnician:
             motor=instruction.number,
             seen=instruction.seen,
             press=self.hands is not None or not instruction.seen,
+            review=msgspec.to_builtins(instruction.review),
         )
 
     def has_confirmed(self) -> bool:
@@ -64,6 +68,10 @@ class LineTechnician:
             self.hands.instruct(self._instruction)
             self._instruction = None
         return self.hands.has_confirmed()
+
+    def gains_choice(self) -> GainsChoice:
+        """See :class:`~kata.commissioning.workbench.Technician`."""
+        return self._choice
 
     def stoppable(self, sleep: Callable[[float], None]) -> Callable[[float], None]:
         """Return a function that sleeps like ``sleep`` and raises StepError after a stop. Every wait and every cycle of the steps calls
@@ -100,6 +108,8 @@ class LineTechnician:
                 message = json.loads(line)
                 self._stopped = self._stopped or bool(message.get("stop"))
                 self._confirmed = message.get("confirm", self._confirmed)
+                if choice := message.get("choice"):
+                    self._choice = msgspec.convert(choice, GainsChoice)
             timeout_s = 0.0
 
 

@@ -6,7 +6,7 @@ import numpy as np
 
 from kata.commissioning import texts
 from kata.commissioning.direct_station import DirectStation, PlaybackError
-from kata.commissioning.step_response import LOADS
+from kata.commissioning.gains import LOADS
 from kata.commissioning.workbench import ManualAction, StepError, Workbench
 from kata.device.journal import PHASE_PLAYING
 from kata.device.messages import Load

@@ -14,7 +14,7 @@ import numpy as np
 from msgspec import structs
 
 from kata.commissioning import texts
-from kata.commissioning.workbench import StepError, Workbench
+from kata.commissioning.workbench import StepError, UnstableError, Workbench
 from kata.device import texts as device_texts
 from kata.device.bus.drivers import make_bus
 from kata.device.bus.port import BusError
@@ -79,6 +79,8 @@ class LiveDrives:
         self.torque_nm: Floats = np.zeros(N_AXES)
         self.setpoint_deg: Floats = np.zeros(N_AXES)
         self.torque_on = [False] * N_AXES
+        self.largest_distance_deg = math.inf
+        """Largest distance of an axis from its setpoint. Beyond it torque is switched off."""
 
     def begin(self) -> None:
         """Open the port, configure every drive, and wait until every register is verified.
@@ -148,10 +150,15 @@ class LiveDrives:
         """Run one cycle: read drives and inputs, and send the setpoints if torque is on.
 
         :raises StepError: when a drive is silent; and while torque is on, when a fault of the fault table holds.
+        :raises UnstableError: while torque is on, when an axis is too far away from its setpoint.
         """
         self._cycle()
         if self._torque:
             self._raise_fault()
+            distances = np.abs(self.setpoint_deg - self.angle_deg)
+            if np.max(distances) > self.largest_distance_deg:
+                self.release()
+                raise UnstableError(texts.MOTOR_UNSTABLE(motor=int(np.argmax(distances)) + 1))
             self.bus.write_setpoints(self.setpoint_deg.tolist())
             self._record_command()
         return LiveSample(

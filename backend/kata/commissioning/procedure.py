@@ -13,6 +13,7 @@ from msgspec import structs
 from kata import __version__
 from kata.commissioning.acceptance import play_motions
 from kata.commissioning.axes import check_torque, find_axes
+from kata.commissioning.gains import tune_gains
 from kata.commissioning.ids import assign_ids
 from kata.commissioning.inputs import check_inputs
 from kata.commissioning.lags import find_lags
@@ -24,7 +25,6 @@ from kata.commissioning.record import (
     sealed,
 )
 from kata.commissioning.registers import write_registers
-from kata.commissioning.step_response import check_gains
 from kata.commissioning.steps import STEP_TEXTS, passed_steps
 from kata.commissioning.stops import check_stops
 from kata.commissioning.travel import find_range
@@ -54,7 +54,7 @@ _FUNCTIONS: Final[dict[str, Callable[[Workbench], None]]] = {
     "zero": find_zeros,
     "range": find_range,
     "stops": check_stops,
-    "gains": check_gains,
+    "gains": tune_gains,
     "lags": find_lags,
     "acceptance": play_motions,
 }

@@ -48,10 +48,11 @@ STEP_STOPS_DOES: Final = message(
     "step_stops_does",
     "Kata switches torque on and checks torque-off, the drives' watchdog, and the emergency stop with torque.",
 )
-STEP_GAINS: Final = message("step_gains", "Measure the step response of each motor")
+STEP_GAINS: Final = message("step_gains", "Tune the position gains of each motor")
 STEP_GAINS_DOES: Final = message(
     "step_gains_does",
-    "Each motor moves by one step of 2 deg, with the test weight and empty. Kata measures rise time, overshoot and the remaining error.",
+    "Each motor moves by one step of 2 deg, with the test weight and empty. Kata measures rise time, overshoot and the remaining error, "
+    "and proposes other gains where a figure is poor. The technician may try other gains.",
 )
 STEP_LAGS: Final = message("step_lags", "Identify lag and friction of each motor")
 STEP_LAGS_DOES: Final = message(
@@ -102,6 +103,13 @@ TURN_TO_RIGHT: Final = message("turn_to_right", "Turn the apparatus to the right
 SWEEP_AXIS: Final = message(
     "sweep_axis", "Move motor {motor:d} slowly by hand to both ends of its range, then confirm."
 )
+TUNE_GAINS: Final = message(
+    "tune_gains",
+    "Compare the step responses. Keep the gains, or measure again with other gains. The motors move during the measurement.",
+)
+ADVICE_DAMP: Final = message("advice_damp", "It overshoots: more damping.")
+ADVICE_FASTER: Final = message("advice_faster", "It is slow: more proportional gain.")
+ADVICE_INTEGRATE: Final = message("advice_integrate", "An error remains: more integral gain.")
 
 # -- faults -------------------------------------------------------------------------------------------------------------
 
@@ -184,6 +192,9 @@ WATCHDOG_SILENT: Final = message(
 )
 OVERSHOOT_TOO_LARGE: Final = message(
     "overshoot_too_large", "Motor {motor:d} overshoots by {overshoot_percent:.0f} % of a step. Its gains are too high."
+)
+MOTOR_UNSTABLE: Final = message(
+    "motor_unstable", "Motor {motor:d} moved too far away from its goal. Its gains are unstable. Its torque is off."
 )
 STEADY_ERROR_LARGE: Final = message(
     "steady_error_large",

@@ -10,6 +10,7 @@ from msgspec import structs
 
 from kata.commissioning import texts
 from kata.commissioning.drive_line import DriveLine, LineError
+from kata.commissioning.gains_review import GainsChoice, GainsReview
 from kata.commissioning.record import RecordedCurve, RecordedValue
 from kata.device import texts as device_texts
 from kata.device.bus.serial_transport import Transport
@@ -41,6 +42,7 @@ ManualActionKind = Literal[
     "empty_arm",
     "turn",
     "sweep_axis",
+    "tune_gains",
 ]
 
 
@@ -53,6 +55,8 @@ class ManualAction:
     number: int = 0
     seen: bool = False
     """True if the drives show when the action is done. False if the technician confirms it."""
+    review: GainsReview | None = None
+    """The responses and gains to choose from, with the kind ``tune_gains`` only."""
 
 
 class Technician(Protocol):
@@ -67,6 +71,9 @@ class Technician(Protocol):
         :raises StepError: when the technician ends the step.
         """
 
+    def gains_choice(self) -> GainsChoice:
+        """Return the answer to the last instruction of the kind ``tune_gains``, after it was confirmed."""
+
 
 class StepError(Exception):
     """A step found a fault. The message names the fault."""
@@ -74,6 +81,10 @@ class StepError(Exception):
     def __init__(self, fault: Text) -> None:
         super().__init__(fault)
         self.fault = fault
+
+
+class UnstableError(StepError):
+    """A motor moved far away from its setpoint. Torque is off."""
 
 
 @dataclass
@@ -111,6 +122,14 @@ class Workbench:
         self.technician.instruct(instruction)
         while not self.technician.has_confirmed():
             self.sleep(LOOK_S)
+
+    def choose_gains(self, review: GainsReview) -> GainsChoice:
+        """Show the responses, and return what the technician chooses. A choice outside the limits is asked again."""
+        while True:
+            self.confirm(ManualAction("tune_gains", texts.TUNE_GAINS(), review=review))
+            choice = self.technician.gains_choice()
+            if review.accepts(choice):
+                return choice
 
     def watch(self, instruction: ManualAction, is_done: Callable[[], bool], fault: Text | None = None) -> None:
         """Show an instruction, and wait until ``is_done`` returns True. ``is_done`` reads the drives.

@@ -12,6 +12,7 @@ from typing import Final
 
 import numpy as np
 
+from kata.commissioning.gains_review import GainsChoice
 from kata.commissioning.procedure import first_draft
 from kata.commissioning.workbench import ManualAction, Workbench
 from kata.commissioning.zero import POSES_DEG
@@ -122,6 +123,17 @@ class SimulatedTechnician:
                 return True
             self._until_ns = self._world.t_ns + round(pause_s * 1e9)
         return False
+
+    def gains_choice(self) -> GainsChoice:
+        """Measure with the proposed gains, if there are any. Take them back if they are faulty."""
+        review = self.instructions[-1].review
+        assert review is not None
+        proposed = tuple(motor.proposed for motor in review.motors)
+        if review.fault and review.motors[0].former_gains is not None:
+            return GainsChoice("take_back")
+        if review.motors[0].former_gains is None and proposed != tuple(motor.gains for motor in review.motors):
+            return GainsChoice("measure", proposed)
+        return GainsChoice("keep")
 
     def _act(self, instruction: ManualAction) -> Iterator[float]:
         """Follow an instruction in parts. Yield the seconds until the next part."""

@@ -1,0 +1,100 @@
+"""Proposes position gains from a measured step response. Pure mathematics.
+
+A drive with position gain P, integral gain I and damping gain D turns an inertia J: J s^2 + D s + P is a system of second order (Ogata,
+Modern Control Engineering, 5th edition, section 5-3). Its damping ratio is D / (2 sqrt(J P)). Its overshoot depends only on this ratio. If
+it does not overshoot, its slow pole is at about P / D, and its rise time from 10 to 90 % is 2.2 D / P. The rules use only ratios of
+gains, because the units differ between drives:
+
+1. Too much overshoot: raise D by the wanted damping ratio over the measured one. What the limit of D leaves, P takes, as the ratio changes
+   with 1 / sqrt(P). I falls with P, so that the time constant P / I of the integral stays.
+2. Otherwise, too slow: raise P and I by the measured rise time over the wanted one.
+3. Otherwise, or in addition to 2, an error remains: raise I by the measured error over the wanted one.
+
+A gain that is good stays. No trial more than doubles or halves a gain, because the model leaves out play, friction and the torque limit.
+"""
+
+import math
+from typing import Final, Literal
+
+from msgspec import Struct
+
+from kata.commissioning.step_response import LARGEST_STEADY_ERROR_DEG, StepResponse
+from kata.device.config_rules import RANGES
+
+TARGET_OVERSHOOT: Final = 0.1
+"""A larger overshoot, as a share of the step, needs other gains. It is two counts of the encoder in a step of 2 deg."""
+TARGET_DAMPING: Final = 0.7
+"""Wanted damping ratio: 5 % overshoot. Usual values are 0.4 to 0.8 (Ogata, section 5-3)."""
+TARGET_RISE_S: Final = 0.5
+"""A longer rise needs other gains. It belongs to a lag of 0.23 s; the configuration accepts 0.3 s."""
+TARGET_STEADY_ERROR_DEG: Final = LARGEST_STEADY_ERROR_DEG / 2
+LARGEST_CHANGE: Final = 2
+"""Largest factor by which a trial raises or lowers a gain."""
+_FROM_NOTHING: Final = 100
+"""Value to which a trial may raise a gain of less than half of it."""
+_REGISTER: Final = next(accepted for accepted in RANGES if accepted.field == "axes.position_p_gain")
+
+Advice = Literal["", "damp", "faster", "integrate"]
+
+
+class Gains(Struct, frozen=True):
+    """The position gains of a motor, in the drive's own units."""
+
+    p: int
+    i: int
+    d: int
+
+
+def gain_limits(present: Gains) -> tuple[Gains, Gains]:
+    """Return the lowest and the highest gains that the next trial may use."""
+    lowest = Gains(*(_within(math.ceil(gain / LARGEST_CHANGE)) for gain in _each(present)))
+    highest = Gains(*(_within(max(gain * LARGEST_CHANGE, _FROM_NOTHING)) for gain in _each(present)))
+    return lowest, highest
+
+
+def are_within_limits(gains: Gains, present: Gains) -> bool:
+    """Return True if the next trial may use these gains."""
+    lowest, highest = gain_limits(present)
+    return all(low <= gain <= high for low, gain, high in zip(*map(_each, (lowest, gains, highest)), strict=True))
+
+
+def propose(present: Gains, measured: StepResponse) -> tuple[Gains, Advice]:
+    """Return the proposed gains and the reason of the proposal.
+
+    If the response needs no change, the gains are the present ones and the reason is empty.
+
+    :param measured: response with the present gains.
+    """
+    p, i, d = map(float, _each(present))
+    advice: Advice = ""
+    if measured.overshoot > TARGET_OVERSHOOT:
+        advice = "damp"
+        more = TARGET_DAMPING / damping_ratio(measured.overshoot)
+        # From nothing, D is raised, too. How much damping this gives is unknown, so P takes all.
+        raised = min(d * more or _FROM_NOTHING, _each(gain_limits(present)[1])[2])
+        share = (raised / d / more) ** 2 if d else 1 / more**2
+        p, i, d = p * share, i * share, raised
+    elif measured.rise_s > TARGET_RISE_S:
+        advice = "faster"
+        p, i = (gain * measured.rise_s / TARGET_RISE_S for gain in (p, i))
+    if advice != "damp" and measured.steady_error_deg > TARGET_STEADY_ERROR_DEG:
+        advice = advice or "integrate"
+        i = max(i, present.i * measured.steady_error_deg / TARGET_STEADY_ERROR_DEG, _FROM_NOTHING)
+    limits = zip(*map(_each, gain_limits(present)), strict=True)
+    return Gains(
+        *(round(min(max(gain, low), high)) for gain, (low, high) in zip((p, i, d), limits, strict=True))
+    ), advice
+
+
+def damping_ratio(overshoot: float) -> float:
+    """Return the damping ratio of a system of second order with this overshoot (a share of the step, more than 0)."""
+    decrement = -math.log(min(overshoot, 0.99))
+    return decrement / math.hypot(math.pi, decrement)
+
+
+def _each(gains: Gains) -> tuple[int, int, int]:
+    return gains.p, gains.i, gains.d
+
+
+def _within(gain: int) -> int:
+    return int(min(max(gain, _REGISTER.low), _REGISTER.high))
