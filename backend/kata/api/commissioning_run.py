@@ -10,7 +10,10 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any, Final, Literal
 
+import msgspec
+
 from kata.api import texts
+from kata.commissioning.gains_review import GainsChoice, GainsReview
 from kata.device import config
 from kata.device.config import StationConfig
 from kata.device.messages import Refusal
@@ -113,14 +116,30 @@ class CommissioningRun:
         self._following = asyncio.create_task(self._follow(self._child, file), name="commissioning")
         return None
 
-    def confirm(self, number: int) -> bool:
-        """Confirm the instruction with this number. Return False if another one, or none, is shown."""
+    def shows(self, number: int) -> bool:
+        """Return True if the instruction with this number is shown."""
+        instruction = self.progress.instruction if self.progress else None
+        return instruction is not None and instruction["number"] == number
+
+    def accepts(self, choice: dict[str, Any]) -> bool:
+        """Return True if the present instruction is a review of gains that accepts this choice."""
+        instruction = self.progress.instruction if self.progress else None
+        if instruction is None or instruction["review"] is None:
+            return False
+        review = msgspec.convert(instruction["review"], GainsReview)
+        return review.accepts(msgspec.convert(choice, GainsChoice))
+
+    def confirm(self, number: int, choice: dict[str, Any] | None = None) -> bool:
+        """Confirm the instruction with this number. Return False if another one, or none, is shown.
+
+        :param choice: accepted answer to a review of gains.
+        """
         progress = self.progress
-        if progress is None or progress.instruction is None or progress.instruction["number"] != number:
+        if progress is None or progress.instruction is None or not self.shows(number):
             return False
         progress.presses += 1
         progress.instruction = progress.instruction | {"press": False}
-        self._send({"confirm": number})
+        self._send({"confirm": number, "choice": choice or {"action": "keep"}})
         return True
 
     async def stop(self) -> Refusal | None:

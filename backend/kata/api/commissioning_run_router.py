@@ -9,6 +9,7 @@ from pydantic import Field, StrictInt
 from kata.api import texts
 from kata.api.commissioning_run import CommissioningRun, RunKind
 from kata.api.errors import refused
+from kata.api.gains_schemas import GainsAnswer, GainTuningReview
 from kata.api.services import services_of
 from kata.clinic.commissionings.schemas import CommissioningStepRun
 from kata.clinic.sessions import service as sessions
@@ -40,6 +41,7 @@ class RunConfirmation(Schema):
     """Confirms that the technician has carried out an instruction."""
 
     number: StrictInt = Field(ge=1)
+    gains: GainsAnswer | None = Field(None, description="Answer to a review of gains; by default they are kept.")
 
 
 class RunInstruction(Schema):
@@ -52,6 +54,7 @@ class RunInstruction(Schema):
     motor: int = Field(ge=0, description="Number of the motor or the pose; 0: the instruction concerns none.")
     seen: bool = Field(description="True if the drives show when the instruction has been carried out.")
     press: bool = Field(description="True if the procedure waits for a confirmation.")
+    review: GainTuningReview | None = Field(None, description="Step responses to compare while gains are tuned.")
 
 
 class RunStep(Schema):
@@ -124,8 +127,11 @@ async def start_commissioning(
 
 @router.post("/confirm", responses=PROBLEMS.of(409, 422), summary="Confirm an instruction")
 async def confirm_commissioning(run: TheRun, given: RunConfirmation) -> CommissioningRunState:
-    """Confirm that an instruction was carried out. Refused if the page now shows another instruction."""
-    if not run.confirm(given.number):
+    """Confirm that an instruction was carried out. Refused if the page now shows another instruction, and if gains are outside their limits."""
+    choice = given.gains.model_dump() if given.gains else None
+    if choice and run.shows(given.number) and not run.accepts(choice):
+        raise ProblemError(409, "gains_refused", texts.GAINS_REFUSED(), texts.CHOOSE_WITHIN_LIMITS())
+    if not run.confirm(given.number, choice):
         raise ProblemError(409, "other_instruction", texts.OTHER_INSTRUCTION(), texts.READ_INSTRUCTION_AGAIN())
     return await run_in_threadpool(_state, run)
 

@@ -9,6 +9,7 @@ import { replaceData } from "../../lib/replaceData";
 import { translateServerText } from "../../lib/serverText";
 import { ProblemNote } from "../../ui/ProblemNote";
 import { useHasPermission } from "../auth/hooks";
+import { GainTuning } from "./GainTuning";
 import { Responses } from "./Responses";
 import { StepResult, Values } from "./StepResult";
 
@@ -57,7 +58,7 @@ export function ProcedureTab() {
               instruction={state.instruction}
               practice={state.practice}
               busy={confirm.isPending}
-              onConfirm={(number) => confirm.mutate(number)}
+              onConfirm={(answer) => confirm.mutate(answer)}
             />
           )}
           <Steps run={state} />
@@ -120,7 +121,7 @@ function Instruction(props: {
   instruction: Schemas["RunInstruction"];
   practice: boolean;
   busy: boolean;
-  onConfirm: (number: number) => void;
+  onConfirm: (answer: Schemas["RunConfirmation"]) => void;
 }) {
   const { instruction, practice, busy, onConfirm } = props;
   const button = useRef<HTMLButtonElement>(null);
@@ -141,14 +142,26 @@ function Instruction(props: {
           </Text>
         </Group>
         {!instruction.press && <Text size="sm">{t("commissioning:run.seen")}</Text>}
-        {instruction.press && (
+        {instruction.press && !instruction.review && (
           <Group>
-            <Button ref={button} size="lg" loading={busy} onClick={() => onConfirm(instruction.number)}>
+            <Button
+              ref={button}
+              size="lg"
+              loading={busy}
+              onClick={() => onConfirm({ number: instruction.number })}
+            >
               {t(practice ? "commissioning:run.doIt" : "commissioning:run.done")}
             </Button>
           </Group>
         )}
       </Stack>
+      {instruction.press && instruction.review && (
+        <GainTuning
+          review={instruction.review}
+          busy={busy}
+          onAnswer={(gains) => onConfirm({ number: instruction.number, gains })}
+        />
+      )}
     </Card>
   );
 }

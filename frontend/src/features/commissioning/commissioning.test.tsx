@@ -1,12 +1,14 @@
 import { MantineProvider } from "@mantine/core";
 import { QueryClient, QueryClientProvider } from "@tanstack/react-query";
-import { cleanup, render, screen } from "@testing-library/react";
+import { cleanup, fireEvent, render, screen, within } from "@testing-library/react";
 import { afterEach, describe, expect, it, vi } from "vitest";
 import type { Schemas } from "../../lib/api/client";
 import { api } from "../../lib/api/client";
 import { CommissioningState, stateWords } from "./CommissioningState";
 import { readCommissioningSearch } from "./commissioningTabs";
 import { driftFigure, driftTable, type Entry, measured } from "./driftCharts";
+import { GainTuning } from "./GainTuning";
+import { comparisons, newest, type Response } from "./responseCharts";
 import { comparedRows, motorRows } from "./SettingsTab";
 import { acceptedWords, fieldWords, recordedWords } from "./settingWords";
 
@@ -123,6 +125,115 @@ describe("the words of a station's file", () => {
     );
     expect(recordedWords("weight at 60 deg, Nm")).toBe("Weight at 60 deg, Nm");
     expect(recordedWords("of a later version")).toBe("of a later version");
+  });
+});
+
+describe("the tuning of gains", () => {
+  afterEach(cleanup);
+  const gains = { p: 1600, i: 800, d: 300 };
+  const figures = { rise_s: 0.1, overshoot: 0.3, steady_error_deg: 0.02 };
+  const tuning = (motor: number): Schemas["MotorTuning"] => ({
+    motor,
+    gains,
+    response: figures,
+    former_gains: null,
+    former_response: null,
+    proposed: motor === 3 ? { ...gains, d: 500 } : gains,
+    advice: motor === 3 ? "It overshoots: more damping." : "",
+    advice_key: null,
+    lowest: { p: 800, i: 400, d: 150 },
+    highest: { p: 3200, i: 1600, d: 600 },
+  });
+  const review: Schemas["GainTuningReview"] = {
+    load: "weight",
+    motors: [1, 2, 3, 4, 5].map(tuning),
+    curves: [],
+    former_curves: [],
+    fault: "",
+    fault_key: null,
+  };
+  const curve = (motor: number, d_gain: number, angle: number): Response => ({
+    motor,
+    load: "weight",
+    step_deg: 2,
+    p_gain: 1600,
+    i_gain: 800,
+    d_gain,
+    times_s: [0, 1],
+    angles_deg: [0, angle],
+  });
+
+  function shown(of: Schemas["GainTuningReview"]) {
+    const answers: Schemas["GainsAnswer"][] = [];
+    render(
+      <MantineProvider>
+        <GainTuning review={of} busy={false} onAnswer={(answer) => answers.push(answer)} />
+      </MantineProvider>,
+    );
+    return answers;
+  }
+  const button = (name: string) => screen.getByRole<HTMLButtonElement>("button", { name });
+  const field = (name: string) => screen.getByRole<HTMLInputElement>("textbox", { name });
+
+  it("fills in the proposal and measures with it", () => {
+    const answers = shown(review);
+    expect(screen.getByText(/proposes other gains for motors 3\./)).toBeTruthy();
+    expect(field("Motor 3, Derivative gain, next measurement").value).toBe("500");
+    expect(screen.queryByRole("button", { name: "Take back" })).toBeNull();
+    fireEvent.click(button("Measure with the new gains (motors move)"));
+    expect(answers).toEqual([
+      { action: "measure", gains: [gains, gains, { ...gains, d: 500 }, gains, gains] },
+    ]);
+  });
+
+  it("refuses gains outside the limits, and unchanged gains", () => {
+    shown({ ...review, motors: review.motors.map((motor) => ({ ...motor, proposed: gains })) });
+    expect(button("Measure with the new gains (motors move)").disabled).toBe(true);
+    const p = field("Motor 2, Proportional gain, next measurement");
+    fireEvent.change(p, { target: { value: "3201" } });
+    expect(screen.getByText("Outside 800 to 3200")).toBeTruthy();
+    expect(button("Measure with the new gains (motors move)").disabled).toBe(true);
+    fireEvent.change(p, { target: { value: "3200" } });
+    expect(button("Measure with the new gains (motors move)").disabled).toBe(false);
+  });
+
+  it("shows both rows of a changed motor and takes back in one press", () => {
+    const former = { former_gains: { ...gains, d: 700 }, former_response: { ...figures, overshoot: 0.05 } };
+    const answers = shown({
+      ...review,
+      motors: review.motors.map((motor) => ({
+        ...motor,
+        ...(motor.motor === 3 ? former : { former_gains: gains, former_response: figures }),
+      })),
+    });
+    const row = (which: string) => within(screen.getByTestId(`motor-3-${which}`));
+    expect(
+      row("former")
+        .getAllByRole("cell")
+        .slice(-4)
+        .map((cell) => cell.textContent),
+    ).toEqual(["700", "0.10", "5", "0.02"]);
+    expect(row("present").getAllByRole("cell").slice(-2)[0]?.textContent).toBe("30");
+    expect(screen.queryByTestId("motor-2-former")).toBeNull();
+    fireEvent.click(button("Take back"));
+    expect(answers).toEqual([{ action: "take_back" }]);
+  });
+
+  it("says with which fault the gains end the step", () => {
+    shown({ ...review, fault: "Motor 3 overshoots." });
+    expect(screen.getByRole("status").textContent).toMatch(/ends with a fault: Motor 3 overshoots/);
+  });
+
+  it("draws former and present response of changed motors in one chart", () => {
+    const responses = [curve(1, 300, 2), curve(3, 300, 3), curve(1, 300, 2), curve(3, 500, 2)];
+    const [compared, ...others] = comparisons(responses);
+    expect(others).toEqual([]);
+    expect(compared?.motor).toBe(3);
+    expect(compared?.figure.data.slice(1)).toMatchObject([
+      { name: "Former", y: [0, 3] },
+      { name: "Present", y: [0, 2] },
+    ]);
+    expect(newest(responses)).toEqual(responses.slice(2));
   });
 });
 

@@ -5,12 +5,45 @@ import { figure, GRID, lineLook } from "../statistics/charts";
 
 export type Response = Schemas["MotorStepResponse"];
 
-/**
- * Return a chart with the responses of all motors with one load, and with the step. Runs with other gains
- * follow each other.
- */
-export function responseFigure(responses: Response[]): Schemas["Figure"] {
-  const end = Math.max(...responses.map((response) => response.times_s.at(-1) ?? 0));
+/** Return a chart with the responses of all motors with one load, and with the step. */
+export const responseFigure = (responses: Response[]) =>
+  chart(
+    responses,
+    responses.map((response) =>
+      trace(response, t("commissioning:drift.motor", { motor: response.motor }), response.motor - 1),
+    ),
+  );
+
+/** Return the last response of each motor: the one with the present gains. */
+export const newest = (responses: Response[]) =>
+  responses.filter((one, n) => !responses.slice(n + 1).some((later) => later.motor === one.motor));
+
+/** Return a chart for each motor whose gains were changed, with its former and its present response to one load. */
+export function comparisons(responses: Response[]) {
+  return newest(responses).flatMap((present) => {
+    const former = responses.find((one) => one.motor === present.motor);
+    if (!former || (["p_gain", "i_gain", "d_gain"] as const).every((gain) => former[gain] === present[gain]))
+      return [];
+    const lines = [
+      trace(former, t("commissioning:tuning.former"), 1),
+      trace(present, t("commissioning:tuning.present"), 0),
+    ];
+    return [{ motor: present.motor, figure: chart([former, present], lines) }];
+  });
+}
+
+const trace = (response: Response, name: string, place: number) => ({
+  type: "scatter",
+  mode: "lines",
+  name,
+  x: response.times_s,
+  y: response.angles_deg,
+  line: lineLook(place).line,
+  hovertemplate: "%{x:.2f} s: %{y:.2f}°",
+});
+
+function chart(responses: Response[], traces: object[]): Schemas["Figure"] {
+  const end = Math.max(0, ...responses.map((response) => response.times_s.at(-1) ?? 0));
   const height = responses[0]?.step_deg ?? 0;
   const goal = {
     type: "scatter",
@@ -21,15 +54,6 @@ export function responseFigure(responses: Response[]): Schemas["Figure"] {
     line: { color: "#64748b", width: 1 },
     hoverinfo: "skip",
   };
-  const traces = responses.map((response) => ({
-    type: "scatter",
-    mode: "lines",
-    name: t("commissioning:drift.motor", { motor: response.motor }),
-    x: response.times_s,
-    y: response.angles_deg,
-    line: lineLook(response.motor - 1).line,
-    hovertemplate: "%{x:.2f} s: %{y:.2f}°",
-  }));
   return figure([goal, ...traces], 300, {
     xaxis: { ...GRID, title: { text: t("commissioning:responses.time") } },
     yaxis: { ...GRID, title: { text: t("commissioning:responses.angle") } },

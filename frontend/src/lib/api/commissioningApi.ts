@@ -13,8 +13,8 @@ export const commissioningApi = {
   commissioningRun: () => unwrap(client.GET("/api/station/commissioning/run")),
   startCommissioning: (body: Schemas["RunStart"]) =>
     unwrap(client.POST("/api/station/commissioning/run", { body })),
-  confirmCommissioning: (number: number) =>
-    unwrap(client.POST("/api/station/commissioning/run/confirm", { body: { number } })),
+  confirmCommissioning: (body: Schemas["RunConfirmation"]) =>
+    unwrap(client.POST("/api/station/commissioning/run/confirm", { body })),
   previewSettings: (config: string) =>
     unwrap(client.POST("/api/station/configuration/preview", { body: { config } })),
   importSettings: (config: string) => unwrap(client.PUT("/api/station/configuration", { body: { config } })),

@@ -2943,7 +2943,7 @@ export interface paths {
         put?: never;
         /**
          * Confirm an instruction
-         * @description Confirm that an instruction was carried out. Refused if the page now shows another instruction.
+         * @description Confirm that an instruction was carried out. Refused if the page now shows another instruction, and if gains are outside their limits.
          */
         post: operations["confirm_commissioning"];
         delete?: never;
@@ -5835,6 +5835,46 @@ export interface components {
             texts: components["schemas"]["PlacedText"][];
         };
         /**
+         * GainTuningReview
+         * @description The step responses that the technician compares.
+         */
+        GainTuningReview: {
+            /**
+             * Load
+             * @enum {string}
+             */
+            load: "weight" | "empty";
+            /** Motors */
+            motors: components["schemas"]["MotorTuning"][];
+            /** Curves */
+            curves: components["schemas"]["MotorStepResponse"][];
+            /** Former Curves */
+            former_curves: components["schemas"]["MotorStepResponse"][];
+            /**
+             * Fault
+             * @description Fault with which the step ends if these gains are kept; empty if there is none.
+             */
+            fault: string;
+            /** @description Code and parameters of the English text; null: it has none. */
+            fault_key?: components["schemas"]["TextKey"] | null;
+        };
+        /**
+         * GainsAnswer
+         * @description What the technician chooses: keep the gains, take them back, or measure with other gains.
+         */
+        GainsAnswer: {
+            /**
+             * Action
+             * @enum {string}
+             */
+            action: "keep" | "take_back" | "measure";
+            /**
+             * Gains
+             * @description measure: gains of every motor, in motor order.
+             */
+            gains?: components["schemas"]["PositionGains"][];
+        };
+        /**
          * GoniometerReading
          * @description A stored goniometer reading.
          */
@@ -6977,6 +7017,37 @@ export interface components {
             torque_peak_nm: number | null;
         };
         /**
+         * MotorTuning
+         * @description Gains of one motor, and the responses with them.
+         */
+        MotorTuning: {
+            /**
+             * Motor
+             * @description Motor number, 1 to 5.
+             * @example 3
+             */
+            motor: number;
+            gains: components["schemas"]["PositionGains"];
+            /** @description Null: not measured, because the gains were unstable. */
+            response: components["schemas"]["StepFigures"] | null;
+            /** @description Gains to which the technician can return. */
+            former_gains: components["schemas"]["PositionGains"] | null;
+            former_response: components["schemas"]["StepFigures"] | null;
+            /** @description Equal to the gains if no change is proposed. */
+            proposed: components["schemas"]["PositionGains"];
+            /**
+             * Advice
+             * @description Reason of the proposal; empty if no change is proposed.
+             */
+            advice: string;
+            /** @description Code and parameters of the English text; null: it has none. */
+            advice_key?: components["schemas"]["TextKey"] | null;
+            /** @description Lower limits of the next measurement. */
+            lowest: components["schemas"]["PositionGains"];
+            /** @description Upper limits of the next measurement. */
+            highest: components["schemas"]["PositionGains"];
+        };
+        /**
          * NestedText
          * @description A text within another text.
          */
@@ -8047,6 +8118,18 @@ export interface components {
              * @description Times at which resistance began to take the arm back, seconds as in times_s.
              */
             reversals_s: number[];
+        };
+        /**
+         * PositionGains
+         * @description The position gains of a motor, in the drive's own units.
+         */
+        PositionGains: {
+            /** P */
+            p: number;
+            /** I */
+            i: number;
+            /** D */
+            d: number;
         };
         /**
          * Preview
@@ -9489,6 +9572,8 @@ export interface components {
         RunConfirmation: {
             /** Number */
             number: number;
+            /** @description Answer to a review of gains; by default they are kept. */
+            gains?: components["schemas"]["GainsAnswer"] | null;
         };
         /**
          * RunFigure
@@ -9545,6 +9630,8 @@ export interface components {
              * @description True if the procedure waits for a confirmation.
              */
             press: boolean;
+            /** @description Step responses to compare while gains are tuned. */
+            review?: components["schemas"]["GainTuningReview"] | null;
         };
         /**
          * RunLive
@@ -10892,6 +10979,27 @@ export interface components {
             sent_at: string;
             /** Stations */
             stations: components["schemas"]["StationStatus"][];
+        };
+        /**
+         * StepFigures
+         * @description Figures of the response to a step.
+         */
+        StepFigures: {
+            /**
+             * Rise S
+             * @description Time from 10 to 90 % of the step.
+             */
+            rise_s: number;
+            /**
+             * Overshoot
+             * @description Share of the step.
+             */
+            overshoot: number;
+            /**
+             * Steady Error Deg
+             * @description Distance from the goal at the end.
+             */
+            steady_error_deg: number;
         };
         /**
          * StopAnswerMessage
