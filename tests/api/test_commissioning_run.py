@@ -5,6 +5,7 @@ import time
 from pathlib import Path
 from typing import Any, Final
 
+import pytest
 from fastapi.testclient import TestClient
 from sqlalchemy import select
 
@@ -17,7 +18,7 @@ from tests.support.service import running
 from tests.support.station_api import until
 
 RUN: Final = "/api/station/commissioning/run"
-_LIMIT_S: Final = 60.0
+_LIMIT_S: Final = 120.0
 
 
 def state(client: TestClient) -> dict[str, Any]:
@@ -63,6 +64,64 @@ def test_a_practice_runs_and_stop_ends_it(tmp_path: Path) -> None:
         with client.app.state.services.database.read() as session:  # type: ignore[attr-defined]
             actions = session.scalars(select(AuditRow.action)).all()
         assert {"start_commissioning", "stop"} <= set(actions)
+
+
+def review(client: TestClient, load: str) -> dict[str, Any]:
+    """Confirm instructions until the page shows a review of gains with this load. Return the instruction."""
+    end = time.monotonic() + _LIMIT_S
+    while time.monotonic() < end:
+        now = state(client)
+        assert now["running"], now["steps"]
+        instruction = now["instruction"]
+        if instruction and instruction["press"]:
+            if instruction["review"]:
+                assert instruction["review"]["load"] == load
+                found: dict[str, Any] = instruction
+                return found
+            client.post(f"{RUN}/confirm", json={"number": instruction["number"]})
+        time.sleep(0.02)
+    raise AssertionError("no review was shown")
+
+
+def answer(client: TestClient, instruction: dict[str, Any], **gains: Any) -> dict[str, Any]:
+    given = {"number": instruction["number"], "gains": gains}
+    found: dict[str, Any] = client.post(f"{RUN}/confirm", json=given).json()
+    return found
+
+
+@pytest.mark.timeout(240)
+def test_gains_are_tried_and_taken_back(tmp_path: Path) -> None:
+    with running(tmp_path, "technician") as client:
+        until(client, lambda live: live["mode"] == "idle")
+        client.post(RUN, json={"kind": "full"})
+        assert do(client, "range")["steps"][6]["state"] == "passed"
+        first = review(client, "weight")
+        present = [motor["gains"] for motor in first["review"]["motors"]]
+        assert answer(client, first, action="take_back")["code"] == "gains_refused"
+        too_much = [*present[:2], present[2] | {"d": 2 * present[2]["d"] + 1}, *present[3:]]
+        assert answer(client, first, action="measure", gains=too_much)["code"] == "gains_refused"
+        assert answer(client, first, action="measure", gains=present[:4])["code"] == "gains_refused"
+        less = [*present[:2], present[2] | {"d": present[2]["d"] // 2}, *present[3:]]
+        assert answer(client, first, action="measure", gains=less)["running"]
+        assert answer(client, first, action="keep")["code"] == "other_instruction"
+        tried = review(client, "weight")
+        motor = tried["review"]["motors"][2]
+        assert (motor["gains"], motor["former_gains"]) == (less[2], present[2])
+        assert motor["response"]["overshoot"] > motor["former_response"]["overshoot"]
+        assert len(tried["review"]["curves"]) == len(tried["review"]["former_curves"]) == 5
+        answer(client, tried, action="take_back")
+        again = review(client, "weight")
+        assert [motor["gains"] for motor in again["review"]["motors"]] == present
+        answer(client, again, action="measure", gains=less)
+        answer(client, review(client, "weight"), action="keep")
+        answer(client, review(client, "empty"), action="keep")
+        ran = do(client, "gains")["steps"][8]["result"]
+        assert ran["passed"], ran["fault"]
+        kept = {
+            value["motor"]: (value["before"], value["after"]) for value in ran["values"] if value["name"] == "d gain"
+        }
+        assert kept[3] == (present[2]["d"], less[2]["d"]) and kept[4] == (present[3]["d"], present[3]["d"])
+        client.post("/api/station/stop")
 
 
 def test_an_open_session_refuses_commissioning(tmp_path: Path) -> None:
