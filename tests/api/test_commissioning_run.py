@@ -12,8 +12,10 @@ from sqlalchemy import select
 from kata.audit.tables import AuditRow
 from kata.bench.commissioned import write_commissioned
 from kata.commissioning import texts
+from kata.device import texts as device_texts
 from kata.device.config import simulated
 from kata.simulator.process import SimulatorProcess
+from kata.station.lease import PAUSE_AFTER_S
 from tests.support.service import running
 from tests.support.station_api import until
 
@@ -168,3 +170,29 @@ def test_a_real_station_is_checked_and_names_a_pulled_adapter(tmp_path: Path) ->
             failed = next(step for step in state(client)["steps"] if step["state"] == "failed")
             assert failed["key"] == "inputs"
             assert failed["result"]["fault"]
+
+
+def test_a_lost_browser_stops_moving_motors(tmp_path: Path) -> None:
+    """The page of the browser listens, and is closed while motors have torque. Manual steps wait for the browser."""
+    with running(tmp_path, "technician") as client:
+        until(client, lambda live: live["mode"] == "idle")
+        run = client.app.state.services.commissioning_run  # type: ignore[attr-defined]
+        client.post(RUN, json={"kind": "full"})
+        do(client, "registers")
+        time.sleep(2 * PAUSE_AFTER_S)
+        assert run.running, "no motor has torque in this step"
+        with client.websocket_connect("/api/live"):
+            do(client, "axes")
+            while (instruction := run.progress.instruction) is None or not instruction["press"]:
+                time.sleep(0.02)
+            time.sleep(2 * PAUSE_AFTER_S)
+            assert run.running, "the page listens"
+            client.post(f"{RUN}/confirm", json={"number": instruction["number"]})
+        began = time.monotonic()
+        while run.running and time.monotonic() < began + _LIMIT_S:
+            time.sleep(0.02)
+        assert run.progress.ended[-1]["fault"] == device_texts.BROWSER_LOST(), run.progress.ended[-1]
+        assert time.monotonic() - began > PAUSE_AFTER_S
+        until(client, lambda live: live["mode"] == "idle")
+        with client.app.state.services.database.read() as session:  # type: ignore[attr-defined]
+            assert "stop_without_browser" in session.scalars(select(AuditRow.action)).all()

@@ -5,6 +5,7 @@ import contextlib
 import json
 import logging
 import sys
+import time
 from collections.abc import Callable
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -14,9 +15,11 @@ import msgspec
 
 from kata.api import texts
 from kata.commissioning.gains_review import GainsChoice, GainsReview
+from kata.commissioning.steps import MOVING
 from kata.device import config
 from kata.device.config import StationConfig
 from kata.device.messages import Refusal
+from kata.station.lease import PAUSE_AFTER_S, RELEASE_AFTER_S, Browser
 from kata.station.station import NO_ANSWER, Station
 
 log = logging.getLogger(__name__)
@@ -29,6 +32,8 @@ stops them.
 """
 _END_LIMIT_S: Final = 10.0
 _LONGEST_LINE: Final = 1 << 20
+_LOOK_S: Final = 0.25
+"""Time between two checks that the browser is present."""
 
 RunKind = Literal["full", "check"]
 
@@ -55,15 +60,24 @@ class CommissioningRun:
     """Runs at most one procedure. Use it in the service's event loop only."""
 
     def __init__(
-        self, station: Station, station_file: Path | None, data: Path, on_passed: Callable[[StationConfig, str], None]
+        self,
+        station: Station,
+        station_file: Path | None,
+        data: Path,
+        on_passed: Callable[[StationConfig, str], None],
+        on_browser_lost: Callable[[Browser], None],
     ) -> None:
         """``station_file``: file of the real apparatus; a simulated one practises in ``data``. ``on_passed`` gets the new configuration
-        and the name of the user who started the run.
+        and the name of the user who started the run. ``on_browser_lost`` is called when a run is stopped because its browser is absent.
         """
         self._station, self._station_file, self._data = station, station_file, data
-        self._on_passed = on_passed
+        self._on_passed, self._on_browser_lost = on_passed, on_browser_lost
+        self._browser: Browser | None = None
+        """The browser that started the run, or gave the last confirmation."""
+        self._seen_s = 0.0
         self._child: asyncio.subprocess.Process | None = None
         self._following: asyncio.Task[None] | None = None
+        self._watching: asyncio.Task[None] | None = None
         self._stopped = False
         self.progress: RunProgress | None = None
 
@@ -82,7 +96,7 @@ class CommissioningRun:
         """True if a run is a practice on a simulated apparatus."""
         return self._station.info.simulated
 
-    async def start(self, kind: RunKind, begin: str | None, by: str) -> Refusal | None:
+    async def start(self, kind: RunKind, begin: str | None, browser: Browser) -> Refusal | None:
         """Take the drives from the device process and start the procedure. Return None when it runs."""
         file, simulated = self.file, self.practises
         if file is None:
@@ -92,8 +106,9 @@ class CommissioningRun:
         self._stopped = False
         if refusal := await self._station.hand_over(self.stop):
             return refusal
-        self.progress = RunProgress(kind, by, simulated)
-        options = [f"--by={by}", "--lines"]
+        self.progress = RunProgress(kind, browser.name, simulated)
+        self._operate(browser)
+        options = [f"--by={browser.name}", "--lines"]
         options += ["--simulate=1"] if simulated else []
         options += ["--check"] if kind == "check" else []
         options += [f"--from={begin}"] if begin else []
@@ -114,6 +129,7 @@ class CommissioningRun:
         if self._stopped:  # while the drives were handed over
             self._send({"stop": True})
         self._following = asyncio.create_task(self._follow(self._child, file), name="commissioning")
+        self._watching = asyncio.create_task(self._stop_without_browser(), name="commissioning browser")
         return None
 
     def shows(self, number: int) -> bool:
@@ -129,26 +145,33 @@ class CommissioningRun:
         review = msgspec.convert(instruction["review"], GainsReview)
         return review.accepts(msgspec.convert(choice, GainsChoice))
 
-    def confirm(self, number: int, choice: dict[str, Any] | None = None) -> bool:
+    def note_request(self, browser: Browser) -> None:
+        """Note a request of the browser, which shows that it is present now."""
+        if browser == self._browser:
+            self._seen_s = time.monotonic()
+
+    def confirm(self, number: int, browser: Browser, choice: dict[str, Any] | None = None) -> bool:
         """Confirm the instruction with this number. Return False if another one, or none, is shown.
 
+        :param browser: it operates the run from now on.
         :param choice: accepted answer to a review of gains.
         """
         progress = self.progress
         if progress is None or progress.instruction is None or not self.shows(number):
             return False
+        self._operate(browser)
         progress.presses += 1
         progress.instruction = progress.instruction | {"press": False}
         self._send({"confirm": number, "choice": choice or {"action": "keep"}})
         return True
 
-    async def stop(self) -> Refusal | None:
+    async def stop(self, *, browser_lost: bool = False) -> Refusal | None:
         """Switch torque off and end the procedure. Return None when its process has ended."""
         self._stopped = True
         child = self._child
         if child is None:
             return None
-        self._send({"stop": True})
+        self._send({"stop": True, "browser_lost": browser_lost})
         try:
             async with asyncio.timeout(_STOP_LIMIT_S):
                 await child.wait()
@@ -162,10 +185,30 @@ class CommissioningRun:
     async def close(self) -> None:
         """Stop the procedure and wait for its end."""
         await self.stop()
+        if self._watching:
+            self._watching.cancel()
         if self._following:
             with contextlib.suppress(asyncio.CancelledError, TimeoutError):
                 async with asyncio.timeout(_END_LIMIT_S):
                     await self._following
+
+    def _operate(self, browser: Browser) -> None:
+        self._browser, self._seen_s = browser, time.monotonic()
+
+    async def _stop_without_browser(self) -> None:
+        """Stop the run when its browser is absent while motors have torque. The times are those of a playback."""
+        while self.progress is not None and self.running:
+            await asyncio.sleep(_LOOK_S)
+            browser = self._browser
+            assert browser is not None
+            if self._station.operating.listens(browser):
+                self.note_request(browser)
+            longest_s = RELEASE_AFTER_S if self.progress.instruction else PAUSE_AFTER_S
+            if self.progress.step in MOVING and time.monotonic() - self._seen_s > longest_s:
+                log.warning("the browser of the commissioning (login session %s) is disconnected", browser.id)
+                await self.stop(browser_lost=True)
+                self._on_browser_lost(browser)
+                return
 
     def _send(self, message: dict[str, Any]) -> None:
         if self._child is not None and self._child.stdin is not None:

@@ -10,12 +10,13 @@ from kata.api import texts
 from kata.api.commissioning_run import CommissioningRun, RunKind
 from kata.api.errors import refused
 from kata.api.gains_schemas import GainsAnswer, GainTuningReview
+from kata.api.lease_dependencies import browser
 from kata.api.services import services_of
 from kata.clinic.commissionings.schemas import CommissioningStepRun
 from kata.clinic.sessions import service as sessions
 from kata.commissioning.record import CHECKED, CommissioningRecord, readable_record, record_path
 from kata.commissioning.steps import STEP_TEXTS, passed_steps
-from kata.dependencies import PROBLEMS, TheActor, TheDatabase
+from kata.dependencies import PROBLEMS, TheDatabase
 from kata.errors import ProblemError
 from kata.station.schemas import OptionalKey, TextKey
 from kata.types import Schema
@@ -99,17 +100,19 @@ TheRun = Annotated[CommissioningRun, Depends(_run)]
 @router.get("", summary="Get the state of the commissioning")
 async def get_commissioning_run(run: TheRun) -> CommissioningRunState:
     """Return the steps with their results, and what the technician is asked to do."""
+    run.note_request(browser())
     return await run_in_threadpool(_state, run)
 
 
 @router.post("", responses=PROBLEMS.of(409, 422, 503), summary="Start the commissioning")
 async def start_commissioning(
-    request: Request, run: TheRun, database: TheDatabase, actor: TheActor, wanted: RunStart
+    request: Request, run: TheRun, database: TheDatabase, wanted: RunStart
 ) -> CommissioningRunState:
     """Take the drives from the control program and start the procedure or the periodic check.
 
     Refused while a session of this station is open, and while the station is not idle. A simulated station practises on a factory-new
-    simulated apparatus. Stop ends the procedure with torque off.
+    simulated apparatus. Stop ends the procedure with torque off. So does the loss of the browser that started it or gave the last
+    confirmation, in steps in which motors have torque: after 2 s while the motors work, after 30 s while an instruction is shown.
     """
     name = services_of(request).station_name
 
@@ -120,7 +123,7 @@ async def start_commissioning(
     if await run_in_threadpool(open_sessions):
         raise ProblemError(409, "session_open", texts.SESSION_OPEN(), texts.END_SESSION_FIRST())
     await run_in_threadpool(_check_start, run, wanted)
-    if refusal := await run.start(wanted.kind, wanted.begin, actor.name):
+    if refusal := await run.start(wanted.kind, wanted.begin, browser()):
         raise refused(refusal)
     return await run_in_threadpool(_state, run)
 
@@ -131,7 +134,7 @@ async def confirm_commissioning(run: TheRun, given: RunConfirmation) -> Commissi
     choice = given.gains.model_dump() if given.gains else None
     if choice and run.shows(given.number) and not run.accepts(choice):
         raise ProblemError(409, "gains_refused", texts.GAINS_REFUSED(), texts.CHOOSE_WITHIN_LIMITS())
-    if not run.confirm(given.number, choice):
+    if not run.confirm(given.number, browser(), choice):
         raise ProblemError(409, "other_instruction", texts.OTHER_INSTRUCTION(), texts.READ_INSTRUCTION_AGAIN())
     return await run_in_threadpool(_state, run)
 

@@ -130,8 +130,13 @@ async def set_up_services(settings: Settings, stack: AsyncExitStack) -> Services
     await set_up_events(storage.event_spool, at_station, stack)
     stack.push_async_callback(at_station.finish_imports)
     stack.push_async_callback(station.close)
+    record_absence_action = lease_dependencies.record_absence_actions(storage.audit_log, apparatus.config.name)
     commissioning_run = CommissioningRun(
-        station, settings.station, settings.data, _adoption(settings, storage.database, at_station)
+        station,
+        settings.station,
+        settings.data,
+        _adoption(settings, storage.database, at_station),
+        lambda browser: record_absence_action(browser, "stop"),
     )
     stack.push_async_callback(commissioning_run.close)
     backups = Backups(

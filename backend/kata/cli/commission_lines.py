@@ -1,7 +1,8 @@
 """``kata commission --lines``: the commissioning procedure of :mod:`kata.commissioning` for a program. The service runs it for its page.
 
 Each line of standard output is a JSON object with ``event``: ``step``, ``instruct``, ``working``, ``ended`` or ``finished``. Each line of
-standard input is ``{"confirm": NUMBER}`` with the number of an instruction, or ``{"stop": true}``. The end of standard input means a stop.
+standard input is ``{"confirm": NUMBER}`` with the number of an instruction, or ``{"stop": true}``, with ``"browser_lost": true`` if the
+page is gone. The end of standard input means a stop.
 The confirmation of an instruction with a review of gains also has ``choice``, a :class:`~kata.commissioning.gains_review.GainsChoice`.
 """
 
@@ -19,6 +20,8 @@ from kata.commissioning.gains_review import GainsChoice
 from kata.commissioning.procedure import CommissioningStep
 from kata.commissioning.record import RecordedStep
 from kata.commissioning.workbench import ManualAction, StepError, Technician
+from kata.device import texts as device_texts
+from kata.messages import Text
 
 
 class LineTechnician:
@@ -35,7 +38,7 @@ class LineTechnician:
         self._number = 0
         self._confirmed = 0
         self._choice = GainsChoice("keep")
-        self._stopped = False
+        self._stopped: Text | None = None
         self._instruction: ManualAction | None = None
         self.hands: Technician | None = None
 
@@ -93,20 +96,23 @@ class LineTechnician:
         return True
 
     def _raise_if_stopped(self) -> None:
-        if self._stopped:
-            raise StepError(texts.TECHNICIAN_STOPPED())
+        if self._stopped is not None:
+            raise StepError(self._stopped)
 
     def _read(self, timeout_s: float | None) -> None:
         """Read the lines that have been sent. If ``timeout_s`` is None, wait for input."""
         while select.select([self._keyboard], [], [], timeout_s)[0]:
             data = os.read(self._keyboard, 4096)
             if not data:
-                self._stopped = True
+                self._stopped = texts.TECHNICIAN_STOPPED()
                 return
             *lines, self._unread = (self._unread + data).split(b"\n")
             for line in lines:
                 message = json.loads(line)
-                self._stopped = self._stopped or bool(message.get("stop"))
+                if message.get("stop"):
+                    self._stopped = (
+                        device_texts.BROWSER_LOST() if message.get("browser_lost") else texts.TECHNICIAN_STOPPED()
+                    )
                 self._confirmed = message.get("confirm", self._confirmed)
                 if choice := message.get("choice"):
                     self._choice = msgspec.convert(choice, GainsChoice)

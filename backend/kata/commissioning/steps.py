@@ -31,6 +31,9 @@ STEP_TEXTS: Final = (
     StepTexts("acceptance", texts.STEP_ACCEPTANCE(), texts.STEP_ACCEPTANCE_DOES()),
 )
 
+MOVING: Final = ("torque", "zero", "stops", "gains", "lags", "acceptance")
+"""Steps in which motors have torque."""
+
 
 def passed_steps(steps: tuple[RecordedStep, ...]) -> set[str]:
     """Return the keys of the steps whose last run has passed after every step before them had passed."""

@@ -84,6 +84,10 @@ class Lease:
             if held := self._of(browser):
                 held.present_until = max(held.present_until, now)
 
+    def listens(self, browser: Browser) -> bool:
+        """Return True if a page of the browser listens."""
+        return self._listening[browser.id] > 0
+
     def note_request(self, browser: Browser, now: ClockReading) -> None:
         """Note a request of the browser, which shows that it is present now."""
         if held := self._of(browser):

@@ -69,6 +69,10 @@ class Operating:
         """Note a request of the browser, which shows that it is present now."""
         self._lease.note_request(browser, self._now())
 
+    def listens(self, browser: Browser) -> bool:
+        """Return True if a page of the browser listens."""
+        return self._lease.listens(browser)
+
     @contextmanager
     def listening(self, browser: Browser) -> Iterator[None]:
         """Count the browser as present during the block, because one of its pages listens."""
