@@ -38,11 +38,6 @@ export function GainTuning(props: { review: Review; busy: boolean; onAnswer: (an
           {t("commissioning:tuning.fault", { fault: translateServerText(review.fault, review.fault_key) })}
         </Alert>
       )}
-      <TuningTable
-        motors={motors}
-        next={next}
-        onChange={(place, gains) => setNext(next.map((own, n) => (n === place ? gains : own)))}
-      />
       <Group>
         <Button size="lg" loading={busy} onClick={() => onAnswer({ action: "keep" })}>
           {t("commissioning:tuning.keep")}
@@ -68,6 +63,11 @@ export function GainTuning(props: { review: Review; busy: boolean; onAnswer: (an
         </Button>
       </Group>
       <Responses responses={[...review.former_curves, ...review.curves]} />
+      <TuningTable
+        motors={motors}
+        next={next}
+        onChange={(place, gains) => setNext(next.map((own, n) => (n === place ? gains : own)))}
+      />
     </Stack>
   );
 }

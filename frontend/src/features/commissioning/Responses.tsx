@@ -1,6 +1,7 @@
 import "./catalogue";
 import { SimpleGrid, Stack, Text } from "@mantine/core";
 import { useMemo } from "react";
+import type { Schemas } from "../../lib/api/client";
 import { t } from "../../lib/i18n";
 import { Plot } from "../../ui/Plot";
 import { comparisons, loadsOf, newest, type Response, responseFigure } from "./responseCharts";
@@ -26,22 +27,24 @@ function LoadResponses({ load, responses }: { load: Response["load"]; responses:
   }, [load, responses]);
   const title = t(`commissioning:responses.${load}`);
   return (
-    <Stack gap={4} data-testid={`responses-${load}`}>
-      {compared.length > 0 && (
-        <SimpleGrid cols={{ base: 1, md: 2 }}>
-          {compared.map(({ motor, figure: both }) => {
-            const name = t("commissioning:tuning.motorTitle", { motor });
-            return (
-              <Stack key={motor} gap={4} data-testid={`comparison-${motor}`}>
-                <Text size="sm" fw={600}>
-                  {name}
-                </Text>
-                <Plot figure={both} label={name} />
-              </Stack>
-            );
-          })}
-        </SimpleGrid>
-      )}
+    <SimpleGrid cols={{ base: 1, md: compared.length > 0 ? 2 : 1 }} data-testid={`responses-${load}`}>
+      {compared.map(({ motor, figure: both }) => (
+        <Named
+          key={motor}
+          figure={both}
+          title={t("commissioning:tuning.motorTitle", { motor })}
+          testid={`comparison-${motor}`}
+        />
+      ))}
+      <Named figure={figure} title={title} testid={`all-${load}`} />
+    </SimpleGrid>
+  );
+}
+
+/** A chart below its title. */
+function Named({ figure, title, testid }: { figure: Schemas["Figure"]; title: string; testid: string }) {
+  return (
+    <Stack gap={4} data-testid={testid}>
       <Text size="sm" fw={600}>
         {title}
       </Text>
