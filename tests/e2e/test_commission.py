@@ -4,7 +4,7 @@ import time
 from pathlib import Path
 
 import pytest
-from playwright.sync_api import Page, expect
+from playwright.sync_api import Locator, Page, expect
 
 from tests.support.browser_clinic import LONG_MS
 
@@ -13,14 +13,15 @@ _WHOLE_MS = 600_000
 
 
 def press_until(page: Page, end: str, limit_ms: float) -> int:
-    """Press the instruction's button until an element is visible; return the number of presses."""
-    button = page.get_by_test_id("instruction").get_by_role("button", name="Do it (simulated hands)")
+    """Press the instruction's button, and keep gains, until an element is visible; return the number of presses."""
+    buttons = page.get_by_test_id("instruction").get_by_role("button")
+    button = buttons.filter(has_text="Do it (simulated hands)").or_(buttons.filter(has_text="Keep these gains"))
     finished, last, presses = page.locator(end), "", 0
     until = time.monotonic() + limit_ms / 1000
     while not finished.is_visible():
         assert time.monotonic() < until, page.get_by_test_id("steps").inner_text()
-        instruction = page.get_by_test_id("instruction")
-        number = instruction.get_attribute("data-number", timeout=2000) if instruction.is_visible() else None
+        # Read at once, because the instruction may end at any time.
+        number = page.get_by_test_id("instruction").evaluate_all("all => all[0]?.dataset.number")
         if number and number != last and button.is_visible():
             button.click()
             last, presses = number, presses + 1
@@ -43,6 +44,7 @@ def test_a_practice_leads_to_a_record_with_pdf(page: Page, artefacts: Path) -> N
     begin(page)
     page.screenshot(path=artefacts / "commissioning-first.png", full_page=True)
     presses = press_until(page, "[data-testid=finished]", _WHOLE_MS)
+    assert presses == 52, "33 confirmations and 19 actions of the simulated hands"
     finished = page.get_by_test_id("finished")
     page.screenshot(path=artefacts / "commissioning-end.png", full_page=True)
     expect(finished).to_contain_text(f"You confirmed {presses} instructions")
@@ -57,6 +59,40 @@ def test_a_practice_leads_to_a_record_with_pdf(page: Page, artefacts: Path) -> N
     rows.nth(1).get_by_role("button", name="Steps").click()
     expect(page.get_by_role("dialog").get_by_test_id("step")).to_have_count(11)
     assert wrong == []
+
+
+@pytest.mark.timeout(240)
+def test_gains_are_compared_and_taken_back(page: Page, artefacts: Path) -> None:
+    wrong: list[str] = []
+    page.on("pageerror", lambda error: wrong.append(str(error)))
+    begin(page)
+    press_until(page, "[data-testid=gain-tuning]", 3 * LONG_MS)
+    tuning = page.get_by_test_id("gain-tuning")
+    measure = tuning.get_by_role("button", name="Measure with the new gains (motors move)")
+    expect(measure).to_be_disabled()
+    field = tuning.get_by_role("textbox", name="Motor 3, Derivative gain, next measurement")
+    present = int(field.input_value())
+    field.fill(str(2 * present + 1))
+    expect(measure).to_be_disabled()
+    expect(tuning).to_contain_text(f"Outside {present // 2} to {2 * present}")
+    field.fill(str(present // 2))
+    measure.click()
+    former, tried = page.get_by_test_id("motor-3-former"), page.get_by_test_id("motor-3-present")
+    expect(former.get_by_role("cell").nth(4)).to_have_text(str(present), timeout=LONG_MS)
+    expect(tried.get_by_role("cell").nth(4)).to_have_text(str(present // 2))
+    assert overshoot(tried) > overshoot(former)
+    both = page.get_by_test_id("comparison-3").locator("figure[data-drawn=true]")
+    expect(both.locator(".scatterlayer .trace")).to_have_count(3, timeout=LONG_MS)
+    page.screenshot(path=artefacts / "commissioning-gains.png")
+    tuning.get_by_role("button", name="Take back").click()
+    expect(page.get_by_test_id("motor-3-former")).to_have_count(0, timeout=LONG_MS)
+    expect(tried.get_by_role("cell").nth(4)).to_have_text(str(present))
+    press_until(page, "[data-testid=step-gains][data-state=passed]", LONG_MS)
+    assert wrong == []
+
+
+def overshoot(row: Locator) -> int:
+    return int(row.get_by_role("cell").nth(6).inner_text())
 
 
 @pytest.mark.timeout(120)

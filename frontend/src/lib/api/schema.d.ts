@@ -2923,7 +2923,8 @@ export interface paths {
          * @description Take the drives from the control program and start the procedure or the periodic check.
          *
          *     Refused while a session of this station is open, and while the station is not idle. A simulated station practises on a factory-new
-         *     simulated apparatus. Stop ends the procedure with torque off.
+         *     simulated apparatus. Stop ends the procedure with torque off. So does the loss of the browser that started it or gave the last
+         *     confirmation, in steps in which motors have torque: after 2 s while the motors work, after 30 s while an instruction is shown.
          */
         post: operations["start_commissioning"];
         delete?: never;
