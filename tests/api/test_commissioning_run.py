@@ -226,7 +226,9 @@ def test_a_station_adopts_the_identified_lags(tmp_path: Path) -> None:
             client.post(RUN, json={"kind": "full"})
             with client.websocket_connect("/api/live"):
                 ended = do(client, "acceptance", 600.0)
-            assert ended["steps"][-1]["state"] == "passed", ended["steps"][-1]
+            assert ended["steps"][-1]["state"] == "passed", [
+                step["result"] and step["result"]["fault"] for step in ended["steps"]
+            ]
             until(client, lambda live: live["mode"] == "idle")
             services = client.app.state.services  # type: ignore[attr-defined]
             assert all(0.03 < axis.lag_s < 0.2 for axis in services.station.config.axes)

@@ -12,7 +12,7 @@ from kata.types import Motor, Schema
 Gain = Annotated[int, Field(strict=True, ge=0, le=16_383)]
 
 
-class PositionGains(Schema):
+class DriveGains(Schema):
     """The position gains of a motor, in the drive's own units."""
 
     p: Gain
@@ -32,15 +32,15 @@ class MotorTuning(Schema):
     """Gains of one motor, and the responses with them."""
 
     motor: Motor
-    gains: PositionGains
+    gains: DriveGains
     response: StepFigures | None = Field(description="Null: not measured, because the gains were unstable.")
-    former_gains: PositionGains | None = Field(description="Gains to which the technician can return.")
+    former_gains: DriveGains | None = Field(description="Gains to which the technician can return.")
     former_response: StepFigures | None
-    proposed: PositionGains = Field(description="Equal to the gains if no change is proposed.")
+    proposed: DriveGains = Field(description="Equal to the gains if no change is proposed.")
     advice: str = Field(description="Reason of the proposal; empty if no change is proposed.")
     advice_key: OptionalKey = None
-    lowest: PositionGains = Field(description="Lower limits of the next measurement.")
-    highest: PositionGains = Field(description="Upper limits of the next measurement.")
+    lowest: DriveGains = Field(description="Lower limits of the next measurement.")
+    highest: DriveGains = Field(description="Upper limits of the next measurement.")
 
 
 class GainTuningReview(Schema):
@@ -58,6 +58,6 @@ class GainsAnswer(Schema):
     """What the technician chooses: keep the gains, take them back, or measure with other gains."""
 
     action: Literal["keep", "take_back", "measure"]
-    gains: list[PositionGains] = Field(
+    gains: list[DriveGains] = Field(
         default_factory=list, max_length=N_AXES, description="measure: gains of every motor, in motor order."
     )

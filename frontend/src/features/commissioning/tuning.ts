@@ -1,6 +1,6 @@
 import type { Schemas } from "../../lib/api/client";
 
-export type Gains = Schemas["PositionGains"];
+export type Gains = Schemas["DriveGains"];
 
 export const GAINS = ["p", "i", "d"] as const;
 

@@ -5062,6 +5062,18 @@ export interface components {
             end_reason: "completed" | "shortened" | "stopped" | "patient_request" | "other";
         };
         /**
+         * DriveGains
+         * @description The position gains of a motor, in the drive's own units.
+         */
+        DriveGains: {
+            /** P */
+            p: number;
+            /** I */
+            i: number;
+            /** D */
+            d: number;
+        };
+        /**
          * DriveTrendData
          * @description Voltage and temperature of the drives over the last hours.
          */
@@ -5873,7 +5885,7 @@ export interface components {
              * Gains
              * @description measure: gains of every motor, in motor order.
              */
-            gains?: components["schemas"]["PositionGains"][];
+            gains?: components["schemas"]["DriveGains"][];
         };
         /**
          * GoniometerReading
@@ -7028,14 +7040,14 @@ export interface components {
              * @example 3
              */
             motor: number;
-            gains: components["schemas"]["PositionGains"];
+            gains: components["schemas"]["DriveGains"];
             /** @description Null: not measured, because the gains were unstable. */
             response: components["schemas"]["StepFigures"] | null;
             /** @description Gains to which the technician can return. */
-            former_gains: components["schemas"]["PositionGains"] | null;
+            former_gains: components["schemas"]["DriveGains"] | null;
             former_response: components["schemas"]["StepFigures"] | null;
             /** @description Equal to the gains if no change is proposed. */
-            proposed: components["schemas"]["PositionGains"];
+            proposed: components["schemas"]["DriveGains"];
             /**
              * Advice
              * @description Reason of the proposal; empty if no change is proposed.
@@ -7044,9 +7056,9 @@ export interface components {
             /** @description Code and parameters of the English text; null: it has none. */
             advice_key?: components["schemas"]["TextKey"] | null;
             /** @description Lower limits of the next measurement. */
-            lowest: components["schemas"]["PositionGains"];
+            lowest: components["schemas"]["DriveGains"];
             /** @description Upper limits of the next measurement. */
-            highest: components["schemas"]["PositionGains"];
+            highest: components["schemas"]["DriveGains"];
         };
         /**
          * NestedText
@@ -8119,18 +8131,6 @@ export interface components {
              * @description Times at which resistance began to take the arm back, seconds as in times_s.
              */
             reversals_s: number[];
-        };
-        /**
-         * PositionGains
-         * @description The position gains of a motor, in the drive's own units.
-         */
-        PositionGains: {
-            /** P */
-            p: number;
-            /** I */
-            i: number;
-            /** D */
-            d: number;
         };
         /**
          * Preview
