@@ -4,26 +4,16 @@ import contextlib
 import time
 from pathlib import Path
 from typing import Any, Final
-from uuid import uuid4
 
-import numpy as np
 import pytest
 from fastapi.testclient import TestClient
-from msgspec import structs
 from sqlalchemy import select
 
 from kata.audit.tables import AuditRow
 from kata.bench.commissioned import write_commissioned
 from kata.commissioning import texts
-from kata.commissioning.procedure import begin_record
-from kata.commissioning.record import record_path, sealed, write_record
-from kata.device import config, journal
 from kata.device import texts as device_texts
 from kata.device.config import simulated
-from kata.device.messages import Approach, Load, Play
-from kata.motion.builtin import built_in_motions
-from kata.motion.linkage import motor_angles_deg
-from kata.motion.tracking import MotorTracking, compare
 from kata.simulator.process import SimulatorProcess
 from kata.station.lease import PAUSE_AFTER_S
 from tests.support.service import running
@@ -206,55 +196,3 @@ def test_a_lost_browser_stops_moving_motors(tmp_path: Path) -> None:
         until(client, lambda live: live["mode"] == "idle")
         with client.app.state.services.database.read() as session:  # type: ignore[attr-defined]
             assert "stop_without_browser" in session.scalars(select(AuditRow.action)).all()
-
-
-@pytest.mark.campaign
-@pytest.mark.timeout(900)
-def test_a_station_adopts_the_identified_lags(tmp_path: Path) -> None:
-    """The service runs the last steps in real time, uses the new configuration without a restart, and plays with it."""
-    with contextlib.closing(SimulatorProcess(tmp_path)) as apparatus:
-        station = tmp_path / "station.toml"
-        finished = write_commissioned(simulated(apparatus.port), station)
-        axes = tuple(structs.replace(axis, lag_s=0.0, lag2_s2=0.0) for axis in config.read(station).axes)
-        draft = structs.replace(config.read(station), axes=axes)
-        config.write(draft, station)
-        steps = tuple(step for step in finished.steps if step.step not in ("lags", "acceptance"))
-        begun = structs.replace(begin_record(draft, "test"), steps=steps)
-        write_record(sealed(begun), record_path(station))
-        with running(tmp_path, "technician", simulate=False, station=station) as client:
-            until(client, lambda live: live["mode"] == "idle")
-            client.post(RUN, json={"kind": "full"})
-            with client.websocket_connect("/api/live"):
-                ended = do(client, "acceptance", 600.0)
-            assert ended["steps"][-1]["state"] == "passed", [
-                step["result"] and step["result"]["fault"] for step in ended["steps"]
-            ]
-            until(client, lambda live: live["mode"] == "idle")
-            services = client.app.state.services  # type: ignore[attr-defined]
-            assert all(0.03 < axis.lag_s < 0.2 for axis in services.station.config.axes)
-            assert services.station.config.axes == config.read(station).axes
-            tracking = played(client, services)
-            assert abs(tracking[2].peak_deg) < 1.0, "without lags it is 3 deg"
-
-
-def played(client: TestClient, services: Any) -> tuple[MotorTracking, ...]:
-    """Play the fourth motion with the method "smooth". Return its tracking."""
-    taught = built_in_motions()[3]
-    angles = motor_angles_deg(taught.poses_deg)
-    load = Load(
-        run_id=str(uuid4()),
-        recording_id=str(uuid4()),
-        times_s=taught.times_s.astype("<f8").tobytes(),
-        angles_deg=angles.astype("<f8").tobytes(),
-        method="smooth",
-        side="right",
-    )
-    assert client.portal is not None
-    for command, mode in ((load, "ready"), (Approach(), "paused"), (Play(), "idle")):
-        assert client.portal.call(services.station.command, command) is None
-        until(client, lambda live, mode=mode: live["mode"] == mode, 120.0)  # type: ignore[misc]
-    (path,) = services.settings.journal.glob(f"*{load.run_id}*")
-    run = journal.parse(path.read_bytes(), path.name)
-    playing = run.phase == journal.PHASE_PLAYING
-    measured, torque = run.measured_deg[playing].astype(np.float64), run.torque_nm[playing].astype(np.float64)
-    return compare(taught.times_s, angles, run.path_s[playing], measured, torque).motors

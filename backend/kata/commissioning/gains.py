@@ -42,7 +42,6 @@ LOADS: Final = (
     ("empty", ManualAction("empty_arm", texts.EMPTY_ARM())),
 )
 """Name of each load, and the instruction with which the technician sets it up."""
-_FIGURES: Final = ("rise time s", "overshoot %", "steady error deg")
 _ADVICE: Final[dict[Advice, Template]] = {
     "damp": texts.ADVICE_DAMP,
     "faster": texts.ADVICE_FASTER,
@@ -136,15 +135,17 @@ class GainTuning:
         """Add the values and curves with the gains before the step and with the present ones."""
         workbench, first, last = self._workbench, self._first, self._sets[-1]
         for motor, (before, after) in enumerate(zip(first, last, strict=True), start=1):
-            for name in ("p", "i", "d"):
-                workbench.add_value(f"{name} gain", motor, before=getattr(before, name), after=getattr(after, name))
+            workbench.add_value("p gain", motor, before=before.p, after=after.p)
+            workbench.add_value("i gain", motor, before=before.i, after=after.i)
+            workbench.add_value("d gain", motor, before=before.d, after=after.d)
         for load, _ in LOADS:
             found = self._measured.get((load, last), _Measurement())
             former = self._measured.get((load, first), _Measurement()) if first != last else _Measurement()
             for motor in found.responses:
-                figures = zip(_figures(former, motor), _figures(found, motor), strict=True)
-                for name, (earlier, now) in zip(_FIGURES, figures, strict=True):
-                    workbench.add_value(f"{name}, {load}", motor, before=earlier, after=now)
+                earlier, now = _figures(former, motor), _figures(found, motor)
+                workbench.add_value(f"rise time s, {load}", motor, before=earlier[0], after=now[0])
+                workbench.add_value(f"overshoot %, {load}", motor, before=earlier[1], after=now[1])
+                workbench.add_value(f"steady error deg, {load}", motor, before=earlier[2], after=now[2])
             workbench.curves.extend((*former.curves, *found.curves))
 
     def _use(self, gains: GainSet) -> None:
@@ -216,10 +217,10 @@ def _gains(axis: Axis) -> Gains:
 
 
 def _figures(measured: _Measurement, motor: int) -> tuple[float | None, ...]:
-    """Return the recorded figures of a motor, in the order of ``_FIGURES``."""
+    """Return the recorded rise time (s), overshoot (%) and steady error (deg) of a motor; None if it was not measured."""
     response = measured.responses.get(motor)
     if response is None:
-        return (None,) * len(_FIGURES)
+        return None, None, None
     return round(response.rise_s, 3), round(100 * response.overshoot), round(response.steady_error_deg, 2)
 
 
