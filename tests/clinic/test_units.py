@@ -129,6 +129,7 @@ NOBODYS: Final = {
     "StationTracking": "the tracking error of an apparatus",
     "MotorCondition": "friction and play of a motor of the apparatus",
     "MotorStepResponse": "the response of a motor of the apparatus",
+    "StepFigures": "the response of a motor of the apparatus",
 }
 """Schemas whose angles and scores belong to no patient."""
 TIMELESS: Final = {
