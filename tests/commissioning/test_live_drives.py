@@ -8,7 +8,8 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from kata.commissioning import registers, response
+from kata.commissioning import lags, registers
+from kata.commissioning.gains_review import GainsChoice
 from kata.commissioning.live_drives import live_drives
 from kata.commissioning.workbench import ManualAction, StepError, Workbench
 from kata.simulator.fault_injector import FaultKind
@@ -36,6 +37,9 @@ class Obedient:
 
     def has_confirmed(self) -> bool:
         return True
+
+    def gains_choice(self) -> GainsChoice:
+        return GainsChoice("keep")
 
 
 def workbench_of(world: RecordingWorld) -> tuple[Workbench, Obedient]:
@@ -67,7 +71,7 @@ def test_motors_stop_together_when_one_fails(kind: FaultKind) -> None:
 
     workbench.sleep = wait
     with pytest.raises(StepError, match=f"otor {MOTOR}"):
-        response.find_lags(workbench)
+        lags.find_lags(workbench)
     world.wait(0.01)
     assert not any(world.torque)
     assert world.t_ns - failed_ns < 1e9
