@@ -1,12 +1,22 @@
 """End-range time counts exactly on made signals, and finds the torque at the shoulder under friction and weight."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from kata.motion.arm_load import ArmLoad
-from kata.motion.end_range import GAP_S, EndRange, end_of_motion, end_range_time_s, end_range_times_s
+from kata.motion.end_range import (
+    GAP_S,
+    EndRange,
+    EndRangeCounter,
+    EndRangeThreshold,
+    end_of_motion,
+    end_range_time_s,
+    end_range_times_s,
+)
 from kata.motion.linkage import Floats
 from kata.motion.method import LoadModel
 from kata.motion.path import PathPoint
@@ -85,6 +95,44 @@ def test_weight_and_friction_are_not_resistance(heavier: float, rate_hz: int) ->
     assert found == {3: pytest.approx(truth, rel=0.02)}
     relaxed = end_range_times_s(times, angles, torque - share * np.outer(capsule_nm, np.eye(5)[2]), angles, known)
     assert relaxed == {3: pytest.approx(0.0, abs=0.1)}
+
+
+def lifted_with_capsule(heavier: float = 0.2) -> tuple[Floats, Floats, Floats, LoadModel]:
+    """Return times, angles and torques of :func:`lifted` at 100 Hz with a capsule, and the identified load."""
+    times, angles, speed = lifted(100)
+    share = np.full(5, 0.9)
+    known = LoadModel(np.full(5, 0.01), np.zeros(5), np.full(5, 0.3), share, ARM)
+    real = replace(known, arm=ArmLoad(inertia=(*ARM.inertia[:8], -0.5 - heavier, 3.0)))
+    torque = real.torque_nm(PathPoint(angles, speed, np.zeros_like(speed)))
+    torque[:, 2] += share[2] * 0.08 * np.maximum(angles[:, 2] - 77.0, 0.0)
+    return times, angles, torque, known
+
+
+@pytest.mark.parametrize("samples", [7, 10, 100])
+def test_live_count_equals_the_count_after_the_run(samples: int) -> None:
+    times, angles, torque, load = lifted_with_capsule()
+    whole = end_range_times_s(times, angles, torque, angles, load)[3]
+    counter = EndRangeCounter(angles, load)
+    assert counter.times_s() == {3: 0.0}
+    seen = []
+    for first in range(0, len(times), 10 * samples):
+        # Ten samples a second, as the service receives them.
+        part = slice(first, first + 10 * samples, 10)
+        counter.add(times[part], angles[part], torque[part])
+        seen.append(counter.times_s()[3])
+    assert whole > 12.0
+    assert seen[-1] == pytest.approx(whole, rel=0.02)
+    assert np.all(np.diff(seen) >= -0.1)
+
+
+def test_prescribed_band_and_torque_of_one_motor_count() -> None:
+    times, angles, torque, load = lifted_with_capsule()
+    usual = end_range_times_s(times, angles, torque, angles, load)[3]
+    narrow = end_range_times_s(times, angles, torque, angles, load, {3: EndRangeThreshold(2.0, 0.5)})[3]
+    strong = end_range_times_s(times, angles, torque, angles, load, {3: EndRangeThreshold(10.0, 4.0)})[3]
+    other = end_range_times_s(times, angles, torque, angles, load, {4: EndRangeThreshold(10.0, 4.0)})[3]
+    assert 12.0 < narrow < usual == other
+    assert strong == 0.0
 
 
 def test_unknown_load_gives_no_time() -> None:
