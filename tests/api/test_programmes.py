@@ -93,6 +93,23 @@ def test_preview_gives_each_items_duration_or_reason_for_refusal(client: TestCli
     assert "for the left shoulder" in answer["items"][2]["problem"]
 
 
+def test_end_range_time_is_prescribed_where_it_can_be_counted(client: TestClient, lift: dict[str, Any]) -> None:
+    abduction = {"motion": 4, "minutes": 5.0, "band_deg": 8.0, "torque_nm": 1.0}
+    made = post(client, lift, ITEM | {"end_range": abduction}).json()
+    assert made["current"]["items"][0]["end_range"] == abduction
+    assert client.get(f"/api/programmes/{made['id']}").json()["current"]["items"][0]["end_range"] == abduction
+
+    problem(post(client, lift, ITEM | {"end_range": abduction | {"motion": 5}}), 422, "unplayable")
+    # 80 % of the range ends 16 deg before the end.
+    reduced = ITEM | {"range_percent": 80.0}
+    problem(post(client, lift, reduced | {"end_range": abduction}), 422, "unplayable")
+    wide = abduction | {"band_deg": 17.0}
+    assert post(client, lift, reduced | {"end_range": wide}).status_code == 201
+    for name, value in (("motion", 2), ("minutes", 0.1), ("minutes", 61), ("band_deg", 21), ("torque_nm", 0.4)):
+        refused = post(client, lift, ITEM | {"end_range": abduction | {name: value}})
+        assert refused.status_code == 422, name
+
+
 def test_programme_beyond_a_doctors_limits_is_reported_and_not_saved(client: TestClient, lift: dict[str, Any]) -> None:
     episode = client.get(f"/api/patients/{lift['patient_id']}/episodes").json()["items"][0]
     forbidding = {

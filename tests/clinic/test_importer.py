@@ -13,11 +13,14 @@ import pytest
 from numpy.typing import NDArray
 
 from kata.clinic.importer import Importer
+from kata.clinic.programmes import service as programmes
+from kata.clinic.programmes.schemas import ProgrammeCreate, ProgrammeItemRequest
 from kata.clinic.recordings import service as recordings
 from kata.clinic.recordings.tables import RecordingRow, RecordingSampleBlockRow, RecordingSamplesRow
 from kata.clinic.sessions import learning, lists, runs
 from kata.clinic.sessions import service as sessions
 from kata.clinic.sessions.lists import SessionFilter
+from kata.clinic.sessions.schemas import EndRangePrescription
 from kata.clinic.sessions.tables import RunCorrectionRow, SessionRow
 from kata.database.availability import DatabaseUnavailableError
 from kata.database.base import utc_now
@@ -106,6 +109,40 @@ def test_end_range_time_is_stored_if_the_load_is_known(clinic: Clinic) -> None:
     # From 80 to 90 deg and back.
     near_s = 4 / np.pi * np.arccos(0.75)
     assert found == [{2: None, 4: pytest.approx(near_s, abs=0.03)}, {2: None, 4: None}]
+
+
+def test_prescribed_band_and_torque_are_counted_and_stored(clinic: Clinic) -> None:
+    weightless = StationConfig(arm=ArmLoad(inertia=(1e-6,) + (0.0,) * 9))
+    recording_id = clinic.recording(4.0, pose)
+    item = ProgrammeItemRequest(
+        recording_id=recording_id, load_level=8,
+        end_range=EndRangePrescription(motion=4, minutes=5.0, band_deg=5.0, torque_nm=1.5),
+    )  # fmt: skip
+    with clinic.database.write() as session:
+        wanted = ProgrammeCreate(name="Morning", made_by="Aoki", items=[item])
+        version = programmes.create(session, clinic.patient_id, wanted, [4.0]).versions[0]
+        visit = sessions.begin(session, clinic.patient_id, station="Station 1")
+        visit.programme_version = version
+        session.flush()
+        planned_run, other_run = (
+            runs.begin(session, runs.RunRequest(visit.id, recording_id, programme_position=position), "Station 1").id
+            for position in (1, None)
+        )
+    found: list[tuple[Any, ...]] = []
+    for run_id in (planned_run, other_run):
+        clinic.journal(
+            "run", run_id, [4.0], at=pose, torque_nm=lambda time_s: [0.0, 0.0, 2.0 if 1.5 < time_s < 2.5 else 0.0, 0.0, 0.0],
+            end=JournalEnd(reason="completed"),
+        )  # fmt: skip
+        Importer(clinic.database, clinic.folder, weightless, clinic.saved.append).run()
+        with clinic.database.read() as session:
+            [_, motion] = runs.get(session, run_id).motions
+            found.append((motion.end_range_s, motion.end_range_band_deg, motion.end_range_torque_nm))
+    # From 85 deg to 90 deg and back, and from 80 deg outside the programme.
+    assert found == [
+        (pytest.approx(4 / np.pi * np.arccos(0.875), abs=0.03), 5.0, 1.5),
+        (pytest.approx(4 / np.pi * np.arccos(0.75), abs=0.03), 10.0, 0.5),
+    ]
 
 
 def test_run_is_compared_with_body_motions_and_table_2(clinic: Clinic) -> None:

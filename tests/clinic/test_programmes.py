@@ -25,7 +25,8 @@ from kata.clinic.programmes.schemas import (
 )
 from kata.clinic.programmes.tables import ProgrammeRow, ProgrammeVersionRow
 from kata.clinic.recordings.tables import RecordingRow, TeachingRow
-from kata.clinic.sessions.tables import RunRow, SessionRow
+from kata.clinic.sessions.schemas import EndRangePrescription
+from kata.clinic.sessions.tables import MotionTrackingRow, RunRow, SessionRow
 from kata.database.base import utc_now
 from kata.database.engine import Database
 from kata.errors import ProblemError
@@ -429,6 +430,49 @@ def test_an_episodes_weeks_come_from_its_sessions(clinic: Clinic) -> None:
     # A session without a playback has no repetitions, and a session without a programme has no planned ones.
     assert (week.sessions, week.sessions_wished) == (2, 2)
     assert (week.repetitions_done, week.repetitions_planned) == (17, 20)
+
+
+def test_counted_end_range_time_is_beside_the_prescribed_one(clinic: Clinic) -> None:
+    lift, turn = clinic.recording(), clinic.recording("Turn")
+    prescribed = EndRangePrescription(motion=4, minutes=2.0, band_deg=5.0, torque_nm=1.0)
+    wanted = ProgrammeCreate(
+        name="Morning", made_by="Aoki", sessions_per_week=3,
+        items=[*items(lift, lift, end_range=prescribed), *items(turn)],
+    )  # fmt: skip
+    with clinic.database.write() as session:
+        programme = service.create(session, clinic.patient_id, wanted, [10.0] * 3)
+    version = clinic.newest(programme.id)
+    visit_id = clinic.visit(
+        MONDAY, version.id,
+        *({"recording_id": lift, "programme_position": 1, "motions": reached(seconds)} for seconds in (70.0, 20.0, None)),
+        {"recording_id": lift, "programme_position": 2, "motions": reached(30.0)},
+        # Neither the other item's time nor that of a run outside the programme counts.
+        {"recording_id": turn, "programme_position": 3, "motions": reached(500.0)},
+        {"recording_id": lift, "programme_position": None, "motions": reached(500.0)},
+    )  # fmt: skip
+    clinic.visit(MONDAY + DAY, version.id, {"recording_id": turn, "programme_position": 3})
+    with clinic.database.write() as session:
+        session.get_one(ProgrammeVersionRow, version.id).made_at = MONDAY
+        episode_id = session.get_one(SessionRow, visit_id).episode_id
+    assert episode_id
+    with clinic.database.read() as session:
+        week = adherence.of_episode(session, episode_id, 0).weeks[0]
+        plan = planned.of_session(session, visit_id)
+    assert [(done.motion, done.counted_s, done.prescribed_s) for done in week.end_range] == [(4, 120.0, 3 * 240.0)]
+    assert [[(done.counted_s, done.prescribed_s) for done in one.motions] for one in week.end_range_sessions] == [
+        [(120.0, 240.0)],
+        [(None, 240.0)],
+    ]
+    assert [item.end_range_s for item in plan.items] == [90.0, 30.0, None]
+    assert [item.end_range for item in plan.items] == [prescribed, prescribed, None]
+
+
+def reached(seconds: float | None) -> list[MotionTrackingRow]:
+    """Return the motions of a run with this end-range time of abduction, and another one of flexion."""
+    usual = {"peak_deg": 0.0, "peak_at_s": 0.0, "rmse_deg": 0.0, "start_deg": 0.0}
+    return [
+        MotionTrackingRow(motion=motion, end_range_s=time_s, **usual) for motion, time_s in ((4, seconds), (5, 7.0))
+    ]
 
 
 def test_many_sessions_are_no_more_questions_to_the_database(clinic: Clinic) -> None:

@@ -22,6 +22,7 @@ from kata.device import messages
 from kata.motion.edit import Motion
 from kata.motion.ilc import Correction
 from kata.station.lease import Browser
+from kata.station.live_end_range import LiveEndRange
 from kata.station.schemas import PatientRef
 from kata.station.snapshot_tracker import Occupation
 from kata.station.station import NO_ANSWER, Station
@@ -39,6 +40,8 @@ class BegunRun:
     limits: MotorLimits
     allowed: DoctorLimits
     patient: PatientRef
+    end_range: LiveEndRange | None = None
+    """None if no end-range time is prescribed."""
     without_database: bool = False
 
 
@@ -83,7 +86,7 @@ async def send_load(
     :raises ProblemError: when the device refuses. The run is then removed.
     """
     run = begun.run
-    occupation = Occupation(str(run.id), begun.patient, run.recording_name, run.session_id, changes)
+    occupation = Occupation(str(run.id), begun.patient, run.recording_name, run.session_id, changes, begun.end_range)
     never_begun = partial(stores.event_spool.put_not_begun, "run", run.id)
     refusal = await station.command(command, occupation, by=here, refused_late=never_begun)
     if refusal:

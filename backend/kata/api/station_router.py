@@ -31,7 +31,7 @@ from kata.clinic.programmes import planned
 from kata.clinic.recordings import service as recordings
 from kata.clinic.recordings.schemas import Fixtures
 from kata.clinic.recordings.tables import TeachingRow
-from kata.clinic.sessions import checks, learning, runs
+from kata.clinic.sessions import checks, end_range, learning, plans, runs
 from kata.clinic.sessions import service as sessions
 from kata.clinic.sessions.checklist import CheckName
 from kata.clinic.sessions.identity import Identifiers
@@ -43,6 +43,7 @@ from kata.database.base import utc_now
 from kata.database.engine import Database
 from kata.dependencies import PROBLEMS, TheActor, TheDatabase, TheStation
 from kata.device import messages
+from kata.device.config import StationConfig
 from kata.errors import ProblemError
 from kata.messages import Text
 from kata.motion.ilc import Correction
@@ -293,9 +294,11 @@ async def load(
     apparatus = checks.apparatus_state(station.info.name, station.live())
     # No database access from here until the device has answered: if the database failed in between, the run would never end.
     try:
-        begun = await run_in_threadpool(_begin_run, database, event_spool, wanted, apparatus)
+        begun = await run_in_threadpool(_begin_run, database, event_spool, wanted, apparatus, station.config)
     except DatabaseUnavailableError:
-        offline_run = await run_in_threadpool(_begin_without_database, offline_sessions, event_spool, wanted, apparatus)
+        offline_run = await run_in_threadpool(
+            _begin_without_database, offline_sessions, event_spool, wanted, apparatus, station.config
+        )
         if offline_run is None:
             raise
         begun = offline_run
@@ -436,7 +439,11 @@ def _run_request(wanted: LoadRequest) -> runs.RunRequest:
 
 
 def _begin_run(
-    database: Database, event_spool: EventSpool, wanted: LoadRequest, apparatus: checks.ApparatusState
+    database: Database,
+    event_spool: EventSpool,
+    wanted: LoadRequest,
+    apparatus: checks.ApparatusState,
+    config: StationConfig,
 ) -> BegunRun:
     """Check the recording in a read session, which takes seconds for an hour of motion, then write. Other writers need not wait for the
     check.
@@ -479,6 +486,7 @@ def _begin_run(
             limits=limits,
             allowed=allowed,
             patient=PatientRef(id=patient.id, name=patient.name),
+            end_range=end_range.live(taught, side, config, plans.end_range_of(session, row)),
         )
 
 
@@ -491,7 +499,11 @@ def _note_exceeded(session: Session, patient_id: UUID, side: Side, wanted: LoadR
 
 
 def _begin_without_database(
-    offline_sessions: OfflineSessions, event_spool: EventSpool, wanted: LoadRequest, apparatus: checks.ApparatusState
+    offline_sessions: OfflineSessions,
+    event_spool: EventSpool,
+    wanted: LoadRequest,
+    apparatus: checks.ApparatusState,
+    config: StationConfig,
 ) -> BegunRun | None:
     """Begin a run from the offline cache. Return None if the cache lacks data or the spool cannot store the run."""
     found = offline_sessions.start_run(_run_request(wanted), apparatus)
@@ -511,5 +523,6 @@ def _begin_without_database(
         found.limits,
         found.recording.allowed,
         PatientRef(id=found.patient.id, name=found.patient.name),
+        end_range.live(found.recording.taught, found.recording.side, config, found.end_range),
         without_database=True,
     )

@@ -88,6 +88,15 @@ CHOOSE_ANOTHER_CLINIC_NUMBER: Final = message(
 ITEM_NOT_PLAYABLE: Final = message(
     "item_not_playable", "Item {place:d} cannot be played with these settings: {reason:text}."
 )
+ITEM_WITHOUT_END: Final = message(
+    "item_without_end",
+    "end-range time of “{motion:text}” is prescribed, but the recording does not move it by {least_deg:.0f} deg",
+)
+ITEM_BEFORE_END: Final = message(
+    "item_before_end",
+    "“{motion:text}” ends {short_deg:.0f} deg before the recorded end, outside the prescribed band of {band_deg:g} deg",
+)
+CHANGE_END_RANGE: Final = message("change_end_range", "Prescribe another motion or band, or play more of the range.")
 ITEM_SAMPLES_DAMAGED: Final = message("item_samples_damaged", "its samples are damaged")
 ITEM_OF_OTHER_PATIENT: Final = message(
     "item_of_other_patient", "Item {place:d}, {recording:name}, was taught to another patient."

@@ -149,7 +149,7 @@ class _Guarding:
         return self.strength_nm
 
 
-class _Patient(VirtualStation):
+class PatientStation(VirtualStation):
     """A station with a patient whose torque on one axis is noted in every cycle."""
 
     def __init__(self, case: EndFeelCase, config: StationConfig) -> None:
@@ -227,7 +227,7 @@ def judge(case: EndFeelCase) -> Judged:
 
 def _judged(case: EndFeelCase) -> Judged:
     motor = case.motor
-    station = _Patient(case, _config(case.plant, case.seed))
+    station = PatientStation(case, _config(case.plant, case.seed))
     grid = np.arange(STARTS_DEG[motor], ENDS_DEG[motor], 0.1)
     truth = station.elastic_nm(grid)
     felt_deg = float(grid[np.argmax(truth > _FELT_NM)]) if truth[-1] > _FELT_NM else float(grid[-1])

@@ -167,21 +167,26 @@ def compare_motions(
 ) -> tuple[MotionTracking, ...]:
     """Compare in the body's angles: one result for each basic motion that the recording moves, in the order of Table 2.
 
-    Motor 4 performs forward or horizontal flexion, depending on how far the arm is lifted. One of the two motions is chosen
-    for the whole recording.
-
-    The parameters are those of :func:`compare`, with poses (:func:`kata.motion.linkage.pose_deg`) instead of motor angles.
+    The motions are those of :func:`moved_motions`. The parameters are those of :func:`compare`, with poses (:func:`kata.motion.linkage.pose_deg`) instead of motor angles.
 
     :raises ValueError: when the playback has no samples.
     """
     aligned = _AlignedRecordings(taught_times_s, taught_pose_deg, played_path_s, played_pose_deg)
-    not_this_one = _other_of_motor_4(taught_pose_deg)
-    moved = np.ptp(taught_pose_deg, axis=0) >= MOVES_DEG
     return tuple(
         MotionTracking(motion=motion, **vars(aligned.figures(motion.axis - 1)))
-        for motion in BASIC_MOTIONS
-        if motion.number != not_this_one and moved[motion.axis - 1]
+        for motion in moved_motions(taught_pose_deg)
     )
+
+
+def moved_motions(taught_pose_deg: Floats) -> tuple[BasicMotion, ...]:
+    """Return the basic motions of a recording, in the order of Table 2, from its poses ``(n, 5)``.
+
+    Motor 4 performs forward or horizontal flexion, depending on how far the arm is lifted. One of the two motions is chosen
+    for the whole recording.
+    """
+    not_this_one = _other_of_motor_4(taught_pose_deg)
+    moved = np.ptp(taught_pose_deg, axis=0) >= MOVES_DEG
+    return tuple(motion for motion in BASIC_MOTIONS if motion.number != not_this_one and moved[motion.axis - 1])
 
 
 def angles_at(times_s: Floats, angles_deg: Floats, places_s: Floats) -> Floats:

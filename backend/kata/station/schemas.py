@@ -151,6 +151,22 @@ class PatientRef(_Schema):
     name: str = Field(examples=["Yamada Hanako"])
 
 
+class EndRangeLive(_Schema):
+    """The prescribed end-range time of the loaded run, and the part of it that this run has reached so far."""
+
+    motion: int = Field(ge=3, le=6, description="Number of the motion in Table 2.", examples=[4])
+    name: str = Field(examples=["Abduction / adduction of the shoulder"])
+    name_key: OptionalKey = None
+    counted_s: float | None = Field(
+        ge=0,
+        description="End-range time of this run so far, seconds, counted from the live state. The stored time after the run replaces it. "
+        "Null if the station's load is not identified: no time is counted.",
+    )
+    prescribed_s: float = Field(gt=0, description="Prescribed end-range time per session, seconds.")
+    band_deg: float = Field(gt=0, description="Time counts at most this far before the end, degrees.")
+    torque_nm: float = Field(gt=0, description="Time counts with at least this torque, newton metres.")
+
+
 class RunLive(_Schema):
     """The loaded recording and the arm's position in it."""
 
@@ -178,6 +194,7 @@ class RunLive(_Schema):
         examples=["Motor 3 met resistance at 12.3 s; the arm is moved back."],
     )
     resistance_key: OptionalKey = None
+    end_range: EndRangeLive | None = Field(None, description="Null: no end-range time is prescribed for this run.")
 
 
 class TeachingLive(_Schema):

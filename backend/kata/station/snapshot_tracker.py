@@ -9,6 +9,7 @@ from uuid import UUID
 import msgspec
 
 from kata.device.messages import COMMAND_NAMES, Event, Refusal, Snapshot
+from kata.station.live_end_range import LiveEndRange
 from kata.station.schemas import PatientRef, TextKey
 
 _STILL_STOPPING: Final = "still_stopping"
@@ -28,6 +29,8 @@ class Occupation:
     session_id: UUID | None = None
     changes: tuple[str, ...] = ()
     """Changes of the recording for this run."""
+    end_range: LiveEndRange | None = None
+    """None if no end-range time is prescribed for this run."""
 
 
 class SnapshotTracker:
@@ -57,6 +60,8 @@ class SnapshotTracker:
         self._note_verification(snapshot)
         self._note_torque(snapshot)
         self.snapshot = snapshot
+        if (live := self._end_range(snapshot)) is not None:
+            live.take(snapshot)
         self.has_run = True
         self._received_at_s = time.monotonic()
 
@@ -83,6 +88,8 @@ class SnapshotTracker:
             reversal = self._reversal if snapshot.run.reversals else None
             state["run"]["resistance"] = reversal and reversal.message
             state["run"]["resistance_key"] = reversal and msgspec.to_builtins(reversal.message_key)
+            end_range = self._end_range(snapshot)
+            state["run"]["end_range"] = end_range and end_range.live()
         if snapshot.stop:
             state["stop"]["arm_held"] = self._may_hold(snapshot)
         return state
@@ -105,6 +112,11 @@ class SnapshotTracker:
             "loop": None,
             "warnings": (),
         }
+
+    def _end_range(self, snapshot: Snapshot) -> LiveEndRange | None:
+        """Return the counter of the snapshot's run, or None."""
+        known = self.occupation
+        return known.end_range if known and snapshot.run and snapshot.run.run_id == known.id else None
 
     def _note_verification(self, snapshot: Snapshot) -> None:
         """Convert the device's monotonic time to the wall clock once for each change, because stored events use the wall clock."""

@@ -1,8 +1,8 @@
 """Adherence to an episode's programmes, week by week. The database counts, so that neither samples nor single runs are loaded."""
 
 from collections import defaultdict
-from collections.abc import Iterable
-from dataclasses import dataclass
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass, field
 from datetime import UTC, date, datetime, timedelta
 from typing import Final
 from uuid import UUID
@@ -15,12 +15,38 @@ from kata.clinic import texts
 from kata.clinic.episodes.tables import EpisodeRow
 from kata.clinic.programmes.schemas import Wish
 from kata.clinic.programmes.tables import ProgrammeItemRow, ProgrammeRow, ProgrammeVersionRow
-from kata.clinic.sessions.tables import RunRow, SessionRow
+from kata.clinic.sessions.schemas import EndRangePrescription
+from kata.clinic.sessions.tables import MotionTrackingRow, RunRow, SessionRow
 from kata.database.base import utc_now
 from kata.errors import not_found
-from kata.types import Schema
+from kata.motion.axes import BASIC_MOTIONS
+from kata.station.schemas import OptionalKey, TextKey
+from kata.types import Moment, Schema
 
 _WEEK: Final = timedelta(days=7)
+
+
+class EndRangeDone(Schema):
+    """The end-range time of one motion: counted in the items that prescribe it, and prescribed."""
+
+    motion: int = Field(ge=3, le=6, description="Number of the motion in Table 2.", examples=[4])
+    name: str = Field(examples=["Abduction / adduction of the shoulder"])
+    name_key: OptionalKey = None
+    counted_s: float | None = Field(
+        ge=0, description="Seconds; null if none was counted, for example because the station's load is not identified."
+    )
+    prescribed_s: float | None = Field(
+        gt=0,
+        description="Seconds; of a week: time per session times sessions per week, null if their number is not prescribed.",
+    )
+
+
+class EndRangeSession(Schema):
+    """The prescribed motions of a session's programme."""
+
+    session_id: UUID
+    started_at: Moment
+    motions: list[EndRangeDone]
 
 
 class AdherenceWeek(Schema):
@@ -39,6 +65,12 @@ class AdherenceWeek(Schema):
         description="Planned repetitions that were played. Repetitions beyond the plan do not count.",
         examples=[54],
     )
+    end_range: list[EndRangeDone] = Field(
+        [], description="The week's motions with a counted or prescribed end-range time."
+    )
+    end_range_sessions: list[EndRangeSession] = Field(
+        [], description="The week's sessions whose programme prescribes an end-range time, oldest first."
+    )
 
 
 class Adherence(Schema):
@@ -54,16 +86,21 @@ class HeldSession:
     started_at: datetime
     planned: int = 0
     done: int = 0
+    end_range: EndRangeSession | None = None
+    """None if the session's programme prescribes no end-range time."""
 
 
 @dataclass(frozen=True)
 class VersionWish:
-    """The number of sessions per week that a version of a programme prescribes from its date on. None: no number is prescribed."""
+    """The number of sessions per week and the end-range times per session that a version of a programme prescribes from its date on."""
 
     programme_id: UUID
     made_at: datetime
     sessions_per_week: int | None
+    """None: no number is prescribed."""
     archived_at: datetime | None
+    end_range_s: Mapping[int, float] = field(default_factory=dict)
+    """Seconds per session, by motion."""
 
 
 def by_week(
@@ -116,6 +153,7 @@ def _visits(session: Session, episode_id: UUID) -> list[HeldSession]:
     planned, done = ProgrammeItemRow.repetitions, of_items.c.done
     played = (
         select(
+            SessionRow.id,
             SessionRow.started_at,
             SessionRow.programme_version_id,
             func.sum(case((planned < done, planned), (planned >= done, done), else_=0)),
@@ -138,15 +176,86 @@ def _visits(session: Session, episode_id: UUID) -> list[HeldSession]:
         .group_by(ProgrammeItemRow.version_id)
     )
     plans: dict[UUID, int] = {row.version_id: row.repetitions for row in session.execute(prescribed)}
+    prescribed_s = _prescribed_s(session, episode_id)
+    counted_s = _counted_s(session, episode_id)
     return [
-        HeldSession(started_at, plans.get(version_id, 0) if version_id else 0, done)
-        for started_at, version_id, done in session.execute(played)
+        HeldSession(
+            started_at,
+            plans.get(version_id, 0) if version_id else 0,
+            done,
+            _end_range_of(session_id, started_at, prescribed_s.get(version_id, {}), counted_s),
+        )
+        for session_id, started_at, version_id, done in session.execute(played)
     ]
+
+
+def _prescribed_s(session: Session, episode_id: UUID) -> dict[UUID | None, dict[int, float]]:
+    """Return the prescribed seconds per session by version and motion."""
+    query = (
+        select(ProgrammeItemRow.version_id, ProgrammeItemRow.end_range)
+        .join(ProgrammeVersionRow, ProgrammeVersionRow.id == ProgrammeItemRow.version_id)
+        .join(ProgrammeRow, ProgrammeRow.id == ProgrammeVersionRow.programme_id)
+        .where(ProgrammeRow.episode_id == episode_id, ProgrammeItemRow.end_range.is_not(None))
+    )
+    found: dict[UUID | None, dict[int, float]] = defaultdict(lambda: defaultdict(float))
+    for version_id, stored in session.execute(query):
+        prescribed = EndRangePrescription.model_validate(stored)
+        found[version_id][prescribed.motion] += 60.0 * prescribed.minutes
+    return found
+
+
+def _counted_s(session: Session, episode_id: UUID) -> dict[tuple[UUID, int], float]:
+    """Return the counted seconds by session and motion, of the items that prescribe the motion."""
+    query = (
+        select(RunRow.session_id, MotionTrackingRow.motion, MotionTrackingRow.end_range_s, ProgrammeItemRow.end_range)
+        .join(SessionRow, SessionRow.id == RunRow.session_id)
+        .join(MotionTrackingRow, MotionTrackingRow.run_id == RunRow.id)
+        .join(
+            ProgrammeItemRow,
+            and_(
+                ProgrammeItemRow.version_id == SessionRow.programme_version_id,
+                ProgrammeItemRow.position == RunRow.programme_position,
+            ),
+        )
+        .where(
+            SessionRow.episode_id == episode_id,
+            MotionTrackingRow.end_range_s.is_not(None),
+            ProgrammeItemRow.end_range.is_not(None),
+        )
+    )
+    found: dict[tuple[UUID, int], float] = defaultdict(float)
+    for session_id, motion, seconds, prescribed in session.execute(query):
+        if prescribed["motion"] == motion:
+            found[session_id, motion] += seconds
+    return found
+
+
+def _end_range_of(
+    session_id: UUID,
+    started_at: datetime,
+    prescribed_s: Mapping[int, float],
+    counted_s: Mapping[tuple[UUID, int], float],
+) -> EndRangeSession | None:
+    if not prescribed_s:
+        return None
+    motions = [
+        _end_range_done(motion, counted_s.get((session_id, motion)), seconds)
+        for motion, seconds in sorted(prescribed_s.items())
+    ]
+    return EndRangeSession(session_id=session_id, started_at=started_at, motions=motions)
+
+
+def _end_range_done(motion: int, counted_s: float | None, prescribed_s: float | None) -> EndRangeDone:
+    name = BASIC_MOTIONS[motion - 1].name
+    return EndRangeDone(
+        motion=motion, name=name, name_key=TextKey.of(name), counted_s=counted_s, prescribed_s=prescribed_s
+    )
 
 
 def _version_wishes(session: Session, episode_id: UUID) -> list[VersionWish]:
     query = (
         select(
+            ProgrammeVersionRow.id,
             ProgrammeVersionRow.programme_id,
             ProgrammeVersionRow.made_at,
             ProgrammeVersionRow.sessions_per_week,
@@ -155,21 +264,43 @@ def _version_wishes(session: Session, episode_id: UUID) -> list[VersionWish]:
         .join(ProgrammeRow, ProgrammeRow.id == ProgrammeVersionRow.programme_id)
         .where(ProgrammeRow.episode_id == episode_id)
     )
-    return [VersionWish(*row) for row in session.execute(query)]
+    prescribed_s = _prescribed_s(session, episode_id)
+    return [
+        VersionWish(programme_id, made_at, per_week, archived_at, prescribed_s.get(version_id, {}))
+        for version_id, programme_id, made_at, per_week, archived_at in session.execute(query)
+    ]
 
 
-def _week(monday: date, held_sessions: list[HeldSession], wish: int | None) -> AdherenceWeek:
+def _week(monday: date, held_sessions: list[HeldSession], wish: VersionWish | None) -> AdherenceWeek:
+    of_sessions = [held_session.end_range for held_session in held_sessions if held_session.end_range]
+    end_range_sessions = sorted(of_sessions, key=lambda of_session: of_session.started_at)
     return AdherenceWeek(
         begins_on=monday,
         sessions=len(held_sessions),
-        sessions_wished=wish,
+        sessions_wished=wish.sessions_per_week if wish else None,
         repetitions_planned=sum(held_session.planned for held_session in held_sessions),
         repetitions_done=sum(held_session.done for held_session in held_sessions),
+        end_range=_end_range_of_week(end_range_sessions, wish),
+        end_range_sessions=end_range_sessions,
     )
 
 
-def _wish(wishes: list[VersionWish], begins: datetime) -> int | None:
-    """Return the number of sessions per week that is prescribed at the end of a week. If several programmes prescribe one, the newest
+def _end_range_of_week(of_sessions: Iterable[EndRangeSession], wish: VersionWish | None) -> list[EndRangeDone]:
+    counted_s: dict[int, float | None] = {}
+    for done in (done for of_session in of_sessions for done in of_session.motions):
+        before = counted_s.get(done.motion)
+        counted_s[done.motion] = before if done.counted_s is None else (before or 0.0) + done.counted_s
+    prescribed_s: dict[int, float] = {}
+    if wish and wish.sessions_per_week:
+        prescribed_s = {motion: seconds * wish.sessions_per_week for motion, seconds in wish.end_range_s.items()}
+    return [
+        _end_range_done(motion, counted_s.get(motion), prescribed_s.get(motion))
+        for motion in sorted({*counted_s, *prescribed_s})
+    ]
+
+
+def _wish(wishes: list[VersionWish], begins: datetime) -> VersionWish | None:
+    """Return the version whose sessions per week are prescribed at the end of a week. If several programmes prescribe a number, the newest
     counts.
     """
     newest: dict[UUID, VersionWish] = {}
@@ -177,7 +308,7 @@ def _wish(wishes: list[VersionWish], begins: datetime) -> int | None:
         if wish.made_at < begins + _WEEK and not (wish.archived_at and wish.archived_at < begins):
             newest.pop(wish.programme_id, None)
             newest[wish.programme_id] = wish
-    wished = [wish.sessions_per_week for wish in newest.values() if wish.sessions_per_week]
+    wished = [wish for wish in newest.values() if wish.sessions_per_week]
     return wished[-1] if wished else None
 
 

@@ -17,15 +17,21 @@ from kata.clinic.episodes.tables import EpisodeRow
 from kata.clinic.programmes.schemas import ProgrammeItemRequest
 from kata.clinic.recordings import service as recordings
 from kata.clinic.recordings.tables import RecordingRow
+from kata.clinic.sessions import end_range
+from kata.clinic.sessions.schemas import EndRangePrescription
 from kata.database.arrays import UnreadableError
 from kata.database.series import Series, unpack
 from kata.device.config import StationConfig
 from kata.errors import ProblemError, not_found
 from kata.messages import Text, text_of
+from kata.motion.axes import BASIC_MOTIONS, Side
 from kata.motion.edit import EditError, Motion, PlaybackSettings, with_settings
+from kata.motion.end_range import LEAST_RANGE_DEG, end_of_motion
+from kata.motion.linkage import OutOfReachError, pose_deg
 from kata.motion.method import Method, reference
 from kata.motion.repetitions import repetition_times
 from kata.motion.texts import SIDES
+from kata.motion.tracking import moved_motions
 from kata.motion.trajectory import TrajectoryError
 from kata.plotting.figures import FigureWorker
 
@@ -50,17 +56,18 @@ class ItemProblem:
 
 @dataclass(frozen=True)
 class ItemPlayback:
-    """One recording with the settings that determine its duration."""
+    """One recording with the settings that determine its duration and whether it can be played."""
 
     recording_id: UUID
     asked: PlaybackSettings
     method: Method
+    end_range: EndRangePrescription | None = None
 
 
 def playback_of(item: ProgrammeItemRequest) -> ItemPlayback:
-    """Return the settings on which an item's duration depends."""
+    """Return the settings on which an item's check depends."""
     asked = PlaybackSettings(item.speed_percent, item.repetitions, item.pause_s, item.range_percent)
-    return ItemPlayback(item.recording_id, asked, item.method)
+    return ItemPlayback(item.recording_id, asked, item.method, item.end_range)
 
 
 def item_problems(
@@ -116,6 +123,8 @@ def _duration(
         few = with_settings(motion, replace(playback.asked, repetitions=min(playback.asked.repetitions, 2)))
         config.check_reference(playback.method, reference(playback.method, few.times_s, few.angles_deg), allowed.side)
         allowed.check_path(few, playback.method)
+        if playback.end_range and (why := _end_range_problem(playback.end_range, motion, few, allowed.side)):
+            return ItemProblem(why, next_step=texts.CHANGE_END_RANGE())
     except UnreadableError:
         return ItemProblem(texts.ITEM_SAMPLES_DAMAGED())
     except (EditError, TrajectoryError) as error:
@@ -123,6 +132,24 @@ def _duration(
     except ProblemError as problem:
         return ItemProblem(problem.message, problem.code, problem.next_step)
     return found.duration_s
+
+
+def _end_range_problem(prescribed: EndRangePrescription, taught: Motion, played: Motion, side: Side) -> Text | None:
+    """Return the reason why no end-range time of the prescribed motion could be counted, or None."""
+    motion = BASIC_MOTIONS[prescribed.motion - 1]
+    try:
+        moved = moved_motions(pose_deg(taught.angles_deg, side))
+    except OutOfReachError:
+        # Only the motors of such a run are compared.
+        moved = ()
+    motor = end_range.motor_of(prescribed)
+    end = end_of_motion(taught.angles_deg, motor, end_range.threshold_of(prescribed))
+    if motion not in moved or end is None:
+        return texts.ITEM_WITHOUT_END(motion=motion.name, least_deg=LEAST_RANGE_DEG)
+    short_deg = float(min(end.outward * (end.end_deg - played.angles_deg[:, motor - 1])))
+    if short_deg > prescribed.band_deg:
+        return texts.ITEM_BEFORE_END(motion=motion.name, short_deg=short_deg, band_deg=prescribed.band_deg)
+    return None
 
 
 def _unplayable(place: int, unfit: ItemProblem) -> ProblemError:

@@ -5,7 +5,7 @@ from typing import Final, Literal
 from uuid import UUID
 
 from pydantic import Field
-from sqlalchemy import select
+from sqlalchemy import func, select
 from sqlalchemy.orm import Session, lazyload
 
 from kata.clinic import texts
@@ -13,7 +13,7 @@ from kata.clinic.programmes import service
 from kata.clinic.programmes.schemas import Duration, Number, ProgrammeItem
 from kata.clinic.programmes.tables import ProgrammeVersionRow
 from kata.clinic.sessions.schemas import Outcome, PlaybackSettings
-from kata.clinic.sessions.tables import RunRow, SessionRow
+from kata.clinic.sessions.tables import MotionTrackingRow, RunRow, SessionRow
 from kata.errors import ProblemError, not_found
 from kata.motion.method import Method
 from kata.station.schemas import ResistanceLevel
@@ -52,6 +52,11 @@ class ItemDone(ProgrammeItem):
 
     runs: list[PlannedRun] = Field(description="Runs of this item, in the order of playback.")
     repetitions_done: int = _Count
+    end_range_s: float | None = Field(
+        None,
+        ge=0,
+        description="Counted end-range time of the prescribed motion in these runs, seconds; null if none was counted or prescribed.",
+    )
     done: Share = Field(
         description="none: the item was skipped or is not due yet. some: fewer repetitions than planned."
     )
@@ -173,14 +178,32 @@ def of_session(session: Session, session_id: UUID) -> SessionPlan:
             timer = PlanTimer(
                 minutes=version.timer_minutes, played_s=played_s, left_s=left_s(version.timer_minutes, played_s)
             )
+    plan = compare(items, runs)
+    _add_end_range(session, session_id, plan.items)
     return SessionPlan(
         session_id=session_id,
         ended=clinic_session.ended_at is not None,
         programme=programme,
         played_s=played_s,
         timer=timer,
-        **dict(compare(items, runs)),
+        **dict(plan),
     )
+
+
+def _add_end_range(session: Session, session_id: UUID, items: Sequence[ItemDone]) -> None:
+    """Set the counted time of each item with a prescribed end-range time."""
+    if not any(item.end_range for item in items):
+        return
+    query = (
+        select(RunRow.programme_position, MotionTrackingRow.motion, func.sum(MotionTrackingRow.end_range_s))
+        .join(MotionTrackingRow, MotionTrackingRow.run_id == RunRow.id)
+        .where(RunRow.session_id == session_id)
+        .group_by(RunRow.programme_position, MotionTrackingRow.motion)
+    )
+    counted_s = {(position, motion): seconds for position, motion, seconds in session.execute(query)}
+    for item in items:
+        if item.end_range:
+            item.end_range_s = counted_s.get((item.position, item.end_range.motion))
 
 
 def _runs(session: Session, session_id: UUID) -> list[RunRow]:

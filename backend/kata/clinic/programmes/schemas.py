@@ -5,7 +5,7 @@ from uuid import UUID
 
 from pydantic import Field, StrictBool
 
-from kata.clinic.sessions.schemas import PlaybackSettings
+from kata.clinic.sessions.schemas import EndRangePrescription, PlaybackSettings
 from kata.motion.method import Method
 from kata.station.schemas import OptionalKey, ResistanceLevel
 from kata.types import By, Moment, Name, Note, Schema, Side
@@ -35,6 +35,7 @@ class ProgrammeItemRequest(PlaybackSettings):
     recording_id: UUID
     load_level: ResistanceLevel
     method: Method = "smooth"
+    end_range: EndRangePrescription | None = Field(None, description="Null: no end-range time is prescribed.")
 
 
 class ProgrammeItemsRequest(Schema):

@@ -197,6 +197,7 @@ def as_item(row: ProgrammeItemRow) -> ProgrammeItem:
         range_percent=row.range_percent,
         load_level=row.load_level,
         method=row.method,
+        end_range=row.end_range,
     )
 
 

@@ -1,9 +1,10 @@
 """Tables of programmes."""
 
 from datetime import datetime
+from typing import Any
 from uuid import UUID
 
-from sqlalchemy import ForeignKey, String, Text, UniqueConstraint
+from sqlalchemy import JSON, ForeignKey, String, Text, UniqueConstraint
 from sqlalchemy.orm import Mapped, mapped_column, relationship
 
 from kata.clinic.episodes.tables import EpisodeRow
@@ -69,5 +70,8 @@ class ProgrammeItemRow(Base):
     method: Mapped[str] = mapped_column(String(16))
     duration_s: Mapped[float] = mapped_column(default=0.0)
     """Duration of all repetitions with pauses. It is computed when the version is made, because neither recording nor version changes."""
+
+    end_range: Mapped[dict[str, Any] | None] = mapped_column(JSON(none_as_null=True))
+    """Prescribed end-range time (:class:`kata.clinic.sessions.schemas.EndRangePrescription`); None if none is prescribed."""
 
     recording: Mapped[RecordingRow] = relationship(lazy="joined", innerjoin=True)

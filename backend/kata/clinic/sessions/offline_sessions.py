@@ -22,6 +22,7 @@ from kata.clinic.sessions.replay import CheckAnswered, PainRecorded, RunStarted,
 from kata.clinic.sessions.schemas import (
     CheckAnswer,
     CheckConfirmation,
+    EndRangePrescription,
     EndReason,
     Outcome,
     PainWhen,
@@ -51,6 +52,7 @@ class CheckedRun:
     learned: Correction | None
     limits: MotorLimits
     patient: SessionPatient
+    end_range: EndRangePrescription | None
 
 
 class OfflineSessions:
@@ -184,8 +186,8 @@ class OfflineSessions:
             return None
         known, clinic_session, recording = found
         ending.check_goes_on(clinic_session.ended_at)
+        items = clinic_session.programme.items if clinic_session.programme else []
         if request.programme_position is not None:
-            items = clinic_session.programme.items if clinic_session.programme else ()
             places = [(item.position, item.recording_id) for item in items]
             plans.check_place(places, request.programme_position, request.recording_id)
             # The time played since the refresh is unknown. It cannot be longer than the time that has passed.
@@ -224,7 +226,8 @@ class OfflineSessions:
                     update={"runs": [*clinic_session.runs, run]}
                 )
                 self.cache.store(replace(now, clinic_session=clinic_session))
-        return CheckedRun(begun, new_answers, run, recording, motion, learned, limits, known.patient)
+        prescribed = next((item.end_range for item in items if item.position == request.programme_position), None)
+        return CheckedRun(begun, new_answers, run, recording, motion, learned, limits, known.patient, prescribed)
 
     def finish_run(self, run_id: UUID, outcome: Outcome | None, ended_at: datetime | None = None) -> None:
         """Store a run's outcome. If it is None, the device has refused the run, which is then removed."""

@@ -6,9 +6,9 @@ from uuid import UUID
 from sqlalchemy.orm import Session as DatabaseSession
 
 from kata.clinic import texts
-from kata.clinic.programmes.tables import ProgrammeVersionRow
-from kata.clinic.sessions.schemas import SessionItem, SessionProgramme
-from kata.clinic.sessions.tables import SessionRow
+from kata.clinic.programmes.tables import ProgrammeItemRow, ProgrammeVersionRow
+from kata.clinic.sessions.schemas import EndRangePrescription, SessionItem, SessionProgramme
+from kata.clinic.sessions.tables import RunRow, SessionRow
 from kata.errors import ProblemError, not_found
 
 
@@ -71,9 +71,21 @@ def of_version(version: ProgrammeVersionRow) -> list[SessionItem]:
             range_percent=item.range_percent,
             load_level=item.load_level,
             method=item.method,
+            end_range=item.end_range,
         )
         for item in version.items
     ]
+
+
+def end_range_of(session: DatabaseSession, run: RunRow) -> EndRangePrescription | None:
+    """Return the end-range time that the session's programme prescribes for a run, or None."""
+    version_id = session.get_one(SessionRow, run.session_id).programme_version_id
+    if version_id is None or run.programme_position is None:
+        return None
+    item = session.get(ProgrammeItemRow, (version_id, run.programme_position))
+    if item is None or item.recording_id != run.recording_id or item.end_range is None:
+        return None
+    return EndRangePrescription.model_validate(item.end_range)
 
 
 def as_programme(row: SessionRow) -> SessionProgramme | None:

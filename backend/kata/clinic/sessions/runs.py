@@ -246,7 +246,7 @@ def _complete_playback(session: DatabaseSession, row: RunRow, journal: Journal, 
     result = compared.compare_run(row, journal, motion, whole)
     if result is None:
         return None
-    end_range.count(row, journal, made.taught, config)
+    end_range.count(row, journal, made.taught, config, plans.end_range_of(session, row))
     learning.learn_from_run(session, row, journal, motion, config)
     return downsampling.of_run(motion, result)
 

@@ -1,14 +1,14 @@
 """Request and response models of sessions and runs."""
 
-from typing import Literal
+from typing import Final, Literal
 from uuid import UUID
 
-from pydantic import Field
+from pydantic import ConfigDict, Field
 
 from kata.clinic.recordings.schemas import Figure
 from kata.clinic.sessions.checklist import CheckName
 from kata.clinic.sessions.identity import Identifiers, PatientIdentity
-from kata.motion import edit
+from kata.motion import edit, end_range
 from kata.motion.method import Method
 from kata.station.schemas import OptionalKey, ResistanceLevel
 from kata.types import By, Moment, Motor, Name, Note, Pain, Schema, Side
@@ -18,6 +18,12 @@ EndReason = Literal["completed", "shortened", "stopped", "patient_request", "oth
 PainWhen = Literal["pain_before", "pain_during", "pain_after"]
 EndFeelKind = Literal["baseline", "test"]
 Outcome = Literal["loaded", "completed", "returned", "stopped", "unloaded", "interrupted"]
+
+
+MINUTES_PER_SESSION: Final = (0.5, 60.0)
+"""End-range times that can be prescribed for a session. Half a minute is a few short holds. The longest time is our choice: it is beyond
+what a session on the apparatus lasts.
+"""
 
 
 class PlaybackSettings(Schema):
@@ -41,6 +47,34 @@ class PlaybackSettings(Schema):
         description="Range of motion, percent of the taught range. The end farther from rest moves towards rest; the end nearer to rest "
         "does not move.",
         examples=[80.0],
+    )
+
+
+class EndRangePrescription(Schema):
+    """A prescribed end-range time of one motion, with the band and the torque that count."""
+
+    model_config = ConfigDict(frozen=True)
+
+    motion: int = Field(ge=3, le=6, description="Number of the motion of the shoulder joint in Table 2.", examples=[4])
+    minutes: float = Field(
+        ge=MINUTES_PER_SESSION[0],
+        le=MINUTES_PER_SESSION[1],
+        description="End-range time per session, minutes.",
+        examples=[5.0],
+    )
+    band_deg: float = Field(
+        end_range.BAND_DEG,
+        ge=end_range.BAND_BOUNDS_DEG[0],
+        le=end_range.BAND_BOUNDS_DEG[1],
+        description="Time counts at most this far before the end of the recorded motion, degrees.",
+        examples=[10.0],
+    )
+    torque_nm: float = Field(
+        end_range.TORQUE_NM,
+        ge=end_range.TORQUE_BOUNDS_NM[0],
+        le=end_range.TORQUE_BOUNDS_NM[1],
+        description="Time counts with at least this torque between apparatus and shoulder, newton metres.",
+        examples=[0.5],
     )
 
 
@@ -409,6 +443,7 @@ class SessionItem(PlaybackSettings):
     recording_name: str
     load_level: ResistanceLevel
     method: Method
+    end_range: EndRangePrescription | None = None
 
 
 class SessionProgramme(Schema):

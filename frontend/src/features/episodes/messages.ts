@@ -4,6 +4,12 @@ import { t } from "../../lib/i18n";
 export type Side = Episode["side"];
 const MOTION_NAMES = t("episodes:motionNames", { returnObjects: true });
 
+/** Numbers of the motions of the shoulder joint in Table 2. */
+export const SHOULDER_MOTIONS = [3, 4, 5, 6];
+
+/** Return the name of a motion by its number in Table 2. */
+export const shoulderMotionName = (motion: number): string => MOTION_NAMES[motion - 1] ?? String(motion);
+
 /** The six basic motions (table 2) and the apparatus's range of each. */
 export const MOTIONS = [
   { motion: 1, name: MOTION_NAMES[0], from: -20, to: 20 },

@@ -5,7 +5,8 @@ import { formatSpan } from "../../lib/format";
 import { t } from "../../lib/i18n";
 import { PageLink } from "../../ui/links";
 import { ProblemNote } from "../../ui/ProblemNote";
-import { differences, itemWords, lower } from "./describeProgramme";
+import { differences, itemWords, lower, prescriptionWords } from "./describeProgramme";
+import { doneWords } from "./EndRangeAdherence";
 
 /** Compares a session's programme with its runs. Renders nothing without a programme. */
 export function PlannedAndDone({ sessionId }: { sessionId: string }) {
@@ -62,9 +63,16 @@ function PlanTable({ items, ended }: { items: Schemas["ItemDone"][]; ended: bool
           <Table.Tr key={item.position}>
             <Table.Td>{item.position}</Table.Td>
             <Table.Td>{item.recording_name}</Table.Td>
-            <Table.Td>{itemWords(item)}</Table.Td>
+            <Table.Td>{prescriptionWords(item)}</Table.Td>
             <Table.Td ta="right">
               {t("programmes:plan.repeated", { done: item.repetitions_done, planned: item.repetitions })}
+              {item.end_range && (
+                <Text>
+                  {t("programmes:plan.endRange", {
+                    time: doneWords(item.end_range_s ?? null, 60 * item.end_range.minutes),
+                  })}
+                </Text>
+              )}
             </Table.Td>
             <Table.Td>{differencesWords(item, ended)}</Table.Td>
           </Table.Tr>

@@ -7,6 +7,7 @@ import { forgetDrafts, useDraft } from "../../lib/draft";
 import { formatSpan } from "../../lib/format";
 import { t } from "../../lib/i18n";
 import { useMaxResistanceLevel, useRecordings } from "../../lib/patientQueries";
+import { translateServerText } from "../../lib/serverText";
 import { ProblemNote } from "../../ui/ProblemNote";
 import { isWithin, Stepper, type Steps } from "../../ui/Stepper";
 import { useUserName } from "../auth/hooks";
@@ -16,6 +17,7 @@ import { ResistanceLevel } from "../station/ResistanceLevel";
 import { timerWords } from "./describeProgramme";
 import { added, type Draft, type DraftItem, itemsOf, type Wanted } from "./draft";
 import { EditableItems } from "./EditableItems";
+import { EndRangeFields, isEndRangeValid } from "./EndRangeFields";
 
 type Treated = { id: string; side: "left" | "right" };
 type Field = Steps & { label: string; none: string; enable: string; unit: string };
@@ -138,6 +140,10 @@ function RecordingsEditor(props: {
             resistanceLevel={item.load_level}
           />
         )}
+        problem={(item) => {
+          const found = checked[draft.items.indexOf(item)];
+          return found?.problem ? translateServerText(found.problem, found.problem_key) : null;
+        }}
         onChange={change}
         onClose={() => setEditedKey(null)}
       />
@@ -145,10 +151,13 @@ function RecordingsEditor(props: {
   );
 }
 
+const isItemComplete = (item: DraftItem) =>
+  arePlayable(item) && item.load_level !== null && isEndRangeValid(item.end_range);
+
 /** Return true if every item and number can be saved. */
 const isComplete = (draft: Draft) =>
   draft.items.length > 0 &&
-  draft.items.every((item) => arePlayable(item) && item.load_level !== null) &&
+  draft.items.every(isItemComplete) &&
   isGiven(TIMER, draft.timer_minutes) &&
   isGiven(WEEKLY_GOAL, draft.sessions_per_week);
 
@@ -221,10 +230,12 @@ function ItemDialog(props: {
   item: DraftItem | undefined;
   highest: number | null;
   warning: (item: DraftItem) => ReactNode;
+  /** The reason why an item cannot be played, or null. */
+  problem: (item: DraftItem) => string | null;
   onChange: (key: string, given: Partial<DraftItem>) => void;
   onClose: () => void;
 }) {
-  const { item, highest, warning, onChange, onClose } = props;
+  const { item, highest, warning, problem, onChange, onClose } = props;
   return (
     <Modal opened={item !== undefined} onClose={onClose} title={item?.recording_name} size="xl">
       {item && (
@@ -235,6 +246,11 @@ function ItemDialog(props: {
             last={null}
             highest={highest}
             onChange={(load_level) => onChange(item.key, { load_level })}
+          />
+          <EndRangeFields
+            value={item.end_range}
+            problem={item.end_range && problem(item)}
+            onChange={(end_range) => onChange(item.key, { end_range })}
           />
           {warning(item)}
           <Button size="lg" onClick={onClose}>
@@ -253,7 +269,7 @@ function usePreview(patientId: string, episodeId: string, draft: Draft) {
   const preview = useQuery({
     queryKey: ["programme-preview", patientId, episodeId, items],
     queryFn: () => api.previewProgramme(patientId, { items, episode_id: episodeId }),
-    enabled: items.length > 0 && settled.every((item) => arePlayable(item) && item.load_level !== null),
+    enabled: items.length > 0 && settled.every(isItemComplete),
     staleTime: 60_000,
   });
   // An answer for other items or another order must not be used.

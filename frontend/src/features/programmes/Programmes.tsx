@@ -8,7 +8,8 @@ import { t } from "../../lib/i18n";
 import { ButtonLink, PageLink } from "../../ui/links";
 import { ProblemNote } from "../../ui/ProblemNote";
 import { RequirePermission } from "../auth/RequirePermission";
-import { itemWords, versionWords } from "./describeProgramme";
+import { prescriptionWords, versionWords } from "./describeProgramme";
+import { EndRangeAdherence } from "./EndRangeAdherence";
 
 /** A patient's programmes with their current versions. */
 export function Programmes({ patientId }: { patientId: string }) {
@@ -77,7 +78,7 @@ function Row({ programme }: { programme: Schemas["Programme"] }) {
           <Text key={item.position}>
             {t(item.recording_archived ? "programmes:programme.itemArchived" : "programmes:programme.item", {
               recording: item.recording_name,
-              played: itemWords(item),
+              played: prescriptionWords(item),
             })}
           </Text>
         ))}
@@ -103,20 +104,25 @@ export function useAdherence(episodeId: string) {
   });
 }
 
-/** Compares the sessions of this and last week with the prescribed number. */
+/** Compares the sessions of this and last week with the prescribed number, and the end-range time. */
 export function Regularity({ episodeId }: { episodeId: string }) {
   const adherence = useAdherence(episodeId);
-  const [now, before] = [...(adherence.data?.weeks ?? [])].reverse();
-  if (!now || now.sessions_wished === null) return null;
+  const weeks = adherence.data?.weeks ?? [];
+  const [now, before] = [...weeks].reverse();
   return (
-    <Text data-testid="regularity">
-      {before
-        ? t("programmes:regularity.nowAndBefore", {
-            week: weekWords(weekOf(now)),
-            before: weekWords(weekOf(before)),
-          })
-        : t("programmes:regularity.now", { week: weekWords(weekOf(now)) })}
-    </Text>
+    <>
+      {now && now.sessions_wished !== null && (
+        <Text data-testid="regularity">
+          {before
+            ? t("programmes:regularity.nowAndBefore", {
+                week: weekWords(weekOf(now)),
+                before: weekWords(weekOf(before)),
+              })
+            : t("programmes:regularity.now", { week: weekWords(weekOf(now)) })}
+        </Text>
+      )}
+      <EndRangeAdherence weeks={weeks} />
+    </>
   );
 }
 

@@ -1,6 +1,7 @@
 import type { ProgrammeItem, ProgrammeVersion, Schemas } from "../../lib/api/client";
 import { formatSpan } from "../../lib/format";
 import { t } from "../../lib/i18n";
+import { shoulderMotionName } from "../episodes/messages";
 import { settingsWords } from "../station/playSettingsModel";
 import { RESISTANCE_LEVELS } from "../station/resistanceLevels";
 
@@ -16,6 +17,9 @@ export type ItemSettings = Pick<ProgrammeItem, Setting>;
 type PlayedSettings = Omit<ItemSettings, "load_level" | "method"> &
   Pick<Schemas["PlannedRun"], "load_level" | "method">;
 
+/** A prescribed end-range time of one motion. */
+export type EndRangePrescription = Required<Schemas["EndRangePrescription"]>;
+
 const NAMES: Setting[] = ["range_percent", "speed_percent", "repetitions", "pause_s", "load_level", "method"];
 
 /** Describe an item's settings. */
@@ -25,6 +29,21 @@ export function itemWords(item: PlayedSettings): string {
     ? settings
     : t("programmes:played.atLevel", { settings, level: item.load_level, levels: RESISTANCE_LEVELS });
 }
+
+/** Describe a prescribed end-range time. */
+export const endRangeWords = (prescribed: Schemas["EndRangePrescription"]): string =>
+  t("programmes:endRange.words", {
+    motion: shoulderMotionName(prescribed.motion),
+    minutes: prescribed.minutes,
+    band: prescribed.band_deg,
+    torque: prescribed.torque_nm,
+  });
+
+/** Describe an item's settings and its prescribed end-range time. */
+export const prescriptionWords = (item: PlayedSettings & Pick<ProgrammeItem, "end_range">): string =>
+  item.end_range
+    ? t("programmes:endRange.added", { settings: itemWords(item), endRange: endRangeWords(item.end_range) })
+    : itemWords(item);
 
 /** Describe a version's settings. */
 export function versionWords(version: ProgrammeVersion): string {
@@ -74,14 +93,18 @@ export function changes(before: ProgrammeVersion, after: ProgrammeVersion): stri
     if (!now.has(key)) words.push(t("programmes:changed.removed", { recording: label }));
   for (const [key, { label, item }] of now) {
     const was = old.get(key);
-    if (!was) words.push(t("programmes:changed.added", { recording: label, played: lower(itemWords(item)) }));
-    else if (differences(was.item, item).length > 0)
-      words.push(
-        t("programmes:changed.settings", {
-          recording: label,
-          differences: t("programmes:played.list", { words: differences(was.item, item) }),
-        }),
-      );
+    if (!was)
+      words.push(t("programmes:changed.added", { recording: label, played: lower(prescriptionWords(item)) }));
+    else {
+      const differing = [...differences(was.item, item), ...endRangeChange(was.item, item)];
+      if (differing.length > 0)
+        words.push(
+          t("programmes:changed.settings", {
+            recording: label,
+            differences: t("programmes:played.list", { words: differing }),
+          }),
+        );
+    }
   }
   const [orderBefore, orderAfter] = [
     [...old.keys()].filter((key) => now.has(key)),
@@ -91,6 +114,14 @@ export function changes(before: ProgrammeVersion, after: ProgrammeVersion): stri
   words.push(...optional("timer", before.timer_minutes, after.timer_minutes));
   words.push(...optional("weeklyGoal", before.sessions_per_week, after.sessions_per_week));
   return words.length > 0 ? words : [t("programmes:changed.nothing")];
+}
+
+/** Describe the change of an item's prescribed end-range time; empty without a change. */
+function endRangeChange(before: ProgrammeItem, after: ProgrammeItem): string[] {
+  const [old, now] = [before, after].map(({ end_range }) => (end_range ? endRangeWords(end_range) : null));
+  if (old === now) return [];
+  if (!now) return [t("programmes:endRange.removed")];
+  return [old ? t("programmes:endRange.changed", { after: now, before: old }) : now];
 }
 
 function named(items: ProgrammeItem[]): Map<string, { label: string; item: ProgrammeItem }> {

@@ -1,7 +1,7 @@
 import type { ProgrammeVersion, Recording, Schemas } from "../../lib/api/client";
 import { AS_TAUGHT } from "../station/playSettingsModel";
 import { firstResistanceLevel } from "../station/resistanceLevels";
-import type { ItemSettings } from "./describeProgramme";
+import type { EndRangePrescription, ItemSettings } from "./describeProgramme";
 
 /** An item during editing. Its key does not change when it moves. */
 export type DraftItem = Omit<ItemSettings, "load_level"> & {
@@ -10,6 +10,7 @@ export type DraftItem = Omit<ItemSettings, "load_level"> & {
   recording_name: string;
   /** Null until the user chooses a level, which is required for saving. */
   load_level: number | null;
+  end_range: EndRangePrescription | null;
 };
 /** A programme during editing. */
 export type Draft = { items: DraftItem[]; timer_minutes: number | null; sessions_per_week: number | null };
@@ -22,7 +23,11 @@ export const EMPTY: Draft = { items: [], timer_minutes: null, sessions_per_week:
 /** Return a draft of an existing version. */
 export function draftOf(version: ProgrammeVersion): Draft {
   return {
-    items: version.items.map((item) => ({ ...item, key: `version ${item.position}` })),
+    items: version.items.map((item) => ({
+      ...item,
+      key: `version ${item.position}`,
+      end_range: item.end_range ?? null,
+    })),
     timer_minutes: version.timer_minutes,
     sessions_per_week: version.sessions_per_week,
   };
@@ -30,7 +35,7 @@ export function draftOf(version: ProgrammeVersion): Draft {
 
 /**
  * Append a recording with the settings of the previous item, which fit the patient better than those of the
- * teaching. For the first item the user must choose the level.
+ * teaching. For the first item the user must choose the level. An end-range time belongs to one recording.
  */
 export function added(draft: Draft, recording: Recording, key: string, highest: number | null): Draft {
   const { speed_percent, repetitions, pause_s, range_percent, method, load_level } = draft.items.at(-1) ?? {
@@ -38,7 +43,13 @@ export function added(draft: Draft, recording: Recording, key: string, highest: 
     load_level: firstResistanceLevel(null, highest),
   };
   const settings = { speed_percent, repetitions, pause_s, range_percent, method, load_level };
-  const item = { ...settings, key, recording_id: recording.id, recording_name: recording.name };
+  const item = {
+    ...settings,
+    key,
+    recording_id: recording.id,
+    recording_name: recording.name,
+    end_range: null,
+  };
   return { ...draft, items: [...draft.items, item] };
 }
 
@@ -53,9 +64,20 @@ export function moved(draft: Draft, place: number, by: 1 | -1): Draft {
 /** Return the items of the request. */
 export function itemsOf(items: DraftItem[]): Wanted["items"] {
   return items.flatMap(
-    ({ recording_id, speed_percent, repetitions, pause_s, range_percent, method, load_level }) =>
+    ({ recording_id, speed_percent, repetitions, pause_s, range_percent, method, load_level, end_range }) =>
       load_level === null
         ? []
-        : [{ recording_id, speed_percent, repetitions, pause_s, range_percent, method, load_level }],
+        : [
+            {
+              recording_id,
+              speed_percent,
+              repetitions,
+              pause_s,
+              range_percent,
+              method,
+              load_level,
+              end_range,
+            },
+          ],
   );
 }

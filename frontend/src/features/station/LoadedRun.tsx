@@ -13,6 +13,7 @@ import { useAlive, useLive } from "../../lib/live/hooks";
 import { store } from "../../lib/live/store";
 import { translateServerText } from "../../lib/serverText";
 import { CommandButton } from "./CommandButton";
+import { EndRangeCounter } from "./EndRangeCounter";
 import { pathWords, ReversalNotice } from "./ReversalNotice";
 import { RESISTANCE_LEVELS } from "./resistanceLevels";
 
@@ -96,6 +97,7 @@ function RunningPlayback({ mode, run }: RunState) {
           {t("station:play.reducedRange", { percent: Math.round(run.range_percent) })}
         </Text>
       )}
+      <EndRangeCounter run={run} />
       <ReversalNotice mode={mode} run={run} />
       <PlaybackControls mode={mode} run={run} />
     </>

@@ -3680,6 +3680,18 @@ export interface components {
              * @example 54
              */
             repetitions_done: number;
+            /**
+             * End Range
+             * @description The week's motions with a counted or prescribed end-range time.
+             * @default []
+             */
+            end_range: components["schemas"]["EndRangeDone"][];
+            /**
+             * End Range Sessions
+             * @description The week's sessions whose programme prescribes an end-range time, oldest first.
+             * @default []
+             */
+            end_range_sessions: components["schemas"]["EndRangeSession"][];
         };
         /**
          * AnswerOption
@@ -5418,6 +5430,126 @@ export interface components {
             disagreement_nm: number | null;
         };
         /**
+         * EndRangeDone
+         * @description The end-range time of one motion: counted in the items that prescribe it, and prescribed.
+         */
+        EndRangeDone: {
+            /**
+             * Motion
+             * @description Number of the motion in Table 2.
+             * @example 4
+             */
+            motion: number;
+            /**
+             * Name
+             * @example Abduction / adduction of the shoulder
+             */
+            name: string;
+            /** @description Code and parameters of the English text; null: it has none. */
+            name_key?: components["schemas"]["TextKey"] | null;
+            /**
+             * Counted S
+             * @description Seconds; null if none was counted, for example because the station's load is not identified.
+             */
+            counted_s: number | null;
+            /**
+             * Prescribed S
+             * @description Seconds; of a week: time per session times sessions per week, null if their number is not prescribed.
+             */
+            prescribed_s: number | null;
+        };
+        /**
+         * EndRangeLive
+         * @description The prescribed end-range time of the loaded run, and the part of it that this run has reached so far.
+         */
+        EndRangeLive: {
+            /**
+             * Motion
+             * @description Number of the motion in Table 2.
+             * @example 4
+             */
+            motion: number;
+            /**
+             * Name
+             * @example Abduction / adduction of the shoulder
+             */
+            name: string;
+            /** @description Code and parameters of the English text; null: it has none. */
+            name_key?: components["schemas"]["TextKey"] | null;
+            /**
+             * Counted S
+             * @description End-range time of this run so far, seconds, counted from the live state. The stored time after the run replaces it. Null if the station's load is not identified: no time is counted.
+             */
+            counted_s: number | null;
+            /**
+             * Prescribed S
+             * @description Prescribed end-range time per session, seconds.
+             */
+            prescribed_s: number;
+            /**
+             * Band Deg
+             * @description Time counts at most this far before the end, degrees.
+             */
+            band_deg: number;
+            /**
+             * Torque Nm
+             * @description Time counts with at least this torque, newton metres.
+             */
+            torque_nm: number;
+        };
+        /**
+         * EndRangePrescription
+         * @description A prescribed end-range time of one motion, with the band and the torque that count.
+         */
+        EndRangePrescription: {
+            /**
+             * Motion
+             * @description Number of the motion of the shoulder joint in Table 2.
+             * @example 4
+             */
+            motion: number;
+            /**
+             * Minutes
+             * @description End-range time per session, minutes.
+             * @example 5
+             */
+            minutes: number;
+            /**
+             * Band Deg
+             * @description Time counts at most this far before the end of the recorded motion, degrees.
+             * @default 10
+             * @example 10
+             */
+            band_deg: number;
+            /**
+             * Torque Nm
+             * @description Time counts with at least this torque between apparatus and shoulder, newton metres.
+             * @default 0.5
+             * @example 0.5
+             */
+            torque_nm: number;
+        };
+        /**
+         * EndRangeSession
+         * @description The prescribed motions of a session's programme.
+         */
+        EndRangeSession: {
+            /**
+             * Session Id
+             * Format: uuid
+             */
+            session_id: string;
+            /**
+             * Started At
+             * Format: date-time
+             * @description UTC.
+             * @example 2026-11-21T09:30:00Z
+             */
+            started_at: string;
+            /** Motions */
+            motions: components["schemas"]["EndRangeDone"][];
+        };
+        /**
          * Episode
          * @description The care of one shoulder, from referral to discharge.
          */
@@ -6144,6 +6276,8 @@ export interface components {
              * @enum {string}
              */
             method: "paper" | "smooth" | "learned";
+            /** @description Null: no end-range time is prescribed. */
+            end_range?: components["schemas"]["EndRangePrescription"] | null;
             /**
              * Position
              * @description Position in the programme, from 1.
@@ -6177,6 +6311,11 @@ export interface components {
              * @example 10
              */
             repetitions_done: number;
+            /**
+             * End Range S
+             * @description Counted end-range time of the prescribed motion in these runs, seconds; null if none was counted or prescribed.
+             */
+            end_range_s?: number | null;
             /**
              * Done
              * @description none: the item was skipped or is not due yet. some: fewer repetitions than planned.
@@ -8343,6 +8482,8 @@ export interface components {
              * @enum {string}
              */
             method: "paper" | "smooth" | "learned";
+            /** @description Null: no end-range time is prescribed. */
+            end_range?: components["schemas"]["EndRangePrescription"] | null;
             /**
              * Position
              * @description Position in the programme, from 1.
@@ -8416,6 +8557,8 @@ export interface components {
              * @enum {string}
              */
             method: "paper" | "smooth" | "learned";
+            /** @description Null: no end-range time is prescribed. */
+            end_range?: components["schemas"]["EndRangePrescription"] | null;
         };
         /**
          * ProgrammePatient
@@ -9717,6 +9860,8 @@ export interface components {
             resistance: string | null;
             /** @description Code and parameters of the English text; null: it has none. */
             resistance_key?: components["schemas"]["TextKey"] | null;
+            /** @description Null: no end-range time is prescribed for this run. */
+            end_range?: components["schemas"]["EndRangeLive"] | null;
         };
         /**
          * RunStart
@@ -10147,6 +10292,7 @@ export interface components {
              * @enum {string}
              */
             method: "paper" | "smooth" | "learned";
+            end_range?: components["schemas"]["EndRangePrescription"] | null;
         };
         /**
          * SessionPatient
