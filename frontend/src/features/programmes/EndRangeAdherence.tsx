@@ -13,7 +13,7 @@ type Done = Schemas["EndRangeDone"];
 /** Compares the counted end-range time of this week with the prescribed one. A table has all weeks and sessions. */
 export function EndRangeAdherence({ weeks }: { weeks: Week[] }) {
   const [shown, table] = useDisclosure(false);
-  const counted = weeks.filter((week) => (week.end_range ?? []).length > 0).reverse();
+  const counted = weeks.filter((week) => week.end_range.length > 0).reverse();
   const [newest] = counted;
   if (!newest) return null;
   const present = newest === weeks.at(-1);
@@ -23,7 +23,7 @@ export function EndRangeAdherence({ weeks }: { weeks: Week[] }) {
         <Text data-testid="end-range">
           {t(present ? "programmes:endRange.thisWeek" : "programmes:endRange.inWeek", {
             day: formatDay(newest.begins_on),
-            motions: (newest.end_range ?? []).map(motionWords),
+            motions: newest.end_range.map(motionWords),
           })}
         </Text>
         <Button
@@ -57,12 +57,12 @@ function WeeksTable({ weeks }: { weeks: Week[] }) {
       </Table.Thead>
       <Table.Tbody>
         {weeks.flatMap((week) => [
-          ...(week.end_range ?? []).map((done) => (
+          ...week.end_range.map((done) => (
             <DoneRow key={`${week.begins_on} ${done.motion}`} done={done} bold>
               {t("programmes:endRange.week", { day: formatDay(week.begins_on) })}
             </DoneRow>
           )),
-          ...(week.end_range_sessions ?? []).toReversed().flatMap((session) =>
+          ...week.end_range_sessions.toReversed().flatMap((session) =>
             session.motions.map((done) => (
               <DoneRow key={`${session.session_id} ${done.motion}`} done={done}>
                 <PageLink to="/sessions/$sessionId" params={{ sessionId: session.session_id }}>

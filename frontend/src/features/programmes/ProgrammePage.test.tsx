@@ -111,7 +111,7 @@ describe("a programme", { timeout: 30_000 }, () => {
     expect((await screen.findByTestId("whole")).textContent).toBeTruthy();
     press("Save as version 2");
     await waitFor(() => expect(saved).toHaveBeenCalled());
-    const asked = { ...AS_TAUGHT, load_level: 8 };
+    const asked = { ...AS_TAUGHT, load_level: 8, end_range: null };
     expect(saved.mock.calls).toEqual([
       [
         "p",

@@ -60,6 +60,19 @@ describe("the changes between two versions", () => {
     ]);
   });
 
+  it("include the prescribed end-range time", () => {
+    const end_range = { motion: 4, minutes: 5, band_deg: 10, torque_nm: 0.5 };
+    const [without, five, two] = [null, end_range, { ...end_range, minutes: 2 }].map((prescribed) =>
+      version([item("Lift", { end_range: prescribed })]),
+    ) as [ProgrammeVersion, ProgrammeVersion, ProgrammeVersion];
+    const words = (minutes: number) =>
+      `end-range time of Abduction / adduction of the shoulder ${minutes} min per session (last 10°, at least 0.5 Nm)`;
+    expect(changes(without, five)).toEqual([`Lift: ${words(5)}`]);
+    expect(changes(five, two)).toEqual([`Lift: ${words(2)} instead of ${words(5)}`]);
+    expect(changes(two, without)).toEqual(["Lift: end-range time removed"]);
+    expect(changes(five, five)).toEqual(["Playback unchanged"]);
+  });
+
   it("include order, timer and frequency", () => {
     const before = version([item("Lift"), item("Turn")], { timer_minutes: 20 });
     const after = version([item("Turn", { method: "learned" }), item("Lift")], { sessions_per_week: 1 });

@@ -1,0 +1,58 @@
+import { MantineProvider } from "@mantine/core";
+import { cleanup, fireEvent, render, screen } from "@testing-library/react";
+import { afterEach, expect, it, vi } from "vitest";
+import type { Schemas } from "../../lib/api/client";
+import { EndRangeAdherence } from "./EndRangeAdherence";
+
+vi.mock("../../ui/links", () => ({
+  PageLink: ({ children }: { children: React.ReactNode }) => <span>{children}</span>,
+}));
+afterEach(cleanup);
+
+const done = (counted_s: number | null, prescribed_s: number | null) => ({
+  motion: 4,
+  name: "Abduction / adduction of the shoulder",
+  name_key: { code: "motion_4", params: {} },
+  counted_s,
+  prescribed_s,
+});
+const week = (begins_on: string, given: Partial<Schemas["AdherenceWeek"]>): Schemas["AdherenceWeek"] => ({
+  begins_on,
+  sessions: 1,
+  sessions_wished: 3,
+  repetitions_planned: 0,
+  repetitions_done: 0,
+  end_range: [],
+  end_range_sessions: [],
+  ...given,
+});
+
+it("compares this week's time with the prescription and lists sessions", () => {
+  const session = { session_id: "s", started_at: "2026-11-17T09:30:00Z", motions: [done(null, 300)] };
+  render(
+    <MantineProvider>
+      <EndRangeAdherence
+        weeks={[
+          week("2026-11-09", { end_range: [done(60, null)] }),
+          week("2026-11-16", { end_range: [done(125, 900)], end_range_sessions: [session] }),
+        ]}
+      />
+    </MantineProvider>,
+  );
+  expect(screen.getByTestId("end-range").textContent).toContain("2:05 of 15:00 min");
+  fireEvent.click(screen.getByRole("button", { expanded: false }));
+  const rows = screen.getAllByRole("row").map((row) => row.textContent);
+  expect(rows).toHaveLength(4);
+  expect(rows[1]).toContain("2:0515:00");
+  expect(rows[2]).toContain("–5:00");
+  expect(rows[3]).toContain("1:00–");
+});
+
+it("is not shown where no end-range time is prescribed or counted", () => {
+  const { container } = render(
+    <MantineProvider>
+      <EndRangeAdherence weeks={[week("2026-11-16", {})]} />
+    </MantineProvider>,
+  );
+  expect(container.querySelector("[data-testid]")).toBeNull();
+});
