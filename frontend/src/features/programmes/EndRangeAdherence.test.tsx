@@ -34,7 +34,7 @@ it("compares this week's time with the prescription and lists sessions", () => {
       <EndRangeAdherence
         weeks={[
           week("2026-11-09", { end_range: [done(60, null)] }),
-          week("2026-11-16", { end_range: [done(125, 900)], end_range_sessions: [session] }),
+          week("2026-11-16", { end_range: [done(125.9, 900)], end_range_sessions: [session] }),
         ]}
       />
     </MantineProvider>,

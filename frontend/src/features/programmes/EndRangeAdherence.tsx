@@ -89,7 +89,8 @@ function DoneRow(props: { done: Done; bold?: boolean; children: React.ReactNode 
   );
 }
 
-const timeWords = (seconds: number | null) => (seconds === null ? "–" : formatSpan(seconds));
+/** Return whole minutes and seconds. A started second does not count yet. */
+const timeWords = (seconds: number | null) => (seconds === null ? "–" : formatSpan(Math.floor(seconds)));
 
 /** Return the counted time beside the prescribed one, in minutes and seconds. */
 export const doneWords = (counted_s: number | null, prescribed_s: number | null): string =>

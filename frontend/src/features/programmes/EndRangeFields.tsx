@@ -50,18 +50,18 @@ export function EndRangeFields(props: {
       {value !== null && (
         <>
           <Text size="sm">{t("programmes:endRange.explanation")}</Text>
+          <Select
+            size="lg"
+            label={t("programmes:endRange.motion")}
+            allowDeselect={false}
+            data={SHOULDER_MOTIONS.map((motion) => ({
+              value: String(motion),
+              label: shoulderMotionName(motion),
+            }))}
+            value={String(value.motion)}
+            onChange={(motion) => onChange({ ...value, motion: Number(motion) })}
+          />
           <SimpleGrid cols={{ base: 1, sm: 2 }}>
-            <Select
-              size="lg"
-              label={t("programmes:endRange.motion")}
-              allowDeselect={false}
-              data={SHOULDER_MOTIONS.map((motion) => ({
-                value: String(motion),
-                label: shoulderMotionName(motion),
-              }))}
-              value={String(value.motion)}
-              onChange={(motion) => onChange({ ...value, motion: Number(motion) })}
-            />
             {FIELDS.map((field) => (
               <Stepper
                 key={field.name}
