@@ -96,7 +96,7 @@ const timeWords = (seconds: number | null) => (seconds === null ? "–" : format
 export const doneWords = (counted_s: number | null, prescribed_s: number | null): string =>
   prescribed_s === null
     ? timeWords(counted_s)
-    : t("programmes:endRange.of", { counted: timeWords(counted_s), prescribed: formatSpan(prescribed_s) });
+    : t("programmes:endRange.of", { time: timeWords(counted_s), goal: formatSpan(prescribed_s) });
 
 const motionWords = (done: Done): string =>
   t("programmes:endRange.motionDone", {

@@ -24,7 +24,7 @@ export function EndRangeCounter({ run }: { run: Schemas["RunLive"] }) {
         <Text size="lg" fw={600}>
           {t("station:endRange.of", {
             time: formatSpan(Math.floor(total_s)),
-            prescribed: formatSpan(live.prescribed_s),
+            goal: formatSpan(live.prescribed_s),
           })}
         </Text>
       </Group>
