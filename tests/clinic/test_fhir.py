@@ -235,10 +235,10 @@ def test_unsigned_note_is_marked_and_has_no_author(database: Database, tmp_path:
     with database.write() as session:
         row = session.scalars(select(SessionRow).filter_by(patient_id=patient_id)).one()
         row.signed_at, row.signed_by = None, ""
-    told = exported(database, patient_id, tmp_path / "bundle.json")
-    (procedure,) = of_kind(told, "Procedure")
+    bundle = exported(database, patient_id, tmp_path / "bundle.json")
+    (procedure,) = of_kind(bundle, "Procedure")
     assert procedure["note"][0] == {"text": f"Draft, not signed: {row.note}"}
-    assert judged({"bundle": told}) == {"bundle": []}
+    assert judged({"bundle": bundle}) == {"bundle": []}
 
 
 def test_patient_with_almost_no_data_is_accepted(database: Database, tmp_path: Path) -> None:
