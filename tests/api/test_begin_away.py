@@ -250,9 +250,9 @@ def test_outage_session_is_refused_beyond_cached_patients_or_limits(
         client.cookies.set(*next(iter(cookies.items())))
 
         # On the next day the cache has no patients of this day.
-        today = checks.today()
+        today = checks.today(None)
         with monkeypatch.context() as tomorrow:
-            tomorrow.setattr(checks, "today", lambda: today + timedelta(days=1))
+            tomorrow.setattr(checks, "today", lambda _: today + timedelta(days=1))
             assert ready(client) == []
             problem(client.post("/api/sessions", json=wanted(one)), 503, "database_away")
         # Data that was fetched long before the outage is not used.
@@ -270,7 +270,7 @@ def test_outage_session_is_refused_beyond_cached_patients_or_limits(
         problem(client.post("/api/station/load", json=load | {"recording_id": str(uuid4())}), 503, "database_away")
         # On the next day identity and emergency stop are checked again.
         with monkeypatch.context() as tomorrow:
-            tomorrow.setattr(checks, "today", lambda: today + timedelta(days=1))
+            tomorrow.setattr(checks, "today", lambda _: today + timedelta(days=1))
             tomorrow.setattr(offline_cache, "may_begin", lambda known: True)
             problem(client.post("/api/station/load", json=load | {"load_level": 10}), 409, "identity_not_confirmed")
             assert still_open(client, visit["id"], first) == ["identity", "estop"]

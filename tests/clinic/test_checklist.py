@@ -1,6 +1,7 @@
 """The checklist before a recording is played."""
 
 from datetime import UTC, date, datetime, timedelta
+from zoneinfo import ZoneInfo
 
 import pytest
 
@@ -85,7 +86,7 @@ def test_going_back_to_the_first_fixtures_asks_once_more() -> None:
     [(30, True), (10, True), (9, False), (None, False)],
 )
 def test_an_estop_test_counts_since_the_drives_are_verified(verified_ago_min: int | None, counts: bool) -> None:
-    now = max(datetime.now(UTC), checks.today().astimezone(UTC) + timedelta(minutes=11))
+    now = max(datetime.now(UTC), checks.today(None).astimezone(UTC) + timedelta(minutes=11))
     verified = None if verified_ago_min is None else now - timedelta(minutes=verified_ago_min)
     there = checks.ApparatusState("Station 1", pedal_answers=True, verified_since=verified)
     tested_at = now - timedelta(minutes=10)
@@ -99,8 +100,21 @@ def test_an_estop_test_of_yesterday_does_not_count() -> None:
     long_ago = datetime(2020, 1, 1, tzinfo=UTC)
     there = checks.ApparatusState("Station 1", pedal_answers=True, verified_since=long_ago)
 
-    assert checks.estop_test(checks.today() - timedelta(seconds=1), there) is None
+    assert checks.estop_test(there.today - timedelta(seconds=1), there) is None
     assert checks.estop_test(None, there) is None
+
+
+def test_today_begins_at_midnight_of_the_clinics_zone(monkeypatch: pytest.MonkeyPatch) -> None:
+    """The computer of a container has UTC. In Tokyo yesterday's test would count until 9 o'clock."""
+    monkeypatch.setattr(checks, "utc_now", lambda: datetime(2026, 3, 9, 23, 30, tzinfo=UTC))
+    long_ago = datetime(2020, 1, 1, tzinfo=UTC)
+    tokyo = ZoneInfo("Asia/Tokyo")
+    there = checks.ApparatusState("Station 1", pedal_answers=True, verified_since=long_ago, zone=tokyo)
+
+    assert there.today == datetime(2026, 3, 10, tzinfo=tokyo)
+    yesterday, today = datetime(2026, 3, 9, 14, 59, tzinfo=UTC), datetime(2026, 3, 9, 15, 0, tzinfo=UTC)
+    assert checks.estop_test(yesterday, there) is None
+    assert checks.estop_test(today, there) == today
 
 
 def test_identity_is_confirmed_once_a_day_by_two_identifiers() -> None:
@@ -112,7 +126,7 @@ def test_identity_is_confirmed_once_a_day_by_two_identifiers() -> None:
         return "identity" in still_open(checks.check_states(needs, given, there, None))
 
     assert not is_open(datetime.now(UTC))
-    assert is_open(checks.today() - timedelta(seconds=1))
+    assert is_open(there.today - timedelta(seconds=1))
 
 
 @pytest.mark.parametrize(

@@ -17,7 +17,7 @@ from kata.clinic.sessions import checks, end_feel, runs
 from kata.clinic.sessions import service as sessions
 from kata.clinic.sessions.end_feel import EndFeelRequest
 from kata.clinic.sessions.end_feel_schemas import EndFeelSpeed
-from kata.clinic.sessions.router import TheEventSpool, TheOfflineSessions
+from kata.clinic.sessions.router import TheApparatus, TheEventSpool, TheOfflineSessions
 from kata.clinic.sessions.schemas import EndFeelKind, Run
 from kata.dependencies import PROBLEMS, TheDatabase, TheStation
 from kata.device import messages
@@ -58,6 +58,7 @@ async def load_end_feel(
     database: TheDatabase,
     event_spool: TheEventSpool,
     offline_sessions: TheOfflineSessions,
+    apparatus: TheApparatus,
     here: Operator,
     wanted: EndFeelLoadRequest,
 ) -> Run:
@@ -68,7 +69,6 @@ async def load_end_feel(
     """
     if refusal := station.refusal("load"):
         raise refused(refusal)
-    apparatus = checks.apparatus_state(station.info.name, station.live())
     request = EndFeelRequest(**wanted.model_dump())
     stores = RunStores(database, event_spool, offline_sessions)
     begun, end_feel_test = await run_in_threadpool(_begin, stores, request, apparatus, station.config)
@@ -102,11 +102,11 @@ def _begin(
         contraindications.require_none(session, recording.patient_id, side)
         allowed = doctors_limits.allowed(session, recording.patient_id, side)
         taught = runs.taught(session, recording.id)
-        farthest_deg = end_feel.farthest_deg(session, request, config.name, checks.today())
+        farthest_deg = end_feel.farthest_deg(session, request, config.name, apparatus.today)
     way = end_feel.longest_way(taught, allowed, config, request.speed_deg_s, farthest_deg)
     limits = allowed.check(way.motion, request.load_level, "smooth")
     with writing(stores.database, stores.event_spool, "run") as (session, began):
-        prepared = end_feel.prepare(session, request, way, config, checks.today())
+        prepared = end_feel.prepare(session, request, way, config, apparatus.today)
         row = runs.begin(session, run_request, apparatus.station)
         began.append(row.id)
         end_feel.add(session, row, request, prepared, config.name)

@@ -312,7 +312,8 @@ async def set_up_station(settings: Settings, storage: Storage, apparatus: Appara
     def has_undelivered() -> bool:
         return event_spool.delivery.waiting > 0
 
-    offline_cache = OfflineCache(database, apparatus.config.name, has_undelivered)
+    read_zone = partial(profile.time_zone, settings=settings)
+    offline_cache = OfflineCache(database, apparatus.config.name, has_undelivered, read_zone)
     offline_sessions = OfflineSessions(offline_cache, apparatus.config.name)
 
     def on_postponed(measured: Journal) -> None:

@@ -36,7 +36,7 @@ from kata.clinic.sessions import service as sessions
 from kata.clinic.sessions.checklist import CheckName
 from kata.clinic.sessions.identity import Identifiers
 from kata.clinic.sessions.offline_sessions import OfflineSessions
-from kata.clinic.sessions.router import TheEventSpool, TheOfflineCache, TheOfflineSessions
+from kata.clinic.sessions.router import TheApparatus, TheEventSpool, TheOfflineCache, TheOfflineSessions
 from kata.clinic.sessions.schemas import PlaybackSettings, Run
 from kata.database.availability import DatabaseUnavailableError
 from kata.database.base import utc_now
@@ -249,7 +249,12 @@ async def set_side(station: TheStation, simulation: AnySimulation, here: Operato
 
 @router.post("/teach", responses=PROBLEMS.of(404, 409, 422, 503), summary="Begin teaching")
 async def teach(
-    station: TheStation, database: TheDatabase, event_spool: TheEventSpool, here: Operator, wanted: TeachRequest
+    station: TheStation,
+    database: TheDatabase,
+    event_spool: TheEventSpool,
+    apparatus: TheApparatus,
+    here: Operator,
+    wanted: TeachRequest,
 ) -> Teaching:
     """Begin teaching: torque is off, and samples are recorded while the pedal is pressed.
 
@@ -257,7 +262,6 @@ async def teach(
     teaching is refused before any record is read.
     """
     _refuse_by_mode(station, "teach")
-    apparatus = checks.apparatus_state(station.info.name, station.live())
     teaching, patient = await run_in_threadpool(_begin_teaching, database, event_spool, wanted, apparatus)
     occupation = Occupation(str(teaching.id), PatientRef(id=patient.id, name=patient.name))
     command = messages.Teach(teaching_id=str(teaching.id), side=side_of(teaching.side))
@@ -282,6 +286,7 @@ async def load(
     database: TheDatabase,
     event_spool: TheEventSpool,
     offline_sessions: TheOfflineSessions,
+    apparatus: TheApparatus,
     here: Operator,
     wanted: LoadRequest,
 ) -> Run:
@@ -291,7 +296,6 @@ async def load(
     station's running session continues with prefetched data. In another mode, loading is refused before any record is read.
     """
     _refuse_by_mode(station, "load")
-    apparatus = checks.apparatus_state(station.info.name, station.live())
     # No database access from here until the device has answered: if the database failed in between, the run would never end.
     try:
         begun = await run_in_threadpool(_begin_run, database, event_spool, wanted, apparatus, station.config)

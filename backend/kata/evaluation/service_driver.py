@@ -108,7 +108,9 @@ class ServiceDriver:
         )  # fmt: skip
         teach = checks.TeachingRequest(self._patient_id, side, wanted.fixtures)
         await self._ensure_estop_tested(lambda session, apparatus: checks.teaching_checklist(session, teach, apparatus))
-        teaching = await commands.teach(self.station, self.database, self._event_spool, self.browser, wanted)
+        teaching = await commands.teach(
+            self.station, self.database, self._event_spool, self._apparatus(), self.browser, wanted
+        )
         await self.guide(motion, "Teaching by hand and pedal", pedal=True)
         await commands.finish_teaching(self.station, self.browser)
 
@@ -136,7 +138,13 @@ class ServiceDriver:
             session_id=self._session_id, recording_id=recording.id, load_level=RESISTANCE_LEVELS, method=method
         )
         run = await commands.load(
-            self.station, self.database, self._event_spool, self._offline_sessions, self.browser, wanted
+            self.station,
+            self.database,
+            self._event_spool,
+            self._offline_sessions,
+            self._apparatus(),
+            self.browser,
+            wanted,
         )
         await commands.approach(self.station, await self._guard(), self.browser)
         await self.until_mode({"paused"}, "Moving to the start", _SPARE_S)
@@ -189,6 +197,9 @@ class ServiceDriver:
         live: Live = self.station.live()
         return await commands.guarded(self.station, commands.SeenState(stops=live.stops, seen_at=live.at))
 
+    def _apparatus(self) -> checks.ApparatusState:
+        return checks.apparatus_state(self.station.info.name, self.station.live(), self._offline_sessions.cache.zone)
+
     async def _go_through_checklist(self, recording: RecordingRow) -> None:
         """Test the emergency stop if today's test is missing, and confirm the open checks, as a therapist would."""
 
@@ -197,7 +208,7 @@ class ServiceDriver:
 
         await self._ensure_estop_tested(checklist)
         tick = CheckConfirmation(checked_by=_USER, recording_id=recording.id, identifiers={"name", "clinic_number"})
-        apparatus = checks.apparatus_state(self.station.info.name, self.station.live())
+        apparatus = self._apparatus()
         with self.database.write() as session:
             for check in self._open_checks(checklist):
                 checks.confirm(session, self._session_id, check, tick, apparatus)
@@ -208,7 +219,7 @@ class ServiceDriver:
             await self._until("Emergency stop", 0.0, lambda: 0.0, lambda: "estop" not in self._open_checks(checklist))
 
     def _open_checks(self, checklist: _Checklist) -> list[CheckName]:
-        apparatus = checks.apparatus_state(self.station.info.name, self.station.live())
+        apparatus = self._apparatus()
         with self.database.read() as session:
             found = checklist(session, apparatus)
         return [checked.need.check for checked in found if checked.answer is None]

@@ -9,6 +9,7 @@ from dataclasses import asdict, dataclass
 from datetime import datetime
 from typing import Any, Final
 from uuid import UUID
+from zoneinfo import ZoneInfo
 
 import numpy as np
 from sqlalchemy.orm import Session as DatabaseSession
@@ -45,17 +46,24 @@ _ROTATES_DEG: Final = 15.0
 
 @dataclass(frozen=True)
 class ApparatusState:
-    """The part of the apparatus's state that the checklist needs."""
+    """The part of the apparatus's state, and the clinic's time zone, that the checklist needs."""
 
     station: str
     pedal_answers: bool
     verified_since: datetime | None
     """Time since which the apparatus has been connected with configured drives without interruption; None if it is not."""
+    zone: ZoneInfo | None = None
+    """The clinic's time zone; None for that of the station's computer."""
+
+    @property
+    def today(self) -> datetime:
+        """The beginning of today in the clinic's time zone."""
+        return today(self.zone)
 
 
-def apparatus_state(station: str, live: Live) -> ApparatusState:
-    """Return the present state."""
-    return ApparatusState(station, live.pedal in ("up", "down"), live.verified_since)
+def apparatus_state(station: str, live: Live, zone: ZoneInfo | None) -> ApparatusState:
+    """Return the present state. ``zone``: the clinic's time zone; None for that of the station's computer."""
+    return ApparatusState(station, live.pedal in ("up", "down"), live.verified_since, zone)
 
 
 def checklist(
@@ -66,7 +74,7 @@ def checklist(
     :raises ProblemError: 404; 410 when the recording's samples are damaged.
     """
     clinic_session = service.get(session, session_id)
-    tested_at = events.estop_tested_at(session, apparatus.station, today())
+    tested_at = events.estop_tested_at(session, apparatus.station, apparatus.today)
     return check_states(needs(session, clinic_session, recording_id), answers(clinic_session), apparatus, tested_at)
 
 
@@ -82,7 +90,7 @@ def check_states(
         "estop": estop_test(estop_tested_at, apparatus),
     }
     # Identity must be confirmed again today, because a session that was left open may be continued with another patient in the chair.
-    of_today = [answer for answer in given if answer.check != "identity" or answer.at >= today()]
+    of_today = [answer for answer in given if answer.check != "identity" or answer.at >= apparatus.today]
     return match_answers(asked, of_today, detected)
 
 
@@ -94,12 +102,12 @@ def estop_test(tested_at: datetime | None, apparatus: ApparatusState) -> datetim
     """
     if tested_at is None or apparatus.verified_since is None:
         return None
-    return tested_at if tested_at >= max(today(), apparatus.verified_since) else None
+    return tested_at if tested_at >= max(apparatus.today, apparatus.verified_since) else None
 
 
-def today() -> datetime:
-    """Return the beginning of today by the clock of the station's computer."""
-    return datetime.now().astimezone().replace(hour=0, minute=0, second=0, microsecond=0)
+def today(zone: ZoneInfo | None) -> datetime:
+    """Return the beginning of today in the clinic's time zone; None for that of the station's computer."""
+    return utc_now().astimezone(zone).replace(hour=0, minute=0, second=0, microsecond=0)
 
 
 @dataclass(frozen=True)
@@ -127,7 +135,7 @@ def teaching_checklist(
     clinic_session = service.open_of(session, teaching.patient_id)
     given = [*(answers(clinic_session) if clinic_session else ()), *confirmed]
     return check_states(
-        _teaching_needs(teaching), given, apparatus, events.estop_tested_at(session, apparatus.station, today())
+        _teaching_needs(teaching), given, apparatus, events.estop_tested_at(session, apparatus.station, apparatus.today)
     )
 
 

@@ -4,7 +4,7 @@ from uuid import UUID
 
 from fastapi import APIRouter, Response
 
-from kata.clinic.sessions import checks, end_feel_results
+from kata.clinic.sessions import end_feel_results
 from kata.clinic.sessions.end_feel_schemas import EndFeelCurves, EndFeelGuide
 from kata.clinic.sessions.router import TheApparatus
 from kata.dependencies import PROBLEMS, TheDatabase
@@ -20,7 +20,7 @@ router = APIRouter(tags=["sessions"])
 def get_end_feel_guide(database: TheDatabase, apparatus: TheApparatus, session_id: UUID) -> EndFeelGuide:
     """Return the recordings along which the patient can be measured, with today's baselines at this station and the session's tests."""
     with database.read() as session:
-        return end_feel_results.guide(session, session_id, apparatus.station, checks.today())
+        return end_feel_results.guide(session, session_id, apparatus.station, apparatus.today)
 
 
 @router.get("/api/runs/{run_id}/end-feel", summary="Get an end-feel test", responses=PROBLEMS.of(404, 422))

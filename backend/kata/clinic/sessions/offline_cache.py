@@ -11,6 +11,9 @@ from collections.abc import Callable, Iterable, Mapping
 from datetime import datetime, timedelta
 from typing import Final
 from uuid import UUID
+from zoneinfo import ZoneInfo
+
+from sqlalchemy.orm import Session as DatabaseSession
 
 from kata.clinic.events import service as events
 from kata.clinic.events.observer import ESTOP_TESTED, AlarmsEnded, NewDeviceEvent
@@ -32,11 +35,20 @@ _MAX_AGE: Final = timedelta(seconds=60)
 class OfflineCache:
     """The records of today's patients. Thread-safe."""
 
-    def __init__(self, database: Database, station: str, has_undelivered: Callable[[], bool] = lambda: False) -> None:
-        """``has_undelivered`` returns True if the spool contains events that are not in the database yet. Call :meth:`refresh` to fill
-        the cache.
+    def __init__(
+        self,
+        database: Database,
+        station: str,
+        has_undelivered: Callable[[], bool] = lambda: False,
+        read_zone: Callable[[DatabaseSession], ZoneInfo | None] = lambda _: None,
+    ) -> None:
+        """``has_undelivered`` returns True if the spool contains events that are not in the database yet. ``read_zone`` reads the clinic's
+        time zone. Call :meth:`refresh` to fill the cache.
         """
         self._database, self._station, self._has_undelivered = database, station, has_undelivered
+        self._read_zone = read_zone
+        self.zone: ZoneInfo | None = None
+        """The clinic's time zone; None for that of this computer."""
         self.lock = threading.RLock()
         """Held while an entry is read, changed and stored."""
         self._opened: dict[UUID, datetime] = {}
@@ -84,9 +96,10 @@ class OfflineCache:
                 return
             self._due_s = now_s + _REFRESH_S
             before, changes = dict(self._known), self._changes
-        today = checks.today()
         try:
             with self._database.read() as session:
+                self.zone = self._read_zone(session)
+                today = checks.today(self.zone)
                 seen = prefetch.seen_here(session, self._station, today)
                 wanted = self._wanted(seen, today)
                 known = prefetch.fetch(session, self._station, wanted, before)
@@ -169,7 +182,7 @@ class OfflineCache:
     def may_begin(self, known: CachedPatient) -> bool:
         """Return True if a session of this patient may begin: there is a programme, and the patient was seen here today."""
         day = self._opened.get(known.patient.id)
-        return known.programme is not None and day is not None and day >= checks.today()
+        return known.programme is not None and day is not None and day >= checks.today(self.zone)
 
     def find_patient(self, patient_id: UUID) -> CachedPatient | None:
         """Return the patient's entry, or None if there is no recent one."""

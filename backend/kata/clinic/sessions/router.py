@@ -33,11 +33,6 @@ from kata.types import Fixture, Side
 router = APIRouter(tags=["sessions"])
 
 
-async def _apparatus(station: TheStation) -> checks.ApparatusState:
-    # This runs in the event loop, because the station's state belongs to the event loop.
-    return checks.apparatus_state(station.info.name, station.live())
-
-
 class SessionServices(Protocol):
     """The services that this module uses. ``kata.api.services.Services`` provides them."""
 
@@ -77,6 +72,13 @@ async def _on_apparatus(station: TheStation) -> UUID | None:
 TheOfflineCache = Annotated[OfflineCache, Depends(_offline_cache)]
 TheOfflineSessions = Annotated[OfflineSessions, Depends(_offline_sessions)]
 TheEventSpool = Annotated[EventSpool, Depends(_event_spool)]
+
+
+async def _apparatus(station: TheStation, offline_cache: TheOfflineCache) -> checks.ApparatusState:
+    # This runs in the event loop, because the station's state belongs to the event loop.
+    return checks.apparatus_state(station.info.name, station.live(), offline_cache.zone)
+
+
 TheApparatus = Annotated[checks.ApparatusState, Depends(_apparatus)]
 OnApparatus = Annotated[UUID | None, Depends(_on_apparatus)]
 """The session with a loaded or playing run on the apparatus."""
