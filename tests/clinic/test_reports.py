@@ -185,7 +185,7 @@ def test_episode_report_matches_the_database_rows(signed: tuple[SessionContent, 
     for said in (
         "Onset 1 June 2026", "Freezing 1 June 2026", "Frozen 20 October 2026", "4 Abduction / adduction – 95",
         "Highest resistance level: 12 of 25", "Highest speed: 35 °/s", "Set by Sato Ken", "Flexion Active 95 2026-10-31 116 2026-11-11 +21 141 (2026-11-11) 180",
-        "External rotation, arm at the side Passive 23 2026-10-31 44 2026-11-11 +21 69 60", "At rest 3 2026-10-31 2 2026-11-11 −1",
+        "External rotation, arm at the side Passive 23 2026-10-31 44 2026-11-11 +21 69 (2026-11-11) 60", "At rest 3 2026-10-31 2 2026-11-11 −1",
         "(SPADI), 0 to 100 points, lower is better 60.0 2026-10-31 40.0 2026-11-11 −20.0 important improvement, more than chance",
         "3 sessions, 2 November 2026 to 8 November 2026.", "Planned repetitions that were completed: 3 of 18.",
         "Playbacks that were stopped: 3.", "Motor 3 does not answer. 3", "2026-11-02 Sato Ken Yes 6 1 1 7 5", "a change of 8 to 13 points important (Roy, MacDermid",

@@ -9,7 +9,7 @@ from pydantic import Field
 from kata.api import texts
 from kata.api.errors import refused
 from kata.api.lease_dependencies import Operator
-from kata.api.run_start import BegunRun, RunStores, send_load, writing
+from kata.api.run_start import BegunRun, RunStores, TheRunStores, send_load, writing
 from kata.clinic.contraindications import service as contraindications
 from kata.clinic.episodes import limits as doctors_limits
 from kata.clinic.recordings import service as recordings
@@ -17,9 +17,9 @@ from kata.clinic.sessions import checks, end_feel, runs
 from kata.clinic.sessions import service as sessions
 from kata.clinic.sessions.end_feel import EndFeelRequest
 from kata.clinic.sessions.end_feel_schemas import EndFeelSpeed
-from kata.clinic.sessions.router import TheApparatus, TheEventSpool, TheOfflineSessions
+from kata.clinic.sessions.router import TheApparatus
 from kata.clinic.sessions.schemas import EndFeelKind, Run
-from kata.dependencies import PROBLEMS, TheDatabase, TheStation
+from kata.dependencies import PROBLEMS, TheStation
 from kata.device import messages
 from kata.device.config import StationConfig
 from kata.errors import ProblemError
@@ -55,9 +55,7 @@ class EndFeelLoadRequest(Schema):
 )
 async def load_end_feel(
     station: TheStation,
-    database: TheDatabase,
-    event_spool: TheEventSpool,
-    offline_sessions: TheOfflineSessions,
+    stores: TheRunStores,
     apparatus: TheApparatus,
     here: Operator,
     wanted: EndFeelLoadRequest,
@@ -70,9 +68,8 @@ async def load_end_feel(
     if refusal := station.refusal("load"):
         raise refused(refusal)
     request = EndFeelRequest(**wanted.model_dump())
-    stores = RunStores(database, event_spool, offline_sessions)
     begun, end_feel_test = await run_in_threadpool(_begin, stores, request, apparatus, station.config)
-    offline_sessions.cache.attend(begun.patient.id, wanted.session_id)
+    stores.offline_sessions.cache.attend(begun.patient.id, wanted.session_id)
     command = messages.Load(
         run_id=str(begun.run.id),
         recording_id=str(begun.run.recording_id),

@@ -4,9 +4,10 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
 from functools import partial
-from typing import Literal
+from typing import Annotated, Literal
 from uuid import UUID
 
+from fastapi import Depends
 from fastapi.concurrency import run_in_threadpool
 from sqlalchemy.orm import Session
 
@@ -15,9 +16,11 @@ from kata.clinic.episodes.limits import DoctorLimits, MotorLimits
 from kata.clinic.event_spool import EventSpool
 from kata.clinic.sessions import runs
 from kata.clinic.sessions.offline_sessions import OfflineSessions
+from kata.clinic.sessions.router import TheEventSpool, TheOfflineSessions
 from kata.clinic.sessions.schemas import Run
 from kata.database.availability import DatabaseUnavailableError
 from kata.database.engine import Database
+from kata.dependencies import TheDatabase
 from kata.device import messages
 from kata.motion.edit import Motion
 from kata.motion.ilc import Correction
@@ -52,6 +55,15 @@ class RunStores:
     database: Database
     event_spool: EventSpool
     offline_sessions: OfflineSessions
+
+
+async def _run_stores(
+    database: TheDatabase, event_spool: TheEventSpool, offline_sessions: TheOfflineSessions
+) -> RunStores:
+    return RunStores(database, event_spool, offline_sessions)
+
+
+TheRunStores = Annotated[RunStores, Depends(_run_stores)]
 
 
 @contextmanager

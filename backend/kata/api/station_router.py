@@ -15,7 +15,7 @@ from kata.api.errors import refused
 from kata.api.lease_dependencies import Operator, Watcher, record_takeover
 from kata.api.live_view import LiveStateView
 from kata.api.redaction import Redaction
-from kata.api.run_start import BegunRun, RunStores, send_load, writing
+from kata.api.run_start import BegunRun, TheRunStores, send_load, writing
 from kata.api.services import services_of
 from kata.api.simulator_router import AnySimulation
 from kata.api.stopping import stop_by_user
@@ -36,7 +36,7 @@ from kata.clinic.sessions import service as sessions
 from kata.clinic.sessions.checklist import CheckName
 from kata.clinic.sessions.identity import Identifiers
 from kata.clinic.sessions.offline_sessions import OfflineSessions
-from kata.clinic.sessions.router import TheApparatus, TheEventSpool, TheOfflineCache, TheOfflineSessions
+from kata.clinic.sessions.router import TheApparatus, TheEventSpool, TheOfflineCache
 from kata.clinic.sessions.schemas import PlaybackSettings, Run
 from kata.database.availability import DatabaseUnavailableError
 from kata.database.base import utc_now
@@ -283,9 +283,7 @@ async def finish_teaching(station: TheStation, here: Operator) -> Accepted:
 @router.post("/load", responses=PROBLEMS.of(404, 409, 410, 422, 503), summary="Load a recording for playback")
 async def load(
     station: TheStation,
-    database: TheDatabase,
-    event_spool: TheEventSpool,
-    offline_sessions: TheOfflineSessions,
+    stores: TheRunStores,
     apparatus: TheApparatus,
     here: Operator,
     wanted: LoadRequest,
@@ -298,16 +296,18 @@ async def load(
     _refuse_by_mode(station, "load")
     # No database access from here until the device has answered: if the database failed in between, the run would never end.
     try:
-        begun = await run_in_threadpool(_begin_run, database, event_spool, wanted, apparatus, station.config)
+        begun = await run_in_threadpool(
+            _begin_run, stores.database, stores.event_spool, wanted, apparatus, station.config
+        )
     except DatabaseUnavailableError:
         offline_run = await run_in_threadpool(
-            _begin_without_database, offline_sessions, event_spool, wanted, apparatus, station.config
+            _begin_without_database, stores.offline_sessions, stores.event_spool, wanted, apparatus, station.config
         )
         if offline_run is None:
             raise
         begun = offline_run
     else:
-        offline_sessions.cache.attend(begun.patient.id, wanted.session_id)
+        stores.offline_sessions.cache.attend(begun.patient.id, wanted.session_id)
     run, motion, learned = begun.run, begun.motion, begun.learned
     command = messages.Load(
         run_id=str(run.id),
@@ -325,7 +325,7 @@ async def load(
         repetition_s=motion.duration_s / wanted.repetitions,
     )
     changes = (*motion.done, *_METHOD_TEXTS[wanted.method, learned is not None], *_learning_notes(learned))
-    return await send_load(station, RunStores(database, event_spool, offline_sessions), here, begun, command, changes)
+    return await send_load(station, stores, here, begun, command, changes)
 
 
 @router.post("/unload", responses=_COMMAND, summary="Unload the recording")

@@ -9,7 +9,7 @@ import numpy as np
 from kata.device.config import StationConfig
 from kata.device.cycle_state import CycleState
 from kata.device.messages import EndFeel
-from kata.device.movement import Movement
+from kata.device.movement import RAMP_S, Movement
 from kata.motion.axes import N_AXES
 from kata.motion.linkage import Floats
 from kata.motion.trajectory import Trajectory
@@ -60,7 +60,7 @@ class EndFeelTest:
         self.repetitions_left = test.repetitions
         self.ended_by_patient = False
         """True if the patient pressed the pedal in the hand. No repetition follows."""
-        self.turned = False
+        self._turned = False
         """True on the way back, also while it is paused."""
         rows = max(3, round(_WINDOW_S * config.cycle_hz))
         self._recent: deque[float] = deque(maxlen=rows)
@@ -123,10 +123,27 @@ class EndFeelTest:
         found: Floats = self._curves_nm[:, before] * (1.0 - share) + self._curves_nm[:, before + 1] * share
         return found
 
-    def end_repetition(self) -> bool:
-        """Count a repetition. Return True if another one follows."""
+    def turn_back(self, movement: Movement) -> None:
+        """Take the arm back along its path."""
+        self._turned = True
+        movement.direction, movement.ramp_s, movement.reverse_to_s = -1, TURN_S, 0.0
+
+    def resume(self, movement: Movement) -> None:
+        """Continue after a pause: the way back if the arm has turned or the patient has ended the test."""
+        if self._turned or self.ended_by_patient:
+            self.turn_back(movement)
+
+    def turn_at_end(self, movement: Movement) -> bool:
+        """Turn at an end of the path if the test is not over. Count a repetition at its start. Return False after the last one."""
+        if movement.direction == 1:
+            self.turn_back(movement)
+            return True
         self.repetitions_left -= 1
-        return self.repetitions_left > 0 and not self.ended_by_patient
+        if self.repetitions_left <= 0 or self.ended_by_patient:
+            return False
+        self._turned = False
+        movement.direction, movement.ramp_s = 1, RAMP_S
+        return True
 
 
 class _ArmWeight:

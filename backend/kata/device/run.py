@@ -10,7 +10,6 @@ from kata.device.config import REFERENCE_SHARE, StationConfig
 from kata.device.config_rules import RAMP_SHARE, TURN_S
 from kata.device.cycle_state import CycleState, Limits
 from kata.device.end_feel import SPEED_LIMIT_DEG_S as END_FEEL_SPEED_DEG_S
-from kata.device.end_feel import TURN_S as END_FEEL_TURN_S
 from kata.device.end_feel import EndFeelTest
 from kata.device.journal import JournalWriter, Sample
 from kata.device.messages import Load, RunState
@@ -275,8 +274,8 @@ class Run:
         """Continue along the recording. An end-feel test that has turned, or that the patient has ended, continues its way back."""
         self.resisting_axis = None
         movement.direction, movement.ramp_s = 1, RAMP_S
-        if self.end_feel and (self.end_feel.turned or self.end_feel.ended_by_patient):
-            self._turn_back(movement)
+        if self.end_feel:
+            self.end_feel.resume(movement)
 
     def note_pedal(self, movement: Movement, state: CycleState) -> None:
         """Let the patient end a paused end-feel test. The arm is taken back when the test continues."""
@@ -286,7 +285,7 @@ class Run:
     def watch_end_feel(self, movement: Movement, state: CycleState) -> None:
         """Take the arm back along its path if the test's torque is met on the way out."""
         if self.end_feel and self.end_feel.must_move_back(state, movement):
-            self._turn_back(movement)
+            self.end_feel.turn_back(movement)
 
     def retreat_in_test(self) -> None:
         """Let the next setpoint retreat faster than the path if the patient pushes more than the test's torque. It never goes beyond the
@@ -299,22 +298,7 @@ class Run:
 
     def goes_on(self, movement: Movement) -> bool:
         """Turn at an end of the path if the test is not over. Return False if the run has ended."""
-        test = self.end_feel
-        if test is None:
-            return False
-        if movement.direction == 1:
-            self._turn_back(movement)
-            return True
-        if test.end_repetition():
-            test.turned = False
-            movement.direction, movement.ramp_s = 1, RAMP_S
-            return True
-        return False
-
-    def _turn_back(self, movement: Movement) -> None:
-        assert self.end_feel is not None
-        self.end_feel.turned = True
-        movement.direction, movement.ramp_s, movement.reverse_to_s = -1, END_FEEL_TURN_S, 0.0
+        return self.end_feel is not None and self.end_feel.turn_at_end(movement)
 
     # -- journal and snapshot -------------------------------------------------------------------------------------
 

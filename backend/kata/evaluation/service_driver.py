@@ -17,6 +17,7 @@ from sqlalchemy.orm import Session as DatabaseSession
 
 from kata.api import station_router as commands
 from kata.api.app import create_app
+from kata.api.run_start import RunStores
 from kata.api.services import Services
 from kata.clinic.episodes import service as episodes
 from kata.clinic.episodes.schemas import EpisodeCreate
@@ -137,15 +138,8 @@ class ServiceDriver:
         wanted = commands.LoadRequest(
             session_id=self._session_id, recording_id=recording.id, load_level=RESISTANCE_LEVELS, method=method
         )
-        run = await commands.load(
-            self.station,
-            self.database,
-            self._event_spool,
-            self._offline_sessions,
-            self._apparatus(),
-            self.browser,
-            wanted,
-        )
+        stores = RunStores(self.database, self._event_spool, self._offline_sessions)
+        run = await commands.load(self.station, stores, self._apparatus(), self.browser, wanted)
         await commands.approach(self.station, await self._guard(), self.browser)
         await self.until_mode({"paused"}, "Moving to the start", _SPARE_S)
         await commands.play(self.station, await self._guard(), self.browser)
