@@ -3,6 +3,7 @@
 `make test` goes through four pages and three dialogs, the campaign through all.
 """
 
+import re
 from typing import Final
 
 import pytest
@@ -30,6 +31,8 @@ _DIALOGS: Final = (
 )
 """Page, and the button that opens the dialog."""
 _MOST_CONTROLS: Final = 40
+_PARTS: Final = re.compile("StationPage|NotificationButton|AxisSparkline|StationApparatus|lazyStationPanels")
+"""Scripts of the station page and of parts that load on demand."""
 
 
 _EVERY: Final = pytest.param(True, marks=pytest.mark.campaign)
@@ -57,6 +60,25 @@ def test_pages_of_all_sizes_fit_and_have_stop(tab: Page, clinic: Clinic, every: 
             if why := untouchable_stop(tab):
                 found[f"{name}, {size}, Stop"] = why
     assert found == {}
+
+
+def test_stop_stays_when_a_script_does_not_load(tab: Page, clinic: Clinic) -> None:
+    """A service that is lost while the page loads cannot send the rest of it. The first scripts are taken as loaded."""
+    first = set(re.findall(r'"(/assets/[^"]+\.js)"', tab.request.get(clinic.url).text()))
+    asked: list[str] = []
+    tab.on("request", lambda request: asked.append(request.url.removeprefix(clinic.url)))
+    tab.goto(f"{clinic.url}/station")
+    expect(tab.get_by_test_id("apparatus-canvas")).to_be_visible(timeout=LONG_MS)
+    later = [path for path in dict.fromkeys(asked) if path.endswith(".js") and path not in first]
+    names = [path for path in later if _PARTS.search(path)]
+    assert len(names) >= 4, later
+    for path in names:
+        tab.route(f"**{path}", lambda route: route.abort())
+        tab.goto(f"{clinic.url}/station")
+        expect(tab.get_by_role("button", name="Stop", exact=True), path).to_be_visible(timeout=LONG_MS)
+        tab.wait_for_load_state("networkidle")
+        expect(tab.get_by_role("button", name="Stop", exact=True), path).to_be_in_viewport(ratio=1)
+        tab.unroute(f"**{path}")
 
 
 def test_every_page_link_is_in_reach_at_every_width(tab: Page, clinic: Clinic) -> None:

@@ -1,7 +1,7 @@
 import { ActionIcon, Box, Group, Menu } from "@mantine/core";
 import { IconMenu2 } from "@tabler/icons-react";
 import { Link, Outlet, useRouterState } from "@tanstack/react-router";
-import { lazy, Suspense } from "react";
+import { lazy } from "react";
 import { AccountMenu } from "../features/auth/AccountMenu";
 import { useHasPermission } from "../features/auth/hooks";
 import { SearchButton } from "../features/search/SearchButton";
@@ -9,6 +9,7 @@ import { t } from "../lib/i18n";
 import { useSavedRecords } from "../lib/live/hooks";
 import { useRefetchAfterOutage } from "../lib/offline";
 import { StateBar } from "../safety/StateBar";
+import { LazyPart } from "../ui/LazyPart";
 import { PageLink } from "../ui/links";
 import { UndoBar } from "../ui/UndoBar";
 import { Brand } from "./Brand";
@@ -67,9 +68,9 @@ function Top() {
       </Group>
       <PageMenu />
       <SearchButton />
-      <Suspense fallback={<Box w={BELL_PX} />}>
+      <LazyPart loading={<Box w={BELL_PX} />} failed={<Box w={BELL_PX} />}>
         <NotificationButton />
-      </Suspense>
+      </LazyPart>
       <AccountMenu />
     </>
   );

@@ -1,4 +1,4 @@
-import { Stack, Text, Title } from "@mantine/core";
+import { Box, Stack, Text, Title } from "@mantine/core";
 import {
   createRootRoute,
   createRoute,
@@ -17,6 +17,7 @@ import { readSessionView } from "../features/sessions/sessionTabs";
 import { readSearch } from "../features/statistics/figuresSearch";
 import { ProblemError } from "../lib/api/client";
 import { t } from "../lib/i18n";
+import { StateBar } from "../safety/StateBar";
 import { InlineSlot } from "../ui/InlineSlot";
 import { PageLink } from "../ui/links";
 import { Shell } from "./Shell";
@@ -25,7 +26,7 @@ import { Shell } from "./Shell";
 const rootRoute = createRootRoute({
   component: GatedShell,
   notFoundComponent: NotFound,
-  errorComponent: PageError,
+  errorComponent: ShellError,
 });
 
 /** Return the patient and the recording that the address of the station's page contains. */
@@ -253,6 +254,8 @@ export const router = createRouter({
     ]),
   ]),
   defaultNotFoundComponent: NotFound,
+  // A page that fails leaves the shell with Stop in place.
+  defaultErrorComponent: PageError,
   // Load a page as soon as its link is hovered or touched.
   defaultPreload: "intent",
 });
@@ -288,6 +291,17 @@ function NotFound() {
 }
 
 /** Replaces a page that fails. Stop and the state bar are outside the page and keep working. */
+/** Shown in place of a shell that failed: Stop and the apparatus' state stay. */
+function ShellError(props: ErrorComponentProps) {
+  return (
+    <StateBar>
+      <Box p="md">
+        <PageError {...props} />
+      </Box>
+    </StateBar>
+  );
+}
+
 function PageError({ error }: ErrorComponentProps) {
   return (
     <Stack role="alert">

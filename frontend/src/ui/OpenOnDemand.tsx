@@ -1,5 +1,6 @@
 import { Button, Card, Group, Title } from "@mantine/core";
-import { type ReactNode, Suspense, useState } from "react";
+import { type ReactNode, useState } from "react";
+import { LazyPart } from "./LazyPart";
 
 interface OpenOnDemandProps {
   title: string;
@@ -14,7 +15,7 @@ interface OpenOnDemandProps {
 /** A titled card with a button; `children` load when it is pressed and replace the card. */
 export function OpenOnDemand({ title, open, icon, fallback, children }: OpenOnDemandProps) {
   const [opened, setOpened] = useState(false);
-  if (opened) return <Suspense fallback={fallback}>{children}</Suspense>;
+  if (opened) return <LazyPart loading={fallback}>{children}</LazyPart>;
   return (
     <Card withBorder component="section" aria-label={title}>
       <Group justify="space-between">

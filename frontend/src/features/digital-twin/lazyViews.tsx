@@ -1,8 +1,9 @@
 import { Skeleton, Text } from "@mantine/core";
 import { IconCube } from "@tabler/icons-react";
-import { lazy, Suspense, useEffect, useState } from "react";
+import { lazy, useEffect, useState } from "react";
 import { t } from "../../lib/i18n";
 import { useLive } from "../../lib/live/hooks";
+import { LazyPart } from "../../ui/LazyPart";
 import { OpenOnDemand } from "../../ui/OpenOnDemand";
 import { LiveFrame } from "./LiveFrame";
 
@@ -31,9 +32,9 @@ export function LiveApparatus() {
   );
   if (!open) return waits;
   return (
-    <Suspense fallback={waits}>
+    <LazyPart loading={waits}>
       <StationApparatus />
-    </Suspense>
+    </LazyPart>
   );
 }
 
@@ -63,8 +64,8 @@ export function RecordingGhost({ recordingId }: { recordingId: string }) {
 /** Shows the played motion of a run on the run's own clock. */
 export function RunPlayback({ runId }: { runId: string }) {
   return (
-    <Suspense fallback={<Skeleton h={HEIGHT} aria-label={t("digital-twin:view.drawing")} />}>
+    <LazyPart loading={<Skeleton h={HEIGHT} aria-label={t("digital-twin:view.drawing")} />}>
       <RunApparatus runId={runId} />
-    </Suspense>
+    </LazyPart>
   );
 }

@@ -1,8 +1,9 @@
 import { Skeleton } from "@mantine/core";
 import { IconArrowsHorizontal } from "@tabler/icons-react";
-import { lazy, Suspense } from "react";
+import { lazy } from "react";
 import type { Session } from "../../lib/api/client";
 import { t } from "../../lib/i18n";
+import { LazyPart } from "../../ui/LazyPart";
 import { OpenOnDemand } from "../../ui/OpenOnDemand";
 
 const Measurement = lazy(() =>
@@ -29,8 +30,8 @@ export function MeasureEndFeel({ session, level }: { session: Session; level: nu
 /** The result of one end-feel test. */
 export function EndFeelOfRun({ runId }: { runId: string }) {
   return (
-    <Suspense fallback={FALLBACK}>
+    <LazyPart loading={FALLBACK}>
       <Result runId={runId} />
-    </Suspense>
+    </LazyPart>
   );
 }

@@ -1,7 +1,8 @@
 import { ActionIcon } from "@mantine/core";
 import { IconBell } from "@tabler/icons-react";
-import { lazy, Suspense, useState } from "react";
+import { lazy, useState } from "react";
 import { t } from "../../lib/i18n";
+import { LazyPart } from "../../ui/LazyPart";
 import classes from "./notifications.module.css";
 import { useNotices } from "./useNotices";
 
@@ -30,9 +31,9 @@ export function NotificationButton() {
           </span>
         )}
       </ActionIcon>
-      <Suspense fallback={null}>
+      <LazyPart loading={null}>
         {opened && <NotificationList found={found} onClose={() => setOpened(false)} />}
-      </Suspense>
+      </LazyPart>
     </>
   );
 }

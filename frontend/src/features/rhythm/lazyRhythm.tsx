@@ -1,7 +1,8 @@
 import { Skeleton } from "@mantine/core";
 import { IconChartLine } from "@tabler/icons-react";
-import { lazy, Suspense } from "react";
+import { lazy } from "react";
 import { t } from "../../lib/i18n";
+import { LazyPart } from "../../ui/LazyPart";
 import { OpenOnDemand } from "../../ui/OpenOnDemand";
 
 const RhythmOfRecording = lazy(() =>
@@ -26,8 +27,8 @@ export function RecordingRhythm({ recordingId }: { recordingId: string }) {
 
 export function RunRhythm({ runId }: { runId: string }) {
   return (
-    <Suspense fallback={FALLBACK}>
+    <LazyPart loading={FALLBACK}>
       <RhythmOfRun runId={runId} />
-    </Suspense>
+    </LazyPart>
   );
 }

@@ -1,8 +1,9 @@
 import { ActionIcon, Tooltip } from "@mantine/core";
 import { useHotkeys } from "@mantine/hooks";
 import { IconSearch } from "@tabler/icons-react";
-import { lazy, Suspense, useState } from "react";
+import { lazy, useState } from "react";
 import { t } from "../../lib/i18n";
+import { LazyPart } from "../../ui/LazyPart";
 import { MOD } from "./modifier";
 
 const SearchDialog = lazy(() =>
@@ -39,10 +40,10 @@ export function SearchButton() {
           <IconSearch size={24} />
         </ActionIcon>
       </Tooltip>
-      <Suspense fallback={null}>
+      <LazyPart loading={null}>
         {open === "search" && <SearchDialog opened onClose={close} />}
         {open === "sheet" && <ShortcutSheet opened onClose={close} />}
-      </Suspense>
+      </LazyPart>
     </>
   );
 }

@@ -1,9 +1,10 @@
 import { Card, Group, Stack, Text, Title } from "@mantine/core";
-import { lazy, Suspense } from "react";
+import { lazy } from "react";
 import type { Live } from "../../lib/api/client";
 import { formatDegrees } from "../../lib/format";
 import { t } from "../../lib/i18n";
 import { useAlive, useLive, useStation } from "../../lib/live/hooks";
+import { LazyPart } from "../../ui/LazyPart";
 import classes from "./station.module.css";
 
 // Loaded separately, so that the chart library does not delay the numbers.
@@ -93,9 +94,9 @@ function Axis({ axis, motion }: { axis: number; motion: string }) {
           {formatDegrees(measured)}
         </Text>
       </div>
-      <Suspense fallback={<div className={classes.strip} />}>
+      <LazyPart loading={<div className={classes.strip} />}>
         <AxisSparkline axis={axis} min={info.min_deg} max={info.max_deg} />
-      </Suspense>
+      </LazyPart>
       <div className={classes.scale}>
         <Text size="xs" c="dimmed">
           {formatDegrees(info.min_deg, 0)}
