@@ -131,7 +131,8 @@ def test_session_goes_from_checklist_to_addendum_by_keyboard_alone(page: Page, a
     # The note is drafted, edited, signed.
     note = visit.get_by_label("Note of this session")
     for part in (
-        "Left shoulder, without a programme. Raise the arm: 1 of 1 repetition.",
+        "Left shoulder, without a programme. Simulated apparatus: the measured values are not those of a patient.",
+        "Raise the arm: 1 of 1 repetition.",
         "The range was reduced in Raise the arm",
         "Pain (0 to 10): 4 before, 5 during, 2 after.",
     ):
