@@ -13,7 +13,7 @@ from kata.device.messages import Load, Snapshot
 from kata.evaluation.end_feel import STARTS_DEG, EndFeelCase, PatientStation, StiffPlant
 from kata.evaluation.excitation import identified
 from kata.motion.edit import Motion
-from kata.motion.end_range import EndRange, end_range_time_s
+from kata.motion.end_range import EndRange, EndRangeThreshold, end_range_time_s
 from kata.simulator.parameters import REST_DEG
 from kata.station.live_end_range import LiveEndRange
 
@@ -81,7 +81,7 @@ def counted(case: EndFeelCase, prescribed: EndRangePrescription) -> Counted:
     journal = station.play(load, motion.duration_s)
     times = np.array([t_ns for t_ns, _ in station._arm]) / 1e9
     angles = np.array([row[MOTOR - 1] for _, row in station._arm])
-    truth = EndRange(end_deg, 1, prescribed.band_deg, prescribed.torque_nm)
+    truth = EndRange(end_deg, 1, EndRangeThreshold(prescribed.band_deg, prescribed.torque_nm))
     true_s = end_range_time_s(times, angles, station.against_nm[-len(times) :], truth)
     counter = end_range.counter(motion, "right", station.config, prescribed)
     counter.add((journal.t_ns - journal.t_ns[0]) / 1e9, journal.measured_deg, journal.torque_nm)

@@ -1,5 +1,6 @@
 """End-range time counts exactly on made signals, and finds the torque at the shoulder under friction and weight."""
 
+from collections.abc import Mapping
 from dataclasses import replace
 
 import numpy as np
@@ -15,7 +16,6 @@ from kata.motion.end_range import (
     EndRangeThreshold,
     end_of_motion,
     end_range_time_s,
-    end_range_times_s,
 )
 from kata.motion.linkage import Floats
 from kata.motion.method import LoadModel
@@ -49,8 +49,12 @@ def test_parts_add_up_and_wider_bands_count_more(seed: int, cut: int) -> None:
     whole = end_range_time_s(times, angle, torque, FAR)
     first = end_range_time_s(times[: cut + 1], angle[: cut + 1], torque[: cut + 1], FAR)
     assert first + end_range_time_s(times[cut:], angle[cut:], torque[cut:], FAR) == pytest.approx(whole)
-    assert whole <= end_range_time_s(times, angle, torque, EndRange(90.0, 1, band_deg=15.0)) <= times[-1] - times[0]
-    assert whole <= end_range_time_s(times, angle, torque, EndRange(90.0, 1, torque_nm=0.2))
+    assert (
+        whole
+        <= end_range_time_s(times, angle, torque, EndRange(90.0, 1, EndRangeThreshold(band_deg=15.0)))
+        <= times[-1] - times[0]
+    )
+    assert whole <= end_range_time_s(times, angle, torque, EndRange(90.0, 1, EndRangeThreshold(torque_nm=0.2)))
 
 
 def test_a_gap_and_too_little_torque_do_not_count() -> None:
@@ -106,6 +110,20 @@ def lifted_with_capsule(heavier: float = 0.2) -> tuple[Floats, Floats, Floats, L
     torque = real.torque_nm(PathPoint(angles, speed, np.zeros_like(speed)))
     torque[:, 2] += share[2] * 0.08 * np.maximum(angles[:, 2] - 77.0, 0.0)
     return times, angles, torque, known
+
+
+def end_range_times_s(
+    times: Floats,
+    angles: Floats,
+    torques: Floats,
+    taught: Floats,
+    load: LoadModel,
+    thresholds: Mapping[int, EndRangeThreshold] | None = None,
+) -> dict[int, float]:
+    """Return the end-range times of a whole run, counted in a single part."""
+    counter = EndRangeCounter(taught, load, thresholds or {})
+    counter.add(times, angles, torques)
+    return counter.times_s()
 
 
 @pytest.mark.parametrize("samples", [7, 10, 100])

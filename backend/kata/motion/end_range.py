@@ -10,7 +10,7 @@ the difference between this arm's weight and the identified one. The difference 
 capsule, muscle tone and a patient who pushes. While the arm is held, friction is assumed to keep its last direction. docs/explanation/dose.md states the limits.
 """
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from types import MappingProxyType
 from typing import Final
@@ -74,13 +74,12 @@ USUAL: Final = EndRangeThreshold()
 
 @dataclass(frozen=True)
 class EndRange:
-    """When time counts: at most ``band_deg`` before the end, or beyond it, with at least ``torque_nm`` of outward torque."""
+    """When time counts: at most the band before the end, or beyond it, with at least the threshold's torque outwards."""
 
     end_deg: float
     outward: int
     """Sign of the motor's angle on the way to the end."""
-    band_deg: float = BAND_DEG
-    torque_nm: float = TORQUE_NM
+    threshold: EndRangeThreshold = USUAL
 
 
 def end_range_time_s(times_s: ArrayLike, angle_deg: ArrayLike, torque_nm: ArrayLike, counted: EndRange) -> float:
@@ -89,8 +88,8 @@ def end_range_time_s(times_s: ArrayLike, angle_deg: ArrayLike, torque_nm: ArrayL
     A time between two samples counts whole if both are in the end range, half if one is. So the parts of a run add up to the run.
     """
     times, angle, torque = (np.asarray(values, dtype=np.float64) for values in (times_s, angle_deg, torque_nm))
-    near = counted.outward * (counted.end_deg - angle) <= counted.band_deg
-    inside = near & (counted.outward * torque >= counted.torque_nm)
+    near = counted.outward * (counted.end_deg - angle) <= counted.threshold.band_deg
+    inside = near & (counted.outward * torque >= counted.threshold.torque_nm)
     lasts = np.diff(times)
     shares = (inside[1:].astype(np.float64) + inside[:-1]) / 2
     return float(np.sum(np.where((lasts > 0.0) & (lasts <= GAP_S), lasts, 0.0) * shares))
@@ -107,27 +106,32 @@ def end_of_motion(taught_deg: ArrayLike, motor: int, threshold: EndRangeThreshol
     if abs(away[farthest]) < LEAST_RANGE_DEG:
         return None
     outward = 1 if away[farthest] > 0 else -1
-    return EndRange(float(taught[farthest, motor - 1]), outward, threshold.band_deg, threshold.torque_nm)
+    return EndRange(float(taught[farthest, motor - 1]), outward, threshold)
 
 
 class EndRangeCounter:
-    """Counts the end-range time of each motor of the shoulder that has an end, while the samples of a run arrive."""
+    """Counts the end-range time of motors of the shoulder that have an end, while the samples of a run arrive."""
 
     def __init__(
-        self, taught_deg: ArrayLike, load: LoadModel, thresholds: Mapping[int, EndRangeThreshold] = MappingProxyType({})
+        self,
+        taught_deg: ArrayLike,
+        load: LoadModel,
+        thresholds: Mapping[int, EndRangeThreshold] = MappingProxyType({}),
+        motors: Iterable[int] = MOTORS,
     ) -> None:
         """Begin with 0 s.
 
         :param taught_deg: ``(k, 5)``, the recorded motion.
         :param load: load of the station. Without an identified load the torque at the shoulder is unknown, and no motor is counted.
         :param thresholds: band and torque by motor; :data:`USUAL` for the other motors.
+        :param motors: motors to count.
         """
         self._load = load
         self._friction = _FrictionDirection()
         self._earlier = np.empty(0), np.empty((0, N_AXES))
         """Times and angles of the newest samples, for the speed at the start of the next part."""
         rest = rest_posture_deg(taught_deg)
-        ends = {motor: end_of_motion(taught_deg, motor, thresholds.get(motor, USUAL)) for motor in MOTORS}
+        ends = {motor: end_of_motion(taught_deg, motor, thresholds.get(motor, USUAL)) for motor in motors}
         self._motors = {
             motor: _MotorSamples(motor, end, float(rest[motor - 1]))
             for motor, end in ends.items()
@@ -154,20 +158,6 @@ class EndRangeCounter:
     def times_s(self) -> dict[int, float]:
         """Return the seconds by motor."""
         return {motor: one.time_s(float(self._load.share[motor - 1])) for motor, one in self._motors.items()}
-
-
-def end_range_times_s(
-    times_s: ArrayLike,
-    angles_deg: ArrayLike,
-    torques_nm: ArrayLike,
-    taught_deg: ArrayLike,
-    load: LoadModel,
-    thresholds: Mapping[int, EndRangeThreshold] = MappingProxyType({}),
-) -> dict[int, float]:
-    """Return the end-range times of a whole run: :class:`EndRangeCounter` with a single part."""
-    counter = EndRangeCounter(taught_deg, load, thresholds)
-    counter.add(times_s, angles_deg, torques_nm)
-    return counter.times_s()
 
 
 class _MotorSamples:

@@ -45,9 +45,9 @@ class LiveEndRange:
             self._waiting.append(snapshot)
         if self._waiting and snapshot.t_ns - self._waiting[0].t_ns >= _PART_NS:
             self.counter.add(
-                np.array([one.t_ns for one in self._waiting]) / 1e9,
-                np.array([[axis.measured_deg for axis in one.axes] for one in self._waiting], dtype=np.float64),
-                np.array([[axis.torque_nm for axis in one.axes] for one in self._waiting]),
+                np.array([taken.t_ns for taken in self._waiting]) / 1e9,
+                np.array([[axis.measured_deg for axis in taken.axes] for taken in self._waiting], dtype=np.float64),
+                np.array([[axis.torque_nm for axis in taken.axes] for taken in self._waiting]),
             )
             self._waiting.clear()
             self._counted_s = self.counter.times_s().get(self.prescribed.motor)

@@ -1,5 +1,6 @@
 """Counts the end-range time of a playback (:mod:`kata.motion.end_range`): live, and from its journal."""
 
+from collections.abc import Iterable
 from dataclasses import replace
 
 from kata.clinic.sessions.schemas import EndRangePrescription
@@ -8,33 +9,43 @@ from kata.device.config import StationConfig
 from kata.device.journal import Journal
 from kata.motion.axes import BASIC_MOTIONS, Side
 from kata.motion.edit import Motion
+from kata.motion.end_feel import MOTORS
 from kata.motion.end_range import USUAL, EndRangeCounter, EndRangeThreshold
 from kata.station.live_end_range import LiveEndRange, PrescribedEndRange
 from kata.types import side_of
 
 
 def counter(
-    taught: Motion, side: Side, config: StationConfig, prescribed: EndRangePrescription | None
+    taught: Motion,
+    side: Side,
+    config: StationConfig,
+    prescribed: EndRangePrescription | None,
+    motors: Iterable[int] = MOTORS,
 ) -> EndRangeCounter:
     """Return a counter for a playback of this recording at the station. It counts nothing if the station's load is not identified."""
-    return EndRangeCounter(taught.angles_deg, replace(config.servo_model.load, side=side), _thresholds(prescribed))
+    load = replace(config.servo_model.load, side=side)
+    return EndRangeCounter(taught.angles_deg, load, _thresholds(prescribed), motors)
 
 
 def live(
     taught: Motion, side: Side, config: StationConfig, prescribed: EndRangePrescription | None
 ) -> LiveEndRange | None:
-    """Return the live count of a playback; None without prescription."""
+    """Return the live count of a playback; None without prescription.
+
+    It counts the prescribed motor only, because it runs in the event loop.
+    """
     if prescribed is None:
         return None
+    motor = motor_of(prescribed)
     wanted = PrescribedEndRange(
         motion=prescribed.motion,
         name=BASIC_MOTIONS[prescribed.motion - 1].name,
-        motor=motor_of(prescribed),
+        motor=motor,
         seconds=60.0 * prescribed.minutes,
         band_deg=prescribed.band_deg,
         torque_nm=prescribed.torque_nm,
     )
-    return LiveEndRange(wanted, counter(taught, side, config, prescribed))
+    return LiveEndRange(wanted, counter(taught, side, config, prescribed, [motor]))
 
 
 def count(
