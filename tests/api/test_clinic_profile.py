@@ -1,5 +1,6 @@
 """The clinic's letterhead and time zone: the service's settings until an administrator changes them on the page."""
 
+from datetime import timedelta
 from pathlib import Path
 from typing import Any, Final
 
@@ -7,6 +8,9 @@ import pytest
 from fastapi.testclient import TestClient
 from markupsafe import escape
 
+from kata.clinic.sessions import checks
+from kata.clinic.sessions.offline_cache import OfflineCache
+from kata.database.base import utc_now
 from tests.support.audit_rows import audit_log
 from tests.support.service import running
 from tests.support.treatment import treat
@@ -97,3 +101,27 @@ def test_hostile_letterhead_is_text_in_a_report(client: TestClient) -> None:
         report = client.get(f"/api/sessions/{session_id}/report.html").text
         assert name not in report
         assert report.count(str(escape(name))) >= 3
+
+
+def test_checklist_day_begins_in_the_clinics_zone(client: TestClient, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Two hours after the check it is the next day where it was 22 o'clock, and the same day where it was noon."""
+    given = {"clinic_number": "K-1", "name": "Ito Mai", "birth_date": "1970-01-01", "affected_side": "left"}
+    patient = client.post("/api/patients", json=given).json()
+    url = f"/api/sessions/{client.post('/api/sessions', json={'patient_id': patient['id']}).json()['id']}/checklist"
+    now = utc_now()
+    confirmed = client.put(f"{url}/identity", json={"checked_by": "Ito", "identifiers": ["name", "birth_date"]})
+    assert confirmed.status_code == 200, confirmed.text
+    monkeypatch.setattr(checks, "utc_now", lambda: now + timedelta(hours=2))
+    cache: OfflineCache = client.app.state.services.offline_cache  # type: ignore[attr-defined]
+
+    def is_confirmed(local_hour: int) -> bool:
+        ahead = (local_hour - now.hour + 11) % 24 - 11
+        # The sign of these zones' names is reversed.
+        profile = CHANGED | {"time_zone": f"Etc/GMT{-ahead:+d}"}
+        assert client.put("/api/clinic-profile", json=profile).status_code == 200
+        cache.refresh_soon()
+        cache.refresh()
+        (identity,) = (check for check in client.get(url).json()["checks"] if check["check"] == "identity")
+        return identity["checked_by"] is not None
+
+    assert [is_confirmed(12), is_confirmed(22)] == [True, False]
