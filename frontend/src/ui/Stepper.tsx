@@ -24,8 +24,9 @@ export function Stepper(props: {
   const { value, disabled = false, onChange } = props;
   const { label, unit, min, max, step } = props.field;
   const id = useId();
+  // Steps of 0.1 must not add up to 0.7999999999999999.
   const changeTo = (number: number) =>
-    onChange(Math.min(max, Math.max(min, Number.isNaN(number) ? min : number)));
+    onChange(Math.min(max, Math.max(min, Number.isNaN(number) ? min : Math.round(number * 1000) / 1000)));
   const valid = isWithin(props.field, value);
   return (
     <Stack gap={4} role="group" aria-labelledby={id}>

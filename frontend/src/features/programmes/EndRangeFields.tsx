@@ -67,8 +67,7 @@ export function EndRangeFields(props: {
                 key={field.name}
                 field={field}
                 value={value[field.name]}
-                // Steps of 0.1 must not add up to 0.7000000000000001.
-                onChange={(given) => onChange({ ...value, [field.name]: Math.round(given * 100) / 100 })}
+                onChange={(given) => onChange({ ...value, [field.name]: given })}
               />
             ))}
           </SimpleGrid>
