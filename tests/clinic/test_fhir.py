@@ -230,7 +230,7 @@ def test_bundle_repeats_the_values_of_the_record(database: Database, tmp_path: P
 
 
 def test_unsigned_note_is_marked_and_has_no_author(database: Database, tmp_path: Path) -> None:
-    """The software may have drafted it, and nobody has vouched for it."""
+    """The software may have drafted it, and no user has signed it."""
     patient_id = treated(database, sessions=1)
     with database.write() as session:
         row = session.scalars(select(SessionRow).filter_by(patient_id=patient_id)).one()
@@ -474,7 +474,7 @@ BREAKS: dict[str, Callable[[Json], Any]] = {
     "half a birth date": lambda bundle: _first("Patient")(bundle).update(birthDate="1968-4"),
     "an element that is none": lambda bundle: _first("Patient")(bundle).update(age=58),
     "a name that is no list": lambda bundle: _first("Patient")(bundle).update(name={"text": "Yamada"}),
-    "a condition of nobody": lambda bundle: _first("Condition")(bundle).pop("subject"),
+    "a condition without a patient": lambda bundle: _first("Condition")(bundle).pop("subject"),
     "abated and active": lambda bundle: _first("Condition")(bundle).update(abatementDateTime="2026-11-01"),
     "a plan without intent": lambda bundle: _first("CarePlan")(bundle).pop("intent"),
     "a status that is none": lambda bundle: _first("CarePlan")(bundle).update(status="done"),

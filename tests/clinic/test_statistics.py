@@ -28,7 +28,7 @@ from tests.support.treatment import DAY, treat
 
 THERAPIST = Actor(UUID(int=1), UUID(int=2), "Sato Ken", "therapist", frozenset())
 ALL_TIME = Span(datetime(2000, 1, 1, tzinfo=UTC), datetime(2100, 1, 1, tzinfo=UTC))
-NOBODY = ProgrammeAdherence(programmes=0, overdue=0, prescribed=0, held=0)
+NO_PROGRAMMES = ProgrammeAdherence(programmes=0, overdue=0, prescribed=0, held=0)
 NOW = datetime(2026, 11, 20, 6, 0, tzinfo=UTC)
 
 
@@ -150,7 +150,7 @@ def test_share_and_mean_are_those_of_the_patients(database: Database) -> None:
         for change in changes:
             add_episode(session, change)
     with database.read() as session:
-        found = outcomes.outcomes(session, ALL_TIME, NOBODY)
+        found = outcomes.outcomes(session, ALL_TIME, NO_PROGRAMMES)
     everyone = next(group for group in found.groups if group.by == "all")
     (spadi,) = everyone.changes
     assert everyone.patients == 10
@@ -170,7 +170,7 @@ def test_small_groups_are_hidden_and_cannot_be_computed(database: Database) -> N
             for n in range(count):
                 add_episode(session, -float(n), programme)
     with database.read() as session:
-        found = outcomes.outcomes(session, ALL_TIME, NOBODY)
+        found = outcomes.outcomes(session, ALL_TIME, NO_PROGRAMMES)
     shown = {group.name: group.patients for group in found.groups if group.by == "programme"}
     # Without B, C would be the total minus A and B.
     assert shown == {"A": 12, "B": None, "C": None}
@@ -183,13 +183,13 @@ def test_both_shoulders_of_a_patient_are_one_person(database: Database) -> None:
         for n in range(LEAST_SHOWN // 2):
             add_episode(session, -float(n), sides=("left", "right"))
     with database.read() as session:
-        found = outcomes.outcomes(session, ALL_TIME, NOBODY)
+        found = outcomes.outcomes(session, ALL_TIME, NO_PROGRAMMES)
     assert {group.patients for group in found.groups} == {None}
     with database.write() as session:
         for n in range(LEAST_SHOWN // 2):
             add_episode(session, -float(n))
     with database.read() as session:
-        found = outcomes.outcomes(session, ALL_TIME, NOBODY)
+        found = outcomes.outcomes(session, ALL_TIME, NO_PROGRAMMES)
     everyone = next(group for group in found.groups if group.by == "all")
     (spadi,) = everyone.changes
     assert (everyone.patients, spadi.patients, spadi.shoulders) == (10, 10, 15)
@@ -323,5 +323,5 @@ def test_stage_of_the_first_day_is_in_the_clinics_zone(database: Database) -> No
                 )
             )  # fmt: skip
     with database.read() as session:
-        found = outcomes.outcomes(session, Span(ALL_TIME.since, ALL_TIME.until, 540), NOBODY)
+        found = outcomes.outcomes(session, Span(ALL_TIME.since, ALL_TIME.until, 540), NO_PROGRAMMES)
     assert [(group.name, group.patients) for group in found.groups if group.by == "stage"] == [("frozen", LEAST_SHOWN)]

@@ -5,11 +5,12 @@ from typing import Annotated, Literal
 from pydantic import Field
 
 from kata.clinic.commissionings.schemas import MotorStepResponse
+from kata.commissioning.gain_proposal import GAIN_RANGE
 from kata.motion.axes import N_AXES
 from kata.station.schemas import OptionalKey
 from kata.types import Motor, Schema
 
-Gain = Annotated[int, Field(strict=True, ge=0, le=16_383)]
+Gain = Annotated[int, Field(strict=True, ge=GAIN_RANGE.low, le=GAIN_RANGE.high)]
 
 
 class DriveGains(Schema):

@@ -20,13 +20,13 @@ def review_lines(review: GainsReview) -> str:
     """Return figures of every motor, and a plot of each motor whose gains have changed (of all motors, if none has)."""
     lines = ["     motor            P     I     D   rise s  overshoot %  steady error deg"]
     for motor in review.motors:
-        if motor.former_gains and motor.former_gains != motor.gains:
-            lines.append(_row(motor.motor, "former", motor.former_gains, motor.former_response))
+        if former_gains := _changed_from(motor):
+            lines.append(_row(motor.motor, "former", former_gains, motor.former_response))
         lines.append(_row(motor.motor, "now", motor.gains, motor.response))
         if motor.proposed != motor.gains:
             gains = motor.proposed
             lines.append(f"     {motor.motor:5d} propose {gains.p:6d}{gains.i:6d}{gains.d:6d}   {motor.advice}")
-    changed = [motor.motor for motor in review.motors if _has_changed(motor)] or [m.motor for m in review.motors]
+    changed = [motor.motor for motor in review.motors if _changed_from(motor)] or [m.motor for m in review.motors]
     for number in changed:
         now = [curve for curve in review.curves if curve.motor == number]
         former = [curve for curve in review.former_curves if curve.motor == number]
@@ -55,8 +55,9 @@ def choice_of(line: str, review: GainsReview) -> GainsChoice | None:
     return choice if choice and review.accepts(choice) else None
 
 
-def _has_changed(motor: MotorGains) -> bool:
-    return motor.former_gains is not None and motor.former_gains != motor.gains
+def _changed_from(motor: MotorGains) -> Gains | None:
+    """Return the former gains if the present ones differ."""
+    return motor.former_gains if motor.former_gains != motor.gains else None
 
 
 def _row(motor: int, which: str, gains: Gains, response: StepResponse | None) -> str:

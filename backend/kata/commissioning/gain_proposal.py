@@ -32,7 +32,8 @@ LARGEST_CHANGE: Final = 2
 """Largest factor by which a trial raises or lowers a gain."""
 _FROM_NOTHING: Final = 100
 """Value to which a trial may raise a gain of less than half of it."""
-_REGISTER: Final = next(accepted for accepted in RANGES if accepted.field == "axes.position_p_gain")
+GAIN_RANGE: Final = next(accepted for accepted in RANGES if accepted.field == "axes.position_p_gain")
+"""Values that the drive's registers of P, I and D hold."""
 
 Advice = Literal["", "damp", "faster", "integrate"]
 
@@ -97,4 +98,4 @@ def _each(gains: Gains) -> tuple[int, int, int]:
 
 
 def _within(gain: int) -> int:
-    return int(min(max(gain, _REGISTER.low), _REGISTER.high))
+    return int(min(max(gain, GAIN_RANGE.low), GAIN_RANGE.high))

@@ -2,6 +2,7 @@ import "./catalogue";
 import { Alert, Button, Group, NumberInput, Stack, Table, Text } from "@mantine/core";
 import { useState } from "react";
 import type { Schemas } from "../../lib/api/client";
+import { formatList } from "../../lib/format";
 import { t } from "../../lib/i18n";
 import { LANGUAGE } from "../../lib/language";
 import { translateServerText } from "../../lib/serverText";
@@ -14,7 +15,6 @@ type Answer = Schemas["GainsAnswer"];
 
 const FIXED_2 = new Intl.NumberFormat(LANGUAGE, { minimumFractionDigits: 2, maximumFractionDigits: 2 });
 const PERCENT = new Intl.NumberFormat(LANGUAGE, { maximumFractionDigits: 0 });
-const LIST = new Intl.ListFormat(LANGUAGE, { type: "conjunction" });
 
 /** Shows the step responses beside the former ones, and lets the technician keep, change or take back gains. */
 export function GainTuning(props: { review: Review; busy: boolean; onAnswer: (answer: Answer) => void }) {
@@ -29,7 +29,7 @@ export function GainTuning(props: { review: Review; busy: boolean; onAnswer: (an
       <Text>
         {proposed.length > 0
           ? t("commissioning:tuning.proposals", {
-              motors: LIST.format(proposed.map((motor) => String(motor.motor))),
+              motors: formatList(proposed.map((motor) => String(motor.motor))),
             })
           : t("commissioning:tuning.noProposals")}
       </Text>
