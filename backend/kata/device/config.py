@@ -15,6 +15,7 @@ from kata.device import texts
 from kata.device.bus.registry import find_driver
 from kata.device.config_rules import MOTOR_RANGES_DEG, problems
 from kata.device.config_rules import NO_REGISTER as NO_REGISTER
+from kata.device.messages import RESISTANCE_LEVELS
 from kata.motion.arm_load import ArmLoad
 from kata.motion.axes import APPARATUS_SIGNS, CANONICAL_SIDE, N_AXES, Side
 from kata.motion.method import LoadModel, Method, ServoModel
@@ -27,6 +28,10 @@ SHORTEST_REFERENCE_S: Final = 0.2
 """Minimum duration of a reference. Starting and stopping take this long at full speed. In a shorter recording the checked
 speed and acceleration are not defined.
 """
+_FULL_TORQUE_SHARE: Final = 0.98
+"""Share of a drive's torque limit that the highest resistance level uses, because a drive reports slightly less than its limit."""
+_LEAST_SHARE: Final = _FULL_TORQUE_SHARE / RESISTANCE_LEVELS
+"""Share of a drive's torque limit that the lowest resistance level uses. Each level adds the same share."""
 
 _WRONG_TYPE: Final = re.compile(r"(?P<why>.*) - at `\$\.(?P<field>.*)`", re.DOTALL)
 """Matches msgspec's message about a value of the wrong type."""
@@ -305,6 +310,10 @@ class StationConfig(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fi
         ).T
         load = LoadModel(damping, inertia, coulomb, share, self.arm, self.side)
         return ServoModel(first_s, second_s2, friction_deg, integral_s, droop_deg_nm, load)
+
+    def resistance_thresholds_nm(self, load_level: int) -> list[float]:
+        """Return for each axis the torque in N m that counts as resistance at a patient's level."""
+        return [axis.max_torque_nm * load_level * _LEAST_SHARE for axis in self.axes]
 
     def with_speed_limit(self, max_speed_deg_s: float | None) -> "StationConfig":
         """Return a copy whose axes and approach are at most as fast as ``max_speed_deg_s``; if that is None, return ``self``."""

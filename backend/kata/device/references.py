@@ -19,7 +19,7 @@ import numpy as np
 from kata.device import texts
 from kata.device.config import ConfigError, StationConfig
 from kata.device.messages import RESISTANCE_LEVELS, SAMPLE_FIELDS, Load, LoadPart, Refusal, Request
-from kata.device.resistance import RESISTS_NS, resistance_thresholds_nm
+from kata.device.resistance import RESISTS_NS
 from kata.messages import Text, text_of
 from kata.motion import texts as motion_texts
 from kata.motion.axes import N_AXES
@@ -158,7 +158,7 @@ def _check_torque(load: Load, config: StationConfig, trajectory: Trajectory) -> 
     load_model = config.servo_model.load
     if not load_model.known:
         return
-    limits_nm = _CARRIED_SHARE * np.array(resistance_thresholds_nm(config, load.load_level))
+    limits_nm = _CARRIED_SHARE * np.array(config.resistance_thresholds_nm(load.load_level))
     times = np.arange(0.0, trajectory.duration_s, _TORQUE_STEP_S)
     torque = np.cumsum(load_model.torque_nm(trajectory.motions(times)), axis=0)
     rows = min(round(RESISTS_NS / 1e9 / _TORQUE_STEP_S), len(times) - 1)
@@ -205,7 +205,7 @@ def _check_end_feel(load: Load, config: StationConfig, trajectory: Trajectory) -
                 motor=test.motor, least_deg=_SHORTEST_WAY_DEG, slowest=SLOWEST_DEG_S, fastest=FASTEST_DEG_S
             )
         )
-    limit_nm = resistance_thresholds_nm(config, load.load_level)[axis]
+    limit_nm = config.resistance_thresholds_nm(load.load_level)[axis]
     needed_nm = max(test.torque_nm, float(np.max(expected_nm * outward)) + _LEAST_LEFT_NM)
     if needed_nm > limit_nm:
         raise TrajectoryError(

@@ -8,9 +8,7 @@ from typing import Final
 
 import numpy as np
 
-from kata.device.config import StationConfig
 from kata.device.cycle_state import CycleState
-from kata.device.messages import RESISTANCE_LEVELS
 from kata.motion.linkage import Floats
 
 RESISTS_NS: Final = 100_000_000
@@ -32,16 +30,6 @@ FARTHEST_DEG: Final = 15.0
 softest drive, is 9.5 deg ahead at its rated torque."""
 _RESUME_DEG_S: Final = 5.0
 """Speed at which a yielded setpoint moves back to the path when the recording plays again."""
-
-_FULL_TORQUE_SHARE: Final = 0.98
-"""Share of a drive's torque limit that the highest level uses, because a drive reports slightly less than its limit."""
-_LEAST_SHARE: Final = _FULL_TORQUE_SHARE / RESISTANCE_LEVELS
-"""Share of a drive's torque limit that the lowest level uses. Each level adds the same share."""
-
-
-def resistance_thresholds_nm(config: StationConfig, load_level: int) -> list[float]:
-    """Return for each axis the torque in N m that counts as resistance at a patient's level."""
-    return [axis.max_torque_nm * load_level * _LEAST_SHARE for axis in config.axes]
 
 
 class ResistanceMonitor:

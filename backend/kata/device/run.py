@@ -15,7 +15,7 @@ from kata.device.journal import JournalWriter, Sample
 from kata.device.messages import Load, RunState
 from kata.device.movement import CREEP, RAMP_S, Movement, Path, longest_step
 from kata.device.range_override import RangeOverride
-from kata.device.resistance import ResistanceMonitor, YieldOffset, resistance_thresholds_nm
+from kata.device.resistance import ResistanceMonitor, YieldOffset
 from kata.device.run_limits import RunLimits
 from kata.device.setpoint_gate import largest_step_deg
 from kata.motion.ilc import Correction
@@ -98,7 +98,7 @@ class Run:
         )
         asked = self.load.end_feel
         self.end_feel = EndFeelTest(asked, self.trajectory, self.config) if asked else None
-        thresholds_nm = resistance_thresholds_nm(self.config, self.load.load_level)
+        thresholds_nm = self.config.resistance_thresholds_nm(self.load.load_level)
         self._monitor = ResistanceMonitor(thresholds_nm)
         slowest_deg_s = min(axis.max_speed_deg_s for axis in self.config.axes)
         self._yield_offset = YieldOffset(thresholds_nm, self.rate_hz, slowest_deg_s)
