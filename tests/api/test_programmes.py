@@ -110,6 +110,15 @@ def test_end_range_time_is_prescribed_where_it_can_be_counted(client: TestClient
         assert refused.status_code == 422, name
 
 
+def test_end_range_torque_above_resistance_level_is_refused(client: TestClient, lift: dict[str, Any]) -> None:
+    item = ITEM | {"end_range": {"motion": 4, "minutes": 5.0, "torque_nm": 3.8}}
+    refusal = problem(post(client, lift, item | {"load_level": 20}), 422, "unplayable")
+    assert "resistance level 20 moves the arm back before" in refusal["detail"]
+    assert "level 25 or higher is needed" in refusal["detail"]
+    assert refusal["next_step"] == "Choose a higher resistance level, or prescribe less torque."
+    assert post(client, lift, item | {"load_level": 25}).status_code == 201
+
+
 def test_programme_beyond_a_doctors_limits_is_reported_and_not_saved(client: TestClient, lift: dict[str, Any]) -> None:
     episode = client.get(f"/api/patients/{lift['patient_id']}/episodes").json()["items"][0]
     forbidding = {

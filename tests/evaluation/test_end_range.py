@@ -9,7 +9,7 @@ import pytest
 from kata.clinic.sessions import end_range
 from kata.clinic.sessions.schemas import EndRangePrescription
 from kata.device.config import simulated
-from kata.device.messages import Load, Snapshot
+from kata.device.messages import RESISTANCE_LEVELS, Load, Snapshot
 from kata.evaluation.end_feel import STARTS_DEG, EndFeelCase, PatientStation, StiffPlant
 from kata.evaluation.excitation import identified
 from kata.motion.edit import Motion
@@ -71,7 +71,7 @@ def counted(case: EndFeelCase, prescribed: EndRangePrescription) -> Counted:
     grid = np.arange(START_DEG, 118.0, 0.1)
     end_deg = float(grid[np.argmax(station.elastic_nm(grid) > HELD_NM)])
     motion = held(end_deg)
-    station.live = end_range.live(motion, "right", station.config, prescribed)
+    station.live = end_range.live(motion, "right", station.config, prescribed, RESISTANCE_LEVELS)
     assert station.live
     station.against_nm.clear()
     load = Load(
@@ -83,7 +83,7 @@ def counted(case: EndFeelCase, prescribed: EndRangePrescription) -> Counted:
     angles = np.array([row[MOTOR - 1] for _, row in station._arm])
     truth = EndRange(end_deg, 1, EndRangeThreshold(prescribed.band_deg, prescribed.torque_nm))
     true_s = end_range_time_s(times, angles, station.against_nm[-len(times) :], truth)
-    counter = end_range.counter(motion, "right", station.config, prescribed)
+    counter = end_range.counter(motion, "right", station.config, prescribed, RESISTANCE_LEVELS)
     counter.add((journal.t_ns - journal.t_ns[0]) / 1e9, journal.measured_deg, journal.torque_nm)
     live_s = station.live.live().counted_s
     assert live_s is not None

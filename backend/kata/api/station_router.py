@@ -490,7 +490,7 @@ def _begin_run(
             limits=limits,
             allowed=allowed,
             patient=PatientRef(id=patient.id, name=patient.name),
-            end_range=end_range.live(taught, side, config, plans.end_range_of(session, row)),
+            end_range=end_range.live(taught, side, config, plans.end_range_of(session, row), wanted.load_level),
         )
 
 
@@ -527,6 +527,6 @@ def _begin_without_database(
         found.limits,
         found.recording.allowed,
         PatientRef(id=found.patient.id, name=found.patient.name),
-        end_range.live(found.recording.taught, found.recording.side, config, found.end_range),
+        end_range.live(found.recording.taught, found.recording.side, config, found.end_range, wanted.load_level),
         without_database=True,
     )

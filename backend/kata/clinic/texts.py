@@ -96,6 +96,18 @@ ITEM_BEFORE_END: Final = message(
     "item_before_end",
     "“{motion:text}” ends {short_deg:.0f} deg before the recorded end, outside the prescribed band of {band_deg:g} deg",
 )
+END_RANGE_LEVEL_TOO_LOW: Final = message(
+    "end_range_level_too_low",
+    "resistance level {level:d} moves the arm back before “{motion:text}” reaches the prescribed {torque_nm:g} Nm at its end; level {least:d} or "
+    "higher is needed",
+)
+END_RANGE_TORQUE_TOO_HIGH: Final = message(
+    "end_range_torque_too_high",
+    "at the end of “{motion:text}” the motor cannot reach the prescribed {torque_nm:g} Nm at any resistance level",
+)
+CHANGE_LEVEL_OR_TORQUE: Final = message(
+    "change_level_or_torque", "Choose a higher resistance level, or prescribe less torque."
+)
 CHANGE_END_RANGE: Final = message("change_end_range", "Prescribe another motion or band, or play more of the range.")
 ITEM_SAMPLES_DAMAGED: Final = message("item_samples_damaged", "its samples are damaged")
 ITEM_OF_OTHER_PATIENT: Final = message(

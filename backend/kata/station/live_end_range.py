@@ -24,6 +24,8 @@ class PrescribedEndRange:
     seconds: float
     band_deg: float
     torque_nm: float
+    problem: Text | None = None
+    """The reason why the torque cannot be reached at the run's resistance level; None if it can."""
 
 
 @dataclass
@@ -63,4 +65,6 @@ class LiveEndRange:
             prescribed_s=prescribed.seconds,
             band_deg=prescribed.band_deg,
             torque_nm=prescribed.torque_nm,
+            problem=prescribed.problem,
+            problem_key=TextKey.of(prescribed.problem),
         )

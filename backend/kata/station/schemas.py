@@ -165,6 +165,11 @@ class EndRangeLive(_Schema):
     prescribed_s: float = Field(gt=0, description="Prescribed end-range time per session, seconds.")
     band_deg: float = Field(gt=0, description="Time counts at most this far before the end, degrees.")
     torque_nm: float = Field(gt=0, description="Time counts with at least this torque, newton metres.")
+    problem: str | None = Field(
+        None,
+        description="The reason why the torque cannot be reached at the run's resistance level, so that no time is counted; null if it can.",
+    )
+    problem_key: OptionalKey = None
 
 
 class RunLive(_Schema):

@@ -61,13 +61,14 @@ class ItemPlayback:
     recording_id: UUID
     asked: PlaybackSettings
     method: Method
+    load_level: int
     end_range: EndRangePrescription | None = None
 
 
 def playback_of(item: ProgrammeItemRequest) -> ItemPlayback:
     """Return the settings on which an item's check depends."""
     asked = PlaybackSettings(item.speed_percent, item.repetitions, item.pause_s, item.range_percent)
-    return ItemPlayback(item.recording_id, asked, item.method, item.end_range)
+    return ItemPlayback(item.recording_id, asked, item.method, item.load_level, item.end_range)
 
 
 def item_problems(
@@ -123,8 +124,12 @@ def _duration(
         few = with_settings(motion, replace(playback.asked, repetitions=min(playback.asked.repetitions, 2)))
         config.check_reference(playback.method, reference(playback.method, few.times_s, few.angles_deg), allowed.side)
         allowed.check_path(few, playback.method)
-        if playback.end_range and (why := _end_range_problem(playback.end_range, motion, few, allowed.side)):
-            return ItemProblem(why, next_step=texts.CHANGE_END_RANGE())
+        if playback.end_range:
+            prescribed, side = playback.end_range, allowed.side
+            if why := _end_range_problem(prescribed, motion, few, side):
+                return ItemProblem(why, next_step=texts.CHANGE_END_RANGE())
+            if why := end_range.level_problem(motion, side, config, prescribed, playback.load_level):
+                return ItemProblem(why, next_step=texts.CHANGE_LEVEL_OR_TORQUE())
     except UnreadableError:
         return ItemProblem(texts.ITEM_SAMPLES_DAMAGED())
     except (EditError, TrajectoryError) as error:

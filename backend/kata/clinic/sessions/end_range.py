@@ -2,17 +2,27 @@
 
 from collections.abc import Iterable
 from dataclasses import replace
+from typing import Final
 
+import numpy as np
+
+from kata.clinic import texts
 from kata.clinic.sessions.schemas import EndRangePrescription
 from kata.clinic.sessions.tables import RunRow
 from kata.device.config import StationConfig
 from kata.device.journal import Journal
+from kata.device.messages import RESISTANCE_LEVELS
+from kata.messages import Text
 from kata.motion.axes import BASIC_MOTIONS, Side
 from kata.motion.edit import Motion
 from kata.motion.end_feel import MOTORS
-from kata.motion.end_range import USUAL, EndRangeCounter, EndRangeThreshold
+from kata.motion.end_range import USUAL, EndRangeCounter, EndRangeThreshold, end_of_motion
+from kata.motion.path import PathPoint
 from kata.station.live_end_range import LiveEndRange, PrescribedEndRange
 from kata.types import side_of
+
+_POSTURES: Final = 50
+"""Number of postures near the end whose load is calculated. A band has at most 20 deg, so they are about half a degree apart."""
 
 
 def counter(
@@ -28,7 +38,7 @@ def counter(
 
 
 def live(
-    taught: Motion, side: Side, config: StationConfig, prescribed: EndRangePrescription | None
+    taught: Motion, side: Side, config: StationConfig, prescribed: EndRangePrescription | None, load_level: int
 ) -> LiveEndRange | None:
     """Return the live count of a playback; None without prescription.
 
@@ -44,8 +54,37 @@ def live(
         seconds=60.0 * prescribed.minutes,
         band_deg=prescribed.band_deg,
         torque_nm=prescribed.torque_nm,
+        problem=level_problem(taught, side, config, prescribed, load_level),
     )
     return LiveEndRange(wanted, counter(taught, side, config, prescribed, [motor]))
+
+
+def level_problem(
+    taught: Motion, side: Side, config: StationConfig, prescribed: EndRangePrescription, load_level: int
+) -> Text | None:
+    """Return the reason why the prescribed torque cannot be reached at this resistance level, or None.
+
+    The resistance level limits the drive's torque. The drive also carries the station's load and friction, as far as they are identified.
+    """
+    motor = motor_of(prescribed)
+    end = end_of_motion(taught.angles_deg, motor, threshold_of(prescribed))
+    if end is None:
+        return None
+    near = taught.angles_deg[end.outward * (end.end_deg - taught.angles_deg[:, motor - 1]) <= prescribed.band_deg]
+    postures = near[:: -(-len(near) // _POSTURES)]
+    load = replace(config.servo_model.load, side=side)
+    carried_nm = end.outward * load.arm_nm(PathPoint(postures, np.zeros_like(postures), np.zeros_like(postures)))
+    least_nm = (
+        carried_nm[:, motor - 1].min() + load.coulomb_nm[motor - 1] + load.share[motor - 1] * prescribed.torque_nm
+    )
+    named = {"motion": BASIC_MOTIONS[prescribed.motion - 1].name, "torque_nm": prescribed.torque_nm}
+    levels = range(1, RESISTANCE_LEVELS + 1)
+    enough = [level for level in levels if config.resistance_thresholds_nm(level)[motor - 1] > least_nm]
+    if not enough:
+        return texts.END_RANGE_TORQUE_TOO_HIGH(**named)
+    if load_level < enough[0]:
+        return texts.END_RANGE_LEVEL_TOO_LOW(**named, level=load_level, least=enough[0])
+    return None
 
 
 def count(

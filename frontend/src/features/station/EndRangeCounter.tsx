@@ -35,6 +35,11 @@ export function EndRangeCounter({ run }: { run: Schemas["RunLive"] }) {
         transitionDuration={100}
       />
       <Text size="sm">{t("station:endRange.live", { band: live.band_deg, torque: live.torque_nm })}</Text>
+      {live.problem && (
+        <Text fw={600} data-testid="end-range-problem">
+          {t("station:endRange.notReached", { reason: translateServerText(live.problem, live.problem_key) })}
+        </Text>
+      )}
     </Stack>
   );
 }

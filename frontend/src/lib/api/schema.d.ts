@@ -5496,6 +5496,13 @@ export interface components {
              * @description Time counts with at least this torque, newton metres.
              */
             torque_nm: number;
+            /**
+             * Problem
+             * @description The reason why the torque cannot be reached at the run's resistance level, so that no time is counted; null if it can.
+             */
+            problem?: string | null;
+            /** @description Code and parameters of the English text; null: it has none. */
+            problem_key?: components["schemas"]["TextKey"] | null;
         };
         /**
          * EndRangePrescription
