@@ -1,11 +1,14 @@
 """Programmes: versions, completed repetitions and adherence, on both databases."""
 
+import re
 from contextlib import nullcontext
 from datetime import UTC, date, datetime, timedelta
+from html import unescape
 from queue import Queue
 from threading import Event, Thread
 from typing import Any
 from uuid import UUID, uuid4
+from zoneinfo import ZoneInfo
 
 import pytest
 from sqlalchemy import event
@@ -30,9 +33,16 @@ from kata.clinic.sessions.tables import MotionTrackingRow, RunRow, SessionRow
 from kata.database.base import utc_now
 from kata.database.engine import Database
 from kata.errors import ProblemError
+from kata.interop import bundle, patient_export
+from kata.interop.codes import ClinicNames
+from kata.reporting import episode as episode_report
+from kata.reporting import rendering
+from kata.reporting import session as session_report
+from tests.support.reports import how
 
 MONDAY = datetime(2026, 11, 16, 9, 0, tzinfo=UTC)
 DAY = timedelta(days=1)
+PRESCRIBED = EndRangePrescription(motion=4, minutes=2.0, band_deg=5.0, torque_nm=1.0)
 
 
 class Clinic:
@@ -432,12 +442,12 @@ def test_an_episodes_weeks_come_from_its_sessions(clinic: Clinic) -> None:
     assert (week.repetitions_done, week.repetitions_planned) == (17, 20)
 
 
-def test_counted_end_range_time_is_beside_the_prescribed_one(clinic: Clinic) -> None:
+def with_end_range_times(clinic: Clinic) -> tuple[UUID, UUID]:
+    """Return an episode with two minutes counted of four prescribed ones, and the session in which they were counted."""
     lift, turn = clinic.recording(), clinic.recording("Turn")
-    prescribed = EndRangePrescription(motion=4, minutes=2.0, band_deg=5.0, torque_nm=1.0)
     wanted = ProgrammeCreate(
         name="Morning", made_by="Aoki", sessions_per_week=3,
-        items=[*items(lift, lift, end_range=prescribed), *items(turn)],
+        items=[*items(lift, lift, end_range=PRESCRIBED), *items(turn)],
     )  # fmt: skip
     with clinic.database.write() as session:
         programme = service.create(session, clinic.patient_id, wanted, [10.0] * 3)
@@ -455,6 +465,11 @@ def test_counted_end_range_time_is_beside_the_prescribed_one(clinic: Clinic) -> 
         session.get_one(ProgrammeVersionRow, version.id).made_at = MONDAY
         episode_id = session.get_one(SessionRow, visit_id).episode_id
     assert episode_id
+    return episode_id, visit_id
+
+
+def test_counted_end_range_time_is_beside_the_prescribed_one(clinic: Clinic) -> None:
+    episode_id, visit_id = with_end_range_times(clinic)
     with clinic.database.read() as session:
         week = adherence.of_episode(session, episode_id, 0).weeks[0]
         plan = planned.of_session(session, visit_id)
@@ -464,7 +479,59 @@ def test_counted_end_range_time_is_beside_the_prescribed_one(clinic: Clinic) -> 
         [(None, 240.0)],
     ]
     assert [item.end_range_s for item in plan.items] == [90.0, 30.0, None]
-    assert [item.end_range for item in plan.items] == [prescribed, prescribed, None]
+    assert [item.end_range for item in plan.items] == [PRESCRIBED, PRESCRIBED, None]
+
+
+def test_reports_print_prescribed_and_counted_minutes(clinic: Clinic) -> None:
+    episode_id, visit_id = with_end_range_times(clinic)
+    with clinic.database.read() as session:
+        visit = session_report.read_content(session, visit_id)
+        care = episode_report.read_content(session, episode_id)
+    said = {
+        "en": ("Abduction / adduction last 5°, at least 1 Nm 2.0 of 4.0 2.0 of 12.0", "2026-11-16 4 Abduction / adduction 2.0 of 12.0"),
+        "ja": ("終点の手前5°以内、1 Nm以上 2.0／処方4.0 2.0／処方12.0", "2.0／処方12.0"),
+    }  # fmt: skip
+    for language, (of_session, of_week) in said.items():
+        options = how(language)
+        assert of_session in text_of(rendering.session_page(visit, options).html)
+        assert of_week in text_of(rendering.episode_page(care, options).html)
+
+
+def test_exports_have_prescribed_and_counted_end_range_times(clinic: Clinic) -> None:
+    _, visit_id = with_end_range_times(clinic)
+    names = ClinicNames(zone=ZoneInfo("Asia/Tokyo"))
+    with clinic.database.read() as session:
+        patient = patients.get(session, clinic.patient_id)
+        rows = list(patient_export._end_range_rows(session, patient, names))
+        resources = list(bundle.resources(session, patient, names))
+    figures = [(row["period"], row["begins"][:10], row["counted_s"], row["prescribed_s"], row["side"]) for row in rows]
+    assert figures[:3] == [
+        ("session", "2026-11-16", 120.0, 240.0, "right"),
+        ("session", "2026-11-17", None, 240.0, "right"),
+        ("week", "2026-11-16", 120.0, 720.0, "right"),
+    ]
+    assert rows[0]["session_id"] == visit_id
+
+    plan = next(resource for resource in resources if resource["resourceType"] == "CarePlan")
+    description = plan["activity"][0]["detail"]["description"]
+    assert description.endswith("2 min a session, last 5 deg with at least 1 Nm between apparatus and shoulder")
+    of_session, not_counted, of_week = [
+        resource
+        for resource in resources
+        if resource["resourceType"] == "Observation"
+        and resource["code"]["coding"][0]["code"] in ("motion-4-end-range-session", "motion-4-end-range-week")
+    ][:3]
+    assert of_session["valueQuantity"]["value"] == 120.0
+    assert of_session["component"][0]["valueQuantity"]["value"] == 240.0
+    assert of_session["partOf"][0]["reference"] == f"urn:uuid:{visit_id}"
+    assert "valueQuantity" not in not_counted and "dataAbsentReason" in not_counted
+    assert of_week["component"][0]["valueQuantity"]["value"] == 720.0
+    assert of_week["effectivePeriod"] == {"start": "2026-11-16", "end": "2026-11-22"}
+
+
+def text_of(html: str) -> str:
+    """Return the words of a page without its tags."""
+    return " ".join(unescape(re.sub(r"<[^>]*>", " ", html)).split())
 
 
 def reached(seconds: float | None) -> list[MotionTrackingRow]:

@@ -15,7 +15,9 @@ from sqlalchemy.orm import Session
 
 from kata.clinic.assessments.tables import AssessmentRow
 from kata.clinic.contraindications.tables import ContraindicationRow
+from kata.clinic.episodes.tables import EpisodeRow
 from kata.clinic.patients.tables import PatientRow
+from kata.clinic.programmes import adherence
 from kata.clinic.programmes.tables import ProgrammeRow
 from kata.clinic.questionnaires.definitions import DEFINITIONS, SPADI
 from kata.clinic.questionnaires.tables import QuestionnaireTextsRow
@@ -32,7 +34,7 @@ def write(session: Session, patient: PatientRow, path: Path, clinic: ClinicNames
     """Write the bundle to a file."""
     with path.open("w", encoding="utf-8") as file:
         file.write('{"resourceType":"Bundle","type":"transaction","entry":[')
-        for number, plain in enumerate(resources(session, patient, clinic.identifier_system)):
+        for number, plain in enumerate(resources(session, patient, clinic)):
             resource = clinic.profiled(plain)
             file.write(",\n" if number else "\n")
             # One entry at a time, because encoding the whole bundle at once would block other threads.
@@ -49,11 +51,11 @@ def entry(resource: Resource) -> Resource:
     }
 
 
-def resources(session: Session, patient: PatientRow, identifier_system: str) -> Iterator[Resource]:
+def resources(session: Session, patient: PatientRow, clinic: ClinicNames) -> Iterator[Resource]:
     """Yield all resources. A resource comes after the resources to which it refers."""
     yield fhir_care.code_system()
     yield from _questionnaires(session, patient)
-    yield fhir_care.patient(patient, identifier_system)
+    yield fhir_care.patient(patient, clinic.identifier_system)
     sides = {episode.id: episode.side for episode in patient.episodes}
     # A Condition has the id of its episode.
     conditions: dict[UUID, UUID] = {}
@@ -81,6 +83,20 @@ def resources(session: Session, patient: PatientRow, identifier_system: str) -> 
         reason = conditions.get(clinic_session.episode_id) if clinic_session.episode_id else None
         for resource in _clinic_session(clinic_session, clinic_session.side, reason):
             yield simulated(resource) if clinic_session.simulated else resource
+    for episode in patient.episodes:
+        yield from _end_range_times(session, episode, adherence.utc_offset_minutes(clinic.zone))
+
+
+def _end_range_times(session: Session, episode: EpisodeRow, utc_offset_minutes: int) -> Iterator[Resource]:
+    for week in adherence.of_episode(session, episode.id, utc_offset_minutes).weeks:
+        are_simulated = adherence.simulated_sessions(session, week)
+        for of_session in week.end_range_sessions:
+            for done in of_session.motions:
+                resource = fhir_observations.end_range_session(done, of_session, episode.patient_id, episode.side)
+                yield simulated(resource) if of_session.session_id in are_simulated else resource
+        for done in week.end_range:
+            resource = fhir_observations.end_range_week(done, week.begins_on, episode)
+            yield simulated(resource) if are_simulated else resource
 
 
 def _questionnaires(session: Session, patient: PatientRow) -> Iterator[Resource]:

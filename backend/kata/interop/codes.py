@@ -10,6 +10,7 @@ from dataclasses import dataclass, field
 from datetime import date, datetime
 from typing import Any, Final
 from uuid import UUID, uuid5
+from zoneinfo import ZoneInfo
 
 from kata.clinic.assessments.rom import KINDS, MEASURES, measure_of
 from kata.clinic.contraindications.kinds import KINDS as CONTRAINDICATIONS
@@ -110,6 +111,12 @@ LOCAL_CODES: Final[dict[str, str]] = {
         f"the end of the recorded motion, with at least {TORQUE_NM:g} Nm between apparatus and shoulder"
         for number in range(3, 7)
     },
+    **{
+        f"motion-{number}-end-range-{period}": f"End-range time of basic motion {number} in a {period}, of the items that prescribe it"
+        for number in range(3, 7)
+        for period in ("session", "week")
+    },
+    "end-range-prescribed": "Prescribed end-range time of the same motion and period",
     **_ROM_LOCAL,
     **{f"contraindication-{kind.code}": str(kind.name) for kind in CONTRAINDICATIONS.values()},
 }
@@ -148,6 +155,8 @@ class ClinicNames:
     """Identifier system of the clinic's patient numbers."""
     profiles: Mapping[str, str] = field(default_factory=dict)
     """By type of resource, the canonical address of the profile that the resource claims to follow."""
+    zone: ZoneInfo | None = None
+    """Time zone in which weeks begin on Monday; None: that of the service's computer."""
 
     def profiled(self, resource: Resource) -> Resource:
         """Return the resource with the profile of its type, if there is one, and with what that profile demands."""

@@ -13,6 +13,7 @@ from kata.clinic.programmes.tables import ProgrammeItemRow, ProgrammeVersionRow
 from kata.clinic.questionnaires.definitions import SPADI as SPADI_DEFINITION
 from kata.clinic.questionnaires.definitions import Definition
 from kata.clinic.questionnaires.tables import QuestionnaireTextsRow
+from kata.clinic.sessions.schemas import EndRangePrescription
 from kata.device.messages import RESISTANCE_LEVELS
 from kata.interop.codes import (
     HL7,
@@ -228,6 +229,12 @@ def _activity(item: ProgrammeItemRow, status: str, sessions_per_week: int | None
         f"{item.recording.name}: {item.repetitions} times, {item.speed_percent:g} % speed, {item.range_percent:g} % range, "
         f"pause {item.pause_s:g} s, resistance level {item.load_level} of {RESISTANCE_LEVELS}, {item.method}"
     )
+    if item.end_range:
+        prescribed = EndRangePrescription.model_validate(item.end_range)
+        description += (
+            f"; end-range time of {BASIC_MOTIONS[prescribed.motion - 1].name}: {prescribed.minutes:g} min a session, last {prescribed.band_deg:g} deg "
+            f"with at least {prescribed.torque_nm:g} Nm between apparatus and shoulder"
+        )
     timing = {"repeat": {"frequency": sessions_per_week, "period": 1, "periodUnit": "wk"}}
     return {
         "detail": {

@@ -1,11 +1,13 @@
 """FHIR resources of sessions, runs and assessments. Each function returns the resources of one row as JSON."""
 
 from collections.abc import Iterator
-from datetime import datetime
+from datetime import date, datetime, timedelta
 from typing import Final
 from uuid import UUID
 
 from kata.clinic.assessments.tables import AssessmentRow, RomRow
+from kata.clinic.episodes.tables import EpisodeRow
+from kata.clinic.programmes.adherence import EndRangeDone, EndRangeSession
 from kata.clinic.questionnaires import definitions
 from kata.clinic.questionnaires.definitions import DEFINITIONS, SPADI
 from kata.clinic.sessions.patient_angles import PatientAngles
@@ -149,6 +151,45 @@ def run_tracking(row: RunRow, patient_id: UUID) -> Resource:
             "dataAbsentReason": None if value else concept(f"{HL7}data-absent-reason", *absent, why),
             "bodySite": shoulder(row.recording.side),
             "component": components,
+        }
+    )
+
+
+def end_range_session(done: EndRangeDone, of_session: EndRangeSession, patient_id: UUID, side: str) -> Resource:
+    """Return the Observation of a motion's end-range time in one session, with the prescribed time."""
+    return _end_range(done, "session", patient_id, side) | {
+        "id": str(derived_id("end-range-session", of_session.session_id, done.motion)),
+        "partOf": [reference(of_session.session_id)],
+        "effectiveDateTime": fhir_date(of_session.started_at),
+    }
+
+
+def end_range_week(done: EndRangeDone, begins_on: date, episode: EpisodeRow) -> Resource:
+    """Return the Observation of a motion's end-range time in one week, with the prescribed time."""
+    last = begins_on + timedelta(days=6)
+    return _end_range(done, "week", episode.patient_id, episode.side) | {
+        "id": str(derived_id("end-range-week", episode.id, begins_on, done.motion)),
+        "effectivePeriod": {"start": fhir_date(begins_on), "end": fhir_date(last)},
+    }
+
+
+def _end_range(done: EndRangeDone, period: str, patient_id: UUID, side: str) -> Resource:
+    counted = quantity(done.counted_s, "s")
+    return without_empty(
+        {
+            "resourceType": "Observation",
+            "status": "final",
+            "category": [_THERAPY],
+            "code": local_concept(f"motion-{done.motion}-end-range-{period}"),
+            "subject": reference(patient_id),
+            "valueQuantity": counted,
+            "dataAbsentReason": None
+            if counted
+            else concept(f"{HL7}data-absent-reason", "not-performed", "Not Performed"),
+            "bodySite": shoulder(side),
+            "component": [_component("end-range-prescribed", valueQuantity=quantity(done.prescribed_s, "s"))]
+            if done.prescribed_s
+            else [],
         }
     )
 

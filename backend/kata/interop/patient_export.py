@@ -16,6 +16,7 @@ from kata.clinic.assessments.tables import AssessmentRow
 from kata.clinic.contraindications.tables import ContraindicationRow
 from kata.clinic.events.tables import DeviceEventRow
 from kata.clinic.patients.tables import ErasureRow, PatientRow
+from kata.clinic.programmes import adherence
 from kata.clinic.programmes.tables import ProgrammeRow
 from kata.clinic.recordings.tables import RecordingRow
 from kata.clinic.sessions.tables import EndFeelRow, GoniometerReadingRow, RunRow, SessionRow, SessionStopRow
@@ -43,6 +44,7 @@ runs.csv          what was played, a line each, with the file of its samples
                   They are empty where compared_percent, the share of the playing time that was compared, is below 90
                   change_by_settings_deg is requested minus taught: what range and Reduce range changed, not an error
                   clock_offset_s is how far the wall clock is ahead of the motion's clock, by which the errors are compared
+end-range.csv     end-range times, a line for each motion of a session and of a week: counted and prescribed seconds. A week begins on Monday
 end-feel.csv      end-feel tests and their baselines, a line each: figures with half of their 95 % intervals, or why there are none
                   range_deg and onset_deg count outwards; times outward (1 or -1) they are the apparatus angle of the motion
 runs/             samples: time, phase, place on the motion, setpoint, measured angle and torque of each motor
@@ -129,6 +131,10 @@ def _files(
         )
         _write_table(path, [{name: row[name] for name in columns} for row in found], empty=columns)
     yield "end-feel.csv", path
+    with database.read() as session:
+        patient = service.identified_patient(session, patient_id)
+        _write_table(path, list(_end_range_rows(session, patient, clinic)), empty=_END_RANGE)
+    yield "end-range.csv", path
     yield from _recordings(database, worker, patient_id, path)
     yield from _runs(database, worker, patient_id, path)
 
@@ -160,6 +166,28 @@ def _origin(session: Session, session_id: UUID, run: RunRow | None = None) -> di
     clinic_session = session.get_one(SessionRow, session_id)
     side = run.recording.side if run else clinic_session.side
     return dict(zip(_ORIGIN, (side, bool(clinic_session.simulated)), strict=True))
+
+
+_END_RANGE: Final = ("period", "begins", "session_id", "motion", "counted_s", "prescribed_s", *_ORIGIN)
+
+
+def _end_range_rows(session: Session, patient: PatientRow, clinic: ClinicNames) -> Iterator[dict[str, Any]]:
+    """Yield the counted and prescribed end-range times of each session and week."""
+    offset = adherence.utc_offset_minutes(clinic.zone)
+    for episode in patient.episodes:
+        for week in adherence.of_episode(session, episode.id, offset).weeks:
+            are_simulated = adherence.simulated_sessions(session, week)
+            rows = [
+                ("session", of_session.started_at, of_session.session_id, done, of_session.session_id in are_simulated)
+                for of_session in week.end_range_sessions
+                for done in of_session.motions
+            ]
+            rows += [("week", week.begins_on, "", done, bool(are_simulated)) for done in week.end_range]
+            for period, begins, key, done, is_simulated in rows:
+                values = (
+                    period, begins.isoformat(), key, done.motion, done.counted_s, done.prescribed_s, episode.side, is_simulated,
+                )  # fmt: skip
+                yield dict(zip(_END_RANGE, values, strict=True))
 
 
 def _end_range_times(row: RunRow) -> dict[str, float | None]:

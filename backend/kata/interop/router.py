@@ -12,6 +12,7 @@ from fastapi.responses import StreamingResponse
 from kata.clinic import texts as clinic_texts
 from kata.clinic.patients import service as patients
 from kata.clinic.patients.schemas import Patient
+from kata.clinic.profile import service as profile
 from kata.clinic.recordings import service as recordings
 from kata.clinic.recordings.schemas import Recording, RecordingDetail
 from kata.database.series import Series, unpack
@@ -91,10 +92,12 @@ class InteropServices(Protocol):
         """Return the settings."""
 
 
-def _clinic(request: Request) -> ClinicNames:
+def _clinic(request: Request, database: TheDatabase) -> ClinicNames:
     services: InteropServices = request.app.state.services
     settings = services.settings
-    return ClinicNames(settings.fhir_identifier_system or CLINIC_NUMBER, settings.fhir_profile_of)
+    with database.read() as session:
+        zone = profile.time_zone(session, settings)
+    return ClinicNames(settings.fhir_identifier_system or CLINIC_NUMBER, settings.fhir_profile_of, zone)
 
 
 TheClinic = Annotated[ClinicNames, Depends(_clinic)]

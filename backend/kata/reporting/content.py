@@ -170,6 +170,29 @@ class PrintedPlan:
 
 
 @dataclass(frozen=True)
+class PrintedEndRange:
+    """End-range time of one motion in a session or a week: counted, and prescribed."""
+
+    begins: datetime | date
+    """Start of the session, or the Monday of the week."""
+    motion: int
+    counted_s: float | None
+    """None if no time was counted."""
+    prescribed_s: float | None
+    """None if no number of sessions per week is prescribed."""
+
+
+@dataclass(frozen=True)
+class PrintedDose:
+    """The prescribed end-range time of one motion, of a session and of its week."""
+
+    thresholds: tuple[tuple[float, float], ...]
+    """Band in degrees and torque in Nm of each item that prescribes the motion."""
+    session: PrintedEndRange
+    week: PrintedEndRange
+
+
+@dataclass(frozen=True)
 class PrintedAddendum:
     """An addendum to a signed note."""
 
@@ -204,6 +227,8 @@ class SessionContent:
     signed_at: datetime | None
     signed_by: str
     addenda: tuple[PrintedAddendum, ...]
+    doses: tuple[PrintedDose, ...] = ()
+    """Prescribed end-range times, by motion."""
 
 
 @dataclass(frozen=True)
@@ -340,6 +365,8 @@ class EpisodeContent:
     stops: tuple[tuple[PrintedStop, int], ...]
     """Each cause of a stop, with the number of sessions in which it occurred."""
     closing_note: str
+    end_range_weeks: tuple[PrintedEndRange, ...] = ()
+    """Weeks with a counted or prescribed end-range time, by motion, oldest first."""
 
 
 @dataclass(frozen=True)

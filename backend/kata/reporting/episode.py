@@ -14,6 +14,7 @@ from kata.clinic.assessments.tables import AssessmentRow
 from kata.clinic.contraindications.tables import ContraindicationRow
 from kata.clinic.episodes.tables import EpisodeRow
 from kata.clinic.patients import service as patients
+from kata.clinic.programmes import adherence
 from kata.clinic.programmes.tables import ProgrammeItemRow
 from kata.clinic.questionnaires.changes import meaning_of
 from kata.clinic.questionnaires.definitions import DEFINITIONS, SPADI, Definition, Threshold, score
@@ -33,7 +34,7 @@ from kata.reporting.content import (
     ScoreSeries,
     motor_of,
 )
-from kata.reporting.session import report_patient
+from kata.reporting.session import end_range_of, report_patient
 
 PAINS: Final = ("rest", "active", "passive", "average")
 
@@ -45,9 +46,10 @@ class _Played(NamedTuple):
     rmse_deg: float | None
 
 
-def read_content(session: DatabaseSession, episode_id: UUID) -> EpisodeContent:
+def read_content(session: DatabaseSession, episode_id: UUID, utc_offset_minutes: int = 0) -> EpisodeContent:
     """Return the content of the report.
 
+    :param utc_offset_minutes: offset of the clinic's time zone from UTC. It determines the weeks.
     :raises ProblemError: 404.
     """
     row = session.get(EpisodeRow, episode_id)
@@ -81,6 +83,11 @@ def read_content(session: DatabaseSession, episode_id: UUID) -> EpisodeContent:
         sessions=_sessions(session, episode_id),
         stops=_stops(session, episode_id),
         closing_note=row.closing_note,
+        end_range_weeks=tuple(
+            of_week
+            for week in adherence.of_episode(session, episode_id, utc_offset_minutes).weeks
+            for of_week in end_range_of(week)
+        ),
     )
 
 

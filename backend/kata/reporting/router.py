@@ -2,6 +2,7 @@
 
 from typing import Annotated, Any, Final, Protocol
 from uuid import UUID
+from zoneinfo import ZoneInfo
 
 from fastapi import APIRouter, Depends, Query, Request
 from fastapi.responses import HTMLResponse, Response
@@ -9,6 +10,7 @@ from msgspec import structs
 
 from kata.clinic.commissionings import service as commissionings
 from kata.clinic.profile import service as profile
+from kata.clinic.programmes import adherence
 from kata.clinic.sessions import ending, service
 from kata.clinic.sessions.schemas import Draft
 from kata.database.base import utc_now
@@ -59,6 +61,11 @@ def _print_options(
     return PrintOptions(head, language, clinic.time_zone, utc_now())
 
 
+def _offset_minutes(options: PrintOptions) -> int:
+    """Return the offset of the report's time zone from UTC."""
+    return adherence.utc_offset_minutes(ZoneInfo(options.zone) if options.zone else None)
+
+
 ThePrintOptions = Annotated[PrintOptions, Depends(_print_options)]
 
 
@@ -73,7 +80,7 @@ def get_session_report_html(
 ) -> HTMLResponse:
     """Return a session's report as HTML for reading and printing. Every page says if the note is not signed."""
     with database.read() as reading:
-        content = session.read_content(reading, session_id)
+        content = session.read_content(reading, session_id, _offset_minutes(options))
     return _shown(worker.build(rendering.session_page, content, options))
 
 
@@ -88,7 +95,7 @@ def get_session_report_pdf(
 ) -> Response:
     """Return a session's report as PDF on A4."""
     with database.read() as reading:
-        content = session.read_content(reading, session_id)
+        content = session.read_content(reading, session_id, _offset_minutes(options))
     return _printed(worker.build(rendering.session_pdf, content, options), f"session-{content.started_at:%Y-%m-%d}")
 
 
@@ -103,7 +110,7 @@ def get_episode_report_html(
 ) -> HTMLResponse:
     """Return an episode's report as HTML with assessments, trends and sessions."""
     with database.read() as reading:
-        content = episode.read_content(reading, episode_id)
+        content = episode.read_content(reading, episode_id, _offset_minutes(options))
     return _shown(worker.build(rendering.episode_page, content, options))
 
 
@@ -118,7 +125,7 @@ def get_episode_report_pdf(
 ) -> Response:
     """Return an episode's report as PDF on A4."""
     with database.read() as reading:
-        content = episode.read_content(reading, episode_id)
+        content = episode.read_content(reading, episode_id, _offset_minutes(options))
     return _printed(worker.build(rendering.episode_pdf, content, options), f"episode-{options.at:%Y-%m-%d}")
 
 

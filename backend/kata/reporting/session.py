@@ -1,17 +1,20 @@
 """Read the content of a session's report."""
 
-from datetime import datetime
+from collections.abc import Iterator
+from datetime import date, datetime
 from uuid import UUID
 
 from sqlalchemy.orm import Session as DatabaseSession
 
 from kata.clinic.episodes.tables import EpisodeRow
 from kata.clinic.patients.tables import PatientRow
-from kata.clinic.programmes import planned
+from kata.clinic.programmes import adherence, planned
+from kata.clinic.programmes.adherence import AdherenceWeek, EndRangeDone
 from kata.clinic.programmes.tables import ProgrammeVersionRow
 from kata.clinic.sessions import end_feel, patient_angles, runs
 from kata.clinic.sessions import service as sessions
 from kata.clinic.sessions.patient_angles import PatientAngles
+from kata.clinic.sessions.schemas import EndRangePrescription
 from kata.clinic.sessions.tables import (
     EndFeelRow,
     GoniometerReadingRow,
@@ -28,7 +31,9 @@ from kata.reporting.content import (
     PlannedItem,
     PlaybackDescription,
     PrintedAddendum,
+    PrintedDose,
     PrintedEndFeel,
+    PrintedEndRange,
     PrintedPlan,
     PrintedReading,
     PrintedStop,
@@ -39,9 +44,10 @@ from kata.reporting.content import (
 )
 
 
-def read_content(session: DatabaseSession, session_id: UUID) -> SessionContent:
+def read_content(session: DatabaseSession, session_id: UUID, utc_offset_minutes: int = 0) -> SessionContent:
     """Return the content of the report.
 
+    :param utc_offset_minutes: offset of the clinic's time zone from UTC. It determines the session's week.
     :raises ProblemError: 404.
     """
     row = sessions.get(session, session_id)
@@ -71,6 +77,7 @@ def read_content(session: DatabaseSession, session_id: UUID) -> SessionContent:
         signed_at=row.signed_at,
         signed_by=row.signed_by,
         addenda=tuple(PrintedAddendum(added.written_at, added.written_by, added.text) for added in row.addenda),
+        doses=tuple(_doses(session, row, utc_offset_minutes)),
     )
 
 
@@ -105,6 +112,36 @@ def _plan(session: DatabaseSession, row: SessionRow) -> PrintedPlan | None:
     )
     besides = tuple(numbers[run.run_id] for run in plan.besides)
     return PrintedPlan(version.programme.name, version.number, version.made_by, version.timer_minutes, items, besides)
+
+
+def _doses(session: DatabaseSession, row: SessionRow, utc_offset_minutes: int) -> Iterator[PrintedDose]:
+    version = session.get(ProgrammeVersionRow, row.programme_version_id) if row.programme_version_id else None
+    prescribed = (
+        [EndRangePrescription.model_validate(item.end_range) for item in version.items if item.end_range]
+        if version
+        else []
+    )
+    if not prescribed or row.episode_id is None:
+        return
+    for week in adherence.of_episode(session, row.episode_id, utc_offset_minutes).weeks:
+        for of_session in week.end_range_sessions:
+            for done in of_session.motions if of_session.session_id == row.id else ():
+                items = [item for item in prescribed if item.motion == done.motion]
+                yield PrintedDose(
+                    tuple(dict.fromkeys((item.band_deg, item.torque_nm) for item in items)),
+                    printed_end_range(row.started_at, done),
+                    next(of_week for of_week in end_range_of(week) if of_week.motion == done.motion),
+                )
+
+
+def end_range_of(week: AdherenceWeek) -> list[PrintedEndRange]:
+    """Return the end-range times of a week."""
+    return [printed_end_range(week.begins_on, done) for done in week.end_range]
+
+
+def printed_end_range(begins: datetime | date, done: EndRangeDone) -> PrintedEndRange:
+    """Return an end-range time in the form that a report needs."""
+    return PrintedEndRange(begins, done.motion, done.counted_s, done.prescribed_s)
 
 
 def _reading(row: GoniometerReadingRow) -> PrintedReading:

@@ -6,6 +6,7 @@ from dataclasses import dataclass, field
 from datetime import UTC, date, datetime, timedelta
 from typing import Final
 from uuid import UUID
+from zoneinfo import ZoneInfo
 
 from pydantic import Field
 from sqlalchemy import and_, case, func, select
@@ -126,6 +127,12 @@ def by_week(
     return weeks
 
 
+def utc_offset_minutes(zone: ZoneInfo | None) -> int:
+    """Return the present offset of a time zone from UTC. None: the time zone of the service's computer."""
+    offset = utc_now().astimezone(zone).utcoffset()
+    return round(offset.total_seconds() / 60) if offset else 0
+
+
 def of_episode(session: Session, episode_id: UUID, utc_offset_minutes: int) -> Adherence:
     """Return an episode's weeks.
 
@@ -139,6 +146,12 @@ def of_episode(session: Session, episode_id: UUID, utc_offset_minutes: int) -> A
         _visits(session, episode_id), _version_wishes(session, episode_id), until, timedelta(minutes=utc_offset_minutes)
     )
     return Adherence(weeks=weeks)
+
+
+def simulated_sessions(session: Session, week: AdherenceWeek) -> set[UUID]:
+    """Return the sessions with a prescribed end-range time in this week whose apparatus was simulated."""
+    keys = [of_session.session_id for of_session in week.end_range_sessions]
+    return {key for key in keys if session.get_one(SessionRow, key).simulated}
 
 
 def _visits(session: Session, episode_id: UUID) -> list[HeldSession]:
