@@ -217,7 +217,7 @@ MADE_BY_KATA: Final = {
     # Names and folders of files.
     "AuditHeads.copy_file", "AuditHeads.elsewhere", "BackupList.folder", "BackupList.key_file",
     # Kata's own words and sentences, without a text of a user.
-    "AuditEntry.role", "CheckAnswer.subject", "Contraindication.name", "Contraindication.source", "ContraindicationKind.name", "ContraindicationKind.source", "Recording.done", "RecordingDetail.done", "Readiness.version", "ItemPreview.problem", "Me.language", "MotionTracking.name", "EndRangeDone.name", "EndRangeLive.name",
+    "AuditEntry.role", "CheckAnswer.subject", "Contraindication.name", "Contraindication.source", "ContraindicationKind.name", "ContraindicationKind.source", "Recording.done", "RecordingDetail.done", "Readiness.version", "ItemPreview.problem", "Me.language", "MotionTracking.name", "EndRangeDone.name", "EndRangeLive.name", "EndRangeLive.problem",
     "ProgressColumn.name", "ProgressTable.rows", "ReachMargin.quantity", "StageProposal.source", "TextKey.code", "PlacedText.code", "PlacedText.places", "RomMeasure.name", "RomMeasure.name_ja", "SessionCheck.sentence", "SessionCheck.subject",
     "SpadiItem.text", "SpadiItem.text_ja", "StopCauseLive.code", "StopCauseLive.message", "StopCauseLive.next_step", "MotorTuning.advice", "GainTuningReview.fault",
     "RunLive.changes", "RunLive.resistance", "Draft.text", "LearningNote.message",
