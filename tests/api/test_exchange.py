@@ -184,7 +184,7 @@ def test_every_table_of_a_record_says_side_time_and_origin(client: TestClient) -
             for name in archive.namelist()
             if name.endswith(".csv")
         }
-    assert len(tables) == 4
+    assert len(tables) == 5
     assert sum(map(is_of_a_body, (column for columns in tables.values() for column in columns))) > 10
     for name, columns in tables.items():
         assert {"side", "simulated"} <= set(columns), name

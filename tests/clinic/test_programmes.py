@@ -504,7 +504,9 @@ def test_exports_have_prescribed_and_counted_end_range_times(clinic: Clinic) -> 
         patient = patients.get(session, clinic.patient_id)
         rows = list(patient_export._end_range_rows(session, patient, names))
         resources = list(bundle.resources(session, patient, names))
-    figures = [(row["period"], row["begins"][:10], row["counted_s"], row["prescribed_s"], row["side"]) for row in rows]
+    figures = [
+        (row["period"], row["begins_at"][:10], row["counted_s"], row["prescribed_s"], row["side"]) for row in rows
+    ]
     assert figures[:3] == [
         ("session", "2026-11-16", 120.0, 240.0, "right"),
         ("session", "2026-11-17", None, 240.0, "right"),

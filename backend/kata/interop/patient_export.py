@@ -168,7 +168,7 @@ def _origin(session: Session, session_id: UUID, run: RunRow | None = None) -> di
     return dict(zip(_ORIGIN, (side, bool(clinic_session.simulated)), strict=True))
 
 
-_END_RANGE: Final = ("period", "begins", "session_id", "motion", "counted_s", "prescribed_s", *_ORIGIN)
+_END_RANGE: Final = ("period", "begins_at", "session_id", "motion", "counted_s", "prescribed_s", *_ORIGIN)
 
 
 def _end_range_rows(session: Session, patient: PatientRow, clinic: ClinicNames) -> Iterator[dict[str, Any]]:
