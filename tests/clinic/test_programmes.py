@@ -38,6 +38,7 @@ from kata.interop.codes import ClinicNames
 from kata.reporting import episode as episode_report
 from kata.reporting import rendering
 from kata.reporting import session as session_report
+from kata.reporting.phrases import Language
 from tests.support.reports import how
 
 MONDAY = datetime(2026, 11, 16, 9, 0, tzinfo=UTC)
@@ -487,7 +488,7 @@ def test_reports_print_prescribed_and_counted_minutes(clinic: Clinic) -> None:
     with clinic.database.read() as session:
         visit = session_report.read_content(session, visit_id)
         care = episode_report.read_content(session, episode_id)
-    said = {
+    said: dict[Language, tuple[str, str]] = {
         "en": ("Abduction / adduction last 5°, at least 1 Nm 2.0 of 4.0 2.0 of 12.0", "2026-11-16 4 Abduction / adduction 2.0 of 12.0"),
         "ja": ("終点の手前5°以内、1 Nm以上 2.0／処方4.0 2.0／処方12.0", "2.0／処方12.0"),
     }  # fmt: skip

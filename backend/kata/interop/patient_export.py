@@ -3,6 +3,7 @@
 import csv
 import json
 from collections.abc import Iterator, Sequence
+from datetime import date
 from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import Any, Final
@@ -17,6 +18,7 @@ from kata.clinic.contraindications.tables import ContraindicationRow
 from kata.clinic.events.tables import DeviceEventRow
 from kata.clinic.patients.tables import ErasureRow, PatientRow
 from kata.clinic.programmes import adherence
+from kata.clinic.programmes.adherence import EndRangeDone
 from kata.clinic.programmes.tables import ProgrammeRow
 from kata.clinic.recordings.tables import RecordingRow
 from kata.clinic.sessions.tables import EndFeelRow, GoniometerReadingRow, RunRow, SessionRow, SessionStopRow
@@ -177,12 +179,12 @@ def _end_range_rows(session: Session, patient: PatientRow, clinic: ClinicNames) 
     for episode in patient.episodes:
         for week in adherence.of_episode(session, episode.id, offset).weeks:
             are_simulated = adherence.simulated_sessions(session, week)
-            rows = [
+            rows: list[tuple[str, date, UUID | None, EndRangeDone, bool]] = [
                 ("session", of_session.started_at, of_session.session_id, done, of_session.session_id in are_simulated)
                 for of_session in week.end_range_sessions
                 for done in of_session.motions
             ]
-            rows += [("week", week.begins_on, "", done, bool(are_simulated)) for done in week.end_range]
+            rows += [("week", week.begins_on, None, done, bool(are_simulated)) for done in week.end_range]
             for period, begins, key, done, is_simulated in rows:
                 values = (
                     period, begins.isoformat(), key, done.motion, done.counted_s, done.prescribed_s, episode.side, is_simulated,
