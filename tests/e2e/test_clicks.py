@@ -7,15 +7,13 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
 from typing import Any, Final
+from uuid import uuid4
 
 import pytest
-from playwright.sync_api import Browser, Page, expect
+from playwright.sync_api import BrowserContext, Page, expect
 
-from kata.actor import Role
-from kata.auth.demonstration import ACCOUNTS
-from kata.auth.login_session import COOKIE
-from tests.support.browser_clinic import LONG_MS, Clinic, seeded_clinic
-from tests.support.login import signed_in_at
+from tests.support.browser_clinic import LONG_MS, Clinic
+from tests.support.page_accounts import sign_in_new_account
 from tests.support.page_actions import (
     HOLD_MS,
     choose_level,
@@ -25,6 +23,9 @@ from tests.support.page_actions import (
     stand_for_left,
     try_estop,
 )
+
+THERAPIST: Final = "Sato Mai"
+"""A therapist with a patient of the invented clinic."""
 
 IDENTITY: Final = 2
 """The therapist compares and ticks two identifiers."""
@@ -132,7 +133,7 @@ _COUNT_ALWAYS: Final = """() => addEventListener('click', ({isTrusted, detail}) 
 
 
 class Office:
-    """The page of a seeded clinic, opened at home by one role. It counts clicks and seconds from then on."""
+    """The page of a clinic with history, opened at home by one role. It counts clicks and seconds from then on."""
 
     def __init__(self, page: Page, clinic: Clinic) -> None:
         self.page = page
@@ -157,31 +158,22 @@ class Office:
         assert self.clicks <= goal
 
 
-@pytest.fixture(scope="module")
-def seeded(tmp_path_factory: pytest.TempPathFactory) -> Iterator[tuple[Clinic, dict[Role, str]]]:
-    """Return a clinic with 60 invented patients, and a cookie of an administrator and of a therapist with own patients."""
-    folder = tmp_path_factory.mktemp("kata")
-    with seeded_clinic(folder, lambda: signed_in_at(folder, "therapist", name=ACCOUNTS["therapist"][1])) as made:
-        clinic, therapist = made
-        yield clinic, {"administrator": clinic.cookie, "therapist": therapist}
-
-
 @pytest.fixture
-def office(
-    browser: Browser, browser_context_args: dict[str, Any], seeded: tuple[Clinic, dict[Role, str]], request: Any
-) -> Iterator[Office]:
-    """Open the home page of the role that the test asks for; a therapist's without one."""
-    clinic, cookies = seeded
-    context = browser.new_context(**browser_context_args)
-    context.add_cookies([{"name": COOKIE, "value": cookies[getattr(request, "param", "therapist")], "url": clinic.url}])
+def office(clinic: Clinic, tab: Page, another: BrowserContext, request: pytest.FixtureRequest) -> Office:
+    """Open the home page of an administrator if the test asks for one, else of a therapist with own patients."""
+    context = tab.context
+    if not hasattr(request, "param"):
+        tab.goto(clinic.url)
+        sign_in_new_account(another, tab, THERAPIST, f"t-{uuid4().hex[:8]}", "therapist")
+        context = another
     context.add_init_script(f"({_COUNT_ALWAYS})()")
     page = context.new_page()
     page.goto(clinic.url)
     expect(page.get_by_role("heading", name="Home", level=1)).to_be_visible(timeout=LONG_MS)
-    yield Office(page, clinic)
-    context.close()
+    return Office(page, clinic)
 
 
+@pytest.mark.shared_clinic("invented")
 def test_no_click_tells_who_is_due_today(office: Office, artefacts: Path) -> None:
     due = office.page.get_by_role("region", name=re.compile("^Due today: "))
     first = due.get_by_test_id("due").first
@@ -193,6 +185,7 @@ def test_no_click_tells_who_is_due_today(office: Office, artefacts: Path) -> Non
     expect(due).to_have_accessible_name(re.compile(rf"^Due today: {work['due_count']} patient"))
 
 
+@pytest.mark.shared_clinic("invented")
 @pytest.mark.parametrize("office", ["administrator"], indirect=True)
 def test_one_click_tells_what_share_improved_this_year(office: Office, artefacts: Path) -> None:
     tile = office.page.get_by_role("link", name=re.compile(r"^Important improvement this year \(SPADI\)"))
@@ -208,6 +201,7 @@ def test_one_click_tells_what_share_improved_this_year(office: Office, artefacts
     expect(verdict).to_contain_text(f"{100 * share:.0f} %")
 
 
+@pytest.mark.shared_clinic("invented")
 @pytest.mark.parametrize("office", ["administrator"], indirect=True)
 def test_two_clicks_tell_which_station_drifts(office: Office, artefacts: Path) -> None:
     tile = office.page.get_by_role("link", name=re.compile("^Tracking error"))
@@ -222,11 +216,11 @@ def test_two_clicks_tell_which_station_drifts(office: Office, artefacts: Path) -
     expect(rising.first).to_contain_text(drifting[0])
 
 
+@pytest.mark.shared_clinic("invented")
 def test_two_clicks_tell_whether_a_patient_is_better(office: Office, artefacts: Path) -> None:
     page = office.page
     page.get_by_role("link", name="Patients", exact=True).click()
-    # One of the first in the list; the clinic has more patients than a page of it.
-    page.get_by_role("link", name="Abe Taro", exact=True).click()
+    page.get_by_role("link", name="Yamada Hanako", exact=True).click()
     change = page.get_by_test_id("since-last-month")
     expect(change).to_contain_text("compared with", timeout=LONG_MS)
     flexion = change.get_by_role("region", name="Better than a month ago?")
@@ -235,6 +229,7 @@ def test_two_clicks_tell_whether_a_patient_is_better(office: Office, artefacts: 
     office.record(artefacts, "is my patient better than last month", 2)
 
 
+@pytest.mark.shared_clinic("invented")
 def test_two_clicks_tell_why_a_session_was_stopped(office: Office, artefacts: Path) -> None:
     page = office.page
     page.get_by_role("link", name="Sessions", exact=True).click()
@@ -248,6 +243,7 @@ def test_two_clicks_tell_why_a_session_was_stopped(office: Office, artefacts: Pa
     expect(verdict).to_contain_text(causes[0])
 
 
+@pytest.mark.shared_clinic("invented")
 def test_a_patient_is_found_by_kana_with_the_keyboard_alone(office: Office, artefacts: Path) -> None:
     page = office.page
     page.keyboard.press("ControlOrMeta+K")

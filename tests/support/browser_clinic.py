@@ -20,6 +20,7 @@ from kata.cli.seed import fill
 from kata.database.base import utc_now
 from kata.database.engine import Database
 from tests.support.databases import upgraded_file
+from tests.support.invented_clinic import invented_file
 from tests.support.login import signed_in_at
 from tests.support.ports import free_port
 
@@ -116,9 +117,7 @@ def seeded_clinic(folder: Path, sign_in: Callable[[], SignedIn]) -> Iterator[tup
 @contextmanager
 def invented_clinic(folder: Path) -> Iterator[Clinic]:
     """Run a clinic with two invented patients and their history."""
-    database = Database(upgraded_file(folder / "kata.db"))
-    fill(database, 1, utc_now(), patients=2)
-    database.close()
+    invented_file(folder / "kata.db")
     with clinic_in(folder) as clinic:
         yield clinic
 

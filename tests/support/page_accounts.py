@@ -2,7 +2,7 @@
 
 import re
 
-from playwright.sync_api import Page
+from playwright.sync_api import BrowserContext, Page
 
 from tests.support.browser_clinic import Clinic
 
@@ -43,3 +43,23 @@ def sign_in(page: Page, username: str, password: str = PASSWORD) -> None:
     page.get_by_label("User name").fill(username)
     page.get_by_role("textbox", name="Password").fill(password)
     page.get_by_role("button", name="Sign in", exact=True).click()
+
+
+def sign_in_new_account(context: BrowserContext, page: Page, name: str, username: str, role: str) -> None:
+    """Create an account through the API, as the administrator of ``page``, and sign in with it in ``context``.
+
+    For tests whose subject is neither. The account has the password ``PASSWORD``.
+    """
+    service = "/".join(page.url.split("/")[:3])
+    headers = {"origin": service}
+    wanted = {"name": name, "username": username, "role": role}
+    created = page.request.post(f"{service}/api/accounts", data=wanted, headers=headers)
+    assert created.status == 201, created.text()
+    # Signing in ends the browser's former login session, which other tests use.
+    context.clear_cookies()
+    own = {"username": username, "password": PASSWORD}
+    code = created.json()["code"]
+    answer = context.request.post(f"{service}/api/set-password", data=own | {"code": code}, headers=headers)
+    assert answer.status == 204, answer.text()
+    answer = context.request.post(f"{service}/api/sign-in", data=own, headers=headers)
+    assert answer.ok, answer.text()
