@@ -3,14 +3,13 @@
 import re
 from collections import defaultdict
 from collections.abc import Iterator
-from pathlib import Path
 from typing import Any, Final
 
 import pytest
 from playwright.sync_api import Page, Response, expect
 
 from kata.auth.login_session import COOKIE
-from tests.support.accessibility import addresses, opened, wrong
+from tests.support.accessibility import OF_A_PATIENT, addresses, opened, wrong
 from tests.support.browser_clinic import LONG_MS, START_LIMIT_S, Clinic
 from tests.support.page_actions import acknowledge
 from tests.support.units import bare_numbers
@@ -134,7 +133,7 @@ def english_on(page: Page, records: set[str]) -> list[str]:
 @pytest.mark.timeout(900)
 @pytest.mark.parametrize("every", [2, pytest.param(1, marks=pytest.mark.campaign)])
 def test_every_page_speaks_japanese(tab: Page, clinic: Clinic, every: int) -> None:
-    """Check the words of every page, and that each number has a unit. axe checks every second page, from the second one, or every page in the campaign."""
+    """Check the words of every page, that each number has a unit, and that a patient's page names the shoulder. axe checks every second page, from the second one, or every page in the campaign."""
     tabs = tab, tab.context.new_page()
     heard: defaultdict[Page, list[Response]] = defaultdict(list)
     tab.context.on("response", lambda answer: heard[answer.frame.page].append(answer))
@@ -167,6 +166,8 @@ def test_every_page_speaks_japanese(tab: Page, clinic: Clinic, every: int) -> No
             barred[name] = violations
         if bare := bare_numbers(page, "ja"):
             bare_of[name] = bare
+        if OF_A_PATIENT.match(name):
+            expect(page.get_by_test_id("patient-banner")).to_contain_text(re.compile("[左右]肩"))
         heard[page].clear()
     problems = "\n".join(
         f"{name}: {sorted(set(texts))}" for found in (english, barred, bare_of) for name, texts in found.items()
@@ -175,7 +176,8 @@ def test_every_page_speaks_japanese(tab: Page, clinic: Clinic, every: int) -> No
 
 
 @pytest.mark.shared_clinic("invented")
-def test_a_stop_and_the_door_speak_japanese(page: Page, clinic: Clinic, artefacts: Path) -> None:
+def test_a_stop_and_the_door_speak_japanese(page: Page, clinic: Clinic) -> None:
+    page.emulate_media(color_scheme="dark")
     records = set(written(page.request.get(f"{clinic.url}/api/station").json()))
     records |= set(written(page.request.get(f"{clinic.url}/api/me").json()))
     records |= set(written(page.request.get(f"{clinic.url}/api/simulator").json()))
@@ -186,7 +188,6 @@ def test_a_stop_and_the_door_speak_japanese(page: Page, clinic: Clinic, artefact
             found[name] = texts
         if violations := wrong(page):
             found[f"{name}, barred"] = violations
-        page.screenshot(path=artefacts / f"page-{name}-ja.png", full_page=True)
 
     page.get_by_role("button", name="非常停止スイッチを押す").click()
     expect(page.get_by_test_id("stop-banner")).to_contain_text("非常停止が押されました。")

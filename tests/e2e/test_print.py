@@ -23,6 +23,8 @@ PRINTED: Final = {
     "session-numbers": "td",
 }
 """What is on each page when it is complete."""
+_OF_EACH_KIND: Final = ("home", "patient-assessments", "session-numbers")
+"""Pages with tiles, with figures and with wide tables, which `make test` prints. The campaign prints the others."""
 _AT_THE_MARGIN: Final = "h1, td, th, .xtitle, .legendtext, section > svg[viewBox] text, div > svg[viewBox] text"
 """Texts of which one is cut when a page, a table or a figure is wider than the paper."""
 
@@ -57,7 +59,13 @@ def words(text: str) -> str:
     return re.sub(r"\s", "", text)
 
 
-@pytest.mark.parametrize(("name", "complete"), PRINTED.items(), ids=PRINTED)
+@pytest.mark.parametrize(
+    ("name", "complete"),
+    [
+        pytest.param(name, complete, id=name, marks=[] if name in _OF_EACH_KIND else pytest.mark.campaign)
+        for name, complete in PRINTED.items()
+    ],
+)
 def test_print_is_light_and_complete(tab: Page, clinic: Clinic, name: str, complete: str) -> None:
     address = clinic.url + addresses(tab, clinic)[name]
     light = printed(tab, address, complete, "light")

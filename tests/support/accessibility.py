@@ -1,5 +1,6 @@
 """Addresses of every page and its accessibility errors."""
 
+import re
 from collections.abc import Iterator
 from typing import Any
 
@@ -16,6 +17,10 @@ TAGS = ["wcag2a", "wcag2aa", "wcag21a", "wcag21aa", "wcag22aa"]
 
 RULES = ["landmark-no-duplicate-main", "landmark-one-main", "page-has-heading-one", "region"]
 """Further rules: the landmarks and headings that a screen reader uses."""
+
+
+OF_A_PATIENT = re.compile("^(patient|session|recording|programme|new-programme|progress|station-patient)(-|$)")
+"""Names of pages whose numbers belong to a patient."""
 
 
 PATIENT_TABS = ["episodes", "assessments", "recordings", "programmes", "sessions", "data"]
