@@ -1,7 +1,6 @@
 """A technician practises commissioning on the page, from a box of drives to a record."""
 
 import time
-from pathlib import Path
 
 import pytest
 from playwright.sync_api import Locator, Page, expect
@@ -38,15 +37,13 @@ def begin(page: Page) -> None:
 
 @pytest.mark.campaign
 @pytest.mark.timeout(900)
-def test_a_practice_leads_to_a_record_with_pdf(page: Page, artefacts: Path) -> None:
+def test_a_practice_leads_to_a_record_with_pdf(page: Page) -> None:
     wrong: list[str] = []
     page.on("pageerror", lambda error: wrong.append(str(error)))
     begin(page)
-    page.screenshot(path=artefacts / "commissioning-first.png", full_page=True)
     presses = press_until(page, "[data-testid=finished]", _WHOLE_MS)
     assert presses == 52, "33 confirmations and 19 actions of the simulated hands"
     finished = page.get_by_test_id("finished")
-    page.screenshot(path=artefacts / "commissioning-end.png", full_page=True)
     expect(finished).to_contain_text(f"You confirmed {presses} instructions")
     expect(page.locator("[data-testid^=step-][data-state=passed]")).to_have_count(11)
     expect(page.get_by_test_id("responses-weight").locator("figure[data-drawn=true]")).to_be_visible(timeout=LONG_MS)
@@ -61,8 +58,9 @@ def test_a_practice_leads_to_a_record_with_pdf(page: Page, artefacts: Path) -> N
     assert wrong == []
 
 
+@pytest.mark.campaign
 @pytest.mark.timeout(240)
-def test_gains_are_compared_and_taken_back(page: Page, artefacts: Path) -> None:
+def test_gains_are_compared_and_taken_back(page: Page) -> None:
     wrong: list[str] = []
     page.on("pageerror", lambda error: wrong.append(str(error)))
     begin(page)
@@ -83,7 +81,6 @@ def test_gains_are_compared_and_taken_back(page: Page, artefacts: Path) -> None:
     assert overshoot(tried) > overshoot(former)
     both = page.get_by_test_id("comparison-3").locator("figure[data-drawn=true]")
     expect(both.locator(".scatterlayer .trace")).to_have_count(3, timeout=LONG_MS)
-    page.screenshot(path=artefacts / "commissioning-gains.png")
     tuning.get_by_role("button", name="Take back").click()
     expect(page.get_by_test_id("motor-3-former")).to_have_count(0, timeout=LONG_MS)
     expect(tried.get_by_role("cell").nth(4)).to_have_text(str(present))

@@ -2,7 +2,6 @@
 
 import re
 from collections.abc import Iterator
-from pathlib import Path
 from typing import Final
 
 import pytest
@@ -13,7 +12,7 @@ from kata.database.engine import Database
 from tests.support.accessibility import wrong
 from tests.support.browser_clinic import LONG_MS, Clinic, clinic_in
 from tests.support.databases import upgraded_file
-from tests.support.page_accounts import PASSWORD, first_password, made
+from tests.support.page_accounts import PASSWORD, sign_in_new_account
 from tests.support.page_actions import sign_up
 from tests.support.questionnaires import PROMIS, promis_file, store_words
 
@@ -52,16 +51,13 @@ def clinic(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Clinic]:
 
 def sign_in_therapist(page: Page, clinic: Clinic, name: str, username: str) -> None:
     """Create a therapist's account and sign in with it."""
-    code = made(page, name, username, "Therapist")
-    page.context.clear_cookies()
-    first_password(page, clinic, username, code)
+    sign_in_new_account(page.context, page, name, username, "therapist")
+    page.goto(clinic.url)
     expect(page.get_by_role("button", name=f"Signed in as {name}")).to_be_visible(timeout=LONG_MS)
 
 
-@pytest.mark.parametrize("language", ["en", "ja"])
-def test_patient_answers_alone_and_the_password_leads_back(
-    page: Page, clinic: Clinic, language: str, artefacts: Path
-) -> None:
+@pytest.mark.parametrize("language", [pytest.param("en", marks=pytest.mark.campaign), "ja"])
+def test_patient_answers_alone_and_the_password_leads_back(page: Page, clinic: Clinic, language: str) -> None:
     sign_in_therapist(page, clinic, "Ito Mai", f"ito-{language}")
     sign_up(page, "Yamada Hanako")
     words = WORDS[language]
@@ -79,7 +75,6 @@ def test_patient_answers_alone_and_the_password_leads_back(
     mode = page.get_by_test_id("patient-mode")
     expect(mode.get_by_text(words["place"])).to_be_visible(timeout=LONG_MS)
     expect(page.get_by_text("Yamada Hanako")).to_have_count(0)
-    page.screenshot(path=artefacts / f"patient-mode-question-{language}.png")
     assert wrong(page) == []
     # Neither an address nor a reload leaves the patient mode.
     page.goto(record)
@@ -95,10 +90,8 @@ def test_patient_answers_alone_and_the_password_leads_back(
         mode.get_by_role("radio", name=re.compile("^7")).click()
         mode.get_by_role("button", name=words["next"], exact=True).click()
     expect(mode.get_by_role("heading", level=1)).to_have_text(words["complete"])
-    page.screenshot(path=artefacts / f"patient-mode-complete-{language}.png")
     mode.get_by_role("button", name=words["finish"]).click()
     expect(mode.get_by_role("heading", level=1)).to_have_text(words["thanks"])
-    page.screenshot(path=artefacts / f"patient-mode-thanks-{language}.png")
     assert wrong(page) == []
 
     page.get_by_role("button", name=words["staff"]).click()
@@ -109,9 +102,7 @@ def test_patient_answers_alone_and_the_password_leads_back(
 
 
 @pytest.mark.parametrize("language", ["en", pytest.param("ja", marks=pytest.mark.campaign)])
-def test_every_questionnaire_is_answered_on_the_tablet(
-    page: Page, clinic: Clinic, language: str, artefacts: Path
-) -> None:
+def test_every_questionnaire_is_answered_on_the_tablet(page: Page, clinic: Clinic, language: str) -> None:
     """Each item has the answers of its scale, and the total is that of its definition; axe finds nothing."""
     sign_in_therapist(page, clinic, "Ito Ken", f"ken-{language}")
     origin = {"Origin": clinic.url}
@@ -137,7 +128,6 @@ def test_every_questionnaire_is_answered_on_the_tablet(
             ]
             assert ends[0] and ends[1] and ends[0]["y"] == ends[1]["y"], "a scale in two rows is no scale"
             if number == 1:
-                page.screenshot(path=artefacts / f"patient-mode-{name}-{language}.png")
                 assert wrong(page) == []
             mode.get_by_role("radio").last.click()
             mode.get_by_role("button", name=words["next"], exact=True).click()
