@@ -1,7 +1,5 @@
 """Accounts, roles, second factors and restricted records, in a real browser."""
 
-from pathlib import Path
-
 import pyotp
 import pytest
 from playwright.sync_api import BrowserContext, Page, expect
@@ -10,19 +8,16 @@ from kata.client import Kata, KataError
 from tests.support.browser_clinic import LONG_MS, Clinic
 from tests.support.keyboard import choose, press, write
 from tests.support.keyboard import open_tab as open_tab_by_keys
-from tests.support.page_accounts import PASSWORD, first_password, made, menu, sign_in
+from tests.support.page_accounts import PASSWORD, first_password, made, menu, sign_in, sign_in_new_account
 from tests.support.page_actions import open_tab, sign_up, wait_until_idle
 
 pytestmark = pytest.mark.shared_clinic("empty")
 
 
-def test_account_is_created_used_locked_and_closed(
-    page: Page, clinic: Clinic, another: BrowserContext, artefacts: Path
-) -> None:
+def test_account_is_created_used_locked_and_closed(page: Page, clinic: Clinic, another: BrowserContext) -> None:
     sign_up(page, "Yamada Hanako")
     record = page.url
     code = made(page, "Ito Mai", "ito", "Therapist")
-    page.screenshot(path=artefacts / "accounts.png")
 
     # The new user chooses a password and is signed in.
     hers = another.new_page()
@@ -39,7 +34,6 @@ def test_account_is_created_used_locked_and_closed(
     assert "Yamada" not in hers.title()
     wait_until_idle(hers)
     expect(hers.get_by_test_id("estop")).to_have_attribute("data-state", "closed")
-    hers.screenshot(path=artefacts / "locked.png")
     hers.get_by_role("button", name="Stop", exact=True).click()
     expect(hers.get_by_test_id("stop-answer")).to_contain_text("Confirmed by the device")
     # A reload and a wrong password unlock nothing. The right password leads back to the same page.
@@ -78,17 +72,15 @@ def test_account_is_created_used_locked_and_closed(
     trail = page.get_by_role("region", name="Audit trail")
     expect(trail.get_by_role("row").filter(has_text="Ito Mai").first).to_be_visible()
     expect(trail.get_by_role("row").filter(has_text="Screen locked").first).to_contain_text("Ito Mai")
-    page.screenshot(path=artefacts / "audit.png")
 
 
-def test_access_token_is_created_used_and_revoked(page: Page, clinic: Clinic, artefacts: Path) -> None:
+def test_access_token_is_created_used_and_revoked(page: Page, clinic: Clinic) -> None:
     menu(page, "My account")
     tokens = page.get_by_role("region", name="Access tokens for scripts")
     tokens.get_by_label("Name of the new token").fill("Progress of the week")
     tokens.get_by_role("button", name="Create an access token").click()
     shown = tokens.get_by_test_id("access-token")
     expect(shown).to_contain_text("kata_")
-    page.screenshot(path=artefacts / "access-token.png", full_page=True)
     with Kata(clinic.url, shown.inner_text()) as program:
         assert list(program.patients("nobody of this name")) == []
         tokens.get_by_role("button", name="I have stored it").click()
@@ -98,7 +90,6 @@ def test_access_token_is_created_used_and_revoked(page: Page, clinic: Clinic, ar
         page.goto(f"{clinic.url}/administration/accounts")
         listed = page.get_by_role("region", name="Access tokens for scripts")
         expect(listed).to_contain_text("Last used")
-        page.screenshot(path=artefacts / "access-tokens.png", full_page=True)
         listed.get_by_role("button", name="Revoke Progress of the week").click()
         expect(listed).to_contain_text("No account has an access token.")
         with pytest.raises(KataError) as refused:
@@ -106,9 +97,7 @@ def test_access_token_is_created_used_and_revoked(page: Page, clinic: Clinic, ar
     assert refused.value.code == "token_ended"
 
 
-def test_an_administrator_has_to_have_a_second_factor(
-    page: Page, clinic: Clinic, another: BrowserContext, artefacts: Path
-) -> None:
+def test_an_administrator_has_to_have_a_second_factor(page: Page, clinic: Clinic, another: BrowserContext) -> None:
     code = made(page, "Mori Sakura", "mori", "Administrator")
     hers = another.new_page()
     first_password(hers, clinic, "mori", code)
@@ -117,14 +106,12 @@ def test_an_administrator_has_to_have_a_second_factor(
     expect(hers.get_by_role("img", name="QR code")).to_be_visible()
     width = hers.get_by_role("img", name="QR code").evaluate("image => image.naturalWidth")
     assert width > 0, "the picture is drawn"
-    hers.screenshot(path=artefacts / "second-factor.png", full_page=True)
     app = pyotp.TOTP(hers.get_by_test_id("secret").inner_text())
     hers.get_by_label("Six-digit code shown in the app").fill(app.now())
     hers.get_by_role("button", name="Confirm").click()
     shown = hers.get_by_test_id("recovery-codes").get_by_role("listitem")
     expect(shown).to_have_count(10)
     codes = shown.all_inner_texts()
-    hers.screenshot(path=artefacts / "recovery-codes.png", full_page=True)
     hers.get_by_role("button", name="I have stored them").click()
     expect(hers.get_by_role("link", name="Administration")).to_be_visible()
 
@@ -132,7 +119,6 @@ def test_an_administrator_has_to_have_a_second_factor(
     menu(hers, "Sign out")
     sign_in(hers, "mori")
     hers.get_by_label("Code").fill(codes[0])
-    hers.screenshot(path=artefacts / "sign-in-code.png")
     hers.get_by_role("button", name="Sign in", exact=True).click()
     expect(hers.get_by_role("button", name="Signed in as Mori Sakura")).to_be_visible()
     menu(hers, "Sign out")
@@ -150,7 +136,6 @@ def test_an_administrator_has_to_have_a_second_factor(
     expect(remove).to_be_disabled()
     hers.get_by_label("Your password again").fill(PASSWORD)
     hers.get_by_label("Code").fill(codes[1])
-    hers.screenshot(path=artefacts / "account.png", full_page=True)
     remove.click()
     expect(hers.get_by_role("alert").filter(has_text="The code is incorrect or was used before")).to_be_visible()
     hers.get_by_label("Code").fill(codes[2])
@@ -158,22 +143,20 @@ def test_an_administrator_has_to_have_a_second_factor(
     expect(hers.get_by_role("heading", name="A second factor is required")).to_be_visible()
 
 
-def test_each_role_sees_its_own_pages(page: Page, clinic: Clinic, another: BrowserContext, artefacts: Path) -> None:
+def test_each_role_sees_its_own_pages(page: Page, clinic: Clinic, another: BrowserContext) -> None:
     sign_up(page, "Tanaka Ren")
     record = page.url
+    sign_in_new_account(another, page, "Abe Rin", "abe", "viewer")
     hers = another.new_page()
-    first_password(hers, clinic, "abe", made(page, "Abe Rin", "abe", "Viewer"))
-    expect(hers.get_by_role("button", name="Signed in as Abe Rin")).to_be_visible(timeout=LONG_MS)
     hers.goto(record)
     expect(hers.get_by_role("heading", name="Tanaka Ren")).to_be_visible()
     for tab in hers.get_by_role("tab").all_inner_texts():
         open_tab(hers, tab)
         for name in ("Edit", "Archive", "Change", "New assessment", "Close episode"):
             expect(hers.get_by_role("button", name=name, exact=True)).to_have_count(0)
-    hers.screenshot(path=artefacts / "viewer-patient.png", full_page=True)
-    menu(hers, "Sign out")
 
-    first_password(hers, clinic, "oda", made(page, "Oda Ken", "oda", "Technician"))
+    sign_in_new_account(another, page, "Oda Ken", "oda", "technician")
+    hers.goto(clinic.url)
     expect(hers.get_by_role("button", name="Signed in as Oda Ken")).to_be_visible(timeout=LONG_MS)
     expect(hers.get_by_role("link", name="Patients", exact=True)).to_have_count(0)
     hers.get_by_role("link", name="Station", exact=True).click()
@@ -184,11 +167,11 @@ def test_each_role_sees_its_own_pages(page: Page, clinic: Clinic, another: Brows
 
 
 def test_restricted_record_opens_in_an_emergency_and_is_reviewed_afterwards(
-    page: Page, clinic: Clinic, another: BrowserContext, artefacts: Path
+    page: Page, clinic: Clinic, another: BrowserContext
 ) -> None:
     sign_up(page, "Sato Yui")
     record = page.url
-    code = made(page, "Endo Rei", "endo", "Therapist")
+    sign_in_new_account(another, page, "Endo Rei", "endo", "therapist")
     # By keyboard alone.
     page.goto(record)
     open_tab_by_keys(page, "Data")
@@ -199,16 +182,12 @@ def test_restricted_record_opens_in_an_emergency_and_is_reviewed_afterwards(
     expect(page.get_by_test_id("record-access")).to_contain_text("Test administrator")
 
     hers = another.new_page()
-    first_password(hers, clinic, "endo", code)
-    expect(hers.get_by_role("button", name="Signed in as Endo Rei")).to_be_visible(timeout=LONG_MS)
     hers.goto(record)
     expect(hers.get_by_role("heading", name="This record is restricted")).to_be_visible()
     write(hers, hers.get_by_label("Reason for opening it now"), "Acute pain, her therapist is away.")
-    hers.screenshot(path=artefacts / "break-glass.png")
     press(hers, hers.get_by_role("button", name="Open in an emergency"))
     expect(hers.get_by_role("heading", name="Sato Yui")).to_be_visible()
     expect(hers.get_by_test_id("glass")).to_contain_text("in an emergency")
-    hers.screenshot(path=artefacts / "glass.png")
 
     press(page, page.get_by_role("link", name="Administration"))
     press(page, page.get_by_role("link", name="Emergency access"))
@@ -216,13 +195,11 @@ def test_restricted_record_opens_in_an_emergency_and_is_reviewed_afterwards(
     expect(opened).to_contain_text("Acute pain, her therapist is away.")
     press(page, opened.get_by_role("button", name="Mark as reviewed"))
     expect(opened).to_contain_text("Reviewed by Test administrator")
-    page.screenshot(path=artefacts / "emergency-access.png")
 
 
-def test_backup_is_made_by_keyboard_and_its_trial_reported(page: Page, artefacts: Path) -> None:
+def test_backup_is_made_by_keyboard_and_its_trial_reported(page: Page) -> None:
     press(page, page.get_by_role("link", name="Administration"))
     press(page, page.get_by_role("link", name="Backups"))
     expect(page.get_by_test_id("last-good")).to_contain_text("No backup has passed a test restore")
     press(page, page.get_by_role("button", name="Back up now"))
     expect(page.get_by_test_id("last-good")).to_contain_text("matched completely", timeout=LONG_MS)
-    page.screenshot(path=artefacts / "backups.png")

@@ -5,23 +5,16 @@ import os
 import re
 import signal
 import time
-from collections.abc import Iterator
-from pathlib import Path
 
 import pytest
 from playwright.sync_api import Page, expect
 
-from tests.support.browser_clinic import LONG_MS, Clinic, clinic_in
+from tests.support.browser_clinic import LONG_MS, Clinic
 
 log = logging.getLogger(__name__)
 LOST_LIMIT_S = 2.0
 
-
-@pytest.fixture(scope="module")
-def clinic(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Clinic]:
-    """Return one clinic for all tests of this module. Each test leaves the apparatus idle."""
-    with clinic_in(tmp_path_factory.mktemp("kata")) as clinic:
-        yield clinic
+pytestmark = pytest.mark.shared_clinic("empty")
 
 
 def watch(page: Page) -> None:
@@ -59,9 +52,7 @@ def test_killed_service_shows_within_two_seconds_and_returns_without_reload(page
     log.info("alive again %.2f s after the service's return, its device process included", back_s)
 
 
-def test_lost_connection_shows_within_two_seconds_and_hides_stale_values(
-    page: Page, clinic: Clinic, artefacts: Path
-) -> None:
+def test_lost_connection_shows_within_two_seconds_and_hides_stale_values(page: Page, clinic: Clinic) -> None:
     expect(page.get_by_test_id("angles")).to_have_attribute("data-alive", "true")
     page.evaluate(
         """() => new MutationObserver(() => {
@@ -79,7 +70,6 @@ def test_lost_connection_shows_within_two_seconds_and_hides_stale_values(
         expect(page.get_by_test_id("estop")).to_have_attribute("data-state", "unknown")
         expect(page.get_by_test_id("mode")).to_have_text("State unknown")
         expect(page.get_by_test_id("torque")).to_have_text("Torque unknown")
-        page.screenshot(path=artefacts / "connection-lost.png")
     finally:
         os.killpg(clinic.process.pid, signal.SIGCONT)
     expect(page.get_by_test_id("angles")).to_have_attribute("data-alive", "true", timeout=LONG_MS)

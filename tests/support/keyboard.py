@@ -16,9 +16,14 @@ _STOPS: Final = 150
 def reach(page: Page, target: Locator) -> None:
     """Wait until the element is enabled; press Tab until it, or the chosen element of its group, has the focus."""
     expect(target).to_be_enabled()
+    # The element itself: finding it again by its role after each Tab would take most of the time.
+    element = target.element_handle()
     for _ in range(_STOPS):
-        if target.evaluate("element => element === document.activeElement"):
+        if element.evaluate("element => element === document.activeElement"):
             return
+        if not element.evaluate("element => element.isConnected"):
+            element = target.element_handle()
+            continue
         page.keyboard.press("Tab")
     raise AssertionError(f"the tab key does not reach {target}")
 
