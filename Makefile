@@ -46,6 +46,8 @@ UNCOUNTED := $(addprefix tests/device/test_,config.py config_effective.py docume
 COUNTED := $(filter-out $(UNCOUNTED),$(wildcard tests/device/test_*.py))
 # One of them needs Schemathesis.
 UNTIMED := -p schemathesis.pytest.plugin $(addprefix --ignore=,$(COUNTED) tests/e2e $(MEASURED) $(TIMED))
+# With a picture of each page on which a journey failed.
+JOURNEYS := --screenshot only-on-failure --output artefacts/journeys tests/e2e
 # At a lower priority than the kernel's threads, which carry the bytes between the device and its simulated drives.
 # The import of Schemathesis takes two seconds in each process.
 PYTEST := nice -n 10 $(BIN)/python -m pytest -p no:schemathesis
@@ -62,7 +64,7 @@ test: $(PACKAGES) $(PAGE) $(JUDGES) $(if $(KATA_CHROMIUM),,$(BROWSER)) ## every 
 	@$(TWO_BY_TWO) $(UNTIMED) $(call once_more,$(UNTIMED))
 	@$(TWO_BY_TWO) $(MEASURED) $(call once_more,$(MEASURED))
 	@$(TWO_BY_TWO) $(TIMED) $(call once_more,$(TIMED))
-	@$(PYTEST) tests/e2e $(call once_more,tests/e2e)
+	@$(PYTEST) $(JOURNEYS) $(call once_more,$(JOURNEYS))
 
 test-fast: $(PACKAGES) ## the tests of device, motion, station and database, without a browser
 	@$(TWO_BY_TWO) tests/device tests/motion tests/station tests/database

@@ -60,7 +60,13 @@ def demonstration(tmp_path: Path) -> Iterator[Clinic]:
 
 @pytest.fixture(scope="session")
 def browser_context_args(browser_context_args: dict[str, Any]) -> dict[str, Any]:
-    return {**browser_context_args, "viewport": {"width": 1280, "height": 900}, "locale": "en-GB"}
+    # Without animations, which Playwright would wait for before each click.
+    return {
+        **browser_context_args,
+        "viewport": {"width": 1280, "height": 900},
+        "locale": "en-GB",
+        "reduced_motion": "reduce",
+    }
 
 
 @pytest.fixture
@@ -80,7 +86,7 @@ def page(tab: Page, clinic: Clinic) -> Page:
 
 @pytest.fixture
 def artefacts() -> Path:
-    """Return the folder for screenshots."""
+    """Return the folder for measured figures."""
     folder = ROOT / "artefacts"
     folder.mkdir(exist_ok=True)
     return folder

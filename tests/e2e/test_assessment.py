@@ -2,7 +2,6 @@
 
 import re
 from datetime import UTC, datetime, timedelta
-from pathlib import Path
 
 import pytest
 from playwright.sync_api import Locator, Page, expect
@@ -13,12 +12,6 @@ from tests.support.page_actions import open_tab, sign_up
 pytestmark = pytest.mark.shared_clinic("empty")
 
 FIRST_DAY = datetime.now(UTC) - timedelta(days=8)
-
-
-def picture(page: Page, file: Path) -> None:
-    """Take a picture of the whole page, from its top."""
-    page.evaluate("scrollTo(0, 0)")
-    page.screenshot(path=file, full_page=True)
 
 
 def assess(page: Page, day: datetime, angles: tuple[int, ...], pain: int, answer: int) -> Locator:
@@ -42,7 +35,7 @@ def assess(page: Page, day: datetime, angles: tuple[int, ...], pain: int, answer
     return form
 
 
-def test_two_assessments_a_week_apart_become_progress(page: Page, artefacts: Path) -> None:
+def test_two_assessments_a_week_apart_become_progress(page: Page) -> None:
     wrong: list[str] = []
     page.on("pageerror", lambda error: wrong.append(str(error)))
     sign_up(page, "Mori Sakura")
@@ -59,18 +52,15 @@ def test_two_assessments_a_week_apart_become_progress(page: Page, artefacts: Pat
     # The assessor is the signed-in user, unless another name is given. The fields show the last values.
     form = assess(page, FIRST_DAY + timedelta(days=7), (120, 30, 105, 22), pain=3, answer=4)
     expect(form.get_by_label("Assessed by")).to_have_value("Test administrator")
-    picture(page, artefacts / "assessment-spadi.png")
     form.get_by_role("tab", name="Range of motion").click()
     expect(form.get_by_role("textbox", name="Flexion, right, active", exact=True)).to_have_attribute(
         "placeholder", "175"
     )
-    picture(page, artefacts / "assessment-form.png")
     form.get_by_role("button", name="Save assessment").click()
     expect(newest.get_by_role("row", name=re.compile(r"^Flexion 120° \(\+25°\)"))).to_be_visible()
     expect(newest).to_contain_text("SPADI 50 of 100 (−20)")
     expect(newest).to_contain_text("Important improvement")
     page.get_by_role("button", name="All assessments").click()
-    picture(page, artefacts / "assessments.png")
 
     section.get_by_role("link", name="Progress").click()
     motion = page.get_by_role("region", name="Range of motion")
@@ -79,7 +69,6 @@ def test_two_assessments_a_week_apart_become_progress(page: Page, artefacts: Pat
     expect(page.get_by_role("region", name="SPADI").locator("[data-drawn=true]")).to_be_visible(timeout=LONG_MS)
     motion.get_by_role("button", name="Show numbers").click()
     expect(motion.get_by_role("row").filter(has_text="Flexion").last).to_contain_text("120")
-    picture(page, artefacts / "progress.png")
     page.get_by_role("link", name="Mori Sakura").click()
     expect(page.get_by_role("heading", name="Mori Sakura")).to_be_visible()
     assert wrong == []

@@ -85,7 +85,7 @@ def of_today(page: Page, clinic: Clinic, server: postgresql.Server, name: str) -
 
 
 def test_session_is_completed_in_the_browser_during_a_database_outage(
-    page: Page, clinic: Clinic, server: postgresql.Server, artefacts: Path
+    page: Page, clinic: Clinic, server: postgresql.Server
 ) -> None:
     wrong: list[str] = []
     page.on("pageerror", lambda error: wrong.append(str(error)))
@@ -110,7 +110,6 @@ def test_session_is_completed_in_the_browser_during_a_database_outage(
         page.get_by_role("combobox", name="Patient").click()
         offered = page.get_by_role("option")
         expect(offered).to_have_text(["Yamada Hanako (K-1)"], timeout=LONG_MS)
-        page.screenshot(path=artefacts / "away-offered.png", full_page=True)
         offered.click()
         expect(page.get_by_text("Contraindications: No traction.")).to_be_visible(timeout=LONG_MS)
         visit = page.get_by_role("region", name="Session")
@@ -120,13 +119,11 @@ def test_session_is_completed_in_the_browser_during_a_database_outage(
         expect(visit.get_by_role("heading", name="Checklist")).to_be_visible(timeout=LONG_MS)
         try_estop(page)
         expect(visit.get_by_test_id("check-estop")).to_contain_text("Detected by the apparatus", timeout=LONG_MS)
-        page.screenshot(path=artefacts / "away-checklist.png", full_page=True)
         confirm_identity(visit, page)
         visit.get_by_role("button", name="Confirm all 3 checks").click()
         visit.get_by_role("button", name="Pain before: 4").click()
         expect(visit.get_by_role("heading", name="Play")).to_be_visible(timeout=LONG_MS)
         load_and_play(page)
-        page.screenshot(path=artefacts / "away-play.png", full_page=True)
         wait_until_idle(page)
         # The page knows that the run has ended and that the plan is complete.
         expect(visit.get_by_role("combobox", name="Recording")).to_have_value("", timeout=LONG_MS)
@@ -137,13 +134,11 @@ def test_session_is_completed_in_the_browser_during_a_database_outage(
         page.get_by_role("option", name="Completed as planned").click()
         visit.get_by_role("button", name="End the session").click()
         expect(visit.get_by_role("button", name="Sign as")).to_be_visible(timeout=LONG_MS)
-        page.screenshot(path=artefacts / "away-note.png", full_page=True)
 
     # The page continues with the database's state on its own.
     expect(page.get_by_text("You can start or continue sessions")).to_be_hidden(timeout=LONG_MS)
     note = visit.get_by_role("textbox", name="Note of this session")
     expect(note).to_have_value(re.compile("Lift"), timeout=LONG_MS)
-    page.screenshot(path=artefacts / "away-back.png", full_page=True)
     visit.get_by_role("button", name="Sign as").click()
     visit.get_by_role("link", name="View it").click(timeout=LONG_MS)
     expect(page.get_by_test_id("signed")).to_contain_text("Signed by Test administrator", timeout=LONG_MS)

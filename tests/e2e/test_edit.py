@@ -1,7 +1,6 @@
 """A therapist edits a motion, in a real browser."""
 
 import re
-from pathlib import Path
 
 import pytest
 from playwright.sync_api import Page, expect
@@ -11,7 +10,7 @@ from tests.support.page_actions import open_tab, sign_up, teach
 
 
 @pytest.mark.shared_clinic("empty")
-def test_derived_recording_is_previewed_and_saved(page: Page, artefacts: Path) -> None:
+def test_derived_recording_is_previewed_and_saved(page: Page) -> None:
     wrong: list[str] = []
     page.on("pageerror", lambda error: wrong.append(str(error)))
     sign_up(page, "Mori Kaede")
@@ -57,7 +56,6 @@ def test_derived_recording_is_previewed_and_saved(page: Page, artefacts: Path) -
     panel.get_by_role("button", name="Preview").click()
     figure = panel.locator("[data-drawn=true]")
     expect(figure.locator(".legendtext")).to_have_text(["Before", "After"], timeout=LONG_MS)
-    page.screenshot(path=artefacts / "edit.png", full_page=True)
     keep.click()
 
     expect(page.get_by_role("heading", name="Raise the arm, motor 1 only")).to_be_visible()
@@ -68,5 +66,4 @@ def test_derived_recording_is_previewed_and_saved(page: Page, artefacts: Path) -
     expect(page.get_by_role("row", name="Raise the arm, motor 1 only")).to_contain_text(
         "Created from Raise the arm: motor 1 only"
     )
-    page.screenshot(path=artefacts / "recordings.png", full_page=True)
     assert wrong == []

@@ -1,7 +1,5 @@
 """Two users at one apparatus, in a real browser."""
 
-from pathlib import Path
-
 from playwright.sync_api import BrowserContext, Page, expect
 
 from tests.support.browser_clinic import LONG_MS, Clinic
@@ -9,9 +7,7 @@ from tests.support.page_accounts import first_password, made
 from tests.support.page_actions import sign_up, teach
 
 
-def test_second_user_watches_until_taking_over(
-    page: Page, clinic: Clinic, another: BrowserContext, artefacts: Path
-) -> None:
+def test_second_user_watches_until_taking_over(page: Page, clinic: Clinic, another: BrowserContext) -> None:
     code = made(page, "Ito Mai", "ito", "Therapist")
     sign_up(page, "Yamada Hanako")
     teach(page, "1 Abduction / adduction of the scapula")
@@ -21,7 +17,6 @@ def test_second_user_watches_until_taking_over(
     hers.get_by_role("link", name="Station", exact=True).click()
     lease = hers.get_by_test_id("lease")
     expect(lease).to_contain_text("Test administrator has operated the apparatus from another browser", timeout=LONG_MS)
-    hers.screenshot(path=artefacts / "watching.png")
     lease.get_by_role("button", name="Take over").click()
     hers.get_by_role("dialog").get_by_role("button", name="Take over").click()
     expect(lease).to_contain_text("You took over from Test administrator")

@@ -1,7 +1,6 @@
 """The pages of a clinic with history fit the screen. test_clicks.py tests their searches."""
 
 import re
-from pathlib import Path
 
 import pytest
 from playwright.sync_api import Page, expect
@@ -21,12 +20,11 @@ def page(tab: Page, clinic: Clinic) -> Page:
     return tab
 
 
-def test_search_and_shortcuts_leave_stop_in_reach(page: Page, artefacts: Path) -> None:
+def test_search_and_shortcuts_leave_stop_in_reach(page: Page) -> None:
     stop = page.get_by_role("button", name="Stop", exact=True)
     page.keyboard.press("ControlOrMeta+K")
     expect(page.get_by_role("dialog", name="Search everywhere")).to_be_visible()
     expect(stop).to_be_in_viewport()
-    page.screenshot(path=artefacts / "search.png")
     page.keyboard.press("Escape")
     expect(page.get_by_role("dialog")).to_be_hidden()
     page.keyboard.press("ControlOrMeta+/")
@@ -37,7 +35,7 @@ def test_search_and_shortcuts_leave_stop_in_reach(page: Page, artefacts: Path) -
     expect(sheet).to_be_hidden()
 
 
-def test_an_alarm_is_a_notification_until_it_is_read(page: Page, clinic: Clinic, artefacts: Path) -> None:
+def test_an_alarm_is_a_notification_until_it_is_read(page: Page, clinic: Clinic) -> None:
     page.goto(f"{clinic.url}/station")
     wait_until_idle(page)
     page.get_by_role("button", name="Press the e-stop switch").click()
@@ -49,7 +47,6 @@ def test_an_alarm_is_a_notification_until_it_is_read(page: Page, clinic: Clinic,
     page.get_by_role("button", name=re.compile(r"^Notifications: \d+ not read$")).click(timeout=LONG_MS)
     listed = page.get_by_role("dialog", name="Notifications")
     expect(listed.get_by_role("link", name=re.compile("Emergency stop pressed$")).first).to_be_visible()
-    page.screenshot(path=artefacts / "notifications.png")
     listed.get_by_role("button", name="Mark all as read").click()
     page.reload()
     expect(page.get_by_role("button", name="Notifications", exact=True)).to_be_visible(timeout=LONG_MS)
@@ -66,7 +63,7 @@ def test_archiving_is_taken_back_with_one_press(page: Page) -> None:
 
 
 @pytest.mark.parametrize("size", ["desktop", "tablet"])
-def test_live_view_and_controls_fit_on_one_screen(page: Page, clinic: Clinic, artefacts: Path, size: str) -> None:
+def test_live_view_and_controls_fit_on_one_screen(page: Page, clinic: Clinic, size: str) -> None:
     width, height = SIZES[size]
     page.set_viewport_size({"width": width, "height": height})
     listed = page.request.get(f"{clinic.url}/api/patients").json()["items"]
@@ -77,7 +74,6 @@ def test_live_view_and_controls_fit_on_one_screen(page: Page, clinic: Clinic, ar
     begin = page.get_by_role("button", name="Begin the session")
     for seen in (begin, page.get_by_test_id("apparatus-canvas"), page.get_by_test_id("angle-5")):
         expect(seen).to_be_in_viewport(ratio=1, timeout=LONG_MS)
-    page.screenshot(path=artefacts / f"station-{size}.png")
     # What belongs to the simulated apparatus comes after both.
     simulator = page.get_by_role("region", name="Simulated apparatus").bounding_box()
     last, live = begin.bounding_box(), page.get_by_test_id("angle-5").bounding_box()

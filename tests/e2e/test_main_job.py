@@ -1,7 +1,6 @@
 """A therapist's main tasks, in a real browser."""
 
 import re
-from pathlib import Path
 from urllib.parse import urlsplit
 
 import pytest
@@ -22,9 +21,7 @@ from tests.support.page_actions import (
 from tests.support.units import bare_numbers
 
 
-def test_teach_stop_reset_play_again_and_read_the_errors(
-    page: Page, clinic: Clinic, taught_name: str, artefacts: Path
-) -> None:
+def test_teach_stop_reset_play_again_and_read_the_errors(page: Page, clinic: Clinic, taught_name: str) -> None:
     hosts: set[str] = set()
     wrong: list[str] = []
     page.on("request", lambda request: hosts.add(urlsplit(request.url).netloc))
@@ -52,7 +49,6 @@ def test_teach_stop_reset_play_again_and_read_the_errors(
     expect(acknowledge).to_be_disabled()
     # The banner replaces the work panels until it is acknowledged.
     expect(page.get_by_role("button", name="Load")).to_be_hidden()
-    page.screenshot(path=artefacts / "emergency-stop.png")
     assert bare_numbers(page) == []
     # Every page shows the banner.
     page.get_by_role("link", name="Sessions").click()
@@ -69,7 +65,6 @@ def test_teach_stop_reset_play_again_and_read_the_errors(
 
     load_and_play(page)
     expect(page.get_by_test_id("left")).to_contain_text("remaining")
-    page.screenshot(path=artefacts / "playing.png")
     assert bare_numbers(page) == []
     expect(first).to_contain_text("6 of 6")
     first.get_by_role("button", name="Hide", exact=True).click()
@@ -104,7 +99,6 @@ def test_teach_stop_reset_play_again_and_read_the_errors(
         expect(figure.locator(".legendtext")).to_have_text(["Teaching", "Playback", "Error"])
         expect(figure.locator(".ytitle")).to_have_text("Angle, deg")
         expect(figure.locator(".y2title")).to_have_text("Error, deg")
-    page.screenshot(path=artefacts / "session.png", full_page=True)
     # The played motion in 3-D: the time runs while it plays.
     open_tab(page, "Motion in 3D")
     page.get_by_role("button", name="Play it").click()
@@ -115,7 +109,7 @@ def test_teach_stop_reset_play_again_and_read_the_errors(
 
 
 @pytest.mark.shared_clinic("empty")
-def test_resistance_reverses_the_arm_and_the_second_time_holds_it(page: Page, artefacts: Path) -> None:
+def test_resistance_reverses_the_arm_and_the_second_time_holds_it(page: Page) -> None:
     sign_up(page, "Tanaka Sora")
     import_motion(page, built_in_motions()[4])
     prepare_station(page)
@@ -133,7 +127,6 @@ def test_resistance_reverses_the_arm_and_the_second_time_holds_it(page: Page, ar
     page.get_by_role("button", name="One level higher").click()
     # Too low a level for this arm: its own weight is resistance. High enough for the friction at the start: 0.6 Nm.
     expect(page.get_by_test_id("level")).to_have_text("6 of 25")
-    page.screenshot(path=artefacts / "resistance-level.png", full_page=True)
 
     load_and_play(page)
     taken_back = page.get_by_test_id("taken-back")
@@ -144,7 +137,6 @@ def test_resistance_reverses_the_arm_and_the_second_time_holds_it(page: Page, ar
     expect(taken_back).to_contain_text("Resume tries again from here")
     expect(page.get_by_test_id("mode")).to_have_text("Holding the arm")
     expect(page.get_by_test_id("torque")).to_have_text("Torque on")
-    page.screenshot(path=artefacts / "taken-back.png", full_page=True)
 
     play_on.click(delay=HOLD_MS)
     banner = page.get_by_test_id("stop-banner")
@@ -154,7 +146,6 @@ def test_resistance_reverses_the_arm_and_the_second_time_holds_it(page: Page, ar
     expect(let_go).to_be_enabled()
     expect(page.get_by_test_id("mode")).to_have_text("Stopped, holding the arm")
     expect(page.get_by_test_id("torque")).to_have_text("Torque on")
-    page.screenshot(path=artefacts / "stopped-and-held.png", full_page=True)
     let_go.click(delay=HOLD_MS)
     expect(banner).to_be_hidden()
     expect(page.get_by_test_id("torque")).to_have_text("Torque off")

@@ -1,7 +1,6 @@
 """Desk work in a real browser, by keyboard alone: assess, edit a motion, prescribe, look up, administer."""
 
 import re
-from pathlib import Path
 
 import pytest
 from playwright.sync_api import Page, expect
@@ -15,7 +14,7 @@ PATIENT = "Yamada Hanako"
 
 
 @pytest.mark.shared_clinic("invented")
-def test_the_work_at_a_desk_is_done_by_keyboard_alone(page: Page, clinic: Clinic, artefacts: Path) -> None:
+def test_the_work_at_a_desk_is_done_by_keyboard_alone(page: Page, clinic: Clinic) -> None:
     wrong: list[str] = []
     page.on("pageerror", lambda error: wrong.append(str(error)))
     page.goto(clinic.url)
@@ -71,7 +70,6 @@ def test_the_work_at_a_desk_is_done_by_keyboard_alone(page: Page, clinic: Clinic
     write(page, page.get_by_label("Prescribed by"), "Aoki Rin")
     press(page, page.get_by_role("button", name="Save the programme"))
     expect(page.get_by_role("heading", name="Evening")).to_be_visible(timeout=LONG_MS)
-    page.screenshot(path=artefacts / "office-programme.png", full_page=True)
 
     # Look up a session by therapist.
     press(page, page.get_by_role("link", name="Sessions", exact=True))
@@ -94,7 +92,6 @@ def test_the_work_at_a_desk_is_done_by_keyboard_alone(page: Page, clinic: Clinic
     choose(page, beside.get_by_role("combobox", name="Session"), "2026")
     expect(beside.get_by_test_id("beside")).to_contain_text("Resistance level", timeout=LONG_MS)
     expect(beside.get_by_test_id("beside").get_by_role("row", name="RMSE, deg").first).to_be_visible()
-    page.screenshot(path=artefacts / "office-beside.png", full_page=True)
 
     # Export the record, and request an erasure, which an administrator decides.
     press(page, page.get_by_role("link", name=PATIENT).first)
@@ -132,5 +129,4 @@ def test_the_work_at_a_desk_is_done_by_keyboard_alone(page: Page, clinic: Clinic
     expect(page.get_by_role("link", name="Administration")).to_have_attribute("aria-current", "page")
     choose(page, page.get_by_role("combobox", name="Outcome"), "Done")
     expect(page.get_by_role("row").nth(1)).to_be_visible(timeout=LONG_MS)
-    page.screenshot(path=artefacts / "office-audit.png")
     assert wrong == []

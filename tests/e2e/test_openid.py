@@ -36,24 +36,21 @@ def clinic(tmp_path: Path, theirs: Provider, monkeypatch: pytest.MonkeyPatch) ->
 
 
 def test_linked_user_signs_in_and_unlocks_through_the_provider(
-    page: Page, clinic: Clinic, another: BrowserContext, theirs: Provider, artefacts: Path
+    page: Page, clinic: Clinic, another: BrowserContext, theirs: Provider
 ) -> None:
     made(page, "Ito Mai", "ito", "Therapist")
     hers = another.new_page()
     hers.goto(f"{clinic.url}/patients")
-    hers.screenshot(path=artefacts / "sign-in-openid.png")
     hers.get_by_role("link", name="Sign in with Clinic ID").click()
     expect(
         hers.get_by_role("alert").filter(has_text="No account is linked with this identity of Clinic ID")
     ).to_be_visible()
     expect(hers.get_by_role("alert").filter(has_text=theirs.subject)).to_be_visible()
-    hers.screenshot(path=artefacts / "openid-not-linked.png")
 
     page.get_by_role("button", name="Change Ito Mai").click()
     page.get_by_label("Identity at Clinic ID").fill(theirs.subject)
     page.get_by_role("button", name="Save").click()
     expect(page.get_by_role("row").filter(has_text="Ito Mai")).to_contain_text("Clinic's single sign-on")
-    page.screenshot(path=artefacts / "accounts-openid.png")
 
     hers.goto(f"{clinic.url}/patients")
     hers.get_by_role("link", name="Sign in with Clinic ID").click()
@@ -63,7 +60,6 @@ def test_linked_user_signs_in_and_unlocks_through_the_provider(
     # The locked user signs in again in a new tab. Stop stays on the locked page.
     menu(hers, "Lock the screen")
     expect(hers.get_by_role("heading", name="Locked")).to_be_visible()
-    hers.screenshot(path=artefacts / "locked-openid.png")
     with another.expect_page() as opened:
         hers.get_by_role("link", name="Sign in again with Clinic ID").click()
     expect(hers.get_by_role("button", name="Stop", exact=True)).to_be_visible()

@@ -1,7 +1,5 @@
 """A therapist prescribes a programme, in a real browser."""
 
-from pathlib import Path
-
 import pytest
 from playwright.sync_api import Page, expect
 
@@ -18,7 +16,7 @@ from tests.support.page_actions import (
 
 
 @pytest.mark.shared_clinic("empty")
-def test_programme_is_created_changed_played_and_reported(page: Page, artefacts: Path) -> None:
+def test_programme_is_created_changed_played_and_reported(page: Page) -> None:
     wrong: list[str] = []
     page.on("pageerror", lambda error: wrong.append(str(error)))
     sign_up(page, "Mori Tsubaki")
@@ -62,7 +60,6 @@ def test_programme_is_created_changed_played_and_reported(page: Page, artefacts:
         expect(page.get_by_role("switch", name=name)).to_be_checked()
     page.get_by_label("Prescribed by").fill("Aoki Rin")
     expect(page.get_by_test_id("whole")).to_contain_text("Total playing time", timeout=LONG_MS)
-    page.screenshot(path=artefacts / "programme-new.png", full_page=True)
     page.get_by_role("button", name="Save the programme").click()
     expect(page.get_by_role("heading", name="Morning")).to_be_visible()
     expect(page.get_by_role("table", name="Version 1").first).to_contain_text("Raise the arm")
@@ -81,7 +78,6 @@ def test_programme_is_created_changed_played_and_reported(page: Page, artefacts:
     versions = page.get_by_role("region", name="Versions")
     versions.get_by_role("button", name="Show version 1").click()
     expect(versions.get_by_role("table", name="Version 1")).to_contain_text("A little less")
-    page.screenshot(path=artefacts / "programme.png", full_page=True)
 
     # Today's session uses the newest version of the newest programme.
     page.get_by_role("link", name="Mori Tsubaki").click()
@@ -106,7 +102,6 @@ def test_programme_is_created_changed_played_and_reported(page: Page, artefacts:
     expect(printed.get_by_role("heading", name="Session report")).to_be_visible()
     expect(printed.get_by_text("Not signed. This is a draft").first).to_be_visible()
     expect(printed.locator("body")).to_contain_text("Mori Tsubaki")
-    printed.screenshot(path=artefacts / "report.png", full_page=True)
     printed.close()
     reports.get_by_text("日本語").click()
     with page.expect_download() as saving:

@@ -68,7 +68,6 @@ def test_station_list_shows_patients_and_marks_silent_stations(
     services_url: str,
     browser: Browser,
     browser_context_args: dict[str, Any],
-    artefacts: Path,
 ) -> None:
     patient = page.request.post(
         f"{clinic.url}/api/patients", data={"clinic_number": "S-1", "name": NAME, "affected_side": "left"}
@@ -98,7 +97,6 @@ def test_station_list_shows_patients_and_marks_silent_stations(
             page.request.post(f"{clinic.url}/api/simulator/estop", data={"pressed": pressed})
             for watcher in (page, technicians):
                 expect(tile(watcher, "Station 1").get_by_text(words)).to_be_visible()
-        page.screenshot(path=artefacts / "stations.png")
 
     for watcher in (page, technicians):
         other = tile(watcher, "Station 2")

@@ -1,7 +1,6 @@
 """A visit from sign-up to addendum, in a real browser, by keyboard alone."""
 
 import re
-from pathlib import Path
 
 from playwright.sync_api import Locator, Page, expect
 
@@ -23,7 +22,7 @@ def sign_up(page: Page, name: str) -> None:
     expect(page.get_by_role("heading", name=name)).to_be_visible()
 
 
-def teach(page: Page, artefacts: Path) -> None:
+def teach(page: Page) -> None:
     press(page, page.get_by_role("link", name="Go to the station"))
     stand_for_left(page, press)
     # The checklist: the therapist confirms checks, and the apparatus detects the test of its switch.
@@ -32,7 +31,6 @@ def teach(page: Page, artefacts: Path) -> None:
     expect(switch).to_contain_text("Not detected yet")
     expect(before.get_by_test_id("check-fixtures")).to_contain_text("arm fixer 1, and all fixtures are closed")
     expect(page.get_by_role("button", name="Start teaching")).to_be_disabled()
-    page.screenshot(path=artefacts / "before-teaching.png", full_page=True)
     try_estop(page, press)
     expect(switch).to_be_hidden(timeout=LONG_MS)
     confirm_identity(before, page, press_space)
@@ -64,11 +62,11 @@ def at_least_44(target: Locator) -> None:
     assert min(box["width"], box["height"]) >= 44
 
 
-def test_session_goes_from_checklist_to_addendum_by_keyboard_alone(page: Page, artefacts: Path) -> None:
+def test_session_goes_from_checklist_to_addendum_by_keyboard_alone(page: Page) -> None:
     wrong: list[str] = []
     page.on("pageerror", lambda error: wrong.append(str(error)))
     sign_up(page, "Yamada Hanako")
-    teach(page, artefacts)
+    teach(page)
     press(page, page.get_by_role("radio", name="Teach a motion"), "ArrowRight")
     visit = page.get_by_role("region", name="Session")
     press(page, visit.get_by_role("button", name="Begin the session"))
@@ -83,7 +81,6 @@ def test_session_goes_from_checklist_to_addendum_by_keyboard_alone(page: Page, a
     confirm_identity(visit, page, press_space)
     press(page, visit.get_by_test_id("check-side").get_by_role("button"))
     expect(visit.get_by_test_id("check-side")).to_contain_text("Test administrator")
-    page.screenshot(path=artefacts / "checklist.png", full_page=True)
     # Loading is refused before the checklist is complete.
     steps = visit.get_by_role("navigation", name="Steps of the session")
     press(page, steps.get_by_role("button", name="Play"))
@@ -103,7 +100,6 @@ def test_session_goes_from_checklist_to_addendum_by_keyboard_alone(page: Page, a
     expect(visit.get_by_role("heading", name="Play")).to_be_focused()
     press(page, steps.get_by_role("button", name="Pain before"))
     expect(visit.get_by_role("button", name="Pain before: 7")).to_have_attribute("aria-pressed", "true")
-    page.screenshot(path=artefacts / "pain-before.png", full_page=True)
     press(page, visit.get_by_role("button", name="Pain before: 4"))
     # The arrow keys choose the level on its slider.
     visit.get_by_role("slider", name="Resistance level").press("End")
@@ -113,7 +109,6 @@ def test_session_goes_from_checklist_to_addendum_by_keyboard_alone(page: Page, a
     expect(move).to_be_enabled(timeout=LONG_MS)
     press(page, move)
     expect(page.get_by_test_id("mode")).to_have_text("Recording loaded, torque off")
-    page.screenshot(path=artefacts / "hold-to-move.png", full_page=True)
     with held(page, move):
         expect(page.get_by_test_id("mode")).to_have_text("Moving to the start", timeout=LONG_MS)
     play = visit.get_by_role("button", name="Play", exact=True)
@@ -141,7 +136,6 @@ def test_session_goes_from_checklist_to_addendum_by_keyboard_alone(page: Page, a
     page.keyboard.press("ControlOrMeta+End")
     page.keyboard.type(" Did well.")
     expect(visit.get_by_text("Saved", exact=True)).to_be_visible(timeout=LONG_MS)
-    page.screenshot(path=artefacts / "note-drafted.png", full_page=True)
     page.reload()
     expect(note).to_have_value(re.compile(re.escape("2 after. Did well.")))
     press(page, visit.get_by_role("button", name="End the session"))
@@ -162,5 +156,4 @@ def test_session_goes_from_checklist_to_addendum_by_keyboard_alone(page: Page, a
     write(page, page.get_by_label("Addendum"), "Slept well.")
     press(page, page.get_by_role("button", name="Add as Test administrator"))
     expect(page.get_by_role("region", name="Note")).to_contain_text("Addendum by Test administrator")
-    page.screenshot(path=artefacts / "session-signed.png", full_page=True)
     assert wrong == []
