@@ -20,7 +20,8 @@ CYCLE_S = 0.01
 
 def test_killed_device_process_leaves_one_readable_journal_and_still_drives(tmp_path: Path) -> None:
     with closing(KeptClinic(tmp_path)) as clinic:
-        for seed in range(4):
+        # Once in playback and once in teaching.
+        for seed in range(2):
             kill_at_random(clinic, seed).judge()
 
 

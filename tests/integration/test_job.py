@@ -104,7 +104,10 @@ MODBUS_AS_SLOW_AS_MOST = {
 }
 
 
-@pytest.mark.parametrize("station", [DYNAMIXEL_10, DYNAMIXEL_100, MODBUS_AS_SLOW_AS_MOST])
+# tests/api/test_demo.py teaches and plays at 10 Hz.
+@pytest.mark.parametrize(
+    "station", [pytest.param(DYNAMIXEL_10, marks=pytest.mark.campaign), DYNAMIXEL_100, MODBUS_AS_SLOW_AS_MOST]
+)
 def test_teach_play_back_and_compare(tmp_path: Path, motion: Taught, station: dict[str, Any]) -> None:
     rate_hz = station["rate_hz"]
     with closing(Rig(tmp_path, **station)) as rig:
