@@ -15,9 +15,10 @@ def stepped(tmp_path: Path) -> Stepped:
     return Stepped(tmp_path)
 
 
-@pytest.fixture
-def playing(stepped: Stepped) -> Stepped:
-    """Return an apparatus that has played a recording for half a second."""
+@pytest.fixture(scope="session")
+def began_playing(tmp_path_factory: pytest.TempPathFactory) -> Stepped:
+    """Return an apparatus that has played a recording for half a second. Tests use copies of it."""
+    stepped = Stepped(tmp_path_factory.mktemp("playing"))
     assert stepped.send(LOAD, a_trajectory()) is None
     assert stepped.send(Approach()) is None
     stepped.until("paused")
@@ -26,3 +27,9 @@ def playing(stepped: Stepped) -> Stepped:
     assert stepped.mode == "playing"
     assert stepped.torque
     return stepped
+
+
+@pytest.fixture
+def playing(began_playing: Stepped, tmp_path: Path) -> Stepped:
+    """Return an apparatus that has played a recording for half a second."""
+    return began_playing.copied(tmp_path)
