@@ -15,7 +15,7 @@ from fastapi.testclient import TestClient
 from sqlalchemy import func, select, update
 from starlette.websockets import WebSocketDisconnect
 
-from kata.actor import Role
+from kata.actor import Actor, Role
 from kata.api import authorization
 from kata.audit import deduplication
 from kata.audit.tables import AuditRow
@@ -29,6 +29,7 @@ from kata.clinic.restricted.objects import OF_A_PATIENT, OF_NOBODY
 from kata.clinic.restricted.tables import BreakGlassAccessRow, CareTeamRow
 from kata.database.base import utc_now
 from kata.database.engine import Database
+from kata.errors import ProblemError
 from tests.support.login import signed_in, with_token
 from tests.support.service import other_browser, replaced, running
 from tests.support.treatment import Texts, treat
@@ -182,20 +183,23 @@ AS_EVERYBODY: Final = pytest.mark.parametrize(
         for asker in ASKERS
     ],
 )
+_AT_EVERY_ROUTE: Final = {"nobody", "administrator"}
+"""The identities that request every route. An ended login session is refused at the same place as nobody."""
 _EVERY_ROUTE: Final = pytest.mark.parametrize(
     ("asker", "every_route"),
     [
-        pytest.param(asker, every_route, marks=[pytest.mark.campaign] if repeated else [], id=f"{asker.name}{more}")
-        for asker in ASKERS
-        for every_route, repeated, more in (
-            [(True, asker.name in _REPEATED, "")]
-            if not asker.gone
-            else [(False, asker.name in _REPEATED, ""), (True, True, ", every route")]
+        pytest.param(
+            asker,
+            every_route,
+            marks=[pytest.mark.campaign] if asker.name in _REPEATED or (every_route and not always) else [],
+            id=f"{asker.name}, every route" if every_route and not always else asker.name,
         )
+        for asker in ASKERS
+        for always in [asker.name in _AT_EVERY_ROUTE]
+        for every_route in ([True] if always else [False, True])
     ],
 )
-"""The identity without a login is refused at every route. An ended login session is refused at the same place, which reads only the route's
-rule and the cookie: such an identity asks one route of each rule, and every route in the campaign."""
+"""Over HTTP, the other identities request one route of each rule, and every route in the campaign."""
 
 
 @dataclass(frozen=True)
@@ -397,8 +401,40 @@ class _OrAnything(dict[str, str]):
 
 def _asked(document: Any, every_route: bool) -> list[Operation]:
     """Return every operation, or one of each rule. Signing out comes last, because it ends the login session."""
-    found = sorted(operations(document), key=lambda operation: operation.name == "sign_out")
-    return found if every_route else [*{RULES[operation.name]: operation for operation in found}.values()]
+    found = list(operations(document))
+    if not every_route:
+        found = [*{RULES[operation.name]: operation for operation in found}.values()]
+    return sorted(found, key=lambda operation: operation.name == "sign_out")
+
+
+@pytest.mark.parametrize(
+    "asker", [pytest.param(asker, id=asker.name) for asker in ASKERS if asker.role is not None and not asker.gone]
+)
+def test_the_rules_grant_every_identity_the_declared_routes(service: TestClient, asker: Asker) -> None:
+    wrong = {}
+    for operation in operations(_document(service)):
+        named = [(name, uuid4()) for name in operation.ids if name in OF_A_PATIENT]
+        refusal = expected(operation.name, asker, "open" if named else "")
+        if (got := _refused(operation, asker, named)) != refusal:
+            wrong[operation.name] = refusal, got
+    assert wrong == {}
+
+
+def _refused(operation: Operation, asker: Asker, named: list[tuple[str, UUID]]) -> tuple[int, str] | None:
+    """Return how the rule of a route refuses an identity, without a request."""
+    rule = RULES[operation.name]
+    if rule.needs == "public":
+        return None
+    assert asker.role is not None
+    stations = frozenset[str]() if asker.here else frozenset({"Elsewhere"})
+    actor = Actor(uuid4(), uuid4(), "N", asker.role, stations, asker.locked, asker.enrolling, asker.by_token)
+    try:
+        if asker.by_token:
+            authorization.check_only_reads(operation.method, rule)
+        authorization.check_user(actor, rule, "Station 1", named)
+    except ProblemError as error:
+        return error.status, error.code
+    return None
 
 
 @pytest.mark.timeout(600)
@@ -428,8 +464,9 @@ def test_every_role_is_limited_to_its_rights(
     assert cells > (120 if every_route else 20)
 
 
+@pytest.mark.parametrize("every_route", [False, pytest.param(True, marks=pytest.mark.campaign)])
 def test_refresh_of_any_view_leaves_no_audit_row(
-    service: TestClient, records: dict[str, dict[str, UUID]], monkeypatch: pytest.MonkeyPatch
+    service: TestClient, records: dict[str, dict[str, UUID]], monkeypatch: pytest.MonkeyPatch, every_route: bool
 ) -> None:
     monkeypatch.setattr(deduplication, "WINDOW_S", 0.0)
     audit_log = _services(service).audit_log
@@ -446,16 +483,17 @@ def test_refresh_of_any_view_leaves_no_audit_row(
         with _database(service).read() as session:
             return session.scalar(query) or 0 if status < 400 else -1
 
-    for operation in operations(_document(service)):
-        if operation.method == "GET" and operation.name not in {"export_patient"} | _SLOW:
-            counts = [rows_after({}), rows_after({}), rows_after({"x-kata-refresh": "1"})]
-            if counts[0] > 0:
-                viewed += 1
-                # The second view, which is no refresh, is recorded.
-                if counts != [counts[0], counts[0] + 1, counts[0] + 1]:
-                    wrong[operation.name] = counts
+    slow = {"export_patient"} | _SLOW
+    views = [found for found in operations(_document(service)) if found.method == "GET" and found.name not in slow]
+    for operation in views if every_route else {RULES[found.name]: found for found in views}.values():
+        counts = [rows_after({}), rows_after({}), rows_after({"x-kata-refresh": "1"})]
+        if counts[0] > 0:
+            viewed += 1
+            # The second view, which is no refresh, is recorded.
+            if counts != [counts[0], counts[0] + 1, counts[0] + 1]:
+                wrong[operation.name] = counts
     assert wrong == {}
-    assert viewed > 30
+    assert viewed > (30 if every_route else 3)
 
 
 RECORDS: Final = ("open", "restricted", "mixed")

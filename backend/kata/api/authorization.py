@@ -137,7 +137,7 @@ async def _authorize(connection: HTTPConnection, body: Any) -> None:
         actor = await _read_actor(connection, rule, cookie)
     CURRENT_ACTOR.set(actor)
     if actor.by_token:
-        _check_only_reads(connection, rule)
+        check_only_reads(connection.scope.get("method"), rule)
     check_user(actor, rule, context.station, named)
     if named:
         await run_in_threadpool(_wait_for_arrival, services, named)
@@ -219,12 +219,12 @@ def _read_token_owner(services: Services, token: str, address: str) -> Actor:
     return actor
 
 
-def _check_only_reads(connection: HTTPConnection, rule: RouteRule) -> None:
+def check_only_reads(method: str | None, rule: RouteRule) -> None:
     """Check that a request with an access token can only read. A WebSocket has no HTTP method, so it is refused.
 
     :raises ProblemError: 403.
     """
-    if connection.scope.get("method") not in _READ_METHODS or rule.needs not in TOKEN_PERMISSIONS:
+    if method not in _READ_METHODS or rule.needs not in TOKEN_PERMISSIONS:
         raise ProblemError(403, "token_only_reads", texts.TOKEN_ONLY_READS(), texts.SIGN_IN_AT_THE_PAGE())
 
 
