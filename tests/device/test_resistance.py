@@ -37,13 +37,18 @@ def at_the_start(stepped: Stepped, level: int = LEVEL, seconds: float = 8.0) -> 
     return stepped
 
 
-@pytest.fixture
-def stroke(stepped: Stepped) -> Stepped:
-    """Return an apparatus three seconds into a slow upward stroke of eight."""
-    at_the_start(stepped)
+@pytest.fixture(scope="module")
+def began_stroke(tmp_path_factory: pytest.TempPathFactory) -> Stepped:
+    stepped = at_the_start(Stepped(tmp_path_factory.mktemp("stroke")))
     assert stepped.send(Play()) is None
     stepped.forward(3.0)
     return stepped
+
+
+@pytest.fixture
+def stroke(began_stroke: Stepped, tmp_path: Path) -> Stepped:
+    """Return an apparatus three seconds into a slow upward stroke of eight."""
+    return began_stroke.copied(tmp_path)
 
 
 def push(stepped: Stepped, torque_nm: float = 2.0, cycles: int = 11) -> None:
@@ -187,16 +192,22 @@ def test_resistance_elsewhere_turns_the_stroke_back_again(stepped: Stepped) -> N
     assert stepped.causes() == []
 
 
+@pytest.fixture(scope="module")
+def began_held(began_stroke: Stepped, tmp_path_factory: pytest.TempPathFactory) -> Stepped:
+    stepped = began_stroke.copied(tmp_path_factory.mktemp("held"))
+    push(stepped)
+    stepped.until("paused")
+    assert stepped.send(Play()) is None
+    stepped.forward(2.0)
+    push(stepped)
+    stepped.until("stopped")
+    return stepped
+
+
 @pytest.fixture
-def held(stroke: Stepped) -> Stepped:
-    """The arm is held after the patient has resisted twice in the same place."""
-    push(stroke)
-    stroke.until("paused")
-    assert stroke.send(Play()) is None
-    stroke.forward(2.0)
-    push(stroke)
-    stroke.until("stopped")
-    return stroke
+def held(began_held: Stepped, tmp_path: Path) -> Stepped:
+    """Return an apparatus that holds the arm after the patient has resisted twice in the same place."""
+    return began_held.copied(tmp_path)
 
 
 def test_repeated_resistance_in_one_place_returns_and_holds_the_arm(held: Stepped) -> None:
