@@ -1,6 +1,7 @@
 """The technician tunes position gains: measured, proposed, compared, taken back, recorded."""
 
 import itertools
+import re
 from collections.abc import Callable
 from datetime import UTC, datetime
 
@@ -17,6 +18,10 @@ from kata.commissioning.record import RecordedStep, configuration_of
 from kata.commissioning.workbench import ManualAction, Workbench
 from kata.device.config import StationConfig, simulated
 from kata.evaluation.world import World
+from kata.motion.axes import AXES
+from kata.reporting.charts import Curve, step_responses
+from kata.reporting.letterhead import Letterhead
+from kata.reporting.rendering import PrintOptions, commissioning_page
 
 KEEP, TAKE_BACK = GainsChoice("keep"), GainsChoice("take_back")
 STEP = next(step for step in STEPS if step.key == "gains")
@@ -239,6 +244,29 @@ def test_the_emergency_stop_ends_a_measurement() -> None:
     ran = run_step(STEP, workbench, lambda: datetime(2026, 1, 5, tzinfo=UTC))
     assert ran.fault == texts.ESTOP_DURING_STEP()
     assert not has_torque(world)
+
+
+def test_print_tells_former_and_kept_response_apart() -> None:
+    config = with_gains(m3=Gains(1600, 800, 300))
+    ran, _, draft = tuned(config, measure_proposed)
+    by_load = step_responses(ran.curves)
+    assert list(by_load) == ["weight", "empty"]
+    for drawn in by_load.values():
+        assert [[line.name for line in chart.lines] for chart in drawn] == [
+            ["reference", "former", "kept"] if motor == 3 else ["reference", "kept"] for motor in AXES
+        ]
+        former, kept = drawn[2].lines[1:]
+        assert peak(former) > peak(kept)
+    page = commissioning_page(
+        with_step(begin_record(config, "test"), ran, draft), PrintOptions(Letterhead(""), "en", "UTC", datetime.now(UTC))
+    )
+    looks = dict(re.findall(r'<polyline points="([^"]*)" (.*?)/>', page.html))
+    assert "dasharray" in looks[former.points] and "dasharray" not in looks[kept.points]
+
+
+def peak(curve: Curve) -> float:
+    """Return the height of the highest point. In a chart, y points downwards."""
+    return -min(float(point.split(",")[1]) for point in curve.points.split())
 
 
 # -- in the terminal ---------------------------------------------------------------------------------------------------

@@ -129,6 +129,26 @@ def test_lost_request_leaves_no_torque_after_a_step() -> None:
     assert not any(world.torque)
 
 
+def test_a_late_answer_at_the_start_ends_no_step() -> None:
+    world = RecordingWorld(seed=1)
+    workbench, _ = workbench_of(world)
+    world.lose_requests(2, 7)
+    with live_drives(workbench) as drives:
+        drives.hold()
+        assert all(drives.bus.read().drives)
+
+
+def test_a_short_silence_after_a_step_is_no_torque() -> None:
+    """A busy computer, or one that a USB adapter keeps waiting, misses answers for tens of milliseconds."""
+    world = RecordingWorld(seed=1)
+    workbench, _ = workbench_of(world)
+    with live_drives(workbench) as drives:
+        drives.hold()
+        world.lose_requests(60, 0)
+    world.wait(0.01)
+    assert not any(world.torque)
+
+
 @settings(max_examples=12, deadline=None, derandomize=True)
 @given(
     fault=st.one_of(

@@ -12,9 +12,18 @@ from msgspec import structs
 
 from kata.bench.commissioned import write_commissioned
 from kata.cli import doctor
+from kata.cli.commission import begin
 from kata.commissioning import texts
-from kata.commissioning.procedure import check
-from kata.commissioning.record import CHECKED, CommissioningRecord, RecordedStep, record_path, sealed, write_record
+from kata.commissioning.procedure import check, continue_from, with_step
+from kata.commissioning.record import (
+    CHECKED,
+    CommissioningRecord,
+    RecordedStep,
+    read_record,
+    record_path,
+    sealed,
+    write_record,
+)
 from kata.commissioning.status import PERIODIC_CHECK_INTERVAL, commissioning_status
 from kata.device import config
 from kata.device.config import as_toml, simulated
@@ -105,6 +114,43 @@ def test_a_passed_check_repairs_a_failed_one(tmp_path: Path) -> None:
     checks = (ran("stops", passed=False), *(ran(key) for key in CHECKED))
     write_record(sealed(structs.replace(record, checks=checks)), record_path(station))
     assert commissioning_status(station, CONFIG).missing is None
+
+
+def test_taken_over_steps_keep_person_and_date(tmp_path: Path) -> None:
+    station = tmp_path / "station.toml"
+    record = write_commissioned(CONFIG, station, AT)
+    checked_at, tuned_at = AT + timedelta(days=3), AT + timedelta(days=5)
+    checks = tuple(structs.replace(ran(key, at=checked_at), by="Ito") for key in CHECKED)
+    former = sealed(structs.replace(record, checks=checks))
+    again = continue_from(former, CONFIG, "Mori", "gains")
+    assert {step.step: step.by for step in again.steps} == {
+        "ids": record.by, "registers": "Ito", "inputs": "Ito", "axes": record.by, "torque": record.by, "zero": record.by,
+        "range": record.by, "stops": "Ito",
+    }  # fmt: skip
+    for key in ("gains", "lags", "acceptance"):
+        assert not again.passed
+        again = with_step(again, ran(key, at=tuned_at), CONFIG)
+    write_record(again, record_path(station))
+    found = commissioning_status(station, CONFIG)
+    assert (found.missing, found.due_at) == (None, checked_at + PERIODIC_CHECK_INTERVAL)
+    assert found.commissioned_at == tuned_at
+
+
+def test_steps_of_a_faulty_station_are_not_taken_over(tmp_path: Path) -> None:
+    station = tmp_path / "station.toml"
+    record = write_commissioned(CONFIG, station, AT)
+    for changed in (
+        sealed(structs.replace(record, checks=(ran("stops", passed=False),))),
+        sealed(structs.replace(record, configuration=as_toml(SLOWER))),
+    ):
+        write_record(changed, record_path(station))
+        with pytest.raises(SystemExit):
+            begin(station, None, "Mori", "gains")
+        assert read_record(record_path(station)) == changed, "a refused start changes no record"
+    write_record(record, record_path(station))
+    again, draft = begin(station, "/dev/ttyUSB3", "Mori", "gains")
+    assert len(again.steps) == 8 and again.previous == record.digest
+    assert draft == structs.replace(config.read(station), port="/dev/ttyUSB3")
 
 
 def test_the_periodic_check_changes_no_configuration(tmp_path: Path) -> None:

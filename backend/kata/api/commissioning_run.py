@@ -45,6 +45,8 @@ class RunProgress:
     kind: RunKind
     by: str
     simulated: bool
+    before: set[str] = field(default_factory=set)
+    """Keys of the steps that had passed before this run."""
     running: bool = True
     step: str = ""
     """Key of the step that is running or, if none is, that ran last."""
@@ -96,8 +98,11 @@ class CommissioningRun:
         """True if a run is a practice on a simulated apparatus."""
         return self._station.info.simulated
 
-    async def start(self, kind: RunKind, begin: str | None, browser: Browser) -> Refusal | None:
-        """Take the drives from the device process and start the procedure. Return None when it runs."""
+    async def start(self, kind: RunKind, begin: str | None, browser: Browser, before: set[str]) -> Refusal | None:
+        """Take the drives from the device process and start the procedure. Return None when it runs.
+
+        :param before: steps that have passed before this run.
+        """
         file, simulated = self.file, self.practises
         if file is None:
             return Refusal.of(
@@ -106,7 +111,7 @@ class CommissioningRun:
         self._stopped = False
         if refusal := await self._station.hand_over(self.stop):
             return refusal
-        self.progress = RunProgress(kind, browser.name, simulated)
+        self.progress = RunProgress(kind, browser.name, simulated, before)
         self._operate(browser)
         options = [f"--by={browser.name}", "--lines"]
         options += ["--simulate=1"] if simulated else []

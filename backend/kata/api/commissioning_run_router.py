@@ -15,8 +15,10 @@ from kata.api.services import services_of
 from kata.clinic.commissionings.schemas import CommissioningStepRun
 from kata.clinic.sessions import service as sessions
 from kata.commissioning.record import CHECKED, CommissioningRecord, readable_record, record_path
+from kata.commissioning.status import commissioning_status
 from kata.commissioning.steps import STEP_TEXTS, passed_steps
 from kata.dependencies import PROBLEMS, TheDatabase
+from kata.device import config
 from kata.errors import ProblemError
 from kata.station.schemas import OptionalKey, TextKey
 from kata.types import Schema
@@ -88,6 +90,9 @@ class CommissioningRunState(Schema):
     presses: int = Field(ge=0, description="Number of confirmations since the procedure's start.")
     passed: bool | None = Field(description="Null: the procedure is running, or has not run since the service started.")
     may_check: bool = Field(description="True if the station is commissioned, so that the periodic check can run.")
+    may_repeat: bool = Field(
+        description="True if a run may begin at any step, because the station is commissioned and its last periodic check has passed. The record takes over the steps before."
+    )
 
 
 async def _run(request: Request) -> CommissioningRun:
@@ -122,8 +127,8 @@ async def start_commissioning(
 
     if await run_in_threadpool(open_sessions):
         raise ProblemError(409, "session_open", texts.SESSION_OPEN(), texts.END_SESSION_FIRST())
-    await run_in_threadpool(_check_start, run, wanted)
-    if refusal := await run.start(wanted.kind, wanted.begin, browser()):
+    before = await run_in_threadpool(_check_start, run, wanted)
+    if refusal := await run.start(wanted.kind, wanted.begin, browser(), before):
         raise refused(refusal)
     return await run_in_threadpool(_state, run)
 
@@ -139,17 +144,17 @@ async def confirm_commissioning(run: TheRun, given: RunConfirmation) -> Commissi
     return await run_in_threadpool(_state, run)
 
 
-def _check_start(run: CommissioningRun, wanted: RunStart) -> None:
-    """Check that the procedure would accept this start.
+def _check_start(run: CommissioningRun, wanted: RunStart) -> set[str]:
+    """Check that the procedure would accept this start. Return the steps that have passed before it.
 
     :raises ProblemError: 409.
     """
     record = _record(run)
     if wanted.kind == "check" and not _may_check(record):
         raise ProblemError(409, "check_impossible", texts.CHECK_IMPOSSIBLE(), texts.COMMISSION_FIRST())
-    passed = _passed(record)
-    if wanted.begin and _ORDER.index(wanted.begin) > len(passed):
+    if wanted.begin and _ORDER.index(wanted.begin) > len(_passed(record)) and not _may_repeat(run):
         raise ProblemError(409, "steps_missing", texts.STEPS_MISSING(), texts.BEGIN_EARLIER())
+    return set(_ORDER[: _ORDER.index(wanted.begin)]) if wanted.begin else _passed(record)
 
 
 def _record(run: CommissioningRun) -> CommissioningRecord | None:
@@ -160,6 +165,16 @@ def _record(run: CommissioningRun) -> CommissioningRecord | None:
 def _may_check(record: CommissioningRecord | None) -> bool:
     """Return True if the periodic check can run: the commissioning has passed."""
     return record is not None and record.passed
+
+
+def _may_repeat(run: CommissioningRun) -> bool:
+    """Return True if a run may begin at any step: the station is commissioned with the configuration in its file."""
+    if run.file is None or run.practises:
+        return False
+    try:
+        return commissioning_status(run.file, config.read(run.file)).missing is None
+    except config.ConfigError:
+        return False
 
 
 def _passed(record: CommissioningRecord | None) -> set[str]:
@@ -173,7 +188,7 @@ def _state(run: CommissioningRun) -> CommissioningRunState:
     progress, record = run.progress, _record(run)
     kind = progress.kind if progress else "full"
     ended = {ran["step"]: ran for ran in progress.ended} if progress else {}
-    before = set() if progress else _passed(record)
+    before = progress.before if progress else _passed(record)
     running = progress is not None and progress.running
     steps = []
     for step in STEP_TEXTS:
@@ -213,5 +228,6 @@ def _state(run: CommissioningRun) -> CommissioningRunState:
             "presses": progress.presses if progress else 0,
             "passed": None if progress is None or running else progress.passed,
             "may_check": _may_check(record),
+            "may_repeat": _may_repeat(run),
         }
     )

@@ -21,6 +21,7 @@ from kata.commissioning.procedure import (
     begin_record,
     check,
     commission,
+    continue_from,
     first_draft,
 )
 from kata.commissioning.record import (
@@ -33,6 +34,7 @@ from kata.commissioning.record import (
     record_path,
     write_record,
 )
+from kata.commissioning.status import commissioning_status
 from kata.commissioning.steps import passed_steps
 from kata.commissioning.workbench import ManualAction, StepError, Technician, Workbench
 from kata.device import config
@@ -219,7 +221,10 @@ def run_check(station: Path, by: str, *, lines: bool = False) -> bool:
 
 
 def begin(station: Path, port: str | None, by: str, first: str | None) -> tuple[CommissioningRecord, StationConfig]:
-    """Return the unfinished record to continue, or a new one, and the configuration to begin with. ``first``: the first step."""
+    """Return the unfinished record to continue, or a new one, and the configuration to begin with.
+
+    :param first: the first step to run. A new record takes over the steps before it if the station is commissioned.
+    """
     path = record_path(station)
     try:
         former = read_record(path)
@@ -230,12 +235,14 @@ def begin(station: Path, port: str | None, by: str, first: str | None) -> tuple[
     if former and unfinished:
         record, draft = former, _at_port(unfinished, port)
     else:
-        if former:
-            path.rename(path.with_suffix(f".{former.digest[:8]}.json"))
         draft = _at_port(present, port)
         record = begin_record(draft, by, former.digest if former else "")
+        if former and first and commissioning_status(station, present).missing is None:
+            record = continue_from(former, draft, by, first)
     if first and STEP_KEYS.index(first) > len(passed_steps(record.steps)):
         fail(f"The steps before {first} have not passed.")
+    if former and record is not former:
+        path.rename(path.with_suffix(f".{former.digest[:8]}.json"))
     return record, draft
 
 

@@ -1,9 +1,11 @@
 """Proposes position gains from a measured step response. Pure mathematics.
 
-A drive with position gain P, integral gain I and damping gain D turns an inertia J: J s^2 + D s + P is a system of second order (Ogata,
-Modern Control Engineering, 5th edition, section 5-3). Its damping ratio is D / (2 sqrt(J P)). Its overshoot depends only on this ratio. If
-it does not overshoot, its slow pole is at about P / D, and its rise time from 10 to 90 % is 2.2 D / P. The rules use only ratios of
-gains, because the units differ between drives:
+A drive with position gain P, integral gain I and damping gain D turns an inertia J. Without I and outer loads, J x'' + D x' + P (x - goal) = 0.
+Divided by J this is x'' + 2 z w x' + w^2 (x - goal) = 0 with w = sqrt(P / J) and the damping ratio z = D / (2 sqrt(J P)). From rest, and
+for z < 1, a step of height 1 gives x = 1 - exp(-z w t) (cos(v t) + z w / v sin(v t)) with v = w sqrt(1 - z^2). Its derivative
+w^2 / v exp(-z w t) sin(v t) is first zero at v t = pi, where x = 1 + exp(-pi z / sqrt(1 - z^2)). The overshoot therefore depends only on z.
+With d = -ln(overshoot), z = d / sqrt(pi^2 + d^2). If the response does not overshoot and z is well above 1, the slow pole is at about P / D,
+so that the rise from 10 to 90 % takes ln(9) D / P = 2.2 D / P. The rules use only ratios of gains, because the units differ between drives:
 
 1. Too much overshoot: raise D by the wanted damping ratio over the measured one. What the limit of D leaves, P takes, as the ratio changes
    with 1 / sqrt(P). I falls with P, so that the time constant P / I of the integral stays.
@@ -24,7 +26,7 @@ from kata.device.config_rules import RANGES
 TARGET_OVERSHOOT: Final = 0.1
 """A larger overshoot, as a share of the step, needs other gains. It is two counts of the encoder in a step of 2 deg."""
 TARGET_DAMPING: Final = 0.7
-"""Wanted damping ratio: 5 % overshoot. Usual values are 0.4 to 0.8 (Ogata, section 5-3)."""
+"""Wanted damping ratio: exp(-pi 0.7 / sqrt(1 - 0.7^2)) = 4.6 % overshoot."""
 TARGET_RISE_S: Final = 0.5
 """A longer rise needs other gains. It belongs to a lag of 0.23 s; the configuration accepts 0.3 s."""
 TARGET_STEADY_ERROR_DEG: Final = LARGEST_STEADY_ERROR_DEG / 2

@@ -38,7 +38,7 @@ LARGEST_DISTANCE_DEG: Final = 5 * STEP_DEG
 """Distance of a motor from its setpoint at which a measurement ends with torque off, because the gains are unstable."""
 
 LOADS: Final = (
-    ("weight", ManualAction("free_arm", texts.FREE_ARM())),
+    ("weight", ManualAction("free_arm", texts.HANG_WEIGHT())),
     ("empty", ManualAction("empty_arm", texts.EMPTY_ARM())),
 )
 """Name of each load, and the instruction with which the technician sets it up."""

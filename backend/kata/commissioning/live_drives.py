@@ -31,10 +31,14 @@ SPEED_DEG_S: Final = 15.0
 _VERIFY_CYCLES: Final = 600
 _LATE_SHARE: Final = 0.1
 """Share of its period by which a cycle may begin late. A later cycle waits for the next deadline."""
+_CONFIGURE_ATTEMPTS: Final = 4
+_CONFIGURE_PAUSE_S: Final = 0.1
 _MISSES: Final = 20
 """Number of consecutive cycles without an answer after which a drive counts as silent."""
-_OFF_ATTEMPTS: Final = 10
-"""Number of torque-off messages until every drive reports no torque. No drive confirms the message, and it may be lost."""
+_OFF_ATTEMPTS: Final = 100
+"""Largest number of torque-off messages until every drive reports no torque. No drive confirms the message, and it may be lost. Without
+answers the attempts take about half a second, which outlasts the delays of a busy computer.
+"""
 _ESTOP_FAULTS: Final = frozenset({"estop_pressed", "estop_unknown", "contacts_disagree"})
 
 
@@ -88,9 +92,21 @@ class LiveDrives:
         :raises StepError: naming the drive that cannot be configured.
         """
         self.bus.open()
-        self.bus.configure(range(N_AXES))
+        for axis in range(N_AXES):
+            self._configure(axis)
         self._next_ns = self._begin_ns = self._workbench.now_ns()
         self._verify()
+
+    def _configure(self, axis: int) -> None:
+        """Configure a drive. Try again after a missing answer, because a busy computer may have delayed it.
+
+        :raises BusError: when the drive cannot be configured.
+        """
+        for _ in range(_CONFIGURE_ATTEMPTS - 1):
+            with suppress(BusError):
+                return self.bus.configure([axis])
+            self._workbench.sleep(_CONFIGURE_PAUSE_S)
+        return self.bus.configure([axis])
 
     def hold(self) -> None:
         """Switch torque on. Every motor holds its angle.
@@ -135,13 +151,15 @@ class LiveDrives:
         """
         if not self._switched_on:
             return
+        # While registers are verified again, a read returns the status of at most one drive.
+        unconfirmed = set(range(N_AXES))
         for _ in range(_OFF_ATTEMPTS):
             self.release()
-            unknown = set(range(N_AXES))
             for status in self.bus.read().statuses:
                 self.torque_on[status.axis] = status.torque_on
-                unknown.discard(status.axis)
-            if not unknown and not any(self.torque_on):
+                if not status.torque_on:
+                    unconfirmed.discard(status.axis)
+            if not unconfirmed:
                 return
         if any(self.torque_on):
             raise StepError(texts.TORQUE_STAYS_ON(motor=self.torque_on.index(True) + 1))

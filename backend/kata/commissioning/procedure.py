@@ -106,6 +106,17 @@ def begin_record(config: StationConfig, by: str, previous: str = "") -> Commissi
     )
 
 
+def continue_from(former: CommissioningRecord, config: StationConfig, by: str, begin: str) -> CommissioningRecord:
+    """Return a record that takes over the steps before ``begin`` from a finished record. The other steps must run again.
+
+    The newest run of each step is taken over, which may be one of a periodic check. It names the person who ran it.
+    """
+    newest = {ran.step: ran for ran in (*former.steps, *former.checks)}
+    taken = [newest[step.key] for step in STEPS[: [step.key for step in STEPS].index(begin)]]
+    steps = tuple(structs.replace(ran, by=ran.by or former.by) for ran in taken)
+    return structs.replace(begin_record(config, by, former.digest), steps=steps)
+
+
 def commission(
     workbench: Workbench, record: CommissioningRecord, now: Callable[[], datetime], begin: str | None = None
 ) -> Iterator[tuple[CommissioningStep, CommissioningRecord | None]]:

@@ -54,7 +54,9 @@ class RecordedStep(msgspec.Struct, frozen=True):
     values: tuple[RecordedValue, ...] = ()
     curves: tuple[RecordedCurve, ...] = ()
     by: str = ""
-    """The person who ran a periodic check. Empty in a commissioning, whose record names the person."""
+    """The person who ran the step, in a periodic check and in a step that was taken over from a former record. Empty in all other steps,
+    whose record names the person.
+    """
 
 
 class CommissioningRecord(msgspec.Struct, frozen=True):
@@ -112,6 +114,11 @@ def has_configuration(record: CommissioningRecord, config: StationConfig) -> boo
         return _commissioned_part(configuration_of(record)) == _commissioned_part(config)
     except RecordError:
         return False
+
+
+def own_steps(record: CommissioningRecord) -> tuple[RecordedStep, ...]:
+    """Return the steps that were not taken over from a former record."""
+    return tuple(ran for ran in record.steps if not ran.by)
 
 
 def sealed(record: CommissioningRecord) -> CommissioningRecord:

@@ -6,7 +6,7 @@ from pathlib import Path
 from typing import Final
 
 from kata.commissioning import texts
-from kata.commissioning.record import RecordError, has_configuration, read_record, record_path
+from kata.commissioning.record import CHECKED, RecordError, has_configuration, read_record, record_path
 from kata.device.config import StationConfig
 from kata.messages import Text
 
@@ -38,7 +38,8 @@ def commissioning_status(station: Path, config: StationConfig) -> CommissioningS
     newest = {ran.step: ran for ran in record.checks}
     if not all(ran.passed for ran in newest.values()):
         return CommissioningStatus(texts.CHECK_FAILED())
-    # The date of a check is that of its oldest step. Without a check, it is the date of the commissioning.
-    ended = [ran.ended_at for ran in newest.values()] or [record.steps[-1].ended_at]
+    # The date of a check is that of its oldest step. Without a check, the commissioning's own runs of these steps count.
+    checked = newest or {ran.step: ran for ran in record.steps if ran.step in CHECKED}
+    ended = [ran.ended_at for ran in checked.values()] or [record.steps[-1].ended_at]
     due_at = datetime.fromisoformat(min(ended)) + PERIODIC_CHECK_INTERVAL
     return CommissioningStatus(None, due_at, datetime.fromisoformat(record.steps[-1].ended_at))

@@ -97,6 +97,7 @@ SUPPORT_ARM: Final = message(
 )
 FIT_POSE: Final = message("fit_pose", "Lock the apparatus in reference pose {pose:d} with the fixture.")
 FREE_ARM: Final = message("free_arm", "Remove the fixture and put the test weight into the arm fixer.")
+HANG_WEIGHT: Final = message("hang_weight", "Put the test weight into the arm fixer.")
 EMPTY_ARM: Final = message("empty_arm", "Take the test weight out of the arm fixer.")
 TURN_TO_LEFT: Final = message("turn_to_left", "Turn the apparatus to the left shoulder.")
 TURN_TO_RIGHT: Final = message("turn_to_right", "Turn the apparatus to the right shoulder.")

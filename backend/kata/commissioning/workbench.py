@@ -132,10 +132,13 @@ class Workbench:
                 return choice
 
     def watch(self, instruction: ManualAction, is_done: Callable[[], bool], fault: Text | None = None) -> None:
-        """Show an instruction, and wait until ``is_done`` returns True. ``is_done`` reads the drives.
+        """Show an instruction, and wait until ``is_done`` returns True. ``is_done`` reads the drives. If it returns True at
+        once, no instruction is shown.
 
         :raises StepError: with ``fault``, when nothing is detected in time.
         """
+        if is_done():
+            return
         self.technician.instruct(replace(instruction, seen=True))
         end_ns = self.now_ns() + _PATIENCE_S * 1_000_000_000
         while not is_done():

@@ -102,26 +102,39 @@ def tracking(parts: RunFigureSamples) -> tuple[Chart, ...]:
     )
 
 
-def step_responses(curves: Sequence[RecordedCurve]) -> tuple[Chart, ...]:
-    """Return a chart per motor with its step responses, with and without the test weight, and with the height of the step."""
-    charts = []
-    for motor in sorted({curve.motor for curve in curves}):
-        own = [curve for curve in curves if curve.motor == motor]
-        end_s, step_deg = max(curve.times_s[-1] for curve in own), own[0].step_deg
-        low = min(0.0, *(min(curve.angles_deg) for curve in own))
-        high = 1.1 * max(step_deg, *(max(curve.angles_deg) for curve in own))
-        reach = high - low
-        lines = [Curve("reference", _points([(SMALL.x(x), SMALL.y((step_deg - low) / reach)) for x in (0, 1)]))]
-        for curve in own:
-            places = [
-                (SMALL.x(time / end_s), SMALL.y((angle - low) / reach))
-                for time, angle in zip(curve.times_s, curve.angles_deg, strict=True)
-            ]
-            lines.append(Curve("taught" if curve.load == "weight" else "played", _points(places)))
-        ticks = tuple(Tick(SMALL.y((tick - low) / reach), f"{tick:g}") for tick in (0.0, step_deg))
-        ends = (Tick(SMALL.x(0), "0"), Tick(SMALL.x(1), f"{end_s:.1f} s"))
-        charts.append(Chart(str(motor), SMALL, ends, ticks, tuple(lines)))
-    return tuple(charts)
+def step_responses(curves: Sequence[RecordedCurve]) -> dict[str, tuple[Chart, ...]]:
+    """Return a chart per motor for each load ("weight", "empty") that was measured.
+
+    A chart has the height of the step, the response with the kept gains and, if the motor had other gains before, the former response.
+    """
+    loads = dict.fromkeys(curve.load for curve in curves)
+    return {
+        load: tuple(
+            _step_response([curve for curve in curves if (curve.load, curve.motor) == (load, motor)])
+            for motor in sorted({curve.motor for curve in curves if curve.load == load})
+        )
+        for load in loads
+    }
+
+
+def _step_response(curves: Sequence[RecordedCurve]) -> Chart:
+    """Return the chart of one motor. The last curve is that of the kept gains, and the first one that of the former gains."""
+    former, kept = curves[0], curves[-1]
+    has_changed = (former.p_gain, former.i_gain, former.d_gain) != (kept.p_gain, kept.i_gain, kept.d_gain)
+    drawn = {"former": former, "kept": kept} if has_changed else {"kept": kept}
+    end_s = max(curve.times_s[-1] for curve in drawn.values())
+    low = min(0.0, *(min(curve.angles_deg) for curve in drawn.values()))
+    reach = 1.1 * max(kept.step_deg, *(max(curve.angles_deg) for curve in drawn.values())) - low
+    lines = [Curve("reference", _points([(SMALL.x(x), SMALL.y((kept.step_deg - low) / reach)) for x in (0, 1)]))]
+    for name, curve in drawn.items():
+        places = [
+            (SMALL.x(time / end_s), SMALL.y((angle - low) / reach))
+            for time, angle in zip(curve.times_s, curve.angles_deg, strict=True)
+        ]
+        lines.append(Curve(name, _points(places)))
+    ticks = tuple(Tick(SMALL.y((tick - low) / reach), f"{tick:g}") for tick in (0.0, kept.step_deg))
+    ends = (Tick(SMALL.x(0), "0"), Tick(SMALL.x(1), f"{end_s:.1f} s"))
+    return Chart(str(kept.motor), SMALL, ends, ticks, tuple(lines))
 
 
 def torque_angle(name: str, curve: TorqueAngleCurve, outward: int, marks_deg: Sequence[float]) -> Chart:

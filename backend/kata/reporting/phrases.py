@@ -73,9 +73,11 @@ PHRASES: Final[dict[str, tuple[str, str]]] = {
     "value": ("Value", "項目"),
     "value_before": ("Before", "前"),
     "value_after": ("After", "後"),
-    "step_responses": (
-        "Step responses, deg. Solid line: with the test weight; dashed line: without it; thin line: the step.",
-        "ステップ応答（度）：実線は試験用おもりあり、破線はなし、細線は指令値",
+    "step_responses_weight": ("Step responses with the test weight.", "ステップ応答（試験用おもりあり）。"),
+    "step_responses_empty": ("Step responses without a weight.", "ステップ応答（おもりなし）。"),
+    "step_response_lines": (
+        "Solid line: kept gains; dashed line: former gains; thin line: the step.",
+        "実線：確定したゲイン、破線：以前のゲイン、細線：指令値",
     ),
     "signature_line": ("Date, signature: ______________________________", "日付・署名：______________________________"),
     "simulated": (

@@ -43,7 +43,7 @@ class SnapshotTracker:
         """The last run or teaching that began. It may have ended since; the live state shows that."""
         self.verified_since: datetime | None = None
         self.has_run = False
-        """True if a device process has sent a snapshot since the service started."""
+        """True if a device process has sent a snapshot since the service started, or since another program gave the drives back."""
         self._received_at_s = 0.0
         self._torque_since_ns: int | None = None
         """Device time since which torque has remained on although a stop has ended."""

@@ -205,6 +205,8 @@ class Station:
             self.info = _info(self.config, simulated=self.info.simulated)
             write(self.config, self._station_file)
         self._stop_user = None
+        # The restart is planned. Without this line the page reports a control program that does not answer.
+        self._tracker.has_run = False
         self._process.start()
         self._subscriptions.note_change()
 

@@ -46,5 +46,5 @@ LOOK_BEFORE_TRYING_AGAIN: Final = message(
 )
 COMMISSIONING_RUNS: Final = message("commissioning_runs", "The station is being commissioned.")
 WAIT_FOR_COMMISSIONING: Final = message(
-    "wait_for_commissioning", "Wait until the technician has ended the commissioning."
+    "wait_for_commissioning", "No patient can be treated here until the commissioning has ended."
 )

@@ -15,7 +15,7 @@ from sqlalchemy.orm import Session
 from kata.clinic import texts
 from kata.clinic.commissionings.schemas import CommissioningKind
 from kata.clinic.commissionings.tables import CommissioningRow
-from kata.commissioning.record import CHECKED, CommissioningRecord, RecordedStep, sealed
+from kata.commissioning.record import CHECKED, CommissioningRecord, RecordedStep, own_steps, sealed
 from kata.errors import not_found
 from kata.motion.axes import AXES
 from kata.pagination import Keyset
@@ -68,7 +68,8 @@ def _check_runs(checks: Sequence[RecordedStep]) -> Iterator[tuple[RecordedStep, 
 
 def add(session: Session, station: str, ended: FinishedCommissioning) -> bool:
     """Store a commissioning or check. Return False if it is already stored."""
-    began_at = datetime.fromisoformat(ended.steps[0].began_at)
+    own = own_steps(ended.record) or ended.steps
+    began_at = datetime.fromisoformat(own[0].began_at)
     stored = select(CommissioningRow.id).where(
         CommissioningRow.station == station, CommissioningRow.kind == ended.kind, CommissioningRow.began_at == began_at
     )
@@ -89,7 +90,7 @@ def add(session: Session, station: str, ended: FinishedCommissioning) -> bool:
             fault_key=msgspec.to_builtins(last.fault_key),
             digest=ended.record.digest,
             configuration_digest=ended.record.configuration_digest,
-            figures=_figures(ended.steps),
+            figures=_figures(own),
             record=msgspec.json.encode(ended.record).decode(),
         )
     )

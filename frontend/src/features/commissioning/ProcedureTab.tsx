@@ -2,11 +2,12 @@ import "./catalogue";
 import { Alert, Badge, Button, Card, Group, Loader, Skeleton, Stack, Text, Title } from "@mantine/core";
 import { IconHandStop, IconInfoCircle } from "@tabler/icons-react";
 import { useMutation, useQuery, useQueryClient } from "@tanstack/react-query";
-import { useEffect, useRef } from "react";
+import { type ReactNode, useEffect, useRef } from "react";
 import { api, type Schemas } from "../../lib/api/client";
 import { t } from "../../lib/i18n";
 import { replaceData } from "../../lib/replaceData";
 import { translateServerText } from "../../lib/serverText";
+import { ButtonLink } from "../../ui/links";
 import { ProblemNote } from "../../ui/ProblemNote";
 import { useHasPermission } from "../auth/hooks";
 import { GainTuning } from "./GainTuning";
@@ -52,14 +53,18 @@ export function ProcedureTab() {
               start.mutate(wanted);
             }}
           />
-          {state.instruction && (
-            <Instruction
-              key={state.instruction.number}
-              instruction={state.instruction}
-              practice={state.practice}
-              busy={confirm.isPending}
-              onConfirm={(answer) => confirm.mutate(answer)}
-            />
+          {state.running && (
+            <Present run={state}>
+              {state.instruction && (
+                <Instruction
+                  key={state.instruction.number}
+                  instruction={state.instruction}
+                  practice={state.practice}
+                  busy={confirm.isPending}
+                  onConfirm={(answer) => confirm.mutate(answer)}
+                />
+              )}
+            </Present>
           )}
           <Steps run={state} />
         </>
@@ -86,7 +91,12 @@ function Intro(props: { run: Run; starting: boolean; onStart: (wanted: Schemas["
         {!run.possible && <Text fw={600}>{t("commissioning:run.noFile")}</Text>}
         {run.passed === true && (
           <Alert color="indigo" variant="light" role="status" data-testid="finished">
-            {t(`commissioning:run.passed.${run.kind}`, { presses: run.presses })}
+            <Stack gap="sm" align="flex-start">
+              {t(`commissioning:run.passed.${run.kind}`, { presses: run.presses })}
+              <ButtonLink to="/commissioning" search={{ tab: "records" }} variant="default">
+                {t("commissioning:run.showRecord")}
+              </ButtonLink>
+            </Stack>
           </Alert>
         )}
         {run.passed === false && (
@@ -94,6 +104,7 @@ function Intro(props: { run: Run; starting: boolean; onStart: (wanted: Schemas["
             {t(run.practice ? "commissioning:run.failedPractice" : "commissioning:run.failed")}
           </Alert>
         )}
+        {mayStart && run.may_repeat && <Text size="sm">{t("commissioning:run.tuneAgainExplain")}</Text>}
         {mayStart && (
           <Group>
             <Button size="md" loading={starting} onClick={() => onStart({ kind: "full" })}>
@@ -109,6 +120,45 @@ function Intro(props: { run: Run; starting: boolean; onStart: (wanted: Schemas["
                 {t("commissioning:run.startCheck")}
               </Button>
             )}
+            {run.may_repeat && (
+              <Button
+                size="md"
+                variant="default"
+                loading={starting}
+                onClick={() => onStart({ kind: "full", begin: "gains" })}
+              >
+                {t("commissioning:run.tuneAgain")}
+              </Button>
+            )}
+          </Group>
+        )}
+      </Stack>
+    </Card>
+  );
+}
+
+/** Shows which step runs, and its instruction. Between two instructions it says that the technician waits. */
+function Present({ run, children }: { run: Run; children: ReactNode }) {
+  const place = run.steps.findIndex((step) => step.key === run.step);
+  const step = run.steps[place];
+  return (
+    <Card withBorder component="section" aria-label={t("commissioning:run.present")} data-testid="present">
+      <Stack gap="sm">
+        <Text size="sm" c="dimmed">
+          {step
+            ? t("commissioning:run.place", {
+                number: place + 1,
+                count: run.steps.length,
+                title: translateServerText(step.title, step.title_key),
+              })
+            : t("commissioning:run.starting")}
+        </Text>
+        {children || (
+          <Group gap="sm" wrap="nowrap" role="status">
+            <Loader size="sm" aria-hidden />
+            <Text fz="lg" fw={600}>
+              {t("commissioning:run.working")}
+            </Text>
           </Group>
         )}
       </Stack>
@@ -127,9 +177,7 @@ function Instruction(props: {
   const button = useRef<HTMLButtonElement>(null);
   useEffect(() => button.current?.focus(), []);
   return (
-    <Card
-      withBorder
-      component="section"
+    <section
       aria-label={t("commissioning:run.instruction")}
       data-testid="instruction"
       data-number={instruction.number}
@@ -162,7 +210,7 @@ function Instruction(props: {
           onAnswer={(gains) => onConfirm({ number: instruction.number, gains })}
         />
       )}
-    </Card>
+    </section>
   );
 }
 

@@ -1,5 +1,5 @@
 import "./catalogue";
-import { Button, Modal, ScrollArea, Skeleton, Stack, Text, Title } from "@mantine/core";
+import { Button, Modal, Skeleton, Stack, Text, Title } from "@mantine/core";
 import { IconFileTypePdf } from "@tabler/icons-react";
 import { useQuery } from "@tanstack/react-query";
 import { useState } from "react";
@@ -150,7 +150,7 @@ function StepsDialog({ record, onClose }: { record: Entry; onClose: () => void }
     when: formatMoment(record.ended_at),
   });
   return (
-    <Modal opened onClose={onClose} size="xl" title={title} scrollAreaComponent={ScrollArea.Autosize}>
+    <Modal opened onClose={onClose} size="xl" title={title}>
       <Stack>
         <ProblemNote error={detail.error} />
         {detail.isPending && <Skeleton h={240} />}
