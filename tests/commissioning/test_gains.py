@@ -258,7 +258,8 @@ def test_print_tells_former_and_kept_response_apart() -> None:
         former, kept = drawn[2].lines[1:]
         assert peak(former) > peak(kept)
     page = commissioning_page(
-        with_step(begin_record(config, "test"), ran, draft), PrintOptions(Letterhead(""), "en", "UTC", datetime.now(UTC))
+        with_step(begin_record(config, "test"), ran, draft),
+        PrintOptions(Letterhead(""), "en", "UTC", datetime.now(UTC)),
     )
     looks = dict(re.findall(r'<polyline points="([^"]*)" (.*?)/>', page.html))
     assert "dasharray" in looks[former.points] and "dasharray" not in looks[kept.points]

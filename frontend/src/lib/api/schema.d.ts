@@ -4700,6 +4700,11 @@ export interface components {
              * @description True if the station is commissioned, so that the periodic check can run.
              */
             may_check: boolean;
+            /**
+             * May Repeat
+             * @description True if a run may begin at any step, because the station is commissioned and its last periodic check has passed. The record takes over the steps before.
+             */
+            may_repeat: boolean;
         };
         /**
          * CommissioningState
