@@ -62,7 +62,6 @@ def test_a_practice_leads_to_a_record_with_pdf(page: Page) -> None:
     dialog = page.get_by_role("dialog")
     expect(dialog.get_by_test_id("step")).to_have_count(11)
     assert "After" in columns_in_view(dialog)
-    page.screenshot(path=artefacts / "commissioning-steps.png")
     assert wrong == []
 
 
