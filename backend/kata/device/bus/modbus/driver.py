@@ -35,6 +35,8 @@ class ModbusBus(ModbusRequests):
         """Prepare the driver without opening the port. ``open_transport`` opens a port at a baud rate."""
         super().__init__(config, open_transport)
         self._map = config.modbus
+        self._block = range(self._map.block_start, self._map.block_start + self._map.block_registers)
+        """Registers that are read every cycle. They are computed once, because every decoded value needs them."""
         self._ids = [axis.id for axis in config.axes]
         self._backoff = PollBackoff(self._ids, self._config)
         self._registers = [tuple(self._configured(axis)) for axis in config.axes]
@@ -130,8 +132,8 @@ class ModbusBus(ModbusRequests):
 
     def _read_drive(self, axis: Axis) -> ModbusAnswer:
         goal = self._goals.pop(axis.id, None)
-        where = struct.pack(">HH", self._map.block_start, self._map.block_registers)
-        size = 5 + 2 * self._map.block_registers
+        where = struct.pack(">HH", self._block.start, len(self._block))
+        size = 5 + 2 * len(self._block)
         if goal is None:
             answer = self._transact(axis.id, READ, where, size)
         else:
@@ -294,11 +296,11 @@ class ModbusBus(ModbusRequests):
         return struct.pack(">i", value)
 
     def _word(self, data: bytes, register: int) -> int:
-        at = 1 + 2 * (register - self._map.block_start)
+        at = 1 + 2 * (register - self._block.start)
         return int.from_bytes(data[at : at + 2], "big", signed=True)
 
     def _long(self, data: bytes, register: int) -> int:
-        at = 1 + 2 * (register - self._map.block_start)
+        at = 1 + 2 * (register - self._block.start)
         return int.from_bytes(data[at : at + 4], "big", signed=True)
 
 
