@@ -69,6 +69,8 @@ class ModbusLine:
         self._frame = bytearray()
         self._baud = 0
         self._sent_ns = 0
+        self._silent_ns = 0
+        """End of the silence after the frame."""
         self._incoming: deque[tuple[int, int, bytes]] = deque()
 
     @property
@@ -82,6 +84,7 @@ class ModbusLine:
         """See :class:`BusLine`."""
         self._end_frame(now_ns)
         self._sent_ns = max(self._sent_ns, now_ns) + _transmission_ns(len(data), baud)
+        self._silent_ns = self._sent_ns + (int(modbus.silence_s(baud) * 1e9) if baud else 0)
         self._baud = baud
         if len(self._frame) <= modbus.LONGEST:  # Longer frames are invalid.
             self._frame += data
@@ -94,10 +97,6 @@ class ModbusLine:
             if request := modbus.parse(received):
                 for answer in self._bus.execute(request, baud, at_ns):
                     yield at_ns, answer
-
-    @property
-    def _silent_ns(self) -> int:
-        return self._sent_ns + (int(modbus.silence_s(self._baud) * 1e9) if self._baud else 0)
 
     def _end_frame(self, now_ns: int) -> None:
         if self._frame and now_ns >= self._silent_ns:

@@ -33,7 +33,8 @@ class SimulatedModbusBus:
         self._apparatus.advance(now_ns)
         if baud != self._baud:
             return []
-        listening = [drive for drive in self.drives if not self.faults.has("off", drive.drive.motor)]
+        off = self.faults.off
+        listening = [drive for drive in self.drives if drive.drive.motor not in off]
         self._apparatus.heard(now_ns)
         for drive in listening:
             drive.drive.feed_watchdog()

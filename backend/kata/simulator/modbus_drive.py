@@ -5,7 +5,7 @@ Values of 32 bits take two registers, high word first, and can only be written t
 
 import math
 import struct
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from typing import Final
 
 from kata.simulator.drive import Drive
@@ -95,11 +95,12 @@ class ModbusDrive:
 
         :raises RefusedError: when a register does not exist.
         """
-        registers = self._registers()
-        try:
-            return [registers[n] for n in range(address, address + count)]
-        except KeyError as error:
-            raise RefusedError(ILLEGAL_ADDRESS) from error
+        for first, values_of in _SPANS.items():
+            if first <= address:
+                values = values_of(self)[address - first : address - first + count]
+                if len(values) == count:
+                    return list(values)
+        raise RefusedError(ILLEGAL_ADDRESS)
 
     def write(self, address: int, values: Sequence[int]) -> None:
         """Write all given registers, or none of them.
@@ -110,7 +111,9 @@ class ModbusDrive:
         split_value = any((high in touched) != (high + 1 in touched) for high in _LONG)
         if split_value or not _WRITABLE.issuperset(touched):
             raise RefusedError(ILLEGAL_ADDRESS)
-        wanted = self._registers() | dict(zip(touched, values, strict=True))
+        wanted = dict(enumerate(self._settings()))
+        wanted |= enumerate(self._goal(), GOAL_POSITION)
+        wanted |= zip(touched, values, strict=True)
         minimum, maximum, goal = (_signed(wanted[high], wanted[high + 1]) for high in _LONG)
         has_goal = GOAL_POSITION in touched
         watchdog_steps = math.ceil(wanted[WATCHDOG_MS] / _WATCHDOG_STEP_MS - 0.5) or int(wanted[WATCHDOG_MS] > 0)
@@ -149,35 +152,50 @@ class ModbusDrive:
         gains = DRIVES[self.drive.motor - 1]
         self.drive.tune(gains.p_nm_rad, gains.i_nm_rad_s, gains.d_nm_s_rad, self._torque_limit / 100)
 
-    def _registers(self) -> dict[int, int]:
-        """Return the present value of every register, by address."""
+    def _settings(self) -> tuple[int, ...]:
+        """Return the registers from TORQUE_ENABLE to MAX_TEMPERATURE."""
+        drive = self.drive
+        return (
+            int(drive.torque_on),
+            0,
+            round(drive.watchdog_s * 1000),
+            self._torque_limit,
+            *_long(self._minimum),
+            *_long(self._maximum),
+            self._delay_us,
+            *_VOLTAGE_LIMITS,
+            _TEMPERATURE_LIMIT,
+        )
+
+    def _goal(self) -> tuple[int, ...]:
+        """Return the two registers at GOAL_POSITION."""
+        return _long(round(math.degrees(self.drive.goal) * 100))
+
+    def _present(self) -> tuple[int, ...]:
+        """Return the registers from STATUS to PRESENT_TEMPERATURE."""
         drive, report = self.drive, self.drive.report
-        return dict(
-            (
-                (TORQUE_ENABLE, int(drive.torque_on)),
-                (CLEAR, 0),
-                (WATCHDOG_MS, round(drive.watchdog_s * 1000)),
-                (TORQUE_LIMIT, self._torque_limit),
-                *_long(MIN_POSITION, self._minimum),
-                *_long(MAX_POSITION, self._maximum),
-                (RESPONSE_DELAY_US, self._delay_us),
-                *_long(GOAL_POSITION, round(math.degrees(drive.goal) * 100)),
-                (STATUS, TORQUE_IS_ON * drive.torque_on | WATCHDOG_TRIPPED * drive.tripped),
-                (ERROR, self._error),
-                *_long(PRESENT_POSITION, round(math.degrees(report.angle) * 100)),
-                (PRESENT_SPEED, _short(math.degrees(report.speed) * 10)),
-                (PRESENT_TORQUE, _short(report.torque_nm * 100)),
-                (MIN_VOLTAGE, _VOLTAGE_LIMITS[0]),
-                (MAX_VOLTAGE, _VOLTAGE_LIMITS[1]),
-                (MAX_TEMPERATURE, _TEMPERATURE_LIMIT),
-                (PRESENT_VOLTAGE, round(10 * self.environment[0])),
-                (PRESENT_TEMPERATURE, _short(self.environment[1])),
-            )
+        volt, temperature_c = self.environment
+        return (
+            TORQUE_IS_ON * drive.torque_on | WATCHDOG_TRIPPED * drive.tripped,
+            self._error,
+            *_long(round(math.degrees(report.angle) * 100)),
+            _short(math.degrees(report.speed) * 10),
+            _short(report.torque_nm * 100),
+            round(10 * volt),
+            _short(temperature_c),
         )
 
 
-def _long(address: int, value: int) -> tuple[tuple[int, int], tuple[int, int]]:
-    return (address, value >> 16 & 0xFFFF), (address + 1, value & 0xFFFF)
+_SPANS: Final[dict[int, Callable[[ModbusDrive], tuple[int, ...]]]] = {
+    STATUS: ModbusDrive._present,
+    GOAL_POSITION: ModbusDrive._goal,
+    TORQUE_ENABLE: ModbusDrive._settings,
+}
+"""First register of each span without a gap, highest first, and its present values."""
+
+
+def _long(value: int) -> tuple[int, int]:
+    return value >> 16 & 0xFFFF, value & 0xFFFF
 
 
 def _short(value: float) -> int:

@@ -55,6 +55,8 @@ class Joint:
         self.stops = _ends(STOPS_DEG[axis], sign)
         self.play = math.radians(parameters.play_deg) / 2
         """Half of the backlash."""
+        self.at_rest: tuple[object, ...] = ()
+        """State without torque in which the last steps changed nothing, see :meth:`Plant.advance`; empty if there is none."""
 
     def stiffness_nm(self) -> float:
         """Return the capsule's torque towards the middle of the ROM."""
@@ -82,7 +84,14 @@ class Plant:
     def advance(self, drives: Sequence[Drive], steps: int) -> None:
         """See :class:`~kata.simulator.mechanics.Mechanics`."""
         for drive, joint in zip(drives, self.joints, strict=True):
-            step_axis(drive, joint, steps)
+            if drive.torque_on:
+                step_axis(drive, joint, steps)
+                continue
+            # Without torque an axis soon rests in its friction. The same state then leads to itself, so its steps are left out.
+            before = _state(drive, joint)
+            if before != joint.at_rest:
+                step_axis(drive, joint, steps)
+                joint.at_rest = before if _state(drive, joint) == before else ()
 
     def place(self, axis: int, angle: float) -> None:
         """See :class:`~kata.simulator.mechanics.Mechanics`."""
@@ -115,8 +124,10 @@ class Plant:
         )
         self._slow_s += SLOW_STEPS * STEP_S
         for joint, weight, tone in zip(self.joints, weights, self._tone, strict=True):
-            tone_nm = joint.parameters.tone_nm * (0.5 + tone.at(self._slow_s))
-            joint.load_nm = weight + joint.stiffness_nm() - tone_nm * math.tanh(joint.arm_speed / _TONE_SPEED)
+            joint.load_nm = weight + joint.stiffness_nm()
+            if joint.arm_speed:
+                tone_nm = joint.parameters.tone_nm * (0.5 + tone.at(self._slow_s))
+                joint.load_nm -= tone_nm * math.tanh(joint.arm_speed / _TONE_SPEED)
 
 
 def step_axis(drive: Drive, joint: Joint, steps: int) -> None:
@@ -202,6 +213,21 @@ def step_axis(drive: Drive, joint: Joint, steps: int) -> None:
         joint.hand = (hand_angle, hand_step, hand_stiff, hand_damped, hand_strength)
     drive.angle, drive.speed, drive.torque_nm = angle, speed, torque
     drive.smoothed_goal, drive.integral_nm = smoothed, integral
+
+
+def _state(drive: Drive, joint: Joint) -> tuple[object, ...]:
+    """Return everything that determines an axis' next step without torque."""
+    return (
+        joint.angle,
+        joint.arm_angle,
+        joint.speed,
+        joint.arm_speed,
+        joint.load_nm,
+        joint.hand,
+        joint.jammed,
+        drive.angle,
+        drive.torque_nm,
+    )
 
 
 def _ends(ends_deg: tuple[float, float], sign: float) -> tuple[float, float]:
