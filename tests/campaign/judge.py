@@ -255,6 +255,11 @@ class Judge:
         lasted_ns = self.world.t_ns - known.wrong_since_ns
         assert lasted_ns <= allowed_ns, f"motor {n + 1} has torque with {[*wrong.values()]}"
 
+    @property
+    def a_setting_differs(self) -> bool:
+        """True if a drive has other registers than the configured ones, the bus watchdog excepted."""
+        return any(self._differing(motor) for motor in range(1, 6))
+
     def rotated_registers(self, motor: int) -> list[tuple[int, bytes]]:
         """Return address and factory content of the configured registers that no status carries.
 
@@ -270,14 +275,18 @@ class Judge:
 
     def _wrong_registers(self, motor: int, watchdog_s: float) -> dict[int, str]:
         """Registers by address; the watchdog is at -1."""
-        found = {
-            address: f"register {address} {present.hex()} for {data.hex()}"
-            for address, data in self._expected[motor - 1].items()
-            if (present := self.world.registers(motor, address, len(data))) != data
-        }
+        found = self._differing(motor)
         if watchdog_s * 1000 != self.config.bus_watchdog_ms and not self.world.apparatus.drives[motor - 1].tripped:
             found[-1] = f"a watchdog of {watchdog_s} s"
         return found
+
+    def _differing(self, motor: int) -> dict[int, str]:
+        stored = self.world.drives[motor - 1].stored
+        return {
+            address: f"register {address} {present.hex()} for {data.hex()}"
+            for address, data in self._expected[motor - 1].items()
+            if (present := stored(address, len(data))) != data
+        }
 
     def _torque_shown(self, snapshot: Snapshot) -> None:
         """Uses the snapshot's torque."""

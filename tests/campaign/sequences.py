@@ -244,6 +244,7 @@ class Sequences(RuleBasedStateMachine):
     def switch_on(self, config: StationConfig, seed: int, pressed: bool, unknown: bool) -> None:
         self.world = RecordingWorld.of(config, seed=seed)
         self.judge = Judge(self.world, config)
+        self._rest_deg = self.world.angles_deg
         self._period_ns = 1_000_000_000 // config.cycle_hz
         self._deadline_ns = self.world.t_ns
         if pressed:
@@ -295,6 +296,8 @@ class Sequences(RuleBasedStateMachine):
         """Do the steps of a playback in order, which random commands seldom reach. ``mended``: without the earlier faults."""
         if mended:
             self._recover()
+            if end in ("playing", "paused"):
+                self._lead_to_rest()
         self._make_ready(load)
         self._look(0)
         self._press(0, Approach(), 0.0)
@@ -340,12 +343,15 @@ class Sequences(RuleBasedStateMachine):
         ),
     )
     def the_end_feel_is_tested(self, load: Load, events: list[tuple[str, float]]) -> None:
-        """A healthy apparatus tests a shoulder. Therapist and patient act; each action is followed by some seconds.
+        """A healthy apparatus tests a shoulder. Therapist and patient act until the test ends; each action is followed by some
+        seconds.
 
         "turn": they wait until the arm is on its way back.
         """
         self.go(load, "playing", mended=True)
         for what, seconds in events:
+            if self._snapshot.mode not in ("playing", "paused"):
+                return
             match what:
                 case "pause":
                     self._press(0, Pause(), 0.0)
@@ -359,7 +365,7 @@ class Sequences(RuleBasedStateMachine):
                 case "resist":
                     self.the_patient_resists(_TESTED, 1.5, 0.3)
                 case _:
-                    self._until(lambda: self.judge.test_goes_back)
+                    self._until(lambda: self.judge.test_goes_back or self._snapshot.mode != "playing")
             self._run(seconds)
 
     @rule(load=_loads, delay_s=st.sampled_from([0.5, 1.5, 2.5]), stop=st.booleans())
@@ -423,13 +429,14 @@ class Sequences(RuleBasedStateMachine):
     def a_drive_loses_one_setting(self, motor: int, which: int, seconds: float) -> None:
         """A register outside the status block gets its factory value; only the periodic verification reads it.
 
-        ``seconds``: nothing else happens for so long. Random rules seldom leave an arm its torque until the verification is due.
+        ``seconds``: nothing else happens for so long while torque is on. Random rules seldom leave an arm its torque until the
+        verification is due.
         """
         registers = self.judge.rotated_registers(motor)
         if registers and not self.world.faults.has("exchanged_id", motor):
             self._disturb()
             self.world.set_registers(motor, *registers[which % len(registers)])
-        self._run(seconds)
+        self._until(lambda: not any(self.world.torque), seconds)
 
     @rule(kind=st.sampled_from(_BUS_FAULTS))
     def the_bus_fails(self, kind: FaultKind) -> None:
@@ -568,7 +575,7 @@ class Sequences(RuleBasedStateMachine):
         self.pedal(False)
         self.exchange.service_silent_ms, self.exchange.naming, self.exchange.journal_ok = 0.0, None, True
         # The verification finds lost settings of a drive within one round.
-        self._run(ROUND_S)
+        self._run(ROUND_S if self.judge.a_setting_differs else 0.1)
         self._until(lambda: self._snapshot.torque != "unknown" and self._snapshot.mode != "offline")
         self._press(0, _STOP, 0.0)
         self._run(0.1)
@@ -601,13 +608,22 @@ class Sequences(RuleBasedStateMachine):
         refusal = self._snapshot.refusals.get(command)
         return refusal is None or refusal.code in ("no_torque_found", "is_idle", "not_stopped")
 
-    def _until(self, condition: Callable[[], bool]) -> None:
-        """Let time pass until a condition holds, at most the time for a recovery."""
-        limit_ns = self._deadline_ns + int(_RECOVERS_S * 1e9)
+    def _until(self, condition: Callable[[], bool], seconds: float = _RECOVERS_S) -> None:
+        """Let time pass until a condition holds, at most ``seconds``."""
+        limit_ns = self._deadline_ns + int(seconds * 1e9)
         while not condition() and self._deadline_ns < limit_ns:
             self._run(0.05)
 
     # -- parts --------------------------------------------------------------------------------------------------------
+
+    def _lead_to_rest(self) -> None:
+        """Lead the arm by hand to its rest pose. From a distant place a slow approach takes longer than it is waited for, and then
+        nothing plays.
+        """
+        if not any(self.world.torque):
+            for motor, angle_deg in enumerate(self._rest_deg, start=1):
+                self.world.place(motor, angle_deg)
+            self._run(0.02)
 
     def _make_ready(self, load: Load) -> None:
         """Release the arm, acknowledge a stop and load a recording."""

@@ -137,7 +137,7 @@ class RecordingWorld(world.World):
     @property
     def angles_deg(self) -> list[float]:
         """Return the true angle of each shaft."""
-        return [axis.angle_deg for axis in self.apparatus.state().axes]
+        return [math.degrees(drive.angle) for drive in self.apparatus.drives]
 
     def _saw(self, t_ns: int, motor: int, what: Literal["goal", "torque"], value: float) -> None:
         self.seen.append(Seen(t_ns, motor, what, value))
