@@ -133,6 +133,39 @@ def test_friction_holds_smaller_forces() -> None:
     assert joint.angle > began
 
 
+def test_resting_axes_move_on_as_if_stepped() -> None:
+    """The plant leaves out the steps of resting axes. A hand, a jam and torque must still move or hold them as every step does."""
+
+    def angles(*, leave_out: bool) -> list[float]:
+        plant, drives = Plant(3), [a_drive(motor) for motor in range(1, 6)]
+        put(plant, [15, 109, 60, 20, 0])
+        passed = []
+        for n in range(600):
+            joint, drive = plant.joints[n // 100 % 5], drives[n // 100 % 5]
+            if n % 100 == 20:
+                joint.hand = (joint.arm_angle + 0.1, 0.0, 60.0, 1.0, 3.0)
+            elif n % 100 == 40:
+                joint.hand = None
+                plant.jam(n // 100 % 5, jammed=True)
+            elif n % 100 == 50:
+                plant.jam(n // 100 % 5, jammed=False)
+            elif n % 100 == 60:
+                drive.switch(on=True)
+                drive.set_goal(joint.angle + 0.1)
+            elif n % 100 == 80:
+                drive.switch(on=False)
+            plant.update_slow_loads()
+            if leave_out:
+                plant.advance(drives, SLOW_STEPS)
+            else:
+                for each, own in zip(drives, plant.joints, strict=True):
+                    step_axis(each, own, SLOW_STEPS)
+            passed += [value for own in plant.joints for value in (own.angle, own.arm_angle, own.arm_speed)]
+        return passed
+
+    assert angles(leave_out=True) == angles(leave_out=False)
+
+
 def test_the_mechanism_ends_at_its_stops() -> None:
     joint, drive = Joint(2, JOINTS[2], turned=False), a_drive(3)
     drive.switch(on=True)
