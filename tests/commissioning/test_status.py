@@ -147,6 +147,10 @@ def test_steps_of_a_faulty_station_are_not_taken_over(tmp_path: Path) -> None:
         with pytest.raises(SystemExit):
             begin(station, None, "Mori", "gains")
         assert read_record(record_path(station)) == changed, "a refused start changes no record"
+    older = sealed(structs.replace(record, steps=tuple(step for step in record.steps if step.step != "stops")))
+    write_record(older, record_path(station))
+    with pytest.raises(SystemExit):
+        begin(station, None, "Mori", "gains")
     write_record(record, record_path(station))
     again, draft = begin(station, "/dev/ttyUSB3", "Mori", "gains")
     assert len(again.steps) == 8 and again.previous == record.digest

@@ -3,6 +3,7 @@
 The emergency stop's contacts are checked before any motor has torque, because the later steps rely on it.
 """
 
+import itertools
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from datetime import datetime
@@ -109,11 +110,12 @@ def begin_record(config: StationConfig, by: str, previous: str = "") -> Commissi
 def continue_from(former: CommissioningRecord, config: StationConfig, by: str, begin: str) -> CommissioningRecord:
     """Return a record that takes over the steps before ``begin`` from a finished record. The other steps must run again.
 
-    The newest run of each step is taken over, which may be one of a periodic check. It names the person who ran it.
+    The newest run of each step is taken over, which may be one of a periodic check. It names the person who ran it. From the first step
+    on that the former record does not have, as one of an earlier release may not, nothing is taken over.
     """
     newest = {ran.step: ran for ran in (*former.steps, *former.checks)}
-    taken = [newest[step.key] for step in STEPS[: [step.key for step in STEPS].index(begin)]]
-    steps = tuple(structs.replace(ran, by=ran.by or former.by) for ran in taken)
+    before = itertools.takewhile(lambda step: step.key != begin and step.key in newest, STEPS)
+    steps = tuple(structs.replace(newest[step.key], by=newest[step.key].by or former.by) for step in before)
     return structs.replace(begin_record(config, by, former.digest), steps=steps)
 
 
