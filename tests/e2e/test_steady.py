@@ -56,7 +56,7 @@ class Screen:
 
 def station_is_whole(page: Page) -> None:
     expect(page.get_by_test_id("loop")).to_be_visible(timeout=LONG_MS)
-    expect(page.get_by_test_id("lease")).to_be_attached()
+    expect(page.get_by_test_id("lease")).to_be_visible()
     expect(page.get_by_test_id("angles").locator("canvas")).to_have_count(5, timeout=LONG_MS)
     expect(page.get_by_test_id("hand")).not_to_be_empty()
     expect(page.get_by_role("region", name="First steps")).to_be_visible()
