@@ -56,6 +56,8 @@ export default defineConfig({
     setupFiles: "src/app/test-setup.ts",
     // Generous, so that a busy machine does not fail tests.
     testTimeout: 60_000,
+    // Vitest leaves one processor free, which on two processors is half of them.
+    maxWorkers: "100%",
     // The icons' ES modules are six thousand files, which Node would read for each test file. This is one file.
     alias: { "@tabler/icons-react": "@tabler/icons-react/dist/cjs/tabler-icons-react.cjs" },
     // A new environment and the imports take two seconds for each file, so most files share theirs.
