@@ -235,9 +235,11 @@ TEXT_HEADS: Final = {
     "signed_column", "pain_change", "questionnaire", "meaning", "contraindications", "note", "noted", "permission", "resolved", "goniometer_by",
     # Values of a station's configuration, whose name in the row has the unit.
     "commissioning_step", "result", "value", "value_before", "value_after",
+    "dose_counts", "dose_monday",
 }  # fmt: skip
 _UNIT: Final = re.compile(
-    r"°|\bdeg|\bNm\b|\bms\b|, s\b|%|\bHz\b|秒|度|\b0\b.*\b10\b|points|点|0.*〜 ?10|\b0\b.*100", re.IGNORECASE
+    r"°|\bdeg|\bNm\b|\bms\b|, s\b|, min\b|\(分\)|%|\bHz\b|秒|度|\b0\b.*\b10\b|points|点|0.*〜 ?10|\b0\b.*100",
+    re.IGNORECASE,
 )
 
 
@@ -263,11 +265,11 @@ REPORT_NUMBERS: Final = {
     **dict.fromkeys(("lowest", "highest"), r"points|点"), **dict.fromkeys(("low", "low_u", "high", "high_u"), "°"),
     # Counts and places: the words beside them name the counted thing.
     "count": r"\w{3}|回", "planned": r"\w{3}", "done": r"\w{3}", "number": r"\w{2}", "numbers": r"\w{3}", "version": r"version|版|Kata",
-    "level": r"level|レベル",
+    "level": r"level|レベル", "band": "°", "torque": "Nm",
 }  # fmt: skip
 """Numbers in the sentences of reports, and what must be in the same sentence."""
-REPORT_WORDS: Final = {"first", "last", "moment", "motion", "name", "start", "title", "source"}
-"""Parameters that are no numbers, or formatted with their unit before."""
+REPORT_WORDS: Final = {"first", "last", "moment", "motion", "name", "start", "title", "source", "counted", "prescribed"}
+"""Parameters that are no numbers, are formatted with their unit before, or stand in a column whose head has the unit."""
 
 
 def test_numbers_in_sentences_of_reports_have_units() -> None:

@@ -73,8 +73,8 @@ PHRASES: Final[dict[str, tuple[str, str]]] = {
     "value": ("Value", "項目"),
     "value_before": ("Before", "前"),
     "value_after": ("After", "後"),
-    "step_responses_weight": ("Step responses with the test weight.", "ステップ応答（試験用おもりあり）。"),
-    "step_responses_empty": ("Step responses without a weight.", "ステップ応答（おもりなし）。"),
+    "step_responses.weight": ("Step responses with the test weight.", "ステップ応答（試験用おもりあり）。"),
+    "step_responses.empty": ("Step responses without a weight.", "ステップ応答（おもりなし）。"),
     "step_response_lines": (
         "Solid line: kept gains; dashed line: former gains; thin line: the step.",
         "実線：確定したゲイン、破線：以前のゲイン、細線：指令値",
@@ -275,7 +275,7 @@ PHRASES: Final[dict[str, tuple[str, str]]] = {
     "dose_session": ("This session, min", "このセッション(分)"),
     "dose_week": ("Its week, min", "この週(分)"),
     "dose_monday": ("Week from", "週の開始日"),
-    "dose_minutes": ("Minutes", "分"),
+    "dose_minutes": ("Time, min", "時間(分)"),
     "dose_of": ("{counted} of {prescribed}", "{counted}／処方{prescribed}"),
     "dose_explained": (
         "The torque at the shoulder is an estimate, up to 0.3 Nm off. Times with little more or less than the stated torque are therefore uncertain.",

@@ -205,8 +205,7 @@ class Station:
             self.info = _info(self.config, simulated=self.info.simulated)
             write(self.config, self._station_file)
         self._stop_user = None
-        # The restart is planned. Without this line the page reports a control program that does not answer.
-        self._tracker.has_run = False
+        self._tracker.has_run = False  # A planned restart is no control program that does not answer.
         self._process.start()
         self._subscriptions.note_change()
 
