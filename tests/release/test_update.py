@@ -4,7 +4,7 @@ import itertools
 import logging
 import random
 from collections.abc import Iterator
-from contextlib import closing
+from contextlib import closing, contextmanager
 from pathlib import Path
 from typing import Final, Literal
 
@@ -21,13 +21,27 @@ PARTS: Final = 5
 _BEYOND_THE_LAST: Final = 10_000
 
 
-@pytest.fixture
-def clinic(tmp_path: Path) -> Iterator[UpdateClinic]:
-    """Return an installation of version 1.0.0 whose service is ready and has two patients."""
-    with closing(UpdateClinic(tmp_path)) as made:
+@contextmanager
+def installed(folder: Path) -> Iterator[UpdateClinic]:
+    """Yield an installation of version 1.0.0 whose service is ready and has a patient."""
+    with closing(UpdateClinic(folder)) as made:
         made.seed()
         made.systemctl("start")
         made.is_ready()
+        yield made
+
+
+@pytest.fixture
+def clinic(tmp_path: Path) -> Iterator[UpdateClinic]:
+    """Return an installation for one test."""
+    with installed(tmp_path) as made:
+        yield made
+
+
+@pytest.fixture(scope="module")
+def shared(tmp_path_factory: pytest.TempPathFactory) -> Iterator[UpdateClinic]:
+    """Return an installation for several tests. Each leaves version 1.0.0 in use and no session open."""
+    with installed(tmp_path_factory.mktemp("shared")) as made:
         yield made
 
 
@@ -35,24 +49,25 @@ def versions(clinic: UpdateClinic) -> set[str]:
     return {folder.name for folder in (clinic.root / "versions").iterdir()}
 
 
-def test_a_version_that_does_not_start_is_undone(clinic: UpdateClinic) -> None:
-    patients, schema = clinic.patients(), clinic.schema()
-    done = clinic.update("--from", str(clinic.bundle("1.0.1", "broken")))
+def test_a_version_that_does_not_start_is_undone(shared: UpdateClinic) -> None:
+    patients, schema = shared.patients(), shared.schema()
+    done = shared.update("--from", str(shared.bundle("1.0.1", "broken")))
     assert done.returncode == 1
     assert "was undone; 1.0.0 is in use" in done.stderr
-    assert (clinic.in_use, clinic.is_ready(), clinic.schema()) == (FIRST, FIRST, schema)
-    assert clinic.patients() == patients
-    assert versions(clinic) == {FIRST}
-    assert "INTACT" not in clinic.kata(FIRST, "audit", "verify", "--data", str(clinic.data())).stderr
+    assert (shared.in_use, shared.is_ready(), shared.schema()) == (FIRST, FIRST, schema)
+    assert shared.patients() == patients
+    assert versions(shared) == {FIRST}
+    assert "INTACT" not in shared.kata(FIRST, "audit", "verify", "--data", str(shared.data())).stderr
 
 
-def test_an_update_stops_nothing_while_a_session_is_open(clinic: UpdateClinic) -> None:
-    clinic.open_session()
-    done = clinic.update("--from", str(clinic.bundle("1.0.1")))
+def test_an_update_stops_nothing_while_a_session_is_open(shared: UpdateClinic) -> None:
+    shared.open_session()
+    done = shared.update("--from", str(shared.bundle("1.0.1")))
     assert done.returncode == 1
     assert "A session of this station is open" in done.stderr
-    assert (clinic.in_use, clinic.is_ready()) == (FIRST, FIRST)
-    assert versions(clinic) == {FIRST}
+    assert (shared.in_use, shared.is_ready()) == (FIRST, FIRST)
+    assert versions(shared) == {FIRST}
+    shared.end_session()
 
 
 def test_stations_of_one_computer_migrate_and_start_together(tmp_path: Path) -> None:
@@ -111,8 +126,9 @@ def killed_and_resumed(
     ],
 )
 def test_a_killed_update_leaves_a_whole_clinic(
-    clinic: UpdateClinic, number: int, delay_s: float, kind: Literal["good", "broken"]
+    request: pytest.FixtureRequest, number: int, delay_s: float, kind: Literal["good", "broken"]
 ) -> None:
+    clinic: UpdateClinic = request.getfixturevalue("shared" if kind == "broken" else "clinic")
     changes = killed_and_resumed(clinic, "1.0.1", kind, number, delay_s)
     assert changes >= number, "the update ended before the kill"
 

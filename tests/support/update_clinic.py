@@ -171,15 +171,17 @@ class UpdateClinic:
         return (self.root / "current").resolve().name
 
     def seed(self, unit: str = "kata") -> None:
-        """Fill the database with some invented patients."""
-        self.kata(self.in_use, "seed", "--patients", "2", "--data", str(self.data(unit)))
+        """Fill the database with an invented patient."""
+        self.kata(self.in_use, "seed", "--patients", "1", "--data", str(self.data(unit)))
 
     def open_session(self) -> None:
         """Leave a session of the station open, without its patient."""
-        with closing(sqlite3.connect(self.data() / "kata.db")) as connection, connection:
-            connection.execute(
-                "UPDATE sessions SET ended_at = NULL, station = 'Station 1' WHERE id = (SELECT max(id) FROM sessions)"
-            )
+        newest = "id = (SELECT max(id) FROM sessions)"
+        self._change(f"UPDATE sessions SET ended_at = NULL, station = 'Station 1' WHERE {newest}")
+
+    def end_session(self) -> None:
+        """End the open session."""
+        self._change("UPDATE sessions SET ended_at = started_at WHERE ended_at IS NULL")
 
     def bundle(self, version: str, kind: Literal["good", "broken"] = "good") -> Path:
         """Return the signed bundle of a release that changes the schema. A broken one migrates the database and ends."""
@@ -242,6 +244,10 @@ class UpdateClinic:
     def _query(self, query: str, unit: str) -> object:
         with closing(sqlite3.connect(self.data(unit) / "kata.db")) as connection:
             return connection.execute(query).fetchone()[0]
+
+    def _change(self, statement: str) -> None:
+        with closing(sqlite3.connect(self.data() / "kata.db")) as connection, connection:
+            connection.execute(statement)
 
     def _command(self, options: Sequence[str]) -> list[str]:
         units = [word for unit in self.units for word in ("--unit", unit)]
