@@ -33,16 +33,17 @@ from tests.support.motions import write_csv
 
 @pytest.fixture(scope="module")
 def outcomes(short: Taught) -> list[Outcome]:
-    """Both sides, two variations, two plays each."""
+    """Both sides and two variations, the first played twice."""
     cases = [Case("short", side, short, AXES, 7) for side in ("left", "right")]
-    return [outcome for seed in (1, 2) for case in cases for outcome in play(Job(case, "smooth", 2, seed))]
+    plays = {1: 2, 2: 1}
+    return [outcome for seed in plays for case in cases for outcome in play(Job(case, "smooth", plays[seed], seed))]
 
 
 @pytest.fixture(scope="module")
 def by_method(short: Taught) -> dict[Method, list[Outcome]]:
-    """Three plays of one case by each method."""
+    """Plays of one case by each method, three if the later ones count."""
     case = Case("short", "right", short, AXES, 7)
-    return {method: play(Job(case, method, 3, 1)) for method in get_args(Method)}
+    return {method: play(Job(case, method, 1 if method == "paper" else 3, 1)) for method in get_args(Method)}
 
 
 def test_fourteen_cases_are_the_papers_with_motors_of_its_figures() -> None:
@@ -83,7 +84,8 @@ def test_every_figure_covers_its_motors_and_the_sides_differ(outcomes: list[Outc
     assert report["simulated"] is True
     assert report["problems"] == []
     assert [(case["seed"], case["side"], case["repetition"]) for case in report["cases"]] == [
-        (seed, side, repetition) for seed in (1, 2) for side in ("left", "right") for repetition in (1, 2)
+        *((1, side, repetition) for side in ("left", "right") for repetition in (1, 2)),
+        *((2, side, 1) for side in ("left", "right")),
     ]
     for case in report["cases"]:
         assert set(case) == {"name", "side", "method", "repetition", "seed", "motors"}
@@ -100,11 +102,10 @@ def test_every_figure_covers_its_motors_and_the_sides_differ(outcomes: list[Outc
 def test_processes_change_neither_figures_nor_order(short: Taught, outcomes: list[Outcome]) -> None:
     cases = [Case("short", side, short, AXES, 7) for side in ("left", "right")]
     done: list[Job] = []
-    jobs = [Job(case, "smooth", 2, 1) for case in cases]
+    jobs = [Job(case, "smooth", 1, 1) for case in cases]
     together = evaluate_jobs(jobs, done.append)
-    assert as_json(together, simulated=True) == as_json(
-        [outcome for outcome in outcomes if outcome.seed == 1], simulated=True
-    )
+    first = [outcome for outcome in outcomes if (outcome.seed, outcome.repetition) == (1, 1)]
+    assert as_json(together, simulated=True) == as_json(first, simulated=True)
     assert len(done) == len(jobs)
 
 
@@ -188,7 +189,7 @@ def test_goals_are_in_the_json_beside_the_worst_figures(outcomes: list[Outcome])
     )
     assert peak.worst_deg[1] == worst
     assert peak.met == (worst <= 1.0 and (peak.worst_deg[0] or 0.0) <= 0.6)
-    assert plays_in_words(outcomes) == "8 plays ended, 0 were refused before they started, 0 started and did not end."
+    assert plays_in_words(outcomes) == "6 plays ended, 0 were refused before they started, 0 started and did not end."
 
 
 def test_report_shows_both_plants_and_what_neither_models(outcomes: list[Outcome]) -> None:
