@@ -10,6 +10,8 @@ export PIP_DISABLE_PIP_VERSION_CHECK := 1
 export npm_config_update_notifier := false
 # Without compiled modules, every process of the tests would compile Kata again.
 unexport PYTHONDONTWRITEBYTECODE
+# The tests keep their files in memory where the system has a folder for it. On a disk they wait for every synced file.
+export PYTEST_DEBUG_TEMPROOT := $(wildcard /dev/shm)
 
 PACKAGES := .cache/packages
 NODE_MODULES := .cache/node-modules
@@ -32,9 +34,9 @@ run: $(PACKAGES) $(PAGE) ## the clinic with a simulated apparatus, at http://127
 seed: $(PACKAGES) ## sixty invented patients with two years of history for `make run`, into an empty clinic
 	@$(BIN)/kata seed --data .data
 
-# Each run has two workers, and a worker runs whole modules. Tests that move in real time and tests that measure run apart from those
-# that keep both processors busy. Journeys run one after another: two browsers at once on two processors starve a simulated apparatus,
-# whose emergency stop then counts as unknown.
+# A worker runs whole modules. Tests that wait for a disk, a database or another process have three workers, the others two. Tests that move
+# in real time and tests that measure run apart from those that keep both processors busy. Journeys run one after another: two browsers at
+# once on two processors starve a simulated apparatus, whose emergency stop then counts as unknown.
 MEASURED := tests/bench tests/evaluation/test_real_time.py tests/simulator/test_wire.py tests/simulator/test_modbus.py
 TIMED := tests/integration $(addprefix tests/api/test_,begin_away.py cli.py contraindications.py crash.py demo.py derived.py end_feel.py episodes.py \
 	guarded.py json_bombs.py lease.py operations.py outage.py restricted_live.py station.py stopping.py teaching_checklist.py visit.py \
@@ -51,7 +53,7 @@ JOURNEYS := --screenshot only-on-failure --output artefacts/journeys tests/e2e
 # At a lower priority than the kernel's threads, which carry the bytes between the device and its simulated drives.
 # The import of Schemathesis takes two seconds in each process.
 PYTEST := nice -n 10 $(BIN)/python -m pytest -p no:schemathesis
-TWO_BY_TWO := $(PYTEST) -n 2 --dist loadfile --no-loadscope-reorder
+PARALLEL := $(PYTEST) --dist loadfile --no-loadscope-reorder -n
 # On a busy computer the simulated drives can answer too late, and the device stops, as it must. Tests that failed (exit code 1) run once
 # more, alone. The output lists both runs.
 define once_more
@@ -60,14 +62,14 @@ define once_more
 endef
 test: $(PACKAGES) $(PAGE) $(JUDGES) $(if $(KATA_CHROMIUM),,$(BROWSER)) ## every test, the journeys in a real browser included
 	@cd frontend && npm test --silent
-	@$(TWO_BY_TWO) $(COUNTED) --cov
-	@$(TWO_BY_TWO) $(UNTIMED) $(call once_more,$(UNTIMED))
-	@$(TWO_BY_TWO) $(MEASURED) $(call once_more,$(MEASURED))
-	@$(TWO_BY_TWO) $(TIMED) $(call once_more,$(TIMED))
+	@$(PARALLEL) 2 $(COUNTED) --cov
+	@$(PARALLEL) 3 $(UNTIMED) $(call once_more,$(UNTIMED))
+	@$(PARALLEL) 2 $(MEASURED) $(call once_more,$(MEASURED))
+	@$(PARALLEL) 2 $(TIMED) $(call once_more,$(TIMED))
 	@$(PYTEST) $(JOURNEYS) $(call once_more,$(JOURNEYS))
 
 test-fast: $(PACKAGES) ## the tests of device, motion, station and database, without a browser
-	@$(TWO_BY_TWO) tests/device tests/motion tests/station tests/database
+	@$(PARALLEL) 2 tests/device tests/motion tests/station tests/database
 
 dev: $(PACKAGES) $(NODE_MODULES) ## like run, with service and page reloading; the page is at http://127.0.0.1:5173
 	@$(BIN)/kata serve --simulate --data .data --reload & service=$$!; \

@@ -117,6 +117,7 @@ def test_live_and_stored_time_are_within_two_percent() -> None:
     assert found.live_s == pytest.approx(found.true_s, rel=0.02)
 
 
+@pytest.mark.campaign
 @pytest.mark.timeout(600)
 def test_slow_movements_near_the_torque_are_within_two_percent() -> None:
     """On the plant whose arm is a rigid body, as the identified load assumes."""
