@@ -21,8 +21,9 @@ NOBODYS: Final = {
     "kata.first-steps-hidden",
     "kata.report-language",
     "kata.columns.patients",
+    "kata.columns.sessions",
 }
-"""Keys that a browser keeps after a user has signed out: colours, languages, hidden hints, columns of a table."""
+"""Keys that a browser keeps after a user has signed out: colours, languages, hidden hints, columns of tables."""
 SCREENS: Final = (
     "/", "/stations", "/patients", "/sessions", "/account", "/administration/accounts", "/administration/audit",
     "/administration/emergency-access", "/administration/backups", "/commissioning", "/nowhere",

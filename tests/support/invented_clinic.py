@@ -3,6 +3,7 @@
 from datetime import datetime, timedelta
 from functools import cache
 from pathlib import Path
+from string import ascii_uppercase
 from tempfile import TemporaryDirectory
 from typing import Final
 from uuid import uuid4
@@ -59,7 +60,7 @@ def _add_outcome(session: Session, number: int, now: datetime) -> None:
     """Add a patient whose SPADI improved by ``4 * number`` points in the month before last."""
     at = now - timedelta(days=60)
     patient = PatientRow(
-        id=uuid4(), clinic_number=f"EXTRA-{number}", name=f"Invented {number}", sex="female", notes="",
+        id=uuid4(), clinic_number=f"EXTRA-{number}", name=f"Invented {ascii_uppercase[number]}", sex="female", notes="",
         created_at=at, updated_at=at,
     )  # fmt: skip
     episode = EpisodeRow(id=uuid4(), patient_id=patient.id, side="left", limits_by="", opened_at=at, updated_at=at)
