@@ -80,7 +80,7 @@ _SUBJECTS: Final[dict[str, tuple[tuple[str, str, str], ...]]] = {
         ),
         ("device/drive_health.py", "WARNING_HOLD_S", "A warning remains for so long after its condition has ended."),
         ("station/drive_trend.py", "KEPT_HOURS", "Voltage and temperature of the drives are kept for so long."),
-        ("device/messages.py", "RESISTANCE_LEVELS", "Number of resistance levels."),
+        ("device/ipc_messages.py", "RESISTANCE_LEVELS", "Number of resistance levels."),
         ("device/range_override.py", "REDUCTION_STEP", "One press of Reduce range removes this share of the range."),
         ("device/range_override.py", "MIN_SHARE", "Reduce range leaves at least this share."),
         ("device/loader.py", "LIMIT_S", "A recording is checked within this time or refused."),

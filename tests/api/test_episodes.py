@@ -8,7 +8,7 @@ import pytest
 from fastapi.testclient import TestClient
 
 from kata.database.base import utc_now
-from kata.device.messages import Load
+from kata.device.ipc_messages import Load
 from kata.station.station import Station
 from tests.support.preflight import go_through_checklist
 from tests.support.recordings import lifted, taught

@@ -9,7 +9,7 @@ from fastapi.testclient import TestClient
 from kata.auth import login
 from kata.bench.running_service import GUARDED
 from kata.clinic.sessions import runs
-from kata.device import messages
+from kata.device import ipc_messages
 from kata.station.guard import SEEN_LIMIT_S
 from tests.support.recordings import lifted, taught
 from tests.support.responses import problem
@@ -29,13 +29,13 @@ def station(client: TestClient) -> Any:
     return app.state.services.station
 
 
-def sent(client: TestClient, monkeypatch: pytest.MonkeyPatch) -> list[messages.Command]:
+def sent(client: TestClient, monkeypatch: pytest.MonkeyPatch) -> list[ipc_messages.Command]:
     """Return a list that collects the commands to the device process."""
     process, heard = station(client)._process, []
     send = process.send
 
-    def listen(message: messages.ToDevice) -> None:
-        if isinstance(message, messages.Request):
+    def listen(message: ipc_messages.ToDevice) -> None:
+        if isinstance(message, ipc_messages.Request):
             heard.append(message.command)
         send(message)
 
@@ -111,7 +111,7 @@ def test_the_device_gets_the_counter_and_the_expiry(client: TestClient, monkeypa
     operate(client, "acknowledge", body)
 
     (command,) = heard
-    assert isinstance(command, messages.Acknowledge)
+    assert isinstance(command, ipc_messages.Acknowledge)
     assert command.stops == 41
     assert 0 < command.expires_ns - began_ns <= SEEN_LIMIT_S * 1e9
 

@@ -15,7 +15,7 @@ from kata.api.allowance import Allowance
 from kata.api.message_limits import MESSAGES_AT_ONCE, MESSAGES_PER_S, OFFENCES, REFUSED_S, Offences
 from kata.api.sockets import received
 from kata.api.stopping import StopQueue
-from kata.device.messages import Refusal
+from kata.device.ipc_messages import Refusal
 from tests.support.audit_rows import audit_log
 
 

@@ -10,7 +10,7 @@ from kata.bench import stop
 from kata.bench.device import Answered, Device
 from kata.bench.report import Report
 from kata.bench.running_service import BenchError
-from kata.device.messages import Command, Load, Refusal, Stop
+from kata.device.ipc_messages import Command, Load, Refusal, Stop
 
 STOPPED = Refusal(code="stopped_meanwhile", message="It was stopped.", next_step="Load again.")
 NOT_PLAYABLE = Refusal(code="unplayable", message="It cannot be played.", next_step="Teach again.")

@@ -16,8 +16,7 @@ from hypothesis import strategies as st
 from hypothesis.stateful import RuleBasedStateMachine, initialize, invariant, precondition, rule
 
 from kata.device import references
-from kata.device.journal import JournalDisk, JournalEnd, JournalWriter
-from kata.device.messages import (
+from kata.device.ipc_messages import (
     Approach,
     Command,
     Load,
@@ -30,6 +29,7 @@ from kata.device.messages import (
     Unload,
     parts_of,
 )
+from kata.device.journal import JournalDisk, JournalEnd, JournalWriter
 from kata.device.refusals import not_in_this_mode
 from tests.support.ipc_service import Service, a_reference, until
 from tests.support.journals import HEADER, give

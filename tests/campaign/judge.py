@@ -10,7 +10,7 @@ from dataclasses import dataclass, field
 from typing import Final
 
 from kata.device.config import StationConfig
-from kata.device.messages import RESISTANCE_LEVELS, Load, Snapshot
+from kata.device.ipc_messages import RESISTANCE_LEVELS, Load, Snapshot
 from kata.motion.method import rate_hz
 from kata.testing.world import RecordingWorld, Seen
 from tests.support.drive_registers import expected_registers

@@ -23,9 +23,7 @@ from hypothesis.stateful import RuleBasedStateMachine, initialize, invariant, ru
 from kata.device.bus.drivers import make_bus
 from kata.device.bus.verification import ROUND_S
 from kata.device.config import StationConfig
-from kata.device.journal import read
-from kata.device.loop import ControlLoop
-from kata.device.messages import (
+from kata.device.ipc_messages import (
     Acknowledge,
     Approach,
     Command,
@@ -43,6 +41,8 @@ from kata.device.messages import (
     Teach,
     Unload,
 )
+from kata.device.journal import read
+from kata.device.loop import ControlLoop
 from kata.motion.reach import ArmLimits
 from kata.simulator.fault_injector import FaultKind
 from kata.system.realtime import Granted

@@ -4,7 +4,7 @@ from pathlib import Path
 
 import pytest
 
-from kata.device.messages import Approach, Play
+from kata.device.ipc_messages import Approach, Play
 from tests.support.stepped import Stepped
 from tests.support.trajectories import LOAD, a_trajectory
 

@@ -5,7 +5,7 @@ import numpy as np
 import pytest
 
 from kata.device.config import StationConfig
-from kata.device.messages import Approach, EndFeel, Less, Load, Pause, Play, Refusal
+from kata.device.ipc_messages import Approach, EndFeel, Less, Load, Pause, Play, Refusal
 from kata.device.references import build
 from kata.motion.linkage import Floats
 from kata.motion.trajectory import Trajectory

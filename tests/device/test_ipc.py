@@ -16,10 +16,7 @@ import pytest
 
 from kata.device.config import StationConfig
 from kata.device.ipc import QueuedCommand, SocketServiceLink
-from kata.device.journal import JournalDisk, JournalEnd, read
-from kata.device.journal_set import JournalSet
-from kata.device.loader import ReferenceLoader
-from kata.device.messages import (
+from kata.device.ipc_messages import (
     LONGEST_LOAD_BYTES,
     Acknowledge,
     Approach,
@@ -41,6 +38,9 @@ from kata.device.messages import (
     frames_of,
     parts_of,
 )
+from kata.device.journal import JournalDisk, JournalEnd, read
+from kata.device.journal_set import JournalSet
+from kata.device.loader import ReferenceLoader
 from kata.device.refusals import not_in_this_mode
 from tests.support.ipc_service import LIMIT_S, FakeLoader, Service, a_reference, until
 from tests.support.journals import HEADER, give

@@ -10,7 +10,7 @@ import pytest
 
 from kata.device.config import StationConfig
 from kata.device.ipc import QueuedCommand
-from kata.device.messages import RESISTANCE_LEVELS, Load, Refusal
+from kata.device.ipc_messages import RESISTANCE_LEVELS, Load, Refusal
 from kata.device.references import build
 from kata.motion.arm_load import ArmLoad
 from kata.motion.ilc import MAX_CORRECTION_DEG, rows

@@ -14,8 +14,8 @@ import numpy as np
 import pytest
 
 from kata.device.config import StationConfig
+from kata.device.ipc_messages import Load, Refusal, parts_of
 from kata.device.loader import ReferenceLoader, Result
-from kata.device.messages import Load, Refusal, parts_of
 from kata.device.references import Reference, build
 from kata.motion.ilc import rows
 from kata.motion.trajectory import Trajectory, ZeroOrderHold

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from kata.device.config import StationConfig
-from kata.device.messages import Approach, Mode, Pause, Play, Return, Teach
+from kata.device.ipc_messages import Approach, Mode, Pause, Play, Return, Teach
 from kata.motion.trajectory import Trajectory
 from tests.support.fault_matrix import (
     KINDS,

@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 from kata.device import journal
 from kata.device.config import REFERENCE_SHARE, StationConfig
 from kata.device.faults import FAULTS
-from kata.device.messages import Approach, Command, Less, Pause, Play, Refusal, Return
+from kata.device.ipc_messages import Approach, Command, Less, Pause, Play, Refusal, Return
 from kata.device.references import build
 from kata.motion.ilc import Correction
 from kata.motion.linkage import Floats

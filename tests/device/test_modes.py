@@ -11,7 +11,7 @@ import pytest
 from kata.device import machine_state, modes
 from kata.device.config import StationConfig
 from kata.device.cycle_state import CycleState
-from kata.device.messages import (
+from kata.device.ipc_messages import (
     COMMAND_NAMES,
     Acknowledge,
     Approach,

@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 
 from kata.device.config import Inputs, StationConfig
-from kata.device.messages import Teach
+from kata.device.ipc_messages import Teach
 from kata.device.pedal import UsbPedal
 from tests.support.stepped import Stepped
 

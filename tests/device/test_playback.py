@@ -7,7 +7,7 @@ import pytest
 
 from kata.device import journal
 from kata.device.config import StationConfig
-from kata.device.messages import Approach, Load, Pause, Play, Return, Teach, Unload
+from kata.device.ipc_messages import Approach, Load, Pause, Play, Return, Teach, Unload
 from kata.motion.trajectory import Trajectory
 from tests.support.stepped import REST_DEG, Stepped
 from tests.support.trajectories import LOAD, a_trajectory

@@ -7,8 +7,8 @@ import msgspec
 import numpy as np
 import pytest
 
+from kata.device.ipc_messages import Approach, Load, Play
 from kata.device.journal import JournalDisk, JournalHeader, JournalWriter
-from kata.device.messages import Approach, Load, Play
 from kata.device.references import Reference, build
 from kata.device.run import Run
 from kata.device.setpoint_gate import refused_setpoints

@@ -9,9 +9,9 @@ import msgspec
 import numpy as np
 import pytest
 
+from kata.device.ipc_messages import Acknowledge, Approach, Play
 from kata.device.journal import PHASE_PLAYING, JournalEnd, JournalError, JournalHeader, JournalWriter, read
 from kata.device.journal_set import JournalSet, next_sync_ns
-from kata.device.messages import Acknowledge, Approach, Play
 from tests.support.cut_disk import CutDisk
 from tests.support.journals import HEADER, MS, give, values
 from tests.support.stepped import Stepped, SteppedExchange

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from kata.device import journal
-from kata.device.messages import Approach, Less, Pause, Play, Return
+from kata.device.ipc_messages import Approach, Less, Pause, Play, Return
 from kata.device.range_override import MIN_SHARE, RECOVERY_DEG, REDUCTION_STEP, RangeOverride
 from kata.motion.ilc import Correction
 from kata.motion.linkage import Floats

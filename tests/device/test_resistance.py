@@ -11,8 +11,8 @@ from hypothesis import example, given
 
 from kata.device import journal
 from kata.device.config import StationConfig
+from kata.device.ipc_messages import Acknowledge, Approach, Pause, Play, Return
 from kata.device.journal import JournalDisk, JournalHeader, JournalWriter
-from kata.device.messages import Acknowledge, Approach, Pause, Play, Return
 from kata.device.resistance import ResistanceMonitor, YieldOffset
 from kata.device.run import Run
 from kata.motion.trajectory import Trajectory

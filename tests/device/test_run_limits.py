@@ -8,7 +8,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from kata.device.messages import Approach, Less, Play, Return, Unload
+from kata.device.ipc_messages import Approach, Less, Play, Return, Unload
 from kata.device.run_limits import SETTLE_S, RunLimits
 from kata.device.setpoint_gate import largest_step_deg
 from kata.motion.linkage import Floats

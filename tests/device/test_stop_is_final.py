@@ -6,7 +6,7 @@ import msgspec
 import pytest
 
 from kata.device.config import Inputs, StationConfig
-from kata.device.messages import Acknowledge, Approach, Command, Play, ReleaseTorque, Return, Stop, stamped
+from kata.device.ipc_messages import Acknowledge, Approach, Command, Play, ReleaseTorque, Return, Stop, stamped
 from tests.support.stepped import NEVER_NS, Stepped, SteppedApparatus
 from tests.support.trajectories import LOAD, a_trajectory
 

@@ -8,7 +8,7 @@ import pytest
 
 from kata.device import journal
 from kata.device.faults import FAULT_BY_CODE, FAULTS
-from kata.device.messages import Acknowledge, Approach, Play
+from kata.device.ipc_messages import Acknowledge, Approach, Play
 from tests.support.stepped import Stepped, SteppedApparatus
 from tests.support.trajectories import LOAD, a_trajectory
 

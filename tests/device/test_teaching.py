@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from kata.device.config import StationConfig
-from kata.device.messages import FinishTeaching, Teach
+from kata.device.ipc_messages import FinishTeaching, Teach
 from tests.support.stepped import Stepped
 
 TEACH = Teach(teaching_id="teaching")

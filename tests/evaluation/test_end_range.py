@@ -9,7 +9,7 @@ import pytest
 from kata.clinic.sessions import end_range
 from kata.clinic.sessions.schemas import EndRangePrescription
 from kata.device.config import simulated
-from kata.device.messages import RESISTANCE_LEVELS, Load, Snapshot
+from kata.device.ipc_messages import RESISTANCE_LEVELS, Load, Snapshot
 from kata.evaluation.end_feel import BALANCER_KG, STARTS_DEG, EndFeelCase, PatientStation, StiffPlant
 from kata.evaluation.excitation import identified
 from kata.motion.edit import Motion

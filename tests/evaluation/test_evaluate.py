@@ -15,7 +15,7 @@ from typer.testing import CliRunner
 from kata.cli.main import app
 from kata.commissioning.direct_station import PlaybackError
 from kata.device import config
-from kata.device.messages import Load
+from kata.device.ipc_messages import Load
 from kata.evaluation import commands
 from kata.evaluation.cases import REPOSITIONING_ERROR_DEG, Case, paper_cases, recorded_cases
 from kata.evaluation.outcome import Outcome, as_json

@@ -5,8 +5,8 @@ import pytest
 
 from kata.commissioning.direct_station import PlaybackError
 from kata.device.config import simulated
+from kata.device.ipc_messages import Load
 from kata.device.journal import PHASE_PLAYING, Journal
-from kata.device.messages import Load
 from kata.evaluation.station import VirtualStation
 from kata.motion.linkage import motor_angles_deg
 from kata.motion.taught import Taught

@@ -9,7 +9,7 @@ import pytest
 
 from kata.clinic.sessions import runs
 from kata.device import journal
-from kata.device.messages import Acknowledge
+from kata.device.ipc_messages import Acknowledge
 from kata.device.movement import RAMP_S
 from tests.support.device_kills import KeptClinic, hang_up_while_playing, kill_at_random, play
 from tests.support.rig import Rig

@@ -11,7 +11,7 @@ import pytest
 
 from kata.device import journal
 from kata.device.config import Inputs
-from kata.device.messages import (
+from kata.device.ipc_messages import (
     RESISTANCE_LEVELS,
     Acknowledge,
     Approach,

@@ -9,7 +9,7 @@ from pathlib import Path
 
 import pytest
 
-from kata.device.messages import Load
+from kata.device.ipc_messages import Load
 from kata.motion.taught import Taught
 from kata.system import scheduling
 from tests.support.motion_samples import known

@@ -14,7 +14,7 @@ from typer.testing import CliRunner
 from kata.cli.main import app
 from kata.commissioning.direct_station import PlaybackError
 from kata.device.config import simulated
-from kata.device.messages import Load
+from kata.device.ipc_messages import Load
 from kata.evaluation.falls import fall
 from kata.evaluation.station import VirtualStation
 from kata.motion.linkage import LINKAGE

@@ -3,7 +3,7 @@
 import asyncio
 from uuid import UUID
 
-from kata.device.messages import Load, Refusal, Reply, Teach
+from kata.device.ipc_messages import Load, Refusal, Reply, Teach
 from kata.station.schemas import PatientRef
 from kata.station.snapshot_tracker import Occupation
 from kata.station.station import NO_ANSWER

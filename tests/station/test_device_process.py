@@ -7,7 +7,7 @@ from pathlib import Path
 
 import msgspec
 
-from kata.device.messages import Load, LoadPart, Refusal, Reply, Request, Stop, ToDevice, frame, frames, frames_of
+from kata.device.ipc_messages import Load, LoadPart, Refusal, Reply, Request, Stop, ToDevice, frame, frames, frames_of
 from kata.station.device_process import DeviceLaunch, DeviceProcess
 
 AN_HOUR = Load(run_id="r", recording_id="a", times_s=bytes(8 * 360_000), angles_deg=bytes(40 * 360_000))

@@ -4,7 +4,7 @@ from pathlib import Path
 
 from msgspec import structs
 
-from kata.device.messages import Snapshot
+from kata.device.ipc_messages import Snapshot
 from kata.station.drive_trend import INTERVAL_S, KEPT_HOURS, DriveTrend
 from tests.support.stepped import Stepped
 

@@ -4,7 +4,7 @@ from datetime import UTC, datetime, timedelta
 
 import pytest
 
-from kata.device.messages import Refusal
+from kata.device.ipc_messages import Refusal
 from kata.station.guard import SEEN_LIMIT_S, Guard, StateClock
 
 

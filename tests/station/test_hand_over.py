@@ -6,7 +6,7 @@ from pathlib import Path
 from msgspec import structs
 
 from kata.device import config
-from kata.device.messages import Refusal
+from kata.device.ipc_messages import Refusal
 from tests.support.silent_device import Silent, snapshot, station
 
 

@@ -5,7 +5,7 @@ from uuid import UUID
 
 import pytest
 
-from kata.device.messages import Mode, TorqueState
+from kata.device.ipc_messages import Mode, TorqueState
 from kata.station.lease import AbsenceAction, Browser, ClockReading, Lease
 
 SATO = Browser(UUID(int=1), "Sato")

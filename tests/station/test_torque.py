@@ -9,7 +9,7 @@ from uuid import uuid4
 
 import pytest
 
-from kata.device.messages import (
+from kata.device.ipc_messages import (
     Approach,
     AxisState,
     Mode,

@@ -19,7 +19,7 @@ from kata.clinic.sessions import runs
 from kata.clinic.sessions.tables import RunRow, RunSamplesRow
 from kata.database.engine import Database
 from kata.device import journal
-from kata.device.messages import Approach, Load, Play, Teach
+from kata.device.ipc_messages import Approach, Load, Play, Teach
 from kata.motion.builtin import built_in_motions
 from kata.motion.linkage import motor_angles_deg
 from tests.support.databases import upgraded_file

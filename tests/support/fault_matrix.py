@@ -7,7 +7,7 @@ with one of the five motors for each kind of each signal, `make campaign` with t
 from dataclasses import dataclass
 from typing import Final, Literal
 
-from kata.device.messages import Mode
+from kata.device.ipc_messages import Mode
 
 Kind = Literal["off", "stuck", "garbage", "wrong", "slow", "delayed", "intermittent"]
 KINDS: Final[tuple[Kind, ...]] = ("off", "stuck", "garbage", "wrong", "slow", "delayed", "intermittent")

@@ -12,10 +12,7 @@ import msgspec
 
 from kata.device.config import StationConfig
 from kata.device.ipc import SocketServiceLink
-from kata.device.journal import JournalDisk
-from kata.device.journal_set import JournalSet
-from kata.device.loader import Result
-from kata.device.messages import (
+from kata.device.ipc_messages import (
     Command,
     FromDevice,
     Load,
@@ -27,6 +24,9 @@ from kata.device.messages import (
     frames,
     parts_of,
 )
+from kata.device.journal import JournalDisk
+from kata.device.journal_set import JournalSet
+from kata.device.loader import Result
 from kata.device.references import Reference, build
 from tests.support.load_messages import message
 

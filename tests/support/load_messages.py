@@ -3,7 +3,7 @@
 import msgspec
 import numpy as np
 
-from kata.device.messages import Load
+from kata.device.ipc_messages import Load
 from kata.motion.ilc import rows
 from kata.motion.linkage import Floats
 from tests.support.stepped import REST_DEG

@@ -4,7 +4,7 @@ import msgspec
 import numpy as np
 
 from kata.device.config import StationConfig
-from kata.device.messages import Load
+from kata.device.ipc_messages import Load
 from kata.motion.linkage import Floats
 from kata.motion.method import Method
 from tests.support.stepped import Stepped

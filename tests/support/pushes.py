@@ -8,7 +8,7 @@ import msgspec
 import numpy as np
 from hypothesis import strategies as st
 
-from kata.device.messages import Approach, Play, Return
+from kata.device.ipc_messages import Approach, Play, Return
 from kata.motion.trajectory import Trajectory
 from tests.support.stepped import Stepped
 from tests.support.trajectories import LOAD

@@ -12,7 +12,7 @@ from typing import Literal
 import msgspec
 
 from kata.device import config
-from kata.device.messages import (
+from kata.device.ipc_messages import (
     Command,
     Event,
     FromDevice,

@@ -5,7 +5,7 @@ from pathlib import Path
 from typing import Any
 
 from kata.device.config import StationConfig
-from kata.device.messages import FromDevice, LoopState, Request, Snapshot
+from kata.device.ipc_messages import FromDevice, LoopState, Request, Snapshot
 from kata.station.device_process import DeviceLaunch
 from kata.station.station import Station
 

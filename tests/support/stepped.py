@@ -14,9 +14,9 @@ from msgspec import structs
 from kata.device.bus.port import BusError, BusSample, DriveHealth, DriveSample, DriveStatus, InputSample
 from kata.device.config import StationConfig
 from kata.device.ipc import Heartbeats, QueuedCommand
+from kata.device.ipc_messages import Command, Event, Load, Refusal, Reply, Snapshot, StopCode, stamped
 from kata.device.journal import Journal, JournalDisk, JournalHeader, JournalWriter, read
 from kata.device.loop import ControlLoop
-from kata.device.messages import Command, Event, Load, Refusal, Reply, Snapshot, StopCode, stamped
 from kata.device.references import build
 from kata.device.refusals import STOPPED_MEANWHILE
 from kata.motion.ilc import Correction

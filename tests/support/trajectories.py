@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from kata.device.messages import Load
+from kata.device.ipc_messages import Load
 from kata.motion.trajectory import Trajectory
 from tests.support.stepped import REST_DEG
 

@@ -18,7 +18,7 @@ from kata.commissioning.gains_review import GainsChoice, GainsReview
 from kata.commissioning.steps import MOVING
 from kata.device import config
 from kata.device.config import StationConfig
-from kata.device.messages import Refusal
+from kata.device.ipc_messages import Refusal
 from kata.station.lease import PAUSE_AFTER_S, RELEASE_AFTER_S, Browser
 from kata.station.station import NO_ANSWER, Station
 

@@ -10,7 +10,7 @@ from kata.commissioning.record import record_paths
 from kata.commissioning.status import CommissioningStatus, commissioning_status
 from kata.database.engine import Database
 from kata.device.config import StationConfig
-from kata.device.messages import Refusal
+from kata.device.ipc_messages import Refusal
 
 log = logging.getLogger(__name__)
 

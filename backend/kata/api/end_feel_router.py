@@ -20,7 +20,7 @@ from kata.clinic.sessions.end_feel_schemas import EndFeelSpeed
 from kata.clinic.sessions.router import TheApparatus
 from kata.clinic.sessions.schemas import EndFeelKind, Run
 from kata.dependencies import PROBLEMS, TheStation
-from kata.device import messages
+from kata.device import ipc_messages
 from kata.device.config import StationConfig
 from kata.errors import ProblemError
 from kata.motion.end_feel import SPEED_DEG_S
@@ -70,7 +70,7 @@ async def load_end_feel(
     request = EndFeelRequest(**wanted.model_dump())
     begun, end_feel_test = await run_in_threadpool(_begin, stores, request, apparatus, station.config)
     stores.offline_sessions.cache.attend(begun.patient.id, wanted.session_id)
-    command = messages.Load(
+    command = ipc_messages.Load(
         run_id=str(begun.run.id),
         recording_id=str(begun.run.recording_id),
         times_s=begun.motion.times_s.astype("<f8").tobytes(),
@@ -90,7 +90,7 @@ async def load_end_feel(
 
 def _begin(
     stores: RunStores, request: EndFeelRequest, apparatus: checks.ApparatusState, config: StationConfig
-) -> tuple[BegunRun, messages.EndFeel]:
+) -> tuple[BegunRun, ipc_messages.EndFeel]:
     run_request = runs.RunRequest(request.session_id, request.recording_id, request.load_level)
     with stores.database.read() as session:
         runs.to_begin(session, run_request, apparatus.station)

@@ -15,7 +15,7 @@ from kata.actor import REQUEST_CONTEXT
 from kata.api import authorization, texts
 from kata.database import availability
 from kata.dependencies import Problem, ProblemField
-from kata.device.messages import Refusal
+from kata.device.ipc_messages import Refusal
 from kata.errors import ProblemError
 from kata.messages import NO_TEXT, Text, with_key
 from kata.station.schemas import TextKey

@@ -19,7 +19,7 @@ from kata.api.sockets import accepted, received, serve_until_gone
 from kata.api.stopping import StopQueue, stop_by_user
 from kata.clinic.importer import Saved
 from kata.database.base import utc_now
-from kata.device.messages import EstopState, Mode, Refusal
+from kata.device.ipc_messages import EstopState, Mode, Refusal
 from kata.station.lease import Browser
 from kata.station.schemas import EventLive, Live, RefusalLive, StationInfo
 from kata.station.subscriptions import Subscription

@@ -5,7 +5,7 @@ from typing import Any, Final
 
 from kata.api import texts
 from kata.database import availability
-from kata.device.messages import COMMAND_NAMES, Refusal
+from kata.device.ipc_messages import COMMAND_NAMES, Refusal
 from kata.station.lease import Browser
 from kata.station.schemas import DatabaseStatus, RefusalLive
 from kata.station.station import Station

@@ -21,7 +21,7 @@ from kata.clinic.sessions.schemas import Run
 from kata.database.availability import DatabaseUnavailableError
 from kata.database.engine import Database
 from kata.dependencies import TheDatabase
-from kata.device import messages
+from kata.device import ipc_messages
 from kata.motion.edit import Motion
 from kata.motion.ilc import Correction
 from kata.station.lease import Browser
@@ -90,7 +90,7 @@ async def send_load(
     stores: RunStores,
     here: Browser | None,
     begun: BegunRun,
-    command: messages.Load,
+    command: ipc_messages.Load,
     changes: tuple[str, ...],
 ) -> Run:
     """Let the device load a run that is recorded. ``changes``: what the page shows of how it differs from the recording.

@@ -54,8 +54,8 @@ from kata.database.base import utc_now
 from kata.database.engine import SERVICE_ANSWER_S, Database
 from kata.database.upgrade import upgrade
 from kata.device import config
+from kata.device.ipc_messages import Refusal
 from kata.device.journal import Journal
-from kata.device.messages import Refusal
 from kata.plotting.figures import FigureWorker
 from kata.reporting import letterhead
 from kata.settings import Settings

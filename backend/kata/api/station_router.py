@@ -42,7 +42,7 @@ from kata.database.availability import DatabaseUnavailableError
 from kata.database.base import utc_now
 from kata.database.engine import Database
 from kata.dependencies import PROBLEMS, TheActor, TheDatabase, TheStation
-from kata.device import messages
+from kata.device import ipc_messages
 from kata.device.config import StationConfig
 from kata.errors import ProblemError
 from kata.messages import Text
@@ -106,7 +106,7 @@ async def guarded(station: TheStation, seen: SeenState) -> Guard:
     :raises ProblemError: 409 when the state is too old or lies in the future.
     """
     guard = station.clock.guard(seen.stops, seen.seen_at)
-    if isinstance(guard, messages.Refusal):
+    if isinstance(guard, ipc_messages.Refusal):
         raise refused(guard)
     return guard
 
@@ -264,7 +264,7 @@ async def teach(
     _refuse_by_mode(station, "teach")
     teaching, patient = await run_in_threadpool(_begin_teaching, database, event_spool, wanted, apparatus)
     occupation = Occupation(str(teaching.id), PatientRef(id=patient.id, name=patient.name))
-    command = messages.Teach(teaching_id=str(teaching.id), side=side_of(teaching.side))
+    command = ipc_messages.Teach(teaching_id=str(teaching.id), side=side_of(teaching.side))
     never_begun = partial(event_spool.put_not_begun, "teaching", teaching.id)
     refusal = await station.command(command, occupation, by=here, refused_late=never_begun)
     if refusal:
@@ -277,7 +277,7 @@ async def teach(
 @router.post("/finish-teaching", responses=_COMMAND, summary="Finish teaching")
 async def finish_teaching(station: TheStation, here: Operator) -> Accepted:
     """End teaching and save its takes."""
-    return await _send(station, messages.FinishTeaching(), here)
+    return await _send(station, ipc_messages.FinishTeaching(), here)
 
 
 @router.post("/load", responses=PROBLEMS.of(404, 409, 410, 422, 503), summary="Load a recording for playback")
@@ -309,7 +309,7 @@ async def load(
     else:
         stores.offline_sessions.cache.attend(begun.patient.id, wanted.session_id)
     run, motion, learned = begun.run, begun.motion, begun.learned
-    command = messages.Load(
+    command = ipc_messages.Load(
         run_id=str(run.id),
         recording_id=str(run.recording_id),
         times_s=motion.times_s.astype("<f8").tobytes(),
@@ -331,37 +331,37 @@ async def load(
 @router.post("/unload", responses=_COMMAND, summary="Unload the recording")
 async def unload(station: TheStation, here: Operator) -> Accepted:
     """Unload the recording without playing it."""
-    return await _send(station, messages.Unload(), here)
+    return await _send(station, ipc_messages.Unload(), here)
 
 
 @router.post("/approach", responses=_GUARDED, summary="Move to the start of the recording")
 async def approach(station: TheStation, guard: Guarded, here: Operator) -> Accepted:
     """Switch torque on, move slowly to the recording's start, and hold there."""
-    return await _send(station, messages.Approach(stops=guard.stops, expires_ns=guard.expires_ns), here)
+    return await _send(station, ipc_messages.Approach(stops=guard.stops, expires_ns=guard.expires_ns), here)
 
 
 @router.post("/play", responses=_GUARDED, summary="Play the recording")
 async def play(station: TheStation, guard: Guarded, here: Operator) -> Accepted:
     """Play from the current position on the path."""
-    return await _send(station, messages.Play(stops=guard.stops, expires_ns=guard.expires_ns), here)
+    return await _send(station, ipc_messages.Play(stops=guard.stops, expires_ns=guard.expires_ns), here)
 
 
 @router.post("/pause", responses=_COMMAND, summary="Pause the playback")
 async def pause(station: TheStation, here: Operator) -> Accepted:
     """Slow down on the path and hold."""
-    return await _send(station, messages.Pause(), here)
+    return await _send(station, ipc_messages.Pause(), here)
 
 
 @router.post("/reduce-range", responses=_COMMAND, summary="Reduce the range of motion")
 async def reduce_range(station: TheStation, here: Operator) -> Accepted:
     """Reduce the range by a tenth during playback, towards the middle of the range. The range grows back slowly with each repetition."""
-    return await _send(station, messages.Less(), here)
+    return await _send(station, ipc_messages.Less(), here)
 
 
 @router.post("/return", responses=_GUARDED, summary="Return and release torque")
 async def return_to_rest(station: TheStation, guard: Guarded, here: Operator) -> Accepted:
     """Return slowly to the pose where the approach began, then switch torque off."""
-    return await _send(station, messages.Return(stops=guard.stops, expires_ns=guard.expires_ns), here)
+    return await _send(station, ipc_messages.Return(stops=guard.stops, expires_ns=guard.expires_ns), here)
 
 
 @router.post("/stop", responses=_COMMAND, summary="Stop the apparatus")
@@ -379,21 +379,21 @@ async def stop(request: Request) -> Accepted:
 @router.post("/release-torque", responses=_GUARDED, summary="Release torque found at connection")
 async def release_torque(station: TheStation, guard: Guarded, here: Operator) -> Accepted:
     """Switch off torque that was already on when the drives were connected. The arm must be supported. Only possible while stopped."""
-    return await _send(station, messages.ReleaseTorque(stops=guard.stops, expires_ns=guard.expires_ns), here)
+    return await _send(station, ipc_messages.ReleaseTorque(stops=guard.stops, expires_ns=guard.expires_ns), here)
 
 
 @router.post("/acknowledge", responses=_GUARDED, summary="Acknowledge a stop")
 async def acknowledge(station: TheStation, guard: Guarded, here: Operator) -> Accepted:
     """Acknowledge a stop whose causes have cleared. This starts no motion."""
-    return await _send(station, messages.Acknowledge(stops=guard.stops, expires_ns=guard.expires_ns), here)
+    return await _send(station, ipc_messages.Acknowledge(stops=guard.stops, expires_ns=guard.expires_ns), here)
 
 
-def _refuse_by_mode(station: Station, name: messages.CommandName) -> None:
+def _refuse_by_mode(station: Station, name: ipc_messages.CommandName) -> None:
     if refusal := station.refusal(name):
         raise refused(refusal)
 
 
-async def _send(station: Station, command: messages.Command, here: Browser | None) -> Accepted:
+async def _send(station: Station, command: ipc_messages.Command, here: Browser | None) -> Accepted:
     refusal = await station.command(command, by=here)
     if refusal:
         raise refused(refusal)

@@ -11,7 +11,7 @@ from kata.api.services import Services
 from kata.audit.chain import Outcome
 from kata.audit.entries import entry
 from kata.auth.permissions import RULES, RouteRule
-from kata.device.messages import Refusal, Stop
+from kata.device.ipc_messages import Refusal, Stop
 
 _RULE: Final[RouteRule] = RULES["stop"]
 _ACTION: Final = "stop"

@@ -16,7 +16,7 @@ import msgspec
 
 from kata.bench.running_service import BenchError
 from kata.device import config
-from kata.device.messages import (
+from kata.device.ipc_messages import (
     Command,
     FromDevice,
     Heartbeat,

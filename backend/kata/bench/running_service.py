@@ -22,7 +22,7 @@ from kata.bench.account import ACTIVE_HEADER
 from kata.bench.commissioned import write_commissioned
 from kata.bench.records import BenchRecords, make_records
 from kata.device import config
-from kata.device.messages import RESISTANCE_LEVELS
+from kata.device.ipc_messages import RESISTANCE_LEVELS
 from kata.simulator.process import SimulatorProcess
 from kata.station.schemas import Live
 

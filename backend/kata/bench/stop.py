@@ -24,8 +24,8 @@ from msgspec import structs
 from kata.bench.device import Device
 from kata.bench.report import Report
 from kata.bench.running_service import BenchError
+from kata.device.ipc_messages import Acknowledge, Approach, Load, Refusal, Request, Stop, Unload, frames_of, parts_of
 from kata.device.loader import ReferenceLoader
-from kata.device.messages import Acknowledge, Approach, Load, Refusal, Request, Stop, Unload, frames_of, parts_of
 from kata.motion.axes import AXES, N_AXES
 from kata.simulator.apparatus import State
 

@@ -8,8 +8,8 @@ from kata.commissioning import texts
 from kata.commissioning.direct_station import DirectStation, PlaybackError
 from kata.commissioning.gains import LOADS
 from kata.commissioning.workbench import ManualAction, StepError, Workbench
+from kata.device.ipc_messages import Load
 from kata.device.journal import PHASE_PLAYING
-from kata.device.messages import Load
 from kata.motion.axes import BASIC_MOTIONS, BasicMotion
 from kata.motion.builtin import built_in_motions
 from kata.motion.linkage import motor_angles_deg

@@ -14,9 +14,7 @@ from kata.device.bus.drivers import make_bus
 from kata.device.bus.serial_transport import Transport
 from kata.device.config import StationConfig
 from kata.device.ipc import Heartbeats, QueuedCommand
-from kata.device.journal import Journal, JournalDisk, JournalHeader, JournalWriter
-from kata.device.loop import ControlLoop
-from kata.device.messages import (
+from kata.device.ipc_messages import (
     Approach,
     Command,
     Event,
@@ -28,6 +26,8 @@ from kata.device.messages import (
     Snapshot,
     stamped,
 )
+from kata.device.journal import Journal, JournalDisk, JournalHeader, JournalWriter
+from kata.device.loop import ControlLoop
 from kata.system.realtime import Granted
 
 _NEVER_NS: Final = 2**62

@@ -15,7 +15,7 @@ from kata.device import texts
 from kata.device.bus.registry import find_driver
 from kata.device.config_rules import MOTOR_RANGES_DEG, problems
 from kata.device.config_rules import NO_REGISTER as NO_REGISTER
-from kata.device.messages import RESISTANCE_LEVELS
+from kata.device.ipc_messages import RESISTANCE_LEVELS
 from kata.motion.arm_load import ArmLoad
 from kata.motion.axes import APPARATUS_SIGNS, CANONICAL_SIDE, N_AXES, Side
 from kata.motion.method import LoadModel, Method, ServoModel

@@ -8,7 +8,7 @@ from msgspec import Struct, structs
 from kata.device.bus.port import BusSample, DriveSample, DriveStatus, InputSample
 from kata.device.config import Axis, StationConfig
 from kata.device.config_rules import OVERTORQUE
-from kata.device.messages import TorqueState
+from kata.device.ipc_messages import TorqueState
 
 _TORQUE_SETTLING_NS: Final = 50_000_000
 """A drive's torque report counts only if it arrives at least this long after the last torque command."""

@@ -9,7 +9,7 @@ from typing import Final
 
 from kata.device import texts
 from kata.device.bus.port import DriveHealth
-from kata.device.messages import DriveWarning
+from kata.device.ipc_messages import DriveWarning
 from kata.messages import Template, Text, key_of
 
 TEMPERATURE_MARGIN_C: Final = 10.0

@@ -8,7 +8,7 @@ import numpy as np
 
 from kata.device.config import StationConfig
 from kata.device.cycle_state import CycleState
-from kata.device.messages import EndFeel
+from kata.device.ipc_messages import EndFeel
 from kata.device.movement import RAMP_S, Movement
 from kata.motion.axes import N_AXES
 from kata.motion.linkage import Floats

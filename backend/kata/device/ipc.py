@@ -23,9 +23,7 @@ import msgspec
 
 from kata.device import texts
 from kata.device.config import StationConfig
-from kata.device.journal import JournalHeader, JournalWriter
-from kata.device.journal_set import JournalSet, JournalThreads
-from kata.device.messages import (
+from kata.device.ipc_messages import (
     LONGEST_LOAD_BYTES,
     Command,
     Event,
@@ -46,6 +44,8 @@ from kata.device.messages import (
     frame,
     frames,
 )
+from kata.device.journal import JournalHeader, JournalWriter
+from kata.device.journal_set import JournalSet, JournalThreads
 from kata.device.references import Reference, unplayable
 from kata.device.refusals import STOPPED_MEANWHILE, other_side
 from kata.motion.ilc import Correction

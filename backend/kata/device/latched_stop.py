@@ -4,7 +4,7 @@ from collections.abc import Iterable
 from dataclasses import dataclass, field
 
 from kata.device.faults import FAULT_BY_CODE, Fault, Key
-from kata.device.messages import StopCause, StopState
+from kata.device.ipc_messages import StopCause, StopState
 
 
 @dataclass

@@ -18,7 +18,7 @@ import msgspec
 
 from kata.device import texts
 from kata.device.config import StationConfig
-from kata.device.messages import LoadPart, Refusal, Request
+from kata.device.ipc_messages import LoadPart, Refusal, Request
 from kata.device.references import LARGEST_MESSAGE, Packed, Reference, unpack
 
 log = logging.getLogger(__name__)

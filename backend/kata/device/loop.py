@@ -21,8 +21,8 @@ from kata.device.config import StationConfig
 from kata.device.cycle_state import CycleState, CycleStateBuilder, LoopContext
 from kata.device.faults import evaluate_faults
 from kata.device.ipc import ServiceLink
+from kata.device.ipc_messages import Guarded, Reply
 from kata.device.loop_telemetry import LoopTelemetry
-from kata.device.messages import Guarded, Reply
 from kata.device.pedal import UsbPedal
 from kata.device.refusals import out_of_date
 from kata.device.setpoint_gate import refused_setpoints

@@ -9,8 +9,8 @@ from kata.device.config import StationConfig
 from kata.device.cycle_state import CycleState
 from kata.device.drive_health import HealthMonitor
 from kata.device.ipc import ServiceLink
+from kata.device.ipc_messages import AxisState, EstopState, LoopState, Refusal, Snapshot, TorqueState
 from kata.device.latency_histogram import LatencyHistogram
-from kata.device.messages import AxisState, EstopState, LoopState, Refusal, Snapshot, TorqueState
 from kata.device.modes import StateMachine
 from kata.system.realtime import Granted
 

@@ -12,9 +12,9 @@ from kata.device import journal, texts
 from kata.device.config import StationConfig
 from kata.device.cycle_state import CycleState, Limits
 from kata.device.faults import Key
+from kata.device.ipc_messages import Event, Mode, PedalState, RunState, TeachingState
 from kata.device.journal import JournalEnd, JournalHeader, JournalWriter
 from kata.device.latched_stop import LatchedStop
-from kata.device.messages import Event, Mode, PedalState, RunState, TeachingState
 from kata.device.movement import Movement
 from kata.device.run import Run
 from kata.device.teaching import Teaching

@@ -12,9 +12,7 @@ from kata.device import texts
 from kata.device.config_rules import TURN_S
 from kata.device.cycle_state import CycleState
 from kata.device.faults import Key
-from kata.device.journal import JournalEnd
-from kata.device.machine_state import MachineState
-from kata.device.messages import (
+from kata.device.ipc_messages import (
     COMMAND_NAMES,
     Acknowledge,
     Approach,
@@ -34,6 +32,8 @@ from kata.device.messages import (
     Teach,
     Unload,
 )
+from kata.device.journal import JournalEnd
+from kata.device.machine_state import MachineState
 from kata.device.movement import RAMP_S, Movement
 from kata.device.refusals import (
     no_torque_found,

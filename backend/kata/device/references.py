@@ -18,7 +18,7 @@ import numpy as np
 
 from kata.device import texts
 from kata.device.config import ConfigError, StationConfig
-from kata.device.messages import RESISTANCE_LEVELS, SAMPLE_FIELDS, Load, LoadPart, Refusal, Request
+from kata.device.ipc_messages import RESISTANCE_LEVELS, SAMPLE_FIELDS, Load, LoadPart, Refusal, Request
 from kata.device.resistance import RESISTS_NS
 from kata.messages import Text, text_of
 from kata.motion import texts as motion_texts

@@ -8,8 +8,8 @@ from kata.device.config import StationConfig
 from kata.device.cycle_state import CycleState
 from kata.device.end_feel import EndFeelTest
 from kata.device.faults import MAX_FROZEN_SETPOINT_DEG
+from kata.device.ipc_messages import CommandName, Guarded, Mode, Refusal
 from kata.device.latched_stop import LatchedStop
-from kata.device.messages import CommandName, Guarded, Mode, Refusal
 from kata.device.range_override import MIN_SHARE, RangeOverride
 from kata.messages import Text
 from kata.motion.axes import Side

@@ -11,8 +11,8 @@ from kata.device.config_rules import RAMP_SHARE, TURN_S
 from kata.device.cycle_state import CycleState, Limits
 from kata.device.end_feel import SPEED_LIMIT_DEG_S as END_FEEL_SPEED_DEG_S
 from kata.device.end_feel import EndFeelTest
+from kata.device.ipc_messages import Load, RunState
 from kata.device.journal import JournalWriter, Sample
-from kata.device.messages import Load, RunState
 from kata.device.movement import CREEP, RAMP_S, Movement, Path, longest_step
 from kata.device.range_override import RangeOverride
 from kata.device.resistance import ResistanceMonitor, YieldOffset

@@ -3,8 +3,8 @@
 from dataclasses import dataclass, field
 
 from kata.device.cycle_state import CycleState
+from kata.device.ipc_messages import TeachingState
 from kata.device.journal import JournalEnd, JournalWriter, Sample
-from kata.device.messages import TeachingState
 
 
 @dataclass

@@ -24,8 +24,8 @@ from rich.table import Table
 
 from kata.commissioning.direct_station import PlaybackError
 from kata.device.config import StationConfig, simulated
+from kata.device.ipc_messages import EndFeel, Load
 from kata.device.journal import PHASE_PLAYING, Journal
-from kata.device.messages import EndFeel, Load
 from kata.evaluation.excitation import identified
 from kata.evaluation.station import VirtualStation
 from kata.motion.edit import Motion

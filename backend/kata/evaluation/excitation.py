@@ -7,8 +7,8 @@ from msgspec import structs
 
 from kata.commissioning.direct_station import PlaybackError
 from kata.device.config import StationConfig
+from kata.device.ipc_messages import Load
 from kata.device.journal import PHASE_PLAYING
-from kata.device.messages import Load
 from kata.evaluation.station import VirtualStation
 from kata.motion.approach import MinimumJerkMove
 from kata.motion.arm_load import ArmLoad

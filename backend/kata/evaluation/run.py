@@ -14,8 +14,8 @@ from msgspec import structs
 
 from kata.commissioning.direct_station import PlaybackError, RefusedPlayError
 from kata.device.config import StationConfig, simulated
+from kata.device.ipc_messages import Load
 from kata.device.journal import PHASE_PLAYING, Journal
-from kata.device.messages import Load
 from kata.evaluation.cases import Case
 from kata.evaluation.excitation import identified
 from kata.evaluation.outcome import Outcome, PlaybackSamples, TaughtRecording

@@ -30,8 +30,8 @@ from kata.clinic.sessions import service as sessions
 from kata.clinic.sessions.checklist import CheckName, CheckState
 from kata.clinic.sessions.schemas import CheckConfirmation, Run
 from kata.database.base import utc_now
+from kata.device.ipc_messages import RESISTANCE_LEVELS, Mode
 from kata.device.journal import Journal, JournalEnd, JournalHeader, synthetic_journal
-from kata.device.messages import RESISTANCE_LEVELS, Mode
 from kata.errors import ProblemError
 from kata.motion.axes import CANONICAL_SIDE, Side
 from kata.motion.linkage import Floats

@@ -10,8 +10,8 @@ from numpy.typing import NDArray
 
 from kata.commissioning.direct_station import DirectStation
 from kata.device.config import StationConfig
+from kata.device.ipc_messages import FinishTeaching, Load, Teach
 from kata.device.journal import Journal
-from kata.device.messages import FinishTeaching, Load, Teach
 from kata.evaluation.world import World
 from kata.motion.axes import CANONICAL_SIDE, Side
 from kata.motion.linkage import Floats

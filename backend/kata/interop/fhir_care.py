@@ -14,7 +14,7 @@ from kata.clinic.questionnaires.definitions import SPADI as SPADI_DEFINITION
 from kata.clinic.questionnaires.definitions import Definition
 from kata.clinic.questionnaires.tables import QuestionnaireTextsRow
 from kata.clinic.sessions.schemas import EndRangePrescription
-from kata.device.messages import RESISTANCE_LEVELS
+from kata.device.ipc_messages import RESISTANCE_LEVELS
 from kata.interop.codes import (
     HL7,
     LOCAL,

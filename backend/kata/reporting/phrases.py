@@ -5,7 +5,7 @@ from typing import Final, Literal
 from zoneinfo import ZoneInfo
 
 from kata.clinic.assessments import rom
-from kata.device.messages import RESISTANCE_LEVELS
+from kata.device.ipc_messages import RESISTANCE_LEVELS
 from kata.motion.end_range import BAND_DEG, TORQUE_NM
 
 Language = Literal["en", "ja"]

@@ -12,7 +12,7 @@ from typing import Final
 
 import msgspec
 
-from kata.device.messages import FromDevice, Heartbeat, Load, Reply, Request, ToDevice, frames, frames_of
+from kata.device.ipc_messages import FromDevice, Heartbeat, Load, Reply, Request, ToDevice, frames, frames_of
 
 log = logging.getLogger(__name__)
 

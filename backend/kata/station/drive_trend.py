@@ -6,7 +6,7 @@ from collections.abc import Callable
 from datetime import UTC, datetime
 from typing import Final
 
-from kata.device.messages import AxisState, Snapshot
+from kata.device.ipc_messages import AxisState, Snapshot
 from kata.station.schemas import DriveTrendPoint
 
 INTERVAL_S: Final = 10.0

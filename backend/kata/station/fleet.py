@@ -11,7 +11,7 @@ from uuid import UUID
 
 from pydantic import Field
 
-from kata.device.messages import EstopState, Mode, TorqueState
+from kata.device.ipc_messages import EstopState, Mode, TorqueState
 from kata.station.lease import ClockReading
 from kata.station.schemas import DeviceState, Live, PatientRef, StationInfo, StopCauseLive, _Schema
 

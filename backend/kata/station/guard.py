@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from datetime import UTC, datetime, timedelta
 from typing import Final
 
-from kata.device.messages import Refusal
+from kata.device.ipc_messages import Refusal
 from kata.station import texts
 
 SEEN_LIMIT_S: Final = 2.0

@@ -10,7 +10,7 @@ from datetime import datetime, timedelta
 from typing import Final, Literal, NamedTuple
 from uuid import UUID
 
-from kata.device.messages import Mode, Refusal, TorqueState
+from kata.device.ipc_messages import Mode, Refusal, TorqueState
 from kata.station import texts
 from kata.station.schemas import LeaseLive
 

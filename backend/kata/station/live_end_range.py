@@ -5,7 +5,7 @@ from typing import Final
 
 import numpy as np
 
-from kata.device.messages import Snapshot
+from kata.device.ipc_messages import Snapshot
 from kata.messages import Text
 from kata.motion.end_range import EndRangeCounter
 from kata.station.schemas import EndRangeLive, TextKey

@@ -7,7 +7,7 @@ from collections.abc import Awaitable, Callable, Iterator
 from contextlib import contextmanager
 from datetime import UTC, datetime
 
-from kata.device.messages import Command, Pause, Refusal, Snapshot, Stop, TorqueState
+from kata.device.ipc_messages import Command, Pause, Refusal, Snapshot, Stop, TorqueState
 from kata.station.lease import AbsenceAction, Browser, ClockReading, Lease
 from kata.station.schemas import LeaseLive
 

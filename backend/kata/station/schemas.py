@@ -6,7 +6,7 @@ from uuid import UUID
 
 from pydantic import BaseModel, ConfigDict, Field
 
-from kata.device.messages import RESISTANCE_LEVELS, CommandName, EstopState, Mode, PedalState, TorqueState
+from kata.device.ipc_messages import RESISTANCE_LEVELS, CommandName, EstopState, Mode, PedalState, TorqueState
 from kata.messages import key_of
 from kata.motion.axes import Side
 

@@ -8,7 +8,7 @@ from uuid import UUID
 
 import msgspec
 
-from kata.device.messages import COMMAND_NAMES, Event, Refusal, Snapshot
+from kata.device.ipc_messages import COMMAND_NAMES, Event, Refusal, Snapshot
 from kata.station.live_end_range import LiveEndRange
 from kata.station.schemas import PatientRef, TextKey
 

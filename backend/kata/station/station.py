@@ -14,7 +14,7 @@ from uuid import UUID
 import msgspec
 
 from kata.device.config import StationConfig, write
-from kata.device.messages import (
+from kata.device.ipc_messages import (
     Command,
     CommandName,
     Event,

@@ -47,7 +47,7 @@ from kata.motion.trajectory import Trajectory
 from kata.types import side_of
 
 MotorLimits = tuple[tuple[float, float], ...]
-"""Lowest and highest angle of each motor, or empty (:attr:`kata.device.messages.Load.limits_deg`)."""
+"""Lowest and highest angle of each motor, or empty (:attr:`kata.device.ipc_messages.Load.limits_deg`)."""
 
 _FREE_DEG: Final = (-FREE_DEG, FREE_DEG)
 """Means "no limit": no motor can reach these angles."""
@@ -66,7 +66,7 @@ class DoctorLimits:
     """Name of the doctor who set the limits."""
     max_load_level: int | None
     max_speed_deg_s: float | None
-    """Highest speed of every motor (:attr:`kata.device.messages.Load.max_speed_deg_s`)."""
+    """Highest speed of every motor (:attr:`kata.device.ipc_messages.Load.max_speed_deg_s`)."""
     motions: tuple[MotionLimit, ...]
 
     def check(self, motion: Motion, load_level: int, method: Method) -> MotorLimits:

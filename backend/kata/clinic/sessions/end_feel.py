@@ -22,8 +22,8 @@ from kata.clinic.recordings import service as recordings
 from kata.clinic.sessions.tables import EndFeelRow, RunRow
 from kata.database import arrays
 from kata.device.config import StationConfig
+from kata.device.ipc_messages import RESISTANCE_LEVELS, EndFeel
 from kata.device.journal import PHASE_PLAYING, Journal
-from kata.device.messages import RESISTANCE_LEVELS, EndFeel
 from kata.errors import ProblemError, not_found
 from kata.motion import end_feel
 from kata.motion.axes import BASIC_MOTIONS, Side

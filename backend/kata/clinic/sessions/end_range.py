@@ -10,8 +10,8 @@ from kata.clinic import texts
 from kata.clinic.sessions.schemas import EndRangePrescription
 from kata.clinic.sessions.tables import RunRow
 from kata.device.config import StationConfig
+from kata.device.ipc_messages import RESISTANCE_LEVELS
 from kata.device.journal import Journal
-from kata.device.messages import RESISTANCE_LEVELS
 from kata.messages import Text
 from kata.motion.axes import BASIC_MOTIONS, Side
 from kata.motion.edit import Motion

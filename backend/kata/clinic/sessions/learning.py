@@ -18,8 +18,8 @@ from kata.clinic.sessions.tables import RunCorrectionRow, RunRow, SessionRow
 from kata.clinic.stations import service as stations
 from kata.database import arrays
 from kata.device.config import StationConfig
+from kata.device.ipc_messages import RESISTANCE_LEVELS
 from kata.device.journal import Journal
-from kata.device.messages import RESISTANCE_LEVELS
 from kata.messages import Text, sent_key
 from kata.motion.axes import N_AXES
 from kata.motion.edit import Motion, PlaybackSettings

@@ -38,8 +38,8 @@ from kata.clinic.sessions.tables import (
 from kata.database.base import utc_now
 from kata.database.series import Series, pack, unpack
 from kata.device.config import StationConfig
+from kata.device.ipc_messages import RESISTANCE_LEVELS
 from kata.device.journal import PHASE_PLAYING, PHASE_REDUCED_RANGE, Journal
-from kata.device.messages import RESISTANCE_LEVELS
 from kata.errors import ProblemError, not_found
 from kata.messages import text_of
 from kata.motion import edit
