@@ -112,7 +112,7 @@ def assert_nobodys(page: Page, context: BrowserContext) -> None:
 def test_signing_out_is_in_sight_everywhere_and_leaves_nothing(page: Page, clinic: Clinic) -> None:
     sign_up(page, NAME)
     record = page.url
-    for screen in (*SCREENS, record.removeprefix(clinic.url), f"/?patient={record.rpartition('/')[2]}"):
+    for screen in (*SCREENS, record.removeprefix(clinic.url), f"/station?patient={record.rpartition('/')[2]}"):
         # As a link does, without loading the scripts again.
         page.evaluate("path => history.pushState({}, '', path)", screen)
         page.wait_for_load_state("networkidle")
