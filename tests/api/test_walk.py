@@ -184,7 +184,7 @@ AS_EVERYBODY: Final = pytest.mark.parametrize(
     ],
 )
 _AT_EVERY_ROUTE: Final = {"nobody", "administrator"}
-"""The identities that request every route. An ended login session is refused at the same place as nobody."""
+"""The identities that request every route. An ended login session is refused at the same place as a missing one."""
 _EVERY_ROUTE: Final = pytest.mark.parametrize(
     ("asker", "every_route"),
     [

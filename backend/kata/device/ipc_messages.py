@@ -56,20 +56,7 @@ CommandName = Literal[
 ]
 RESISTANCE_LEVELS: Final = 25
 
-COMMAND_NAMES: Final[tuple[CommandName, ...]] = (
-    "teach",
-    "finish_teaching",
-    "load",
-    "unload",
-    "approach",
-    "play",
-    "pause",
-    "less",
-    "return",
-    "stop",
-    "release_torque",
-    "acknowledge",
-)
+COMMAND_NAMES: Final[tuple[CommandName, ...]] = get_args(CommandName)
 
 
 class _Message(msgspec.Struct, frozen=True, kw_only=True, tag_field="type"):

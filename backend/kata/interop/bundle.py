@@ -88,15 +88,12 @@ def resources(session: Session, patient: PatientRow, clinic: ClinicNames) -> Ite
 
 
 def _end_range_times(session: Session, episode: EpisodeRow, utc_offset_minutes: int) -> Iterator[Resource]:
-    for week in adherence.of_episode(session, episode.id, utc_offset_minutes).weeks:
-        are_simulated = adherence.simulated_sessions(session, week)
-        for of_session in week.end_range_sessions:
-            for done in of_session.motions:
-                resource = fhir_observations.end_range_session(done, of_session, episode.patient_id, episode.side)
-                yield simulated(resource) if of_session.session_id in are_simulated else resource
-        for done in week.end_range:
-            resource = fhir_observations.end_range_week(done, week.begins_on, episode)
-            yield simulated(resource) if are_simulated else resource
+    for period, done, is_simulated in adherence.end_range_times(session, episode.id, utc_offset_minutes):
+        if isinstance(period, adherence.EndRangeSession):
+            resource = fhir_observations.end_range_session(done, period, episode.patient_id, episode.side)
+        else:
+            resource = fhir_observations.end_range_week(done, period.begins_on, episode)
+        yield simulated(resource) if is_simulated else resource
 
 
 def _questionnaires(session: Session, patient: PatientRow) -> Iterator[Resource]:

@@ -3,7 +3,6 @@
 import csv
 import json
 from collections.abc import Iterator, Sequence
-from datetime import date
 from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import Any, Final
@@ -18,7 +17,6 @@ from kata.clinic.contraindications.tables import ContraindicationRow
 from kata.clinic.events.tables import DeviceEventRow
 from kata.clinic.patients.tables import ErasureRow, PatientRow
 from kata.clinic.programmes import adherence
-from kata.clinic.programmes.adherence import EndRangeDone
 from kata.clinic.programmes.tables import ProgrammeRow
 from kata.clinic.recordings.tables import RecordingRow
 from kata.clinic.sessions.tables import EndFeelRow, GoniometerReadingRow, RunRow, SessionRow, SessionStopRow
@@ -177,19 +175,14 @@ def _end_range_rows(session: Session, patient: PatientRow, clinic: ClinicNames) 
     """Yield the counted and prescribed end-range times of each session and week."""
     offset = adherence.utc_offset_minutes(clinic.zone)
     for episode in patient.episodes:
-        for week in adherence.of_episode(session, episode.id, offset).weeks:
-            are_simulated = adherence.simulated_sessions(session, week)
-            rows: list[tuple[str, date, UUID | None, EndRangeDone, bool]] = [
-                ("session", of_session.started_at, of_session.session_id, done, of_session.session_id in are_simulated)
-                for of_session in week.end_range_sessions
-                for done in of_session.motions
-            ]
-            rows += [("week", week.begins_on, None, done, bool(are_simulated)) for done in week.end_range]
-            for period, begins, key, done, is_simulated in rows:
-                values = (
-                    period, begins.isoformat(), key, done.motion, done.counted_s, done.prescribed_s, episode.side, is_simulated,
-                )  # fmt: skip
-                yield dict(zip(_END_RANGE, values, strict=True))
+        for period, done, is_simulated in adherence.end_range_times(session, episode.id, offset):
+            named = (
+                ("session", period.started_at.isoformat(), period.session_id)
+                if isinstance(period, adherence.EndRangeSession)
+                else ("week", period.begins_on.isoformat(), None)
+            )
+            values = (*named, done.motion, done.counted_s, done.prescribed_s, episode.side, is_simulated)
+            yield dict(zip(_END_RANGE, values, strict=True))
 
 
 def _end_range_times(row: RunRow) -> dict[str, float | None]:

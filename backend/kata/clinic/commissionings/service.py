@@ -34,11 +34,12 @@ _FIGURES: Final = {
 
 @dataclass(frozen=True)
 class FinishedCommissioning:
-    """A commissioning or check that has ended. ``record`` contains only its own steps."""
+    """A commissioning or check that has ended. ``record`` contains only its own steps and those that it took over."""
 
     kind: CommissioningKind
     done_by: str
     steps: tuple[RecordedStep, ...]
+    """Its own steps."""
     record: CommissioningRecord
 
 
@@ -46,7 +47,7 @@ def finished(record: CommissioningRecord) -> Iterator[FinishedCommissioning]:
     """Yield the commissioning of a record if it has passed, and each finished periodic check."""
     if not record.passed:
         return
-    yield FinishedCommissioning("full", record.by, record.steps, sealed(structs.replace(record, checks=())))
+    yield FinishedCommissioning("full", record.by, own_steps(record), sealed(structs.replace(record, checks=())))
     for steps in _check_runs(record.checks):
         if steps[-1].step == CHECKED[-1] or not steps[-1].passed:
             own = sealed(structs.replace(record, steps=(), checks=steps))
@@ -68,8 +69,7 @@ def _check_runs(checks: Sequence[RecordedStep]) -> Iterator[tuple[RecordedStep, 
 
 def add(session: Session, station: str, ended: FinishedCommissioning) -> bool:
     """Store a commissioning or check. Return False if it is already stored."""
-    own = own_steps(ended.record) or ended.steps
-    began_at = datetime.fromisoformat(own[0].began_at)
+    began_at = datetime.fromisoformat(ended.steps[0].began_at)
     stored = select(CommissioningRow.id).where(
         CommissioningRow.station == station, CommissioningRow.kind == ended.kind, CommissioningRow.began_at == began_at
     )
@@ -90,7 +90,7 @@ def add(session: Session, station: str, ended: FinishedCommissioning) -> bool:
             fault_key=msgspec.to_builtins(last.fault_key),
             digest=ended.record.digest,
             configuration_digest=ended.record.configuration_digest,
-            figures=_figures(own),
+            figures=_figures(ended.steps),
             record=msgspec.json.encode(ended.record).decode(),
         )
     )

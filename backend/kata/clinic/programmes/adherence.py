@@ -1,7 +1,7 @@
 """Adherence to an episode's programmes, week by week. The database counts, so that neither samples nor single runs are loaded."""
 
 from collections import defaultdict
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass, field
 from datetime import UTC, date, datetime, timedelta
 from typing import Final
@@ -148,10 +148,19 @@ def of_episode(session: Session, episode_id: UUID, utc_offset_minutes: int) -> A
     return Adherence(weeks=weeks)
 
 
-def simulated_sessions(session: Session, week: AdherenceWeek) -> set[UUID]:
-    """Return the sessions with a prescribed end-range time in this week whose apparatus was simulated."""
-    keys = [of_session.session_id for of_session in week.end_range_sessions]
-    return {key for key in keys if session.get_one(SessionRow, key).simulated}
+def end_range_times(
+    session: Session, episode_id: UUID, utc_offset_minutes: int
+) -> Iterator[tuple[EndRangeSession | AdherenceWeek, EndRangeDone, bool]]:
+    """Yield each end-range time with its session or week, and True if it contains a session on a simulated apparatus."""
+    for week in of_episode(session, episode_id, utc_offset_minutes).weeks:
+        any_simulated = False
+        for of_session in week.end_range_sessions:
+            is_simulated = bool(session.get_one(SessionRow, of_session.session_id).simulated)
+            any_simulated = any_simulated or is_simulated
+            for done in of_session.motions:
+                yield of_session, done, is_simulated
+        for done in week.end_range:
+            yield week, done, any_simulated
 
 
 def _visits(session: Session, episode_id: UUID) -> list[HeldSession]:
