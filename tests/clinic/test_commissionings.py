@@ -10,6 +10,7 @@ from msgspec import structs
 
 from kata.bench.commissioned import write_commissioned
 from kata.clinic.commissionings import service
+from kata.commissioning.procedure import continue_from, with_step
 from kata.commissioning.record import (
     CHECKED,
     CommissioningRecord,
@@ -57,6 +58,20 @@ def test_a_record_is_split_into_commissioning_and_checks(tmp_path: Path) -> None
     ]  # fmt: skip
     assert found[0].record.digest == record.digest, "the hash of the record as it was when it had no checks"
     assert list(service.finished(sealed(structs.replace(record, passed=False)))) == []
+
+
+def test_steps_taken_over_are_no_second_commissioning(tmp_path: Path) -> None:
+    """The database knows a commissioning by its start, and its figures are those that it measured."""
+    later = AT + timedelta(days=30)
+    former = write_commissioned(CONFIG, tmp_path / "station.toml", AT)
+    again = continue_from(former, CONFIG, "Mori", "gains")
+    for n, key in enumerate(("gains", "lags", "acceptance")):
+        ran = structs.replace(step(key, later + timedelta(minutes=n)), by="")
+        again = with_step(again, ran, CONFIG)
+    (found,) = service.finished(again)
+    assert [ran.step for ran in found.steps] == ["gains", "lags", "acceptance"]
+    assert found.steps[0].began_at == later.isoformat()
+    assert len(found.record.steps) == 11, "the record that is shown and printed is whole"
 
 
 @pytest.fixture
