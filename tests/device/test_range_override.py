@@ -292,10 +292,11 @@ def test_reduced_range_reduces_the_learned_correction(tmp_path: Path) -> None:
     for _ in range(5):
         stepped.send(Less())
     until_place(stepped, 5.0)
-    run = stepped.loop._machine._run
-    assert run is not None
+    run, movement = stepped.loop._machine._run, stepped.loop._machine._movement
+    assert run is not None and movement is not None
     assert run.range_override.share == pytest.approx(0.5, abs=0.02)
-    assert sent(stepped)[-1] - run.reference_deg[MOVING] == pytest.approx(2.0 * run.range_override.share, abs=0.05)
+    middle_deg = run.range_override.reduced_deg(run.trajectory.at(movement.place_s(-0.5 / run.rate_hz)))
+    assert sent(stepped)[-1] - middle_deg[MOVING] == pytest.approx(2.0 * run.range_override.share, abs=0.05)
 
 
 def test_reduced_playback_is_marked_and_neither_compared_nor_learned(tmp_path: Path) -> None:

@@ -96,6 +96,10 @@ class RangeOverride:
             + abs(speed_override) * override_rate * from_rest_deg,
         )
 
+    def reduced_deg(self, angles_deg: Floats) -> Floats:
+        """Return angles of the recording, ``(5,)``, with the present range."""
+        return self.trajectory.rest_deg + self.share * (angles_deg - self.trajectory.rest_deg)
+
     def _approach(self, passed_s: float, fastest_s: float) -> None:
         """Move the share towards its target. Limit the rate so that the share can still stop at the target."""
         if passed_s == 0.0:

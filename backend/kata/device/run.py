@@ -205,13 +205,15 @@ class Run:
 
     def _advance_reference(self, movement: Movement) -> Floats:
         """Advance the reference along the path. Return the feed-forward that the drives' lag needs, ``(5,)``."""
-        motion = movement.motion(self._lead_s)
+        motion, here_deg = movement.motion(self._lead_s), movement.motion(0.0).angles_deg
         if movement.path is self.trajectory:
             motion = self.range_override.apply(motion, movement.speed_override, 1.0 / self.rate_hz)
-        self.reference_deg = motion.angles_deg
+            here_deg = self.range_override.reduced_deg(here_deg)
+        self.reference_deg = here_deg
         if self.zero_order_hold:
-            return np.zeros(len(motion.angles_deg))
-        wanted = self._feed_forward.at(motion)
+            return np.zeros(len(here_deg))
+        # The lead is fed forward, not a part of the reference: where the movement turns, the lead changes its sign at once.
+        wanted = motion.angles_deg - here_deg + self._feed_forward.at(motion)
         if self.correction and movement.path is self.trajectory:
             # The correction was learned at the path's own speed and range. It does not fit an arm that is at rest or moves
             # backwards.
