@@ -220,6 +220,8 @@ def test_two_clicks_tell_which_station_drifts(office: Office, artefacts: Path) -
 def test_two_clicks_tell_whether_a_patient_is_better(office: Office, artefacts: Path) -> None:
     page = office.page
     page.get_by_role("link", name="Patients", exact=True).click()
+    # The home page names a patient who is due more than once.
+    expect(page.get_by_role("heading", name="Patients", level=1)).to_be_visible(timeout=LONG_MS)
     page.get_by_role("link", name="Yamada Hanako", exact=True).click()
     change = page.get_by_test_id("since-last-month")
     expect(change).to_contain_text("compared with", timeout=LONG_MS)
