@@ -6,14 +6,18 @@ Williams) and zxcvbn's (MIT, Dan Wheeler).
 
 import gzip
 import re
+from base64 import b64encode
+from functools import cached_property
 from importlib.resources import files
+from secrets import token_bytes
 from threading import BoundedSemaphore, Lock
 from typing import Final
 
 from argon2 import PasswordHasher
 from argon2.exceptions import InvalidHashError, VerificationError
+from argon2.low_level import ARGON2_VERSION
 
-from kata.auth import secrets, texts
+from kata.auth import texts
 from kata.errors import ProblemError
 
 SHORTEST: Final = 10
@@ -42,9 +46,13 @@ class Passwords:
         self._hasher = hasher
         self._lock = Lock()
         self._waiting = BoundedSemaphore(_MAX_WAITING)
-        self._dummy_hash = hasher.hash(secrets.new_secret())
+        self._dummy_hash = _hash_of_no_password(hasher)
+
+    @cached_property
+    def _common(self) -> frozenset[str]:
+        """The common passwords. They are read when a user chooses a password, because they take 5 MB."""
         packed = files("kata.auth").joinpath("common_passwords.txt.gz").read_bytes()
-        self._common = frozenset(gzip.decompress(packed).decode().split())
+        return frozenset(gzip.decompress(packed).decode().split())
 
     def check_choice(self, password: str, *names: str) -> None:
         """Check that a new password is long enough, not common, and not derived from the user's ``names``.
@@ -106,6 +114,13 @@ class Passwords:
 
     def _turn(self) -> "_HashingTurn":
         return _HashingTurn(self._lock, self._waiting)
+
+
+def _hash_of_no_password(hasher: PasswordHasher) -> str:
+    """Return a hash that takes as long to check as others and that no password has: its digest is random."""
+    salt, digest = (b64encode(token_bytes(size)).decode().rstrip("=") for size in (hasher.salt_len, hasher.hash_len))
+    costs = f"m={hasher.memory_cost},t={hasher.time_cost},p={hasher.parallelism}"
+    return f"$argon2id$v={ARGON2_VERSION}${costs}${salt}${digest}"
 
 
 class _HashingTurn:
