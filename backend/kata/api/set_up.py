@@ -73,6 +73,8 @@ _NEW_KEY: Final = (
     "created the key of this clinic's backups: %s. KEEP A COPY OF IT OUTSIDE THIS COMPUTER, printed or on a USB stick in a safe: "
     "if this computer is lost, the backups cannot be opened without the key"
 )
+_WARM_UP_AFTER_S: Final = 20.0
+"""Time from the start of the device process until the figure worker starts. A figure that is requested earlier starts it at once."""
 _SPOOL_DELIVERY_LIMIT_S: Final = 30.0
 """Longest time in seconds that the start waits until the database has the records that the previous service left in the spool."""
 
@@ -171,11 +173,12 @@ async def set_up_services(settings: Settings, stack: AsyncExitStack) -> Services
 
 
 async def _warm_up(figures: FigureWorker, station: Station) -> None:
-    """Start the figure worker after the device process. If both started at the same time, each would slow down the other."""
+    """Start the figure worker some time after the device process, so that it slows down neither the start nor the first pages."""
     with station.subscribed() as subscription:
         while station.live().device != "running":
             await subscription.changed.wait()
             subscription.changed.clear()
+    await asyncio.sleep(_WARM_UP_AFTER_S)
     figures.warm_up()
 
 
