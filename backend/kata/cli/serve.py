@@ -10,11 +10,11 @@ from contextlib import AsyncExitStack, asynccontextmanager, contextmanager, supp
 from functools import partial
 from ipaddress import ip_address
 from pathlib import Path
-from typing import Any, Final
+from typing import TYPE_CHECKING, Any, Final
 
 import uvicorn
 
-from kata.api import live, logs, tls, watchdog
+from kata.api import live, logs, watchdog
 from kata.api.app import create_app
 from kata.api.connection_limits import LimitedListener, LimitedProtocol, OpenConnections
 from kata.api.message_limits import BYTES_AT_ONCE, LimitedWebSocket
@@ -34,6 +34,9 @@ from kata.simulator.process import SimulatorError
 from kata.system import malloc
 from kata.system.console import console, fail
 from kata.system.private_files import make_private
+
+if TYPE_CHECKING:
+    from kata.api.tls import Certificate
 
 log = logging.getLogger(__name__)
 
@@ -125,10 +128,9 @@ async def _serve(settings: Settings) -> None:
     listening = LimitedListener(_listen(settings), open_connections)
     try:
         async with AsyncExitStack() as stack:
-            certificate = tls.Certificate(settings, allowed_hosts(settings)) if settings.encrypted else None
+            certificate = await stack.enter_async_context(_encryption(settings))
             await stack.enter_async_context(application.router.lifespan_context(application))
             if certificate:
-                await stack.enter_async_context(tls.refreshed(certificate))
                 console.print(f"The certificate's SHA-256 fingerprint: {certificate.fingerprint}", soft_wrap=True)
             await stack.enter_async_context(watchdog.watched())
             configured = _configured(application, settings, certificate, open_connections)
@@ -143,13 +145,29 @@ async def _serve(settings: Settings) -> None:
         OpenIdError,
         SimulatorError,
         UnfinishedRestoreError,
-        tls.TlsError,
     ) as error:
         fail(str(error))
 
 
+@asynccontextmanager
+async def _encryption(settings: Settings) -> AsyncIterator["Certificate | None"]:
+    """Yield the certificate, which is refreshed while the context lasts; None without encryption."""
+    if not settings.encrypted:
+        yield None
+        return
+    # Imported here, because the library of certificates would delay every start without encryption.
+    from kata.api.tls import Certificate, TlsError, refreshed
+
+    try:
+        certificate = Certificate(settings, allowed_hosts(settings))
+    except TlsError as error:
+        fail(str(error))
+    async with refreshed(certificate):
+        yield certificate
+
+
 def _configured(
-    application: Any, settings: Settings, certificate: tls.Certificate | None, open_connections: OpenConnections
+    application: Any, settings: Settings, certificate: "Certificate | None", open_connections: OpenConnections
 ) -> uvicorn.Config:
     return uvicorn.Config(
         application,

@@ -6,15 +6,11 @@ runs no script and fetches nothing, and its policy forbids both.
 
 import base64
 import hashlib
-import io
 from dataclasses import dataclass, replace
 from datetime import datetime
 from functools import cache
-from typing import Final
+from typing import TYPE_CHECKING
 
-import plutoprint
-import pylopdf_fonts_cjk
-from jinja2 import Environment, PackageLoader, StrictUndefined, select_autoescape
 from markupsafe import Markup
 
 from kata import __version__
@@ -27,8 +23,8 @@ from kata.reporting.letterhead import Letterhead
 from kata.reporting.phrases import Language, Phrases
 from kata.reporting.totals import limits_of, scale_of
 
-_FONT: Final = "kata:sans"
-_FONT_STYLE: Final = f'@font-face {{ font-family: "Kata Sans"; src: url("{_FONT}") }}'
+if TYPE_CHECKING:
+    from jinja2 import Environment
 
 Content = SessionContent | EpisodeContent | RehabilitationPlanContent | CommissioningRecord
 
@@ -192,7 +188,10 @@ def _torque_angle(run: RunContent, phrases: Phrases) -> Chart | None:
 
 
 @cache
-def _environment() -> Environment:
+def _environment() -> "Environment":
+    # Imported here for the same reason as the printing library.
+    from jinja2 import Environment, PackageLoader, StrictUndefined, select_autoescape
+
     environment = Environment(
         loader=PackageLoader("kata.reporting"),
         autoescape=select_autoescape(["html"]),
@@ -204,24 +203,8 @@ def _environment() -> Environment:
     return environment
 
 
-class _OnlyOurs(plutoprint.ResourceFetcher):
-    """Provide only the font and ``data:`` URLs, because a page has no other resources."""
-
-    def fetch_url(self, url: str) -> plutoprint.ResourceData:
-        if url == _FONT:
-            return plutoprint.ResourceData(pylopdf_fonts_cjk.sans_path().read_bytes(), "font/otf")
-        if url.startswith("data:"):
-            return plutoprint.default_resource_fetcher.fetch_url(url)
-        raise ValueError("a report fetches nothing")
-
-
 def _pdf(page: ReportPage, options: PrintOptions) -> bytes:
-    book = plutoprint.Book(plutoprint.PAGE_SIZE_A4, plutoprint.PAGE_MARGINS_NONE, plutoprint.MEDIA_TYPE_PRINT)
-    book.custom_resource_fetcher = _OnlyOurs()
-    book.load_html(page.html, user_style=_FONT_STYLE)
-    book.set_metadata(plutoprint.PDF_METADATA_CREATOR, f"Kata {__version__}")
-    book.set_metadata(plutoprint.PDF_METADATA_AUTHOR, options.letterhead.name)
-    book.set_metadata(plutoprint.PDF_METADATA_CREATION_DATE, options.at.strftime("%Y-%m-%dT%H:%M:%SZ"))
-    written = io.BytesIO()
-    book.write_to_pdf_stream(written)
-    return written.getvalue()
+    # Imported here, because only the worker prints. The library and its font would cost every start time and the service memory.
+    from kata.reporting.pdf import written
+
+    return written(page.html, options.letterhead.name, options.at)

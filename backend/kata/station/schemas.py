@@ -24,7 +24,8 @@ ResistanceLevel = Annotated[
 
 
 class _Schema(BaseModel):
-    model_config = ConfigDict(frozen=True)
+    # Built when it is first used, as ``kata.types.Schema``.
+    model_config = ConfigDict(frozen=True, defer_build=True)
 
 
 class NestedText(_Schema):

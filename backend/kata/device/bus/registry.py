@@ -1,8 +1,8 @@
 """Finds drivers by name: those of this package, and those that other packages install."""
 
 import logging
+import pkgutil
 from functools import cache
-from importlib.metadata import EntryPoint, entry_points
 from typing import TYPE_CHECKING, Any, Final
 
 import msgspec
@@ -10,14 +10,13 @@ import msgspec
 from kata.device.bus.plugin import ENTRY_POINTS, Driver
 
 if TYPE_CHECKING:
+    from importlib.metadata import EntryPoints
+
     from kata.device.config import StationConfig
 
 log = logging.getLogger(__name__)
 
-_BUILT_IN: Final = tuple(
-    EntryPoint(name, f"kata.device.bus.{name}.driver:DRIVER", ENTRY_POINTS) for name in ("dynamixel", "modbus")
-)
-BUILT_IN_DRIVERS: Final = tuple(entry.name for entry in _BUILT_IN)
+BUILT_IN_DRIVERS: Final = ("dynamixel", "modbus")
 
 
 class DriverError(ValueError):
@@ -26,8 +25,15 @@ class DriverError(ValueError):
 
 def installed_drivers() -> list[str]:
     """Return the names of all installed drivers, those of this package first."""
-    others = {entry.name for entry in entry_points(group=ENTRY_POINTS)} - set(BUILT_IN_DRIVERS)
-    return [*BUILT_IN_DRIVERS, *sorted(others)]
+    return [*BUILT_IN_DRIVERS, *sorted(_entry_points().names - set(BUILT_IN_DRIVERS))]
+
+
+def _entry_points() -> "EntryPoints":
+    """Return the drivers that other packages install."""
+    # Imported here, because most stations use a built-in driver. The import takes a fifth of the device process's start.
+    from importlib.metadata import entry_points
+
+    return entry_points(group=ENTRY_POINTS)
 
 
 @cache
@@ -36,29 +42,33 @@ def find_driver(name: str) -> Driver:
 
     :raises DriverError: when it is not installed, installed twice, or cannot be loaded.
     """
-    found = [entry for entry in _BUILT_IN if entry.name == name]
-    if not found:
-        # A package that is on the path twice has two equal entry points.
-        found = list({entry.value: entry for entry in entry_points(group=ENTRY_POINTS, name=name)}.values())
+    if name in BUILT_IN_DRIVERS:
+        return _load(name, f"kata.device.bus.{name}.driver:DRIVER")
+    # A package that is on the path twice has two equal entry points.
+    found = list(dict.fromkeys(entry.value for entry in _entry_points().select(name=name)))
     if not found:
         raise DriverError(f"no driver is named {name!r}; installed are {', '.join(installed_drivers())}")
     if len(found) > 1:
-        raise DriverError(f"several packages have a driver named {name!r}: {', '.join(entry.value for entry in found)}")
-    return _load(found[0])
+        raise DriverError(f"several packages have a driver named {name!r}: {', '.join(found)}")
+    return _load(name, found[0])
 
 
-def _load(entry: EntryPoint) -> Driver:
+def _load(name: str, reference: str) -> Driver:
+    """Return the object of a reference such as ``package.module:DRIVER``.
+
+    :raises DriverError: when it cannot be loaded or is no driver.
+    """
     try:
-        driver = entry.load()
+        driver = pkgutil.resolve_name(reference)
     except Exception as error:
         # A package may raise any exception. The station's file is then refused with the reason.
-        log.exception("the driver %s cannot be loaded", entry.name)
+        log.exception("the driver %s cannot be loaded", name)
         raise DriverError(
-            f"the driver {entry.name!r} ({entry.value}) cannot be loaded: {type(error).__name__}: {error}"
+            f"the driver {name!r} ({reference}) cannot be loaded: {type(error).__name__}: {error}"
         ) from error
     if not isinstance(driver, Driver):
         raise DriverError(
-            f"the driver {entry.name!r} ({entry.value}) is a {type(driver).__name__}, not a kata.device.bus.plugin.Driver"
+            f"the driver {name!r} ({reference}) is a {type(driver).__name__}, not a kata.device.bus.plugin.Driver"
         )
     return driver
 
