@@ -1,6 +1,9 @@
-"""Implements ``python -m benchmarks start``: measures the time from the command ``kata serve`` until its first answers."""
+"""Implements ``python -m benchmarks start``: measures the time from the command ``kata serve`` until its first answers, and its
+processor time.
+"""
 
 import os
+import resource
 import signal
 import socket
 import subprocess
@@ -29,6 +32,8 @@ class Start:
 
     page_s: float
     ready_s: float
+    processor_s: float
+    """Processor time of the service and its child processes until they have ended."""
 
 
 def run(rounds: int, against: Path | None, progress: Callable[[str], None]) -> Report:
@@ -41,7 +46,14 @@ def run(rounds: int, against: Path | None, progress: Callable[[str], None]) -> R
     """
     report = Report(
         f"Start of the service, {rounds} times",
-        ("Checkout", "first start: ready, s", "page, s (median)", "ready, s (median)", "ready, s (slowest)"),
+        (
+            "Checkout",
+            "first start: ready, s",
+            "page, s (median)",
+            "ready, s (median)",
+            "ready, s (slowest)",
+            "processor, s (median)",
+        ),
     )
     checkouts = {"this": Path(__file__).parents[2]} | ({"other": against} if against else {})
     with TemporaryDirectory(prefix="kata-bench-") as folder:
@@ -56,11 +68,13 @@ def run(rounds: int, against: Path | None, progress: Callable[[str], None]) -> R
             "page": median(start.page_s for start in later),
             "ready": median(start.ready_s for start in later),
             "ready_max": max(start.ready_s for start in later),
+            "processor": median(start.processor_s for start in later),
         }
         report.figures |= {f"start_{name}_{figure}_s": seconds for figure, seconds in figures.items()}
         report.rows.append((name, *(f"{seconds:.2f}" for seconds in figures.values())))
     report.notes.append(
-        "page: GET / answers 200. ready: GET /health/ready answers 200, with the device process. Simulated apparatus."
+        "page: GET / answers 200. ready: GET /health/ready answers 200, with the device process. Simulated apparatus. "
+        "processor: service, device process, reference builder and simulator, which end as soon as the service is ready."
     )
     return report
 
@@ -74,7 +88,7 @@ def _start(checkout: Path, data: Path) -> Start:
     data.mkdir(exist_ok=True)
     log = data.with_suffix(".log")
     command = [sys.executable, "-m", "kata", "serve", "--simulate", "--port", str(port), "--data", str(data)]
-    began = time.monotonic()
+    began, used_s = time.monotonic(), _used_by_children_s()
     with log.open("wb") as output:
         service = subprocess.Popen(command, env=environment, stdout=output, stderr=output, cwd=data)
     try:
@@ -82,7 +96,13 @@ def _start(checkout: Path, data: Path) -> Start:
     finally:
         service.send_signal(signal.SIGINT)
         service.wait(30.0)
-    return Start(*answered_s)
+    return Start(*answered_s, _used_by_children_s() - used_s)
+
+
+def _used_by_children_s() -> float:
+    """Return the processor time of all ended child processes, and of the children that these have waited for."""
+    used = resource.getrusage(resource.RUSAGE_CHILDREN)
+    return used.ru_utime + used.ru_stime
 
 
 def _until_answered(url: str, service: "subprocess.Popen[bytes]", began: float, log: Path) -> float:
