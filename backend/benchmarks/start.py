@@ -23,7 +23,6 @@ from kata.bench.running_service import BenchError
 
 _LIMIT_S: Final = 120.0
 _POLL_S: Final = 0.01
-_PATHS: Final = ("/", "/health/ready")
 
 
 @dataclass(frozen=True)
@@ -92,11 +91,13 @@ def _start(checkout: Path, data: Path) -> Start:
     with log.open("wb") as output:
         service = subprocess.Popen(command, env=environment, stdout=output, stderr=output, cwd=data)
     try:
-        answered_s = [_until_answered(f"http://127.0.0.1:{port}{path}", service, began, log) for path in _PATHS]
+        page_s, ready_s = (
+            _until_answered(f"http://127.0.0.1:{port}{path}", service, began, log) for path in ("/", "/health/ready")
+        )
     finally:
         service.send_signal(signal.SIGINT)
         service.wait(30.0)
-    return Start(*answered_s, _used_by_children_s() - used_s)
+    return Start(page_s, ready_s, _used_by_children_s() - used_s)
 
 
 def _used_by_children_s() -> float:
