@@ -24,8 +24,7 @@ ResistanceLevel = Annotated[
 
 
 class _Schema(BaseModel):
-    # Built when it is first used, as ``kata.types.Schema``.
-    model_config = ConfigDict(frozen=True, defer_build=True)
+    model_config = ConfigDict(frozen=True)
 
 
 class NestedText(_Schema):
