@@ -48,7 +48,7 @@ def played(clinic: Clinic, recording_id: UUID) -> UUID:
 
 def fetched(clinic: Clinic) -> CachedPatient:
     with clinic.database.read() as session:
-        return prefetch.fetch(session, "Station 1", [clinic.patient_id], {})[clinic.patient_id]
+        return prefetch.fetch(session, "Station 1", [clinic.patient_id], utc_now().date(), {})[clinic.patient_id]
 
 
 @pytest.mark.parametrize("method", get_args(Method))

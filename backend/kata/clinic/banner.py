@@ -1,6 +1,6 @@
 """The banner on every page of a patient and at the station. It says who the patient is and what forbids or limits a motion."""
 
-from datetime import date, datetime
+from datetime import date
 from uuid import UUID
 
 from pydantic import Field
@@ -50,15 +50,15 @@ class PatientBanner(Schema):
         ]
 
 
-def of_patient(session: Session, patient: PatientRow) -> PatientBanner:
-    """Return the banner of a patient."""
+def of_patient(session: Session, patient: PatientRow, today: date) -> PatientBanner:
+    """Return the banner of a patient. ``today``: in the clinic's time zone."""
     going_on = [episode for episode in patient.episodes if episode.closed_at is None]
     return PatientBanner(
         patient_id=patient.id,
         name=patient.name,
         kana=patient.kana,
         birth_date=patient.birth_date,
-        age_years=age_years(patient.birth_date, datetime.now().astimezone().date()) if patient.birth_date else None,
+        age_years=age_years(patient.birth_date, today) if patient.birth_date else None,
         clinic_number=patient.clinic_number,
         shoulders=[_shoulder(episode) for episode in going_on],
         contraindications=contraindications.present(session, patient.id, [episode.id for episode in going_on]),

@@ -66,7 +66,8 @@ def resources(session: Session, patient: PatientRow, clinic: ClinicNames) -> Ite
         yield from fhir_care.episode(episode, has_condition=condition is not None)
     warnings = select(ContraindicationRow).where(ContraindicationRow.patient_id == patient.id)
     for warning in session.scalars(warnings.order_by(ContraindicationRow.noted_at)):
-        yield fhir_care.contraindication(warning, sides[warning.episode_id] if warning.episode_id else None)
+        side = sides[warning.episode_id] if warning.episode_id else None
+        yield fhir_care.contraindication(warning, side, clinic.zone)
     stations = select(SessionRow.station, SessionRow.simulated)
     stations = stations.where(SessionRow.patient_id == patient.id, SessionRow.station != "").distinct()
     for station, is_simulated in session.execute(stations.order_by(SessionRow.station)):

@@ -156,7 +156,7 @@ class ClinicNames:
     profiles: Mapping[str, str] = field(default_factory=dict)
     """By type of resource, the canonical address of the profile that the resource claims to follow."""
     zone: ZoneInfo | None = None
-    """Time zone in which weeks begin on Monday; None: that of the service's computer."""
+    """Time zone of days in texts, and in which weeks begin on Monday; None: that of the service's computer."""
 
     def profiled(self, resource: Resource) -> Resource:
         """Return the resource with the profile of its type, if there is one, and with what that profile demands."""

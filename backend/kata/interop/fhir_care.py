@@ -4,6 +4,7 @@ one resource as JSON.
 
 from collections.abc import Iterator
 from uuid import UUID
+from zoneinfo import ZoneInfo
 
 from kata.clinic.contraindications.kinds import KINDS
 from kata.clinic.contraindications.tables import ContraindicationRow
@@ -148,20 +149,22 @@ def _flag(row: EpisodeRow, kind: str, text: str) -> Resource:
     }
 
 
-def contraindication(row: ContraindicationRow, side: str | None) -> Resource:
+def contraindication(row: ContraindicationRow, side: str | None, zone: ZoneInfo | None) -> Resource:
     """Return a contraindication as a Flag with the list's entry, the note, the permission and the end, as they were entered.
 
     It is a Flag because an entry of the list is a warning, whereas a Condition would state a diagnosis. ``side``: None if it concerns the
-    whole patient.
+    whole patient. ``zone``: time zone of the days in its text; None: this computer's.
     """
     known = KINDS.get(row.code)
     words = [f"{known.name if known else row.code}."]
     if row.note.strip():
         words.append(f"Note: {row.note}")
     if row.signed_off_at:
-        words.append(f"Treatment allowed by {row.signed_off_by}, {fhir_date(row.signed_off_at)}.")
+        words.append(f"Treatment allowed by {row.signed_off_by}, {row.signed_off_at.astimezone(zone).date()}.")
     if row.resolved_at:
-        words.append(f"No longer applies ({row.resolved_by}, {fhir_date(row.resolved_at)}): {row.resolution}")
+        words.append(
+            f"No longer applies ({row.resolved_by}, {row.resolved_at.astimezone(zone).date()}): {row.resolution}"
+        )
     return without_empty(
         {
             "resourceType": "Flag",

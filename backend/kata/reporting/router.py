@@ -1,5 +1,6 @@
 """Routes of reports, as HTML and PDF, and of note drafts."""
 
+from datetime import datetime
 from typing import Annotated, Any, Final, Protocol
 from uuid import UUID
 from zoneinfo import ZoneInfo
@@ -61,9 +62,13 @@ def _print_options(
     return PrintOptions(head, language, clinic.time_zone, utc_now())
 
 
+def _zone(options: PrintOptions) -> ZoneInfo | None:
+    return ZoneInfo(options.zone) if options.zone else None
+
+
 def _offset_minutes(options: PrintOptions) -> int:
     """Return the offset of the report's time zone from UTC."""
-    return adherence.utc_offset_minutes(ZoneInfo(options.zone) if options.zone else None)
+    return adherence.utc_offset_minutes(_zone(options))
 
 
 ThePrintOptions = Annotated[PrintOptions, Depends(_print_options)]
@@ -96,7 +101,7 @@ def get_session_report_pdf(
     """Return a session's report as PDF on A4."""
     with database.read() as reading:
         content = session.read_content(reading, session_id, _offset_minutes(options))
-    return _printed(worker.build(rendering.session_pdf, content, options), f"session-{content.started_at:%Y-%m-%d}")
+    return _printed(worker.build(rendering.session_pdf, content, options), "session", content.started_at, options)
 
 
 @router.get(
@@ -126,7 +131,7 @@ def get_episode_report_pdf(
     """Return an episode's report as PDF on A4."""
     with database.read() as reading:
         content = episode.read_content(reading, episode_id, _offset_minutes(options))
-    return _printed(worker.build(rendering.episode_pdf, content, options), f"episode-{options.at:%Y-%m-%d}")
+    return _printed(worker.build(rendering.episode_pdf, content, options), "episode", options.at, options)
 
 
 @router.get(
@@ -142,7 +147,7 @@ def get_rehabilitation_plan_pdf(
     with database.read() as reading:
         content = rehabilitation_plan.read_content(reading, episode_id)
     pdf = worker.build(rendering.rehabilitation_plan_pdf, content, options)
-    return _printed(pdf, f"rehabilitation-plan-{options.at:%Y-%m-%d}")
+    return _printed(pdf, "rehabilitation-plan", options.at, options)
 
 
 @drafts.get("/api/sessions/{session_id}/draft", summary="Draft a session's note", responses=PROBLEMS.of(404, 422))
@@ -171,15 +176,15 @@ def get_commissioning_report_pdf(
     with database.read() as reading:
         row = commissionings.get(reading, commissioning_id)
         record = structs.replace(commissionings.record_of(row), steps=commissionings.steps_of(row), by=row.done_by)
-    return _printed(
-        worker.build(rendering.commissioning_pdf, record, options), f"commissioning-{row.ended_at:%Y-%m-%d}"
-    )
+    return _printed(worker.build(rendering.commissioning_pdf, record, options), "commissioning", row.ended_at, options)
 
 
 def _shown(page: ReportPage) -> HTMLResponse:
     return HTMLResponse(page.html, headers=_PRIVATE | {"Content-Security-Policy": page.policy})
 
 
-def _printed(pdf: bytes, name: str) -> Response:
-    headers = _PRIVATE | {"Content-Disposition": f'inline; filename="{name}.pdf"'}
+def _printed(pdf: bytes, kind: str, when: datetime, options: PrintOptions) -> Response:
+    """Return the PDF. Its file's name has the clinic's day of ``when``."""
+    day = when.astimezone(_zone(options)).date()
+    headers = _PRIVATE | {"Content-Disposition": f'inline; filename="{kind}-{day}.pdf"'}
     return Response(pdf, media_type="application/pdf", headers=headers)

@@ -2,7 +2,7 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from datetime import datetime
+from datetime import date
 from typing import Any, Final
 from uuid import UUID
 
@@ -30,7 +30,8 @@ class DrawnCurve:
     """The numbers of one test's curve."""
 
     run_id: UUID
-    at: datetime
+    day: date
+    """Day of the test in the clinic's time zone."""
     angles_deg: list[float]
     out_nm: list[float]
     back_nm: list[float]
@@ -46,8 +47,9 @@ def draw(own: Sequence[DrawnCurve], other_side: Sequence[DrawnCurve]) -> dict[st
         _line(texts.FIGURE_WAY_BACK(), newest, newest.back_nm, _INDIGO, "dashdot", 1.2),
     ]
     for curve, dash in zip(earlier, _DASHES, strict=False):
-        day = curve.at.date().isoformat()
-        traces.append(_line(texts.FIGURE_EARLIER_TEST(day=day), curve, curve.mean_nm, _SLATE, dash, 1.8))
+        traces.append(
+            _line(texts.FIGURE_EARLIER_TEST(day=curve.day.isoformat()), curve, curve.mean_nm, _SLATE, dash, 1.8)
+        )
     traces += [
         _line(texts.FIGURE_OTHER_SIDE(), curve, curve.mean_nm, _ORANGE, "longdashdot", 2.2) for curve in other_side
     ]

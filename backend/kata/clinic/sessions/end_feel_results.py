@@ -6,6 +6,7 @@ from datetime import datetime
 from io import StringIO
 from typing import Any, Final
 from uuid import UUID
+from zoneinfo import ZoneInfo
 
 import numpy as np
 from sqlalchemy import select
@@ -134,8 +135,8 @@ def _is_test(run: RunRow) -> bool:
     return run.end_feel is not None and run.end_feel.kind == "test"
 
 
-def curves(session: DatabaseSession, run_id: UUID) -> EndFeelCurves:
-    """Return a test with its curve, earlier ones and that of the other side.
+def curves(session: DatabaseSession, run_id: UUID, zone: ZoneInfo | None) -> EndFeelCurves:
+    """Return a test with its curve, earlier ones and that of the other side. ``zone``: the clinic's time zone; None: this computer's.
 
     :raises ProblemError: 404.
     """
@@ -143,7 +144,7 @@ def curves(session: DatabaseSession, run_id: UUID) -> EndFeelCurves:
     visit = service.get(session, run.session_id)
     if row.kind == "baseline":
         return EndFeelCurves(
-            result=as_result(run, visit), earlier=[], other_side=None, figure=_figure([(run, row)], [])
+            result=as_result(run, visit), earlier=[], other_side=None, figure=_figure([(run, row)], [], zone)
         )
     side = run.recording.side
     same = measured_before(session, visit, row.motion, run.started_at)
@@ -156,6 +157,7 @@ def curves(session: DatabaseSession, run_id: UUID) -> EndFeelCurves:
         figure=_figure(
             [(run, row), *((other_run, other_run.end_feel) for other_run, _ in earlier)],
             [other_run for other_run, _ in beside],
+            zone,
         ),
     )
 
@@ -181,21 +183,23 @@ def measured_before(
     return [(run, of) for run, of in session.execute(query)]
 
 
-def _figure(own: Sequence[tuple[RunRow, EndFeelRow | None]], beside: Sequence[RunRow]) -> dict[str, Any] | None:
-    drawn = [curve for run, row in own if row and (curve := _drawn(run, row))]
-    other = [curve for run in beside if run.end_feel and (curve := _drawn(run, run.end_feel))]
+def _figure(
+    own: Sequence[tuple[RunRow, EndFeelRow | None]], beside: Sequence[RunRow], zone: ZoneInfo | None
+) -> dict[str, Any] | None:
+    drawn = [curve for run, row in own if row and (curve := _drawn(run, row, zone))]
+    other = [curve for run in beside if run.end_feel and (curve := _drawn(run, run.end_feel, zone))]
     if not drawn or drawn[0].run_id != own[0][0].id:
         return None
     return draw(drawn, other)
 
 
-def _drawn(run: RunRow, row: EndFeelRow) -> DrawnCurve | None:
+def _drawn(run: RunRow, row: EndFeelRow, zone: ZoneInfo | None) -> DrawnCurve | None:
     curve = end_feel.curve_of(row)
     if curve is None:
         return None
     angles = np.round(row.outward * curve.places_deg, 2)
     columns = (np.round(values, 3).tolist() for values in (curve.out_nm, curve.back_nm, curve.mean_nm))
-    return DrawnCurve(run.id, run.started_at, angles.tolist(), *columns)
+    return DrawnCurve(run.id, run.started_at.astimezone(zone).date(), angles.tolist(), *columns)
 
 
 def as_csv(session: DatabaseSession, run_id: UUID) -> str:
@@ -204,7 +208,7 @@ def as_csv(session: DatabaseSession, run_id: UUID) -> str:
     :raises ProblemError: 404; 409 when there is no curve.
     """
     run, row = end_feel.of_run(session, run_id)
-    curve = _drawn(run, row)
+    curve = _drawn(run, row, zone=None)
     if curve is None:
         raise ProblemError(409, "no_curve", texts.END_FEEL_NO_CURVE(), texts.MEASURE_AGAIN())
     simulated = bool(service.get(session, run.session_id).simulated)

@@ -6,7 +6,7 @@ from fastapi import APIRouter, Response
 
 from kata.clinic.sessions import end_feel_results
 from kata.clinic.sessions.end_feel_schemas import EndFeelCurves, EndFeelGuide
-from kata.clinic.sessions.router import TheApparatus
+from kata.clinic.sessions.router import TheApparatus, TheOfflineCache
 from kata.dependencies import PROBLEMS, TheDatabase
 
 router = APIRouter(tags=["sessions"])
@@ -24,13 +24,13 @@ def get_end_feel_guide(database: TheDatabase, apparatus: TheApparatus, session_i
 
 
 @router.get("/api/runs/{run_id}/end-feel", summary="Get an end-feel test", responses=PROBLEMS.of(404, 422))
-def get_end_feel(database: TheDatabase, run_id: UUID) -> EndFeelCurves:
+def get_end_feel(database: TheDatabase, offline_cache: TheOfflineCache, run_id: UUID) -> EndFeelCurves:
     """Return an end-feel test with its torque-angle curve, earlier ones of the same motion, and the newest of the other side.
 
     The torque is the drive's current times its nominal factor. It was tried in simulation only.
     """
     with database.read() as session:
-        return end_feel_results.curves(session, run_id)
+        return end_feel_results.curves(session, run_id, offline_cache.read_zone(session))
 
 
 @router.get(

@@ -46,7 +46,8 @@ class OfflineCache:
         time zone. Call :meth:`refresh` to fill the cache.
         """
         self._database, self._station, self._has_undelivered = database, station, has_undelivered
-        self._read_zone = read_zone
+        self.read_zone = read_zone
+        """Reads the clinic's time zone from the database."""
         self.zone: ZoneInfo | None = None
         """The clinic's time zone; None for that of this computer."""
         self.lock = threading.RLock()
@@ -98,11 +99,11 @@ class OfflineCache:
             before, changes = dict(self._known), self._changes
         try:
             with self._database.read() as session:
-                self.zone = self._read_zone(session)
+                self.zone = self.read_zone(session)
                 today = checks.today(self.zone)
                 seen = prefetch.seen_here(session, self._station, today)
                 wanted = self._wanted(seen, today)
-                known = prefetch.fetch(session, self._station, wanted, before)
+                known = prefetch.fetch(session, self._station, wanted, today.date(), before)
                 tested_at = events.estop_tested_at(session, self._station, today)
         except DatabaseUnavailableError:
             return

@@ -4,7 +4,7 @@ import logging
 import time
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
-from datetime import datetime
+from datetime import date, datetime
 from typing import Final
 from uuid import UUID
 
@@ -113,11 +113,11 @@ class CachedPatient:
 
 
 def fetch(
-    session: DatabaseSession, station: str, wanted: Sequence[UUID], before: Mapping[UUID, CachedPatient]
+    session: DatabaseSession, station: str, wanted: Sequence[UUID], today: date, before: Mapping[UUID, CachedPatient]
 ) -> dict[UUID, CachedPatient]:
     """Return those ``wanted`` patients whose session is open or could begin. If there are too many samples, return the first patients.
 
-    Patients with a restricted or archived record are left out. ``before``: result of the last call.
+    Patients with a restricted or archived record are left out. ``today``: in the clinic's time zone. ``before``: result of the last call.
     """
     there = (PatientRow.id.in_(wanted), ~PatientRow.restricted, PatientRow.archived_at.is_(None))
     of_patients = select(PatientRow).where(*there)
@@ -154,7 +154,7 @@ def fetch(
         found[row.id] = CachedPatient(
             patient=SessionPatient.model_validate(row),
             identity=PatientIdentity.model_validate(row),
-            banner=banner.of_patient(session, row),
+            banner=banner.of_patient(session, row, today),
             episode_id=episode.id if episode else None,
             side=side_of(episode.side) if episode else None,
             contraindications=episode.contraindications if episode else "",

@@ -101,7 +101,8 @@ def get_patient_banner(database: TheDatabase, offline_cache: TheOfflineCache, pa
     """
     try:
         with database.read() as session:
-            return banner.of_patient(session, patients.get(session, patient_id))
+            today = checks.today(offline_cache.read_zone(session)).date()
+            return banner.of_patient(session, patients.get(session, patient_id), today)
     except DatabaseUnavailableError:
         known = offline_cache.find_patient(patient_id)
         if known is None:
