@@ -12,8 +12,10 @@ from uuid import UUID, uuid4
 
 import pytest
 from sqlalchemy import delete, select
+from sqlalchemy.orm import Session
 
 from kata.clinic.assessments.spadi import ITEMS
+from kata.clinic.assessments.tables import AssessmentRow
 from kata.clinic.contraindications.tables import ContraindicationRow
 from kata.clinic.episodes.tables import EpisodeRow, StageRow
 from kata.clinic.patients import service as patients
@@ -53,6 +55,57 @@ def test_same_record_makes_the_same_bundle_with_resolvable_references(database: 
     references = {element["reference"] for element in everything(bundle["entry"]) if "reference" in element}
     assert len(references) >= 10
     assert references <= urls
+
+
+def _remove_findings(session: Session) -> None:
+    """Remove one value of each kind that a user can remove."""
+    visit = session.scalars(select(SessionRow).order_by(SessionRow.started_at)).first()
+    found = session.scalars(select(AssessmentRow)).one()
+    assert visit
+    visit.pain_before = found.pain_rest = found.spadi = None
+    found.note = ""
+    del found.rom[0]
+    session.delete(visit.goniometer_readings[0])
+    episode = session.scalars(select(EpisodeRow)).one()
+    for stage in list(episode.stages):
+        session.delete(stage)
+    episode.diagnosis = episode.contraindications = ""
+    episode.onset_on = episode.max_load_level = episode.max_speed_deg_s = None
+    episode.limits = []
+
+
+def _said(bundle: Json) -> dict[str, Json]:
+    return {entry["resource"]["id"]: entry["resource"] for entry in bundle["entry"]}
+
+
+def test_removed_statements_are_withdrawn_at_the_receiver(database: Database, tmp_path: Path) -> None:
+    patient_id = treated(database, sessions=2)
+    before = _said(exported(database, patient_id, tmp_path / "bundle.json"))
+    with database.write() as session:
+        _remove_findings(session)
+    bundle = exported(database, patient_id, tmp_path / "bundle.json")
+    after = _said(bundle)
+    assert before.keys() == after.keys(), "the receiver hears about everything that it was sent"
+    status = {key: resource.get("verificationStatus") or resource.get("status") for key, resource in after.items()}
+    changed = [
+        key for key in after if status[key] != (before[key].get("verificationStatus") or before[key].get("status"))
+    ]
+    kinds = Counter(after[key]["resourceType"] for key in changed)
+    # Both pains, an angle, the note, the total, one reading; the angles of both runs need two readings.
+    assert kinds == {"Observation": 6 + 2, "QuestionnaireResponse": 1, "Condition": 1, "Flag": 2}
+    for key in changed:
+        resource = after[key]
+        wanted = "inactive" if resource["resourceType"] == "Flag" else "entered-in-error"
+        assert wanted in json.dumps(status[key])
+        assert not {"item", "component", "note"} & set(resource) and not any(
+            name.startswith("value") for name in resource
+        )
+    assert judged({"bundle": bundle}) == {"bundle": []}
+    assert exported(database, patient_id, tmp_path / "again.json") == bundle
+    with database.write() as session:
+        session.scalars(select(AssessmentRow)).one().pain_rest = 4
+    again = _said(exported(database, patient_id, tmp_path / "bundle.json"))
+    assert [key for key in changed if again[key].get("status") == "final" and again[key]["valueQuantity"]["value"] == 4]
 
 
 def test_every_code_of_our_own_is_declared_in_the_bundle(database: Database, tmp_path: Path) -> None:

@@ -5,7 +5,6 @@ from pathlib import Path
 from typing import Any
 from uuid import UUID
 
-from kata.clinic.patients import service as patients
 from kata.database.engine import Database
 from kata.interop import bundle
 from kata.interop.codes import ClinicNames
@@ -16,8 +15,7 @@ NAMES = ClinicNames()
 
 
 def exported(database: Database, patient_id: UUID, path: Path, clinic: ClinicNames = NAMES) -> Json:
-    with database.read() as session:
-        bundle.write(session, patients.get(session, patient_id), path, clinic)
+    bundle.export(database, patient_id, path, clinic)
     document: Json = json.loads(path.read_text())
     return document
 

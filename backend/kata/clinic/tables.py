@@ -9,7 +9,7 @@ from kata.clinic.contraindications.tables import ContraindicationRow
 from kata.clinic.episodes.tables import EpisodeRow, StageRow
 from kata.clinic.events.tables import DeviceEventRow
 from kata.clinic.patient_mode.tables import PatientModeRow
-from kata.clinic.patients.tables import ErasureRow, PatientRow
+from kata.clinic.patients.tables import ErasureRow, ExportedStatementRow, PatientRow
 from kata.clinic.profile.tables import ClinicProfileRow
 from kata.clinic.programmes.tables import ProgrammeItemRow, ProgrammeRow, ProgrammeVersionRow
 from kata.clinic.questionnaires.tables import QuestionnaireTextsRow
@@ -50,6 +50,7 @@ __all__ = [
     "EpisodeOutcomeRow",
     "EpisodeRow",
     "ErasureRow",
+    "ExportedStatementRow",
     "GoniometerReadingRow",
     "LoginSessionRow",
     "MotionTrackingRow",

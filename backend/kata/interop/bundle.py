@@ -16,6 +16,7 @@ from sqlalchemy.orm import Session
 from kata.clinic.assessments.tables import AssessmentRow
 from kata.clinic.contraindications.tables import ContraindicationRow
 from kata.clinic.episodes.tables import EpisodeRow
+from kata.clinic.patients import service as patients
 from kata.clinic.patients.tables import PatientRow
 from kata.clinic.programmes import adherence
 from kata.clinic.programmes.tables import ProgrammeRow
@@ -23,23 +24,56 @@ from kata.clinic.questionnaires.definitions import DEFINITIONS, SPADI
 from kata.clinic.questionnaires.tables import QuestionnaireTextsRow
 from kata.clinic.sessions import patient_angles
 from kata.clinic.sessions.tables import SessionRow
-from kata.interop import fhir_care, fhir_observations
+from kata.database.engine import Database
+from kata.interop import fhir_care, fhir_observations, service, withdrawals
 from kata.interop.codes import ClinicNames, Resource, simulated
 
 MEDIA_TYPE: Final = "application/fhir+json"
 _AT_ONCE: Final = 50
 
 
-def write(session: Session, patient: PatientRow, path: Path, clinic: ClinicNames) -> None:
-    """Write the bundle to a file."""
+def export(database: Database, patient_id: UUID, path: Path, clinic: ClinicNames) -> None:
+    """Write a patient's bundle to a file, and store what it states.
+
+    :raises ProblemError: 404; 409 when the record was erased.
+    """
+    with database.read() as session:
+        known = withdrawals.stored(session, patient_id)
+        stated = write(session, service.identified_patient(session, patient_id), path, clinic)
+    new = {id_: given for id_, given in stated.items() if known.get(id_) != given}
+    if new:
+        with database.write() as session:
+            # The lock prevents an erasure, and a second export, in the meantime.
+            patients.get(session, patient_id, to_change=True)
+            service.identified_patient(session, patient_id)
+            withdrawals.store(session, patient_id, new)
+
+
+def write(session: Session, patient: PatientRow, path: Path, clinic: ClinicNames) -> dict[UUID, Resource]:
+    """Write the bundle to a file. Return the withdrawals of its statements by id, for a later export."""
+    stated: dict[UUID, Resource] = {}
     with path.open("w", encoding="utf-8") as file:
         file.write('{"resourceType":"Bundle","type":"transaction","entry":[')
-        for number, plain in enumerate(resources(session, patient, clinic)):
+        for number, plain in enumerate(_with_withdrawals(session, patient, clinic, stated)):
             resource = clinic.profiled(plain)
             file.write(",\n" if number else "\n")
             # One entry at a time, because encoding the whole bundle at once would block other threads.
             file.write(json.dumps(entry(resource), ensure_ascii=False, allow_nan=False, separators=(",", ":")))
         file.write("\n]}\n")
+    return stated
+
+
+def _with_withdrawals(
+    session: Session, patient: PatientRow, clinic: ClinicNames, stated: dict[UUID, Resource]
+) -> Iterator[Resource]:
+    """Yield all resources, then the withdrawals of what only an earlier export stated. Add the withdrawals of ``resources`` to ``stated``."""
+    for resource in resources(session, patient, clinic):
+        if given := withdrawals.withdrawal(resource):
+            stated[UUID(resource["id"])] = given
+        yield resource
+    for id_, given in withdrawals.stored(session, patient.id).items():
+        if id_ not in stated:
+            yield given
 
 
 def entry(resource: Resource) -> Resource:

@@ -6,7 +6,7 @@ The caller commits.
 from typing import Final
 from uuid import UUID, uuid4
 
-from sqlalchemy import Select, select, update
+from sqlalchemy import Select, delete, select, update
 from sqlalchemy.orm import Session
 
 from kata.clinic import texts as clinic_texts
@@ -14,7 +14,7 @@ from kata.clinic.assessments.tables import AssessmentRow
 from kata.clinic.contraindications.tables import ContraindicationRow
 from kata.clinic.episodes.tables import EpisodeRow
 from kata.clinic.patients import service as patients
-from kata.clinic.patients.tables import ErasureRow, PatientRow
+from kata.clinic.patients.tables import ErasureRow, ExportedStatementRow, PatientRow
 from kata.clinic.programmes.tables import ProgrammeRow, ProgrammeVersionRow
 from kata.clinic.recordings.tables import RecordingRow, TeachingRow
 from kata.clinic.sessions.tables import AddendumRow, SessionRow
@@ -129,6 +129,7 @@ def _take_away(session: Session, patient: PatientRow) -> None:
         update(SessionRow).where(SessionRow.patient_id == patient.id).values(note=""),
         update(AddendumRow).where(AddendumRow.session_id.in_(clinic_sessions)).values(text=""),
         update(TeachingRow).where(TeachingRow.patient_id == patient.id).values(name="Recording"),
+        delete(ExportedStatementRow).where(ExportedStatementRow.patient_id == patient.id),
         update(RecordingRow).where(RecordingRow.patient_id == patient.id).values(name="Recording", note=""),
     ):
         session.execute(statement, execution_options={"synchronize_session": False})

@@ -111,8 +111,7 @@ def _files(
         events = select(DeviceEventRow).where(DeviceEventRow.patient_id == patient_id).order_by(DeviceEventRow.at)
         _write_json(path, [_plain(row) for row in session.scalars(events)])
     yield "events.json", path
-    with database.read() as session:
-        bundle.write(session, service.identified_patient(session, patient_id), path, clinic)
+    bundle.export(database, patient_id, path, clinic)
     yield "fhir.json", path
     with database.read() as session:
         readings = select(GoniometerReadingRow).join(SessionRow, SessionRow.id == GoniometerReadingRow.session_id)

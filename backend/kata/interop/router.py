@@ -248,11 +248,12 @@ def import_motion(
     responses=PROBLEMS.of(404, 409, 422) | _FHIR,
 )
 def get_patient_fhir(database: TheDatabase, clinic: TheClinic, patient_id: UUID) -> StreamingResponse:
-    """Return the patient's record as an HL7 FHIR R4 transaction. Sending it again changes nothing at the receiver."""
+    """Return the patient's record as an HL7 FHIR R4 transaction. Sending it again changes nothing at the receiver. What an
+    earlier export stated and the record no longer has is marked as entered in error.
+    """
 
     def write(path: Path) -> None:
-        with database.read() as session:
-            bundle.write(session, service.identified_patient(session, patient_id), path, clinic)
+        bundle.export(database, patient_id, path, clinic)
 
     return file_response(write, bundle.MEDIA_TYPE, f"patient-{patient_id}.fhir.json")
 

@@ -4,7 +4,7 @@ from datetime import date, datetime
 from typing import Any
 from uuid import UUID
 
-from sqlalchemy import Connection, ForeignKey, Index, String, Text, event, text
+from sqlalchemy import JSON, Connection, ForeignKey, Index, String, Text, event, text
 from sqlalchemy.engine.default import DefaultExecutionContext
 from sqlalchemy.orm import Mapped, Mapper, mapped_column, relationship
 
@@ -87,3 +87,15 @@ class ErasureRow(Base):
     decision: Mapped[str | None] = mapped_column(String(8))
     """erased or refused."""
     explanation: Mapped[str] = mapped_column(Text, default="")
+
+
+class ExportedStatementRow(Base):
+    """A statement of a FHIR export. If the record no longer makes it, the next export withdraws it."""
+
+    __tablename__ = "exported_statements"
+
+    id: Mapped[UUID] = mapped_column(primary_key=True)
+    """Id of the FHIR resource."""
+    patient_id: Mapped[UUID] = mapped_column(ForeignKey("patients.id"), index=True)
+    withdrawal: Mapped[dict[str, Any]] = mapped_column(JSON)
+    """The resource that withdraws the statement."""
