@@ -67,6 +67,7 @@ def test_reports_and_backups_use_the_changed_profile(client: TestClient) -> None
     assert ("JST" in before, "JST" in report) == (False, True), "the time zone"
     assert "Sakura Clinic" in report and "Tokyo" in report and "03-0000-0000" in report
     assert "Midori" not in report and "Sendai" not in report
+    assert client.get("/api/me").json()["time_zone"] == "Asia/Tokyo", "for the days on the page"
     in_tokyo = client.get("/api/backups").json()["next_at"]
     assert in_tokyo != in_paris
     assert in_tokyo.endswith("17:30:00Z"), "02:30 in Tokyo"

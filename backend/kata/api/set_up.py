@@ -251,6 +251,7 @@ async def set_up_authentication(
         factor_key=await asyncio.to_thread(login.load_factor_key, settings.effective_second_factor_key, database),
         limits=limits,
         openid=_openid_provider(settings) if settings.openid_issuer else None,
+        read_time_zone=lambda session: profile.read(session, settings).time_zone,
     )
     await stack.enter_async_context(auth.revocations.watched(auth_cache))
     return auth

@@ -144,6 +144,8 @@ class Authentication:
     limits: Limits = field(default_factory=Limits)
     throttle: Throttle = field(default_factory=Throttle)
     now: Callable[[], datetime] = utc_now
+    read_time_zone: Callable[[Session], str] = lambda _: ""
+    """Reads the clinic's time zone: IANA name, or empty if none is set."""
 
 
 def load_factor_key(file: Path, database: Database) -> FactorKey:
@@ -227,6 +229,9 @@ class Me(Schema):
     )
     demonstration: bool = Field(description="True if the user signed in by a link of the demonstration clinic.")
     idle_s: float = Field(ge=0, description="The screen locks after this many seconds without user activity.")
+    time_zone: str = Field(
+        description="Time zone of the clinic, in which the page shows days and times: IANA name; empty: the browser's."
+    )
 
 
 def address_of(connection: HTTPConnection) -> str:
@@ -315,6 +320,7 @@ def describe_user(session: Session, actor: Actor, auth: Authentication) -> Me:
         openid=auth.openid.name if auth.openid and auth.openid.subject(account.oidc_subject) else None,
         demonstration=account.username in demonstration.USERNAMES,
         idle_s=auth.limits.idle.total_seconds(),
+        time_zone=auth.read_time_zone(session),
     )
 
 

@@ -1,10 +1,72 @@
+/**
+ * Days and times of the clinic. Every day, time of day and date field of the page is in the clinic's time zone, like
+ * the reports, wherever the browser is. If the clinic has set no zone, the browser's zone counts.
+ */
+let zone: string | undefined;
+
+/** Set the clinic's time zone, an IANA name; empty: the browser's. A zone that the browser does not know is ignored. */
+export function setClinicZone(name: string): void {
+  try {
+    new Intl.DateTimeFormat("en", { timeZone: name || undefined });
+    zone = name || undefined;
+  } catch {
+    zone = undefined;
+  }
+}
+
+/** Return a function that formats a time in the clinic's time zone. */
+export function clinicFormat(locale: string, options: Intl.DateTimeFormatOptions) {
+  let madeFor = zone;
+  let made: Intl.DateTimeFormat | null = null;
+  return (moment: Date | number): string => {
+    // The zone is known only after the sign-in.
+    if (!made || madeFor !== zone) made = new Intl.DateTimeFormat(locale, { ...options, timeZone: zone });
+    madeFor = zone;
+    return made.format(moment);
+  };
+}
+
+const wallClock = clinicFormat("sv", {
+  year: "numeric",
+  month: "2-digit",
+  day: "2-digit",
+  hour: "2-digit",
+  minute: "2-digit",
+});
+const MINUTE_MS = 60_000;
+const DAY_MS = 86_400_000;
+
+/** Return the clinic's wall clock time in the form of a datetime-local field, 2026-11-21T09:30. */
+export const toLocalDateTime = (moment: Date | number) => wallClock(moment).replace(" ", "T");
+
+/** Return the time at which the clinic's wall clock shows this time. */
+export function fromLocalDateTime(text: string): Date {
+  const asUtc = Date.parse(`${text}Z`);
+  // Twice, because the offset may change between the two times.
+  const near = asUtc - utcOffsetMinutes(asUtc) * MINUTE_MS;
+  return new Date(asUtc - utcOffsetMinutes(near) * MINUTE_MS);
+}
+
+/** Return the minutes by which the clinic's time zone is ahead of UTC at a time. */
+export const utcOffsetMinutes = (at: number = Date.now()): number =>
+  Number.isNaN(at)
+    ? 0
+    : (Date.parse(`${toLocalDateTime(at)}Z`) - Math.floor(at / MINUTE_MS) * MINUTE_MS) / MINUTE_MS;
+
+/** Return the clinic's day of a time in the form 2026-11-21. */
+export const dayOf = (moment: Date | number) => toLocalDateTime(moment).slice(0, 10);
+
+/** Return today's date at the clinic. */
+export const today = () => dayOf(Date.now());
+
+/** Return the day that is `days` days later. */
+export const addDays = (day: string, days: number) =>
+  new Date(Date.parse(day) + days * DAY_MS).toISOString().slice(0, 10);
+
 /** Return true for a date such as 2026-11-21, the form used in addresses and date fields. */
 export const isDay = (value: unknown): value is string =>
   typeof value === "string" && /^\d{4}-\d{2}-\d{2}$/.test(value) && !Number.isNaN(Date.parse(value));
 
-/** Return the start of a local day, or of the day that is `daysLater` days later. */
-export function midnight(day: string, daysLater: number): string {
-  const moment = new Date(`${day}T00:00`);
-  moment.setDate(moment.getDate() + daysLater);
-  return moment.toISOString();
-}
+/** Return the start of a day at the clinic, or of the day that is `daysLater` days later. */
+export const midnight = (day: string, daysLater: number) =>
+  fromLocalDateTime(`${addDays(day, daysLater)}T00:00`).toISOString();

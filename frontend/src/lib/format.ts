@@ -1,30 +1,33 @@
+import { clinicFormat, dayOf } from "./days";
 import { t } from "./i18n";
 import { LOCALE } from "./language";
 
-const day = new Intl.DateTimeFormat(LOCALE, { year: "numeric", month: "short", day: "numeric" });
-const dayOfYear = new Intl.DateTimeFormat(LOCALE, { month: "short", day: "numeric" });
-const month = new Intl.DateTimeFormat(LOCALE, { year: "2-digit", month: "numeric" });
-const time = new Intl.DateTimeFormat(LOCALE, { hour: "2-digit", minute: "2-digit" });
-const clock = new Intl.DateTimeFormat(LOCALE, { hour: "2-digit", minute: "2-digit", second: "2-digit" });
+const DAY = { year: "numeric", month: "short", day: "numeric" } as const;
+const calendarDay = new Intl.DateTimeFormat(LOCALE, { ...DAY, timeZone: "UTC" });
+const day = clinicFormat(LOCALE, DAY);
+const dayOfYear = clinicFormat(LOCALE, { month: "short", day: "numeric" });
+const month = clinicFormat(LOCALE, { year: "2-digit", month: "numeric" });
+const time = clinicFormat(LOCALE, { hour: "2-digit", minute: "2-digit" });
+const clock = clinicFormat(LOCALE, { hour: "2-digit", minute: "2-digit", second: "2-digit" });
 
 /** Return a calendar day such as 1968-04-12 in words. It does not depend on the time zone. */
-export const formatDay = (iso: string) => day.format(new Date(`${iso}T00:00`));
-/** Return the local day of a time. */
-export const formatDayOf = (moment: string) => day.format(new Date(moment));
-/** Return two local days in short: without the year if it is the same, else without the day. */
+export const formatDay = (iso: string) => calendarDay.format(Date.parse(iso));
+/** Return the clinic's day of a time. */
+export const formatDayOf = (moment: string) => day(new Date(moment));
+/** Return two days of the clinic in short: without the year if it is the same, else without the day. */
 export function formatShortDays(moments: string[]): string[] {
   const dates = moments.map((moment) => new Date(moment));
-  const years = new Set(dates.map((date) => date.getFullYear()));
-  return dates.map((date) => (years.size > 1 ? month : dayOfYear).format(date));
+  const years = new Set(dates.map((date) => dayOf(date).slice(0, 4)));
+  return dates.map(years.size > 1 ? month : dayOfYear);
 }
 export const formatMoment = (iso: string) => {
   const moment = new Date(iso);
-  return t("common:format.moment", { day: day.format(moment), time: time.format(moment) });
+  return t("common:format.moment", { day: day(moment), time: time(moment) });
 };
 /** Return a time that follows another one. If both are on the same day, return only the time of day. */
 export const formatAfter = (iso: string, since: string) =>
-  formatDayOf(iso) === formatDayOf(since) ? time.format(new Date(iso)) : formatMoment(iso);
-export const formatClock = (moment: number | Date) => clock.format(moment);
+  formatDayOf(iso) === formatDayOf(since) ? time(new Date(iso)) : formatMoment(iso);
+export const formatClock = (moment: number | Date) => clock(moment);
 
 /** Return 75.2 as 1:16. It is rounded up, so that 0:00 means finished. */
 export function formatSpan(seconds: number): string {

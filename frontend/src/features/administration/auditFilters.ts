@@ -25,7 +25,7 @@ export function readAuditFilters(search: Record<string, unknown>): AuditFilters 
   ) as AuditFilters;
 }
 
-/** Return the filters in the form that the service expects. A day starts and ends at this browser's midnight. */
+/** Return the filters in the form that the service expects. A day starts and ends at the clinic's midnight. */
 export function toAuditQuery({ from, to, ...rest }: AuditFilters): AuditQuery {
   return { ...rest, ...(from && { since: midnight(from, 0) }), ...(to && { until: midnight(to, 1) }) };
 }

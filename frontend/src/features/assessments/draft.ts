@@ -1,4 +1,5 @@
 import type { Assessment, Schemas } from "../../lib/api/client";
+import { fromLocalDateTime, toLocalDateTime } from "../../lib/days";
 import { formatDeg, formatMeasured } from "../../lib/format";
 import { t } from "../../lib/i18n";
 import { measureName } from "./messages";
@@ -15,7 +16,7 @@ export type Pain = (typeof PAIN_NAMES)[number];
 
 /** An assessment during input. */
 export type Draft = {
-  /** Local time in the format of the datetime-local field. */
+  /** The clinic's time in the format of the datetime-local field. */
   at: string;
   by: string;
   /** Typed angles, by `angleKey`. */
@@ -115,17 +116,11 @@ export function toRequest(draft: Draft, measures: Measure[]): Schemas["Assessmen
     }
   }
   return {
-    assessed_at: new Date(draft.at).toISOString(),
+    assessed_at: fromLocalDateTime(draft.at).toISOString(),
     assessed_by: draft.by.trim(),
     rom,
     ...draft.pains,
     spadi: draft.spadi.some((answer) => answer !== null) ? draft.spadi : null,
     note: draft.note,
   };
-}
-
-/** Return the local time for a datetime-local field, which has no time zone. */
-function toLocalDateTime(moment: Date): string {
-  const local = new Date(moment.getTime() - moment.getTimezoneOffset() * 60_000);
-  return local.toISOString().slice(0, 16);
 }

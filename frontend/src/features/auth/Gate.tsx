@@ -38,7 +38,8 @@ export function Gate({ children }: { children: ReactNode }) {
       </Suspense>
     );
   }
-  return <DeferredPage>{children}</DeferredPage>;
+  // Another time zone changes every shown day.
+  return <DeferredPage key={auth.me.time_zone}>{children}</DeferredPage>;
 }
 
 /** Renders the page in time slices, because one large render blocks input for 0.25 s on a slow tablet. */

@@ -1,4 +1,5 @@
 import { api, type Me, ProblemError } from "../../lib/api/client";
+import { setClinicZone } from "../../lib/days";
 
 /** The user of this browser, as the service last reported. */
 export type AuthState =
@@ -124,6 +125,7 @@ export class AuthStore {
     if (JSON.stringify(before) === JSON.stringify(next)) return;
     const sameUser = before.is === "in" && next.is === "in" && before.me.account_id === next.me.account_id;
     this.#state = next;
+    if (next.is === "in" || next.is === "locked") setClinicZone(next.me.time_zone);
     if (!sameUser) for (const listener of this.#userChangeListeners) listener();
     for (const listener of this.#listeners) listener();
   }

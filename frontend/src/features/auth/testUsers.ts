@@ -25,6 +25,7 @@ export const ME: Me = {
   openid: null,
   demonstration: false,
   idle_s: 900,
+  time_zone: "",
 };
 
 /** A user with read permissions only. */

@@ -1,5 +1,6 @@
 import "./catalogue";
 import type { Schemas } from "../../lib/api/client";
+import { toLocalDateTime } from "../../lib/days";
 import { formatDayOf } from "../../lib/format";
 import { t } from "../../lib/i18n";
 import { column, figure, GRID, lineLook } from "../statistics/charts";
@@ -32,7 +33,8 @@ export function driftFigure(records: Entry[], name: DriftName): Schemas["Figure"
     type: "scatter",
     mode: "lines+markers",
     name: t("commissioning:drift.motor", { motor }),
-    x: records.map((record) => record.ended_at),
+    // Plotly shows a time without a zone as it is.
+    x: records.map((record) => toLocalDateTime(new Date(record.ended_at))),
     y: records.map((record) => figureOf(record, motor, name)),
     ...lineLook(place),
     hovertemplate: `%{x|%Y-%m-%d}, ${t(`commissioning:drift.${name}`)}: %{y:.${DRIFT[name]}f}`,

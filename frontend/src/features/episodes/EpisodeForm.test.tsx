@@ -5,7 +5,7 @@ import { afterEach, beforeEach, describe, expect, it, vi } from "vitest";
 import { api, type Episode, ProblemError } from "../../lib/api/client";
 import { EpisodeForm } from "./EpisodeForm";
 import { EpisodeCard } from "./Episodes";
-import { limitWords, today } from "./messages";
+import { limitWords } from "./messages";
 
 const EPISODE: Episode = {
   id: "e",
@@ -207,7 +207,4 @@ describe("words", () => {
     [{ motion: 4, lowest_deg: 0, highest_deg: 90 }, "Abduction / adduction of the shoulder: 0 to 90 deg"],
     [{ motion: 1, lowest_deg: -10 }, "Abduction / adduction of the scapula: at least −10 deg"],
   ])("of a limit", (limit, words) => expect(limitWords(limit)).toBe(words));
-
-  it("today is the day of this browser", () =>
-    expect(today(new Date(2026, 0, 5, 23, 59))).toBe("2026-01-05"));
 });

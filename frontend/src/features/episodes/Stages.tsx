@@ -3,12 +3,13 @@ import { IconTrash } from "@tabler/icons-react";
 import { useMutation } from "@tanstack/react-query";
 import { type FormEvent, useState } from "react";
 import { api, type Episode } from "../../lib/api/client";
+import { today } from "../../lib/days";
 import { formatDay } from "../../lib/format";
 import { t } from "../../lib/i18n";
 import { ProblemNote } from "../../ui/ProblemNote";
 import { undoStore } from "../../ui/undo";
 import { useHasPermission } from "../auth/hooks";
-import { type StageName, today } from "./messages";
+import type { StageName } from "./messages";
 
 const CHOICES = Object.entries(t("episodes:stages", { returnObjects: true })).map(([value, label]) => ({
   value,

@@ -65,9 +65,3 @@ export function limitWords({ motion, lowest_deg, highest_deg }: Episode["limits"
     highest: minus(highest_deg),
   });
 }
-
-/** Return today's date in this browser, in the form 2026-11-21. */
-export function today(now = new Date()): string {
-  const two = (value: number) => String(value).padStart(2, "0");
-  return `${now.getFullYear()}-${two(now.getMonth() + 1)}-${two(now.getDate())}`;
-}

@@ -1,13 +1,13 @@
 import { useQuery } from "@tanstack/react-query";
 import { api } from "../../lib/api/client";
-import { utcOffsetMinutes } from "../../lib/api/clinicApi";
+import { midnight, today, utcOffsetMinutes } from "../../lib/days";
 import { t } from "../../lib/i18n";
 import { MetricLink } from "../../ui/Metric";
 import { changeOfAll, wholePercent } from "../statistics/outcomeWords";
 
 /** The outcomes of this year. */
 function useOutcomes() {
-  const since = new Date(new Date().getFullYear(), 0, 1).toISOString();
+  const since = midnight(`${today().slice(0, 4)}-01-01`, 0);
   return useQuery({
     queryKey: ["outcomes", since],
     queryFn: () => api.outcomes({ since, utc_offset_minutes: utcOffsetMinutes() }),

@@ -2,7 +2,7 @@ import { Badge, Group, Stack, Table, Text, Title } from "@mantine/core";
 import { IconPlus } from "@tabler/icons-react";
 import { useQuery } from "@tanstack/react-query";
 import { api, type Schemas } from "../../lib/api/client";
-import { utcOffsetMinutes } from "../../lib/api/clinicApi";
+import { utcOffsetMinutes } from "../../lib/days";
 import { formatMoment } from "../../lib/format";
 import { t } from "../../lib/i18n";
 import { ButtonLink, PageLink } from "../../ui/links";

@@ -2,7 +2,7 @@ import { Skeleton, Stack, Text, Title } from "@mantine/core";
 import { useQuery } from "@tanstack/react-query";
 import { useState } from "react";
 import { api, type Chart } from "../../lib/api/client";
-import { utcOffsetMinutes } from "../../lib/api/clinicApi";
+import { utcOffsetMinutes } from "../../lib/days";
 import { t } from "../../lib/i18n";
 import { translatePlaced } from "../../lib/serverText";
 import { Plot } from "../../ui/Plot";

@@ -21,7 +21,7 @@ export function readFilters(search: Record<string, unknown>): Filters {
   return filters;
 }
 
-/** Return the filters in the form that the service expects. A day starts and ends at this browser's midnight. */
+/** Return the filters in the form that the service expects. A day starts and ends at the clinic's midnight. */
 export function toQuery({ from, to, ...same }: Filters): SessionQuery {
   return { ...same, ...(from && { since: midnight(from, 0) }), ...(to && { until: midnight(to, 1) }) };
 }

@@ -4,21 +4,13 @@ import { Link, Navigate, useNavigate, useParams, useSearch } from "@tanstack/rea
 import classes from "../../app/Shell.module.css";
 import { useTitle } from "../../app/title";
 import { api } from "../../lib/api/client";
+import { today } from "../../lib/days";
 import { t } from "../../lib/i18n";
 import { ProblemNote } from "../../ui/ProblemNote";
 import { useHasPermission } from "../auth/hooks";
 import { ChartCard } from "./ChartCard";
 import { spanWords, stopsFigure, stopsTable, usageFigure, usageTable } from "./charts";
-import {
-  AMOUNTS,
-  daysOf,
-  type FiguresSearch,
-  isoDay,
-  RANGES,
-  SUBJECTS,
-  type Subject,
-  spanOf,
-} from "./figuresSearch";
+import { AMOUNTS, daysOf, type FiguresSearch, RANGES, SUBJECTS, type Subject, spanOf } from "./figuresSearch";
 import { Outcomes } from "./Outcomes";
 import { StopLinks } from "./StopLinks";
 import { Tracking } from "./Tracking";
@@ -124,7 +116,7 @@ function Choices({ subject, search }: { subject: Subject; search: FiguresSearch 
           type="date"
           label={t(`clinic:figures.${name}`)}
           value={days[name]}
-          max={isoDay(new Date())}
+          max={today()}
           onChange={(event) =>
             event.currentTarget.value && set({ ...days, [name]: event.currentTarget.value })
           }

@@ -1,14 +1,18 @@
-import { afterEach, expect, it, vi } from "vitest";
+import { afterEach, expect, it } from "vitest";
+import { setClinicZone } from "../../lib/days";
 import { lastDays, spanOf } from "./figuresSearch";
 
-afterEach(() => vi.unstubAllEnvs());
+afterEach(() => setClinicZone(""));
 
-it.each(["Asia/Tokyo", "Europe/Berlin", "America/Chicago"])("the last days are local ones in %s", (zone) => {
-  vi.stubEnv("TZ", zone);
+it.each([
+  ["Asia/Tokyo", "2026-11-14T15:00:00.000Z", "2026-11-21T15:00:00.000Z"],
+  ["Europe/Berlin", "2026-11-13T23:00:00.000Z", "2026-11-20T23:00:00.000Z"],
+  ["America/Chicago", "2026-11-14T06:00:00.000Z", "2026-11-21T06:00:00.000Z"],
+])("the last days are those of the clinic in %s", (zone, begin, end) => {
+  setClinicZone(zone);
   // Early morning in Tokyo, when the date in UTC is still that of the previous day.
-  const today = new Date(2026, 10, 21, 7, 30);
+  const today = new Date("2026-11-20T22:30:00Z");
   const { since, until } = lastDays(7, today);
-  expect(new Date(since ?? "")).toEqual(new Date(2026, 10, 15));
-  expect(new Date(until ?? "")).toEqual(new Date(2026, 10, 22));
+  expect([since, until]).toEqual([begin, end]);
   expect(lastDays(28, today)).toEqual(spanOf({ range: "weeks4" }, today));
 });

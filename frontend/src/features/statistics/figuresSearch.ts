@@ -1,6 +1,5 @@
 import type { Schemas, SpanQuery } from "../../lib/api/client";
-import { utcOffsetMinutes } from "../../lib/api/clinicApi";
-import { isDay, midnight } from "../../lib/days";
+import { addDays, dayOf, isDay, midnight, utcOffsetMinutes } from "../../lib/days";
 
 export const SUBJECTS = ["outcomes", "usage", "stops", "tracking"] as const;
 export type Subject = (typeof SUBJECTS)[number];
@@ -9,7 +8,7 @@ export const AMOUNTS = ["sessions", "hours", "repetitions"] as const;
 export const MEASURES = ["spadi", "pain", "flexion", "abduction", "external_rotation"] as const;
 export type Measure = Schemas["OutcomeChange"]["measure"];
 
-/** Time, filters and choices of the figures in the form that the address contains. Days are local and inclusive. */
+/** Time, filters and choices of the figures in the form that the address contains. Days are the clinic's and inclusive. */
 export interface FiguresSearch {
   from?: string;
   to?: string;
@@ -41,30 +40,31 @@ export function readSearch(given: Record<string, unknown>): FiguresSearch {
   };
 }
 
-/** Return a local day in the form 2026-11-21. */
-export const isoDay = (moment: Date) =>
-  `${moment.getFullYear()}-${String(moment.getMonth() + 1).padStart(2, "0")}-${String(moment.getDate()).padStart(2, "0")}`;
+/** Return the day that is `months` months earlier. The 31st may become a day of the next month. */
+function monthsBefore(day: string, months: number): string {
+  const from = new Date(day);
+  from.setUTCMonth(from.getUTCMonth() - months);
+  return from.toISOString().slice(0, 10);
+}
 
 /** Return the first and last day of the chosen time: the days that the user chose, else a range that ends today. */
-export function daysOf(search: FiguresSearch, today: Date): { from: string; to: string } {
-  const from = new Date(today);
+export function daysOf(search: FiguresSearch, now: Date): { from: string; to: string } {
+  const today = dayOf(now);
   const range = search.range ?? "months12";
-  if (range === "weeks4") from.setDate(from.getDate() - 4 * 7 + 1);
-  else if (range === "year") from.setMonth(0, 1);
-  else from.setMonth(from.getMonth() - { months3: 3, months12: 12, months24: 24 }[range]);
-  return { from: search.from ?? isoDay(from), to: search.to ?? isoDay(today) };
+  let from: string;
+  if (range === "weeks4") from = addDays(today, -4 * 7 + 1);
+  else if (range === "year") from = `${today.slice(0, 4)}-01-01`;
+  else from = monthsBefore(today, { months3: 3, months12: 12, months24: 24 }[range]);
+  return { from: search.from ?? from, to: search.to ?? today };
 }
 
 /** Return the span of `days` days that ends today. */
-export function lastDays(days: number, today: Date): SpanQuery {
-  const from = new Date(today);
-  from.setDate(from.getDate() - days + 1);
-  return spanOf({ from: isoDay(from) }, today);
-}
+export const lastDays = (days: number, now: Date): SpanQuery =>
+  spanOf({ from: addDays(dayOf(now), 1 - days) }, now);
 
 /** Return the time in the form that the service expects. */
-export function spanOf(search: FiguresSearch, today: Date): SpanQuery {
-  const { from, to } = daysOf(search, today);
+export function spanOf(search: FiguresSearch, now: Date): SpanQuery {
+  const { from, to } = daysOf(search, now);
   return {
     since: midnight(from, 0),
     until: midnight(to, 1),

@@ -1,8 +1,6 @@
+import { utcOffsetMinutes } from "../days";
 import { client, unwrap } from "./request";
 import type { SpanQuery } from "./types";
-
-/** Return the minutes by which this browser's time zone is ahead of UTC. A day begins at midnight in this zone. */
-export const utcOffsetMinutes = () => -new Date().getTimezoneOffset();
 
 /** The work of the day, and the clinic's figures. */
 export const clinicApi = {

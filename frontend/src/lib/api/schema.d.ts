@@ -932,7 +932,8 @@ export interface paths {
         };
         /**
          * Export a patient as FHIR
-         * @description Return the patient's record as an HL7 FHIR R4 transaction. Sending it again changes nothing at the receiver.
+         * @description Return the patient's record as an HL7 FHIR R4 transaction. Sending it again changes nothing at the receiver. What an
+         *     earlier export stated and the record no longer has is marked as entered in error.
          */
         get: operations["get_patient_fhir"];
         put?: never;
@@ -4489,7 +4490,7 @@ export interface components {
             phone: string;
             /**
              * Time Zone
-             * @description IANA name; empty: time zone of the service's computer.
+             * @description IANA name; empty: time zone of the service's computer, and of the browser on the page.
              */
             time_zone: string;
             /**
@@ -4532,7 +4533,7 @@ export interface components {
             phone: string;
             /**
              * Time Zone
-             * @description IANA name; empty: time zone of the service's computer.
+             * @description IANA name; empty: time zone of the service's computer, and of the browser on the page.
              * @example Asia/Tokyo
              */
             time_zone: string;
@@ -6745,6 +6746,11 @@ export interface components {
              * @description The screen locks after this many seconds without user activity.
              */
             idle_s: number;
+            /**
+             * Time Zone
+             * @description Time zone of the clinic, in which the page shows days and times: IANA name; empty: the browser's.
+             */
+            time_zone: string;
         };
         /**
          * Mirror
