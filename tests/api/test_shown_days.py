@@ -177,8 +177,7 @@ def addresses(database: Database) -> Iterator[tuple[str, str]]:
         # The text of a PDF is that of the HTML report, so that one PDF of each kind shows the file's name.
         most = 1 if path.endswith(".pdf") else None
         for values in islice(product(*(dict.fromkeys(some[part]) for part in re.findall(r"\{(\w+)\}", path))), most):
-            filled = iter(values)
-            address = re.sub(r"\{\w+\}", lambda _, filled=filled: next(filled), path)
+            address = path.format(**dict(zip(re.findall(r"\{(\w+)\}", path), values, strict=True)))
             for language in asked:
                 yield name, f"{address}?{'&'.join([*fixed, *([language] if language else [])])}"
 
