@@ -13,6 +13,7 @@ from tests.support.accessibility import addresses
 from tests.support.browser_clinic import LONG_MS, Clinic
 from tests.support.page_actions import wait_until_idle
 from tests.support.shown_pages import SIZES
+from tests.support.shown_station import ShownStation
 from tests.support.stop_in_reach import tab_to_stop, untouchable_stop
 
 pytestmark = pytest.mark.shared_clinic("invented")
@@ -31,7 +32,7 @@ _DIALOGS: Final = (
 )
 """Page, and the button that opens the dialog."""
 _MOST_CONTROLS: Final = 40
-_PARTS: Final = re.compile("StationPage|NotificationButton|AxisSparkline|StationApparatus|lazyStationPanels")
+_PARTS: Final = re.compile("StationPage|NotificationButton|AxisSparkline|StationApparatus")
 """Scripts of the station page and of parts that load on demand."""
 
 
@@ -63,7 +64,10 @@ def test_pages_of_all_sizes_fit_and_have_stop(tab: Page, clinic: Clinic, every: 
 
 
 def test_stop_stays_when_a_script_does_not_load(tab: Page, clinic: Clinic) -> None:
-    """A service that is lost while the page loads cannot send the rest of it. The first scripts are taken as loaded."""
+    """A service that is lost while the page loads cannot send the rest of it. The first scripts are taken as loaded.
+
+    The stop's banner has its acknowledgement all the same.
+    """
     first = set(re.findall(r'"(/assets/[^"]+\.js)"', tab.request.get(clinic.url).text()))
     asked: list[str] = []
     tab.on("request", lambda request: asked.append(request.url.removeprefix(clinic.url)))
@@ -72,13 +76,41 @@ def test_stop_stays_when_a_script_does_not_load(tab: Page, clinic: Clinic) -> No
     later = [path for path in dict.fromkeys(asked) if path.endswith(".js") and path not in first]
     names = [path for path in later if _PARTS.search(path)]
     assert len(names) >= 4, later
-    for path in names:
-        tab.route(f"**{path}", lambda route: route.abort())
-        tab.goto(f"{clinic.url}/station")
-        expect(tab.get_by_role("button", name="Stop", exact=True), path).to_be_visible(timeout=LONG_MS)
-        tab.wait_for_load_state("networkidle")
-        expect(tab.get_by_role("button", name="Stop", exact=True), path).to_be_in_viewport(ratio=1)
-        tab.unroute(f"**{path}")
+    with ShownStation(clinic) as station:
+        station.make_idle()
+        station.press_estop()
+        for path in names:
+            tab.route(f"**{path}", lambda route: route.abort())
+            tab.goto(f"{clinic.url}/station")
+            expect(tab.get_by_role("button", name="Stop", exact=True), path).to_be_visible(timeout=LONG_MS)
+            tab.wait_for_load_state("networkidle")
+            expect(tab.get_by_role("button", name="Stop", exact=True), path).to_be_in_viewport(ratio=1)
+            expect(tab.get_by_role("button", name="Acknowledge"), path).to_be_in_viewport(ratio=1)
+            tab.unroute(f"**{path}")
+        station.release_estop()
+
+
+@pytest.mark.parametrize("name", ["station-patient", "patient"])
+def test_telephone_scrolls_past_a_stop(tab: Page, clinic: Clinic, name: str) -> None:
+    """A stop comes into view, with its cause, what to do and the acknowledgement, and the page is read below it."""
+    tab.set_viewport_size({"width": 360, "height": 640})
+    tab.goto(clinic.url + addresses(tab, clinic)[name])
+    wait_until_idle(tab)
+    tab.wait_for_load_state("networkidle")
+    bottom = "scrollTo(0, document.body.scrollHeight)"
+    tab.evaluate(bottom)
+    with ShownStation(clinic) as station:
+        station.press_estop()
+        banner = tab.get_by_test_id("stop-banner")
+        for part in (banner.get_by_role("heading"), banner.get_by_role("listitem"), banner.get_by_role("button")):
+            expect(part).to_be_in_viewport(ratio=1)
+        assert untouchable_stop(tab) == ""
+        tab.evaluate(bottom)
+        expect(banner).not_to_be_in_viewport()
+        expect(tab.get_by_test_id("mode")).to_have_text("Stopped")
+        assert untouchable_stop(tab) == ""
+        station.release_estop()
+    expect(banner).to_be_hidden()
 
 
 def test_every_page_link_is_in_reach_at_every_width(tab: Page, clinic: Clinic) -> None:

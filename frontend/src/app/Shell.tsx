@@ -30,8 +30,7 @@ export function Shell() {
   // The route of the shown page. While the next page loads, the address already names the next page.
   const page = useRouterState({ select: (state) => state.matches.at(-1)?.routeId });
   return (
-    // The station page shows a stop in place of its panels.
-    <StateBar top={<Top />} stopBanner={page !== "/station"}>
+    <StateBar top={<Top />} fullPageStop={page === "/station"}>
       <Box p="md" maw={1400} mx="auto">
         <Outlet />
       </Box>

@@ -13,9 +13,12 @@ import { StopButton } from "./StopButton";
 
 const HEADER_PX = 124;
 
-/** The header of every signed-in page and of the lock screen, with apparatus state, alarms and Stop. */
-export function StateBar(props: { children: ReactNode; top?: ReactNode; stopBanner?: boolean }) {
-  const { children, top, stopBanner = true } = props;
+/**
+ * The header of every signed-in page and of the lock screen, with apparatus state, alarms and Stop. `fullPageStop`:
+ * a stop takes the place of the page's controls.
+ */
+export function StateBar(props: { children: ReactNode; top?: ReactNode; fullPageStop?: boolean }) {
+  const { children, top, fullPageStop = false } = props;
   return (
     // The header is above dialogs, because nothing may cover Stop.
     <AppShell header={{ height: HEADER_PX }} padding={0} zIndex={400}>
@@ -39,9 +42,11 @@ export function StateBar(props: { children: ReactNode; top?: ReactNode; stopBann
         </Group>
       </AppShell.Header>
       <AppShell.Main>
-        <div className={classes.banners ?? ""} data-screen-only>
-          {stopBanner && <StopBanner />}
-          <Alarms />
+        <div className={classes.banners ?? ""} data-full-page-stop={fullPageStop} data-screen-only>
+          <StopBanner fullPage={fullPageStop} />
+          <div className={classes.alarms ?? ""}>
+            <Alarms />
+          </div>
         </div>
         {children}
       </AppShell.Main>

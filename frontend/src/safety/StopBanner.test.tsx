@@ -28,13 +28,12 @@ type Options = {
   torque?: Live["torque"];
   connected?: boolean;
   torqueFound?: boolean;
-  fullPage?: boolean;
   causes?: (typeof cause)[];
 };
 
 function withState(options: Options) {
   const { arm_held, torque = "off", connected = true, torqueFound = false } = options;
-  const { fullPage = false, causes = [cause] } = options;
+  const { causes = [cause] } = options;
   const refusals: Partial<Live["refusals"]> = torqueFound ? {} : { release_torque: NOTHING_FOUND };
   const live = {
     device: "running",
@@ -50,7 +49,7 @@ function withState(options: Options) {
   return (
     <MantineProvider>
       <QueryClientProvider client={new QueryClient()}>
-        <StopBanner fullPage={fullPage} />
+        <StopBanner fullPage={false} />
       </QueryClientProvider>
     </MantineProvider>
   );
@@ -104,22 +103,12 @@ describe("a stop", () => {
     expect(document.querySelector(".stale")).toBeNull();
   });
 
-  it("scrolls the station page to its banner at the beginning, and no other page", () => {
-    const scroll = vi.spyOn(window, "scrollTo").mockImplementation(() => undefined);
-    show({ arm_held: false });
-    expect(scroll).not.toHaveBeenCalled();
-    cleanup();
-    show({ arm_held: false, fullPage: true });
+  it("comes into view at its beginning and at a new cause only", () => {
+    const scroll = vi.spyOn(HTMLElement.prototype, "scrollIntoView");
+    const { rerender } = render(withState({ arm_held: false }));
+    rerender(withState({ arm_held: false }));
     expect(scroll).toHaveBeenCalledTimes(1);
-  });
-
-  it("scrolls the station page to its banner again at a new cause only", () => {
-    const scroll = vi.spyOn(window, "scrollTo").mockImplementation(() => undefined);
-    const held = { arm_held: false, fullPage: true };
-    const { rerender } = render(withState(held));
-    rerender(withState(held));
-    expect(scroll).toHaveBeenCalledTimes(1);
-    rerender(withState({ ...held, causes: [cause, { ...cause, code: "estop_pressed" }] }));
+    rerender(withState({ arm_held: false, causes: [cause, { ...cause, code: "estop_pressed" }] }));
     expect(scroll).toHaveBeenCalledTimes(2);
   });
 

@@ -1,6 +1,6 @@
 import { Button, Group, List, Stack, Text, Title } from "@mantine/core";
 import { useMutation } from "@tanstack/react-query";
-import { useEffect } from "react";
+import { useEffect, useRef } from "react";
 import { AlarmFrame, useAlarms } from "../features/alarms/Alarms";
 import { useMayOperate } from "../features/auth/hooks";
 import { api, type Schemas } from "../lib/api/client";
@@ -13,24 +13,25 @@ import hold from "./hold.module.css";
 import { useHold } from "./useHold";
 
 /**
- * A latched stop with its causes, next steps and the acknowledgement. Every page shows it as a banner; the
- * station page shows it as `fullPage`, in place of its panels. Without a live connection the causes are greyed,
+ * A latched stop with its causes, next steps and the acknowledgement. Every page shows it as a banner, and
+ * `fullPage` in large letters. Without a live connection the causes are greyed,
  * the instruction to support the arm stays readable, and nothing looks safer than with a connection.
  */
-export function StopBanner({ fullPage = false }: { fullPage?: boolean }) {
+export function StopBanner({ fullPage }: { fullPage: boolean }) {
   const alive = useAlive();
   const mayOperate = useMayOperate();
   const stop = useLive("stop");
   const alarm = useAlarms().find(({ code }) => code.startsWith("stop "));
-  // A user who has scrolled down would not see the banner above the panels, nor a new cause in it.
-  const causesAbove = fullPage ? (stop?.causes.length ?? 0) : 0;
+  const banner = useRef<HTMLDivElement>(null);
+  // A user who has scrolled past the banner would not see it, nor a new cause in it.
+  const causes = stop?.causes.length ?? 0;
   useEffect(() => {
-    if (causesAbove > 0) window.scrollTo({ top: 0 });
-  }, [causesAbove]);
+    if (causes > 0) banner.current?.scrollIntoView({ block: "start" });
+  }, [causes]);
   if (!stop) return null;
   const held = stop.arm_held;
   return (
-    <AlarmFrame priority={alarm?.priority ?? "high"} testid="stop-banner">
+    <AlarmFrame priority={alarm?.priority ?? "high"} testid="stop-banner" ref={banner}>
       <StopTitle fullPage={fullPage} held={held} />
       <Group justify="space-between" align="start" gap="xl">
         <List size={fullPage ? "xl" : "md"} spacing={4} flex="1 1 20rem">

@@ -6,7 +6,7 @@ import {
   IconVolume,
   IconVolumeOff,
 } from "@tabler/icons-react";
-import { type ReactNode, useEffect, useState, useSyncExternalStore } from "react";
+import { type ReactNode, type Ref, useEffect, useState, useSyncExternalStore } from "react";
 import { t } from "../../lib/i18n";
 import { store } from "../../lib/live/store";
 import { type Alarm, activeAlarms, type Priority } from "./alarms";
@@ -23,12 +23,18 @@ export function useAlarms(): Alarm[] {
 }
 
 /** Shows the colour, icon and label of a priority around its content. */
-export function AlarmFrame(props: { priority: Priority; testid?: string; children: ReactNode }) {
-  const Icon = ICONS[props.priority];
+export function AlarmFrame(props: {
+  priority: Priority;
+  testid?: string;
+  ref?: Ref<HTMLDivElement>;
+  children: ReactNode;
+}) {
+  const { priority, testid, ref } = props;
+  const Icon = ICONS[priority];
   return (
-    <div className={classes.alarm} data-priority={props.priority} data-testid={props.testid} role="alert">
+    <div className={classes.alarm} data-priority={priority} data-testid={testid} role="alert" ref={ref}>
       <div className={classes.mark}>
-        <Icon size={40} role="img" aria-label={t(`alarms:priorities.${props.priority}`)} />
+        <Icon size={40} role="img" aria-label={t(`alarms:priorities.${priority}`)} />
       </div>
       <div className={classes.content}>{props.children}</div>
     </div>

@@ -7,7 +7,6 @@ import { api } from "../../lib/api/client";
 import { t } from "../../lib/i18n";
 import { useLive, useStation } from "../../lib/live/hooks";
 import { useDatabaseUnavailable, useReadyPatients } from "../../lib/offline";
-import { StopBanner } from "../../safety/StopBanner";
 import { ProblemNote } from "../../ui/ProblemNote";
 import { RevealWhenLoaded } from "../../ui/RevealWhenLoaded";
 import { useHasPermission, useMayOperate, useMe, worksAt } from "../auth/hooks";
@@ -67,7 +66,6 @@ export function StationPage() {
       <Title order={1} size="h2" style={{ position: "absolute", left: -9999 }}>
         {title}
       </Title>
-      <StopBanner fullPage />
       {reads && patientId && <PatientBanner patientId={patientId} {...(name && { name })} />}
       <RevealWhenLoaded waits={!station || !panels} now={run !== null || teaching !== null || stop !== null}>
         <div className={classes.page} data-stopped={stop !== null}>
