@@ -57,13 +57,9 @@ const stationRoute = createRoute({
   getParentRoute: () => rootRoute,
   path: "/station",
   component: lazyRouteComponent(() => import("../features/station/StationPage"), "StationPage"),
-  // Start these imports while the service is being asked who is signed in. The components that use them report a
-  // failed import.
-  loader: () =>
-    void Promise.allSettled([
-      import("../features/station/lazyStationPanels"),
-      import("../features/station/AxisSparkline"),
-    ]),
+  // Start this import while the service is being asked who is signed in. The component that uses it reports a failed
+  // import.
+  loader: () => void import("../features/station/AxisSparkline").catch(() => undefined),
   validateSearch: readStation,
 });
 const figuresEntryRoute = createRoute({

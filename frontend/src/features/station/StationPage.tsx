@@ -1,7 +1,6 @@
 import { Alert, Card, Stack, Text, Title } from "@mantine/core";
 import { useQuery } from "@tanstack/react-query";
 import { useNavigate, useSearch } from "@tanstack/react-router";
-import { startTransition, useEffect, useState } from "react";
 import { useTitle } from "../../app/title";
 import { api } from "../../lib/api/client";
 import { t } from "../../lib/i18n";
@@ -10,37 +9,22 @@ import { useDatabaseUnavailable, useReadyPatients } from "../../lib/offline";
 import { ProblemNote } from "../../ui/ProblemNote";
 import { RevealWhenLoaded } from "../../ui/RevealWhenLoaded";
 import { useHasPermission, useMayOperate, useMe, worksAt } from "../auth/hooks";
+import { CommissioningState } from "../commissioning/CommissioningState";
 import { LiveApparatus } from "../digital-twin/lazyViews";
 import { PatientBanner } from "../patients/PatientBanner";
 import { PatientSelect } from "../patients/PatientSelect";
 import { Angles } from "./Angles";
 import { ApparatusSideCard } from "./ApparatusSideCard";
+import { DriveHealth } from "./DriveHealth";
+import { FirstSteps } from "./FirstSteps";
 import { LeaseBar } from "./LeaseBar";
+import { LoadedRun } from "./LoadedRun";
 import { LoopHealth } from "./LoopHealth";
 import { ReadySelect } from "./ReadySelect";
 import { RecentEvents } from "./RecentEvents";
+import { SimulatorPanel } from "./SimulatorPanel";
 import classes from "./station.module.css";
 import { WorkPanels } from "./WorkPanels";
-
-type Panels = typeof import("./lazyStationPanels");
-
-/**
- * Load the station's panels after the first page, which already shows the state and Stop. Return null until
- * they are loaded.
- */
-function useLazyPanels() {
-  const [panels, setPanels] = useState<Panels | null>(null);
-  useEffect(() => {
-    import("./lazyStationPanels").then(
-      (loaded) => startTransition(() => setPanels(loaded)),
-      (error: unknown) =>
-        setPanels(() => {
-          throw error;
-        }),
-    );
-  }, []);
-  return panels;
-}
 
 /**
  * The therapist's page with patient, teaching, playback and the live apparatus. The simulated hand is below
@@ -58,7 +42,6 @@ export function StationPage() {
   const onApparatus = run?.patient ?? teaching?.patient;
   const patientId = onApparatus?.id ?? search.patient;
   const name = onApparatus?.name;
-  const panels = useLazyPanels();
   const title = station?.name ?? t("station:station.title");
   useTitle(title);
   return (
@@ -67,16 +50,16 @@ export function StationPage() {
         {title}
       </Title>
       {reads && patientId && <PatientBanner patientId={patientId} {...(name && { name })} />}
-      <RevealWhenLoaded waits={!station || !panels} now={run !== null || teaching !== null || stop !== null}>
+      <RevealWhenLoaded waits={!station} now={run !== null || teaching !== null || stop !== null}>
         <div className={classes.page} data-stopped={stop !== null}>
           <div className={classes.controls}>
             {/* During a stop the panels are hidden instead of unmounted, so that input is not lost. */}
             <div hidden={stop !== null}>
               <Stack gap="xs">
-                <PatientColumn panels={panels} />
+                <PatientColumn />
               </Stack>
             </div>
-            {panels && diagnoses && station?.simulated && <panels.SimulatorPanel />}
+            {diagnoses && station?.simulated && <SimulatorPanel />}
           </div>
           <div className={classes.apparatus}>
             <div className={classes.live}>
@@ -84,9 +67,9 @@ export function StationPage() {
               <Angles />
             </div>
             <Stack className={classes.facts ?? ""}>
-              {panels && <panels.CommissioningState link />}
+              <CommissioningState link />
               <RecentEvents />
-              {panels && <panels.DriveHealth />}
+              <DriveHealth />
               <LoopHealth />
             </Stack>
           </div>
@@ -97,7 +80,7 @@ export function StationPage() {
 }
 
 /** The patient with the panels for teaching and the session. */
-function PatientColumn({ panels }: { panels: Panels | null }) {
+function PatientColumn() {
   const station = useStation();
   const me = useMe();
   const reads = useHasPermission("read_records");
@@ -123,7 +106,7 @@ function PatientColumn({ panels }: { panels: Panels | null }) {
   const choice = { disabled: onApparatus !== undefined, onChange: choose };
   return (
     <>
-      {panels && station?.simulated && reads && operates && <panels.FirstSteps patientId={patientId} />}
+      {station?.simulated && reads && operates && <FirstSteps patientId={patientId} />}
       <LeaseBar />
       {me && station && !worksAt(me, station.name) && (
         <Alert color="gray" variant="outline">
@@ -145,12 +128,12 @@ function PatientColumn({ panels }: { panels: Panels | null }) {
       {!run && !teaching && (
         <ApparatusSideCard wanted={patient.data?.affected_side ?? readyPatient?.side ?? undefined} />
       )}
-      {panels && operates && patientId && (
-        <WorkPanels key={patientId} panels={panels} patientId={patientId} wanted={search.recording ?? null} />
+      {operates && patientId && (
+        <WorkPanels key={patientId} patientId={patientId} wanted={search.recording ?? null} />
       )}
-      {panels && !operates && run && (
+      {!operates && run && (
         <Card withBorder component="section" aria-label={t("station:station.currentPlayback")}>
-          <panels.LoadedRun run={run} />
+          <LoadedRun run={run} />
         </Card>
       )}
     </>

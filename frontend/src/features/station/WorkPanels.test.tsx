@@ -6,10 +6,8 @@ import { api, type Live, type Recording } from "../../lib/api/client";
 import { type LiveState, store } from "../../lib/live/store";
 import { WorkPanels } from "./WorkPanels";
 
-const PANELS = {
-  TeachPanel: () => <div>teaching</div>,
-  SessionWizard: () => <div>session</div>,
-} as unknown as typeof import("./lazyStationPanels");
+vi.mock("./TeachPanel", () => ({ TeachPanel: () => <div>teaching</div> }));
+vi.mock("./session-wizard/SessionWizard", () => ({ SessionWizard: () => <div>session</div> }));
 const recordings = vi.spyOn(api, "recordings");
 
 function show(owned: number, live: Partial<Live> = {}) {
@@ -20,7 +18,7 @@ function show(owned: number, live: Partial<Live> = {}) {
   render(
     <MantineProvider env="test">
       <QueryClientProvider client={queries}>
-        <WorkPanels panels={PANELS} patientId="p" wanted={null} />
+        <WorkPanels patientId="p" wanted={null} />
       </QueryClientProvider>
     </MantineProvider>,
   );

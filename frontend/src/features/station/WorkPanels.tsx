@@ -4,16 +4,16 @@ import { t } from "../../lib/i18n";
 import { useLive } from "../../lib/live/hooks";
 import { useDatabaseUnavailable } from "../../lib/offline";
 import { useRecordings } from "../../lib/patientQueries";
+import { SessionWizard } from "./session-wizard/SessionWizard";
+import { TeachPanel } from "./TeachPanel";
 
 type Work = "teach" | "session";
-type Panels = typeof import("./lazyStationPanels");
 
 /**
  * Shows teaching or the session, so that the controls fit on one screen. For a patient without a recording it
  * first shows teaching. Both stay mounted, so that switching between them loses no input.
  */
-export function WorkPanels(props: { panels: Panels; patientId: string; wanted: string | null }) {
-  const { panels, patientId, wanted } = props;
+export function WorkPanels({ patientId, wanted }: { patientId: string; wanted: string | null }) {
   const run = useLive("run");
   const teaching = useLive("teaching");
   const recordings = useRecordings(patientId).data?.items;
@@ -43,12 +43,12 @@ export function WorkPanels(props: { panels: Panels; patientId: string; wanted: s
       )}
       {!run && (
         <div hidden={shown !== "teach"}>
-          <panels.TeachPanel patientId={patientId} />
+          <TeachPanel patientId={patientId} />
         </div>
       )}
       {!teaching && (
         <div hidden={shown !== "session"}>
-          <panels.SessionWizard patientId={patientId} wanted={wanted} />
+          <SessionWizard patientId={patientId} wanted={wanted} />
         </div>
       )}
     </>
