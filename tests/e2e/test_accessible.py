@@ -13,7 +13,15 @@ import pytest
 from playwright.sync_api import Browser, Page, expect
 
 from kata.auth.login_session import COOKIE
-from tests.support.accessibility import OF_A_PATIENT, addresses, opened, wrong
+from tests.support.accessibility import (
+    OF_A_PATIENT,
+    SIGN_IN_PAGES,
+    addresses,
+    misfits_on_telephone,
+    missing_routes,
+    opened,
+    wrong,
+)
 from tests.support.browser_clinic import LONG_MS, Clinic
 from tests.support.page_actions import acknowledge, wait_until_idle
 from tests.support.units import bare_numbers
@@ -25,12 +33,14 @@ _ALL: Final = [pytest.param(scheme, 1, marks=pytest.mark.campaign) for scheme in
 
 @pytest.mark.parametrize(("scheme", "every"), [("light", 2), *_ALL])
 def test_every_page_is_accessible(tab: Page, clinic: Clinic, scheme: Any, every: int) -> None:
-    """axe checks every second or every page. Each number there has a unit, and a patient's page names the shoulder."""
+    """axe checks every second or every page. It fits a telephone, each number has a unit, and a patient's page names the shoulder."""
     tabs = tab, tab.context.new_page()
     for opened_tab in tabs:
         opened_tab.emulate_media(color_scheme=scheme, reduced_motion="reduce")
     found: dict[str, list[str]] = {}
-    pages = dict(islice(addresses(tab, clinic).items(), None, None, every))
+    every_page = addresses(tab, clinic)
+    assert missing_routes(every_page | SIGN_IN_PAGES) == set()
+    pages = dict(islice(every_page.items(), None, None, every))
     for name, page in opened(tabs, clinic, pages):
         expect(page.locator("html")).to_have_attribute("data-mantine-color-scheme", scheme)
         wait_until_idle(page)
@@ -38,7 +48,7 @@ def test_every_page_is_accessible(tab: Page, clinic: Clinic, scheme: Any, every:
             expect(page.get_by_role("region", name="Simulated apparatus")).to_be_visible(timeout=LONG_MS)
         page.wait_for_load_state("networkidle")
         expect(page.locator(".mantine-Skeleton-root")).to_have_count(0, timeout=LONG_MS)
-        if violations := wrong(page):
+        if violations := [*wrong(page), *misfits_on_telephone(page)]:
             found[name] = violations
         if bare := bare_numbers(page):
             found[f"{name}: numbers without a unit"] = bare
@@ -153,7 +163,7 @@ def test_alarms_and_the_door_can_be_read_by_everybody(page: Page, clinic: Clinic
     found: dict[str, list[str]] = {}
 
     def look(name: str) -> None:
-        if violations := wrong(page):
+        if violations := [*wrong(page), *misfits_on_telephone(page)]:
             found[name] = violations
 
     page.get_by_role("button", name="Press the e-stop switch").click()
@@ -172,4 +182,9 @@ def test_alarms_and_the_door_can_be_read_by_everybody(page: Page, clinic: Clinic
     page.goto(clinic.url)
     expect(page.get_by_role("heading", name="Sign in")).to_be_visible()
     look("door")
+    for name, address in SIGN_IN_PAGES.items():
+        page.goto(clinic.url + address)
+        expect(page.get_by_role("heading", level=1)).to_be_visible(timeout=LONG_MS)
+        page.wait_for_load_state("networkidle")
+        look(name)
     assert found == {}

@@ -9,7 +9,7 @@ import pytest
 from playwright.sync_api import Page, Response, expect
 
 from kata.auth.login_session import COOKIE
-from tests.support.accessibility import OF_A_PATIENT, addresses, opened, wrong
+from tests.support.accessibility import OF_A_PATIENT, addresses, misfits_on_telephone, opened, wrong
 from tests.support.browser_clinic import LONG_MS, START_LIMIT_S, Clinic
 from tests.support.page_actions import acknowledge
 from tests.support.units import bare_numbers
@@ -133,7 +133,7 @@ def english_on(page: Page, records: set[str]) -> list[str]:
 @pytest.mark.timeout(900)
 @pytest.mark.parametrize("every", [2, pytest.param(1, marks=pytest.mark.campaign)])
 def test_every_page_speaks_japanese(tab: Page, clinic: Clinic, every: int) -> None:
-    """Check the words of every page, that each number has a unit, and that a patient's page names the shoulder. axe checks every second page, from the second one, or every page in the campaign."""
+    """Check the words of every page, that it fits a telephone, that each number has a unit, and that a patient's page names the shoulder. axe checks every second page, from the second one, or every page in the campaign."""
     tabs = tab, tab.context.new_page()
     heard: defaultdict[Page, list[Response]] = defaultdict(list)
     tab.context.on("response", lambda answer: heard[answer.frame.page].append(answer))
@@ -162,7 +162,7 @@ def test_every_page_speaks_japanese(tab: Page, clinic: Clinic, every: int) -> No
         records = {record for answer in answers for record in written(answer) if len(record) > 2}
         if found := english_on(page, records):
             english[name] = found
-        if violations := wrong(page) if checked else []:
+        if violations := (wrong(page) if checked else []) + misfits_on_telephone(page):
             barred[name] = violations
         if bare := bare_numbers(page, "ja"):
             bare_of[name] = bare

@@ -4,7 +4,7 @@ import re
 from collections.abc import Iterator
 from typing import Any
 
-from playwright.sync_api import Page
+from playwright.sync_api import Error, Page
 
 from tests.support.browser_clinic import Clinic
 from tests.support.paths import ROOT
@@ -71,6 +71,74 @@ def addresses(page: Page, clinic: Clinic) -> dict[str, str]:
         "history": "/commissioning?tab=history",
         "nowhere": "/nowhere",
     }
+
+
+SIGN_IN_PAGES = {
+    "sign-in-link": "/sign-in#link=expired",
+    "set-up": "/set-up#secret=expired",
+    "set-password": "/set-password#secret=expired",
+    "openid": "/sign-in/openid",
+}
+"""Addresses of the pages that links open without a login."""
+_REDIRECTS = {"/clinic", "/administration", "/administration/"}
+_DEVELOPMENT = {"/design"}
+"""Only the development server has this page."""
+
+
+def missing_routes(pages: dict[str, str]) -> set[str]:
+    """Return the routes of the page's router that no address of ``pages`` opens."""
+    router = (ROOT / "frontend/src/app/router.tsx").read_text()
+    openid = re.findall('OPENID_PATH = "(.+)"', (ROOT / "frontend/src/features/auth/openId.ts").read_text())
+    declared = re.findall(r"const (\w+) = createRoute\({\s+getParentRoute: \(\) => (\w+),\s+path: (.+),", router)
+    assert len(declared) == router.count("= createRoute({")
+    paths = {"rootRoute": ""}
+    for name, parent, path in declared:
+        paths[name] = paths[parent] + (openid[0] if path == "OPENID_PATH" else path.strip('"'))
+    shown = {re.split("[?#]", address)[0] for address in pages.values()}
+    patterns = {path: re.compile(re.sub(r"\\\$\w+", "[^/]+", re.escape(path))) for path in paths.values()}
+    found = {path for path, pattern in patterns.items() if any(map(pattern.fullmatch, shown))}
+    return {*patterns} - found - _REDIRECTS - _DEVELOPMENT - {""}
+
+
+_TELEPHONE_PX = 360
+_REDRAWN_MS = 20_000
+_FITS = "document.documentElement.scrollWidth <= innerWidth"
+_CUT = """() => {
+    const cut = (control) => {
+        const label = control.querySelector('.mantine-Button-label');
+        if (label && label.scrollWidth > label.clientWidth + 1) return true;
+        const {left, right} = control.getBoundingClientRect();
+        for (let around = control.parentElement; around; around = around.parentElement) {
+            const edges = around.getBoundingClientRect();
+            const beyond = left < edges.left - 1 || right > edges.right + 1;
+            const overflow = getComputedStyle(around).overflowX;
+            // The user scrolls to other tabs. The open one is in view.
+            if (overflow === 'auto' || overflow === 'scroll') return beyond && control.matches('[aria-selected=true]');
+            if (beyond && (overflow === 'hidden' || overflow === 'clip')) return true;
+        }
+        return false;
+    };
+    return [...document.querySelectorAll('button, a[href], .mantine-SegmentedControl-label')]
+        .filter((control) => control.checkVisibility({visibilityProperty: true}) && cut(control))
+        .map((control) => `${control.textContent} is cut`);
+}"""
+"""Controls that are partly outside a frame that does not scroll, labels without space, and an open tab out of view."""
+
+
+def misfits_on_telephone(page: Page) -> list[str]:
+    """Return what does not fit the width of a telephone (WCAG 1.4.10 Reflow). Leave the page's size as it was."""
+    before = page.viewport_size
+    assert before
+    page.set_viewport_size({"width": _TELEPHONE_PX, "height": before["height"]})
+    try:
+        # Figures are drawn again for the new width.
+        page.wait_for_function(_FITS, timeout=_REDRAWN_MS)
+    except Error:
+        return [f"{page.evaluate('document.documentElement.scrollWidth - innerWidth')} px wider than a telephone"]
+    else:
+        return [str(found) for found in page.evaluate(_CUT)]
+    finally:
+        page.set_viewport_size(before)
 
 
 def opened(tabs: tuple[Page, Page], clinic: Clinic, pages: dict[str, str]) -> Iterator[tuple[str, Page]]:

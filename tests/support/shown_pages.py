@@ -10,7 +10,7 @@ from typing import Any, Final, Literal
 from playwright.sync_api import Browser, Error, expect
 
 from kata.auth.login_session import COOKIE
-from tests.support.accessibility import addresses
+from tests.support.accessibility import SIGN_IN_PAGES, addresses
 from tests.support.browser_clinic import LONG_MS, Clinic
 from tests.support.shown_station import ShownStation
 
@@ -89,6 +89,7 @@ class ShownPages:
             **{name: partial(self._home, cookie) for name, cookie in homes.items()},
             "questionnaire": partial(self._questionnaire, tablet, pages),
             "sign-in": partial(self._home, ""),
+            **{name: partial(self._show, self._clinic.url + address) for name, address in SIGN_IN_PAGES.items()},
         }
 
     def _show(self, address: str) -> None:
@@ -135,7 +136,8 @@ class ShownPages:
         """Show the station before a session, where identity and apparatus are checked."""
         self._treated = self._station.begin_session(_TREATED)
         self._show(f"{self._clinic.url}/station?patient={self._treated[0]['patient']['id']}")
-        # The one before teaching is hidden.
+        # On a busy computer the device can stop meanwhile. The check before teaching is hidden.
+        self._station.make_idle()
         identity = self.page.get_by_test_id("check-identity").filter(visible=True)
         expect(identity).to_be_visible(timeout=LONG_MS)
 

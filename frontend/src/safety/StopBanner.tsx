@@ -34,7 +34,7 @@ export function StopBanner({ fullPage }: { fullPage: boolean }) {
     <AlarmFrame priority={alarm?.priority ?? "high"} testid="stop-banner" ref={banner}>
       <StopTitle fullPage={fullPage} held={held} />
       <Group justify="space-between" align="start" gap="xl">
-        <List size={fullPage ? "xl" : "md"} spacing={4} flex="1 1 20rem">
+        <List fz={fullPage ? "clamp(1rem, 2.5vw, 1.25rem)" : "md"} spacing={4} flex="1 1 20rem">
           {!alive && <List.Item>{t("common:stopped.notKnownNext")}</List.Item>}
           {stop.causes.map((cause) => (
             <List.Item key={`${cause.code}-${cause.axis}`} {...(!alive && { c: "dimmed" })}>

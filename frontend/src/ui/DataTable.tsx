@@ -7,6 +7,10 @@ import { t } from "../lib/i18n";
 import { type Column, type Sorting, shownTable, sortedRows, turned } from "./tableRows";
 import classes from "./ui.module.css";
 
+const COLUMN_PX = 120;
+/** The width of a table on an upright tablet. A table with more columns scrolls sideways on a telephone only. */
+const TABLET_PX = 736;
+
 interface DataTableProps<Row> {
   /** Name of the file and of the stored choice of columns. */
   name: string;
@@ -43,7 +47,7 @@ export function DataTable<Row>(props: DataTableProps<Row>) {
           </Button>
         </Group>
       </Group>
-      <Table.ScrollContainer minWidth={320}>
+      <Table.ScrollContainer minWidth={Math.min(TABLET_PX, COLUMN_PX * shown.length)}>
         <Table verticalSpacing={dense ? 6 : "md"} highlightOnHover aria-label={label}>
           <Table.Thead>
             <Table.Tr>

@@ -1,5 +1,5 @@
 import { Tabs } from "@mantine/core";
-import type { ReactNode } from "react";
+import { type ReactNode, useEffect, useRef } from "react";
 import classes from "./ui.module.css";
 
 /**
@@ -14,10 +14,19 @@ export function PageTabs<Name extends string>(props: {
   children: (value: Name) => ReactNode;
   actions?: ReactNode;
 }) {
+  const list = useRef<HTMLDivElement>(null);
+  const place = Object.keys(props.names).indexOf(props.value);
+  // On a telephone the open tab may be beyond the side of the screen.
+  useEffect(() => {
+    const tabs = list.current;
+    const open = tabs?.children[place];
+    if (tabs && open instanceof HTMLElement)
+      tabs.scrollLeft = open.offsetLeft - (tabs.clientWidth - open.clientWidth) / 2;
+  }, [place]);
   return (
     <Tabs value={props.value} onChange={(value) => value && props.onChange(value as Name)}>
       <div className={classes.tabRow}>
-        <Tabs.List aria-label={props.label} className={classes.tabs ?? ""}>
+        <Tabs.List ref={list} aria-label={props.label} className={classes.tabs ?? ""}>
           {(Object.entries(props.names) as [Name, string][]).map(([name, label]) => (
             <Tabs.Tab key={name} value={name} h={44} fz="md">
               {label}

@@ -79,7 +79,7 @@ type OnCode = (code: Schemas["OneTimeCode"]) => void;
 
 function AccountTable({ accounts, onCode }: { accounts: Account[]; onCode: OnCode }) {
   return (
-    <Table.ScrollContainer minWidth={640}>
+    <Table.ScrollContainer minWidth={736}>
       <Table verticalSpacing="md" highlightOnHover>
         <Table.Thead>
           <Table.Tr>

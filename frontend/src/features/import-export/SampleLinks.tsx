@@ -1,4 +1,4 @@
-import { Button } from "@mantine/core";
+import { Button, Group } from "@mantine/core";
 import { IconDownload } from "@tabler/icons-react";
 import { t } from "../../lib/i18n";
 
@@ -13,7 +13,7 @@ export function SampleLinks({
   disabled?: boolean;
 }) {
   return (
-    <Button.Group>
+    <Group gap="xs">
       {(["csv", "parquet", "mcap"] as const).map((kind) => (
         <Button
           key={kind}
@@ -26,6 +26,6 @@ export function SampleLinks({
           {t(`import-export:file.${kind}`)}
         </Button>
       ))}
-    </Button.Group>
+    </Group>
   );
 }

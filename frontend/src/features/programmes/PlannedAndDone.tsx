@@ -48,37 +48,39 @@ export function PlannedAndDone({ sessionId }: { sessionId: string }) {
 
 function PlanTable({ items, ended }: { items: Schemas["ItemDone"][]; ended: boolean }) {
   return (
-    <Table withTableBorder verticalSpacing="sm" data-testid="planned">
-      <Table.Thead>
-        <Table.Tr>
-          <Table.Th w={40}>{t("programmes:plan.number")}</Table.Th>
-          <Table.Th>{t("programmes:plan.recording")}</Table.Th>
-          <Table.Th>{t("programmes:plan.planned")}</Table.Th>
-          <Table.Th ta="right">{t("programmes:plan.repetitions")}</Table.Th>
-          <Table.Th>{t("programmes:plan.differences")}</Table.Th>
-        </Table.Tr>
-      </Table.Thead>
-      <Table.Tbody>
-        {items.map((item) => (
-          <Table.Tr key={item.position}>
-            <Table.Td>{item.position}</Table.Td>
-            <Table.Td>{item.recording_name}</Table.Td>
-            <Table.Td>{prescriptionWords(item)}</Table.Td>
-            <Table.Td ta="right">
-              {t("programmes:plan.repeated", { done: item.repetitions_done, planned: item.repetitions })}
-              {item.end_range && (
-                <Text>
-                  {t("programmes:plan.endRange", {
-                    time: doneWords(item.end_range_s ?? null, 60 * item.end_range.minutes),
-                  })}
-                </Text>
-              )}
-            </Table.Td>
-            <Table.Td>{differencesWords(item, ended)}</Table.Td>
+    <Table.ScrollContainer minWidth={480}>
+      <Table withTableBorder verticalSpacing="sm" data-testid="planned">
+        <Table.Thead>
+          <Table.Tr>
+            <Table.Th w={40}>{t("programmes:plan.number")}</Table.Th>
+            <Table.Th>{t("programmes:plan.recording")}</Table.Th>
+            <Table.Th>{t("programmes:plan.planned")}</Table.Th>
+            <Table.Th ta="right">{t("programmes:plan.repetitions")}</Table.Th>
+            <Table.Th>{t("programmes:plan.differences")}</Table.Th>
           </Table.Tr>
-        ))}
-      </Table.Tbody>
-    </Table>
+        </Table.Thead>
+        <Table.Tbody>
+          {items.map((item) => (
+            <Table.Tr key={item.position}>
+              <Table.Td>{item.position}</Table.Td>
+              <Table.Td>{item.recording_name}</Table.Td>
+              <Table.Td>{prescriptionWords(item)}</Table.Td>
+              <Table.Td ta="right">
+                {t("programmes:plan.repeated", { done: item.repetitions_done, planned: item.repetitions })}
+                {item.end_range && (
+                  <Text>
+                    {t("programmes:plan.endRange", {
+                      time: doneWords(item.end_range_s ?? null, 60 * item.end_range.minutes),
+                    })}
+                  </Text>
+                )}
+              </Table.Td>
+              <Table.Td>{differencesWords(item, ended)}</Table.Td>
+            </Table.Tr>
+          ))}
+        </Table.Tbody>
+      </Table>
+    </Table.ScrollContainer>
   );
 }
 

@@ -20,12 +20,12 @@ export function WindowSlider(props: {
   const start_s = window?.start_s ?? 0;
   const end_s = Math.min(window?.end_s ?? length_s, length_s);
   return (
-    <Group role="group" aria-label={t("sessions:compared.shownPart")} gap="lg" mt="sm" wrap="nowrap">
+    <Group role="group" aria-label={t("sessions:compared.shownPart")} gap="lg" mt="sm">
       <Text w={190} style={{ fontVariantNumeric: "tabular-nums" }} data-testid="window">
         {t("sessions:compared.shown", { from: formatDeg(start_s), to: formatDeg(end_s) })}
       </Text>
       <RangeSlider
-        flex={1}
+        flex="1 1 9rem"
         size="lg"
         thumbSize={28}
         min={0}

@@ -42,7 +42,7 @@ export function Tracking({ search }: { search: FiguresSearch }) {
 
 function Drift({ drift }: { drift: Schemas["StationDrift"][] }) {
   return (
-    <Table.ScrollContainer minWidth={480}>
+    <Table.ScrollContainer minWidth={640}>
       <Table verticalSpacing="xs" aria-label={t("clinic:tiles.trackingDetail")} data-testid="drift">
         <Table.Thead>
           <Table.Tr>
@@ -60,6 +60,7 @@ function Drift({ drift }: { drift: Schemas["StationDrift"][] }) {
               <Table.Td>{station.station}</Table.Td>
               <Table.Td>
                 <Badge
+                  miw="max-content"
                   variant={station.drifting ? "filled" : "light"}
                   color={station.drifting ? "grape" : "gray"}
                   tt="none"

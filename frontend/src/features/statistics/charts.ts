@@ -214,7 +214,7 @@ export function outcomeFigure(shown: Shown[], part: "change" | "important", axis
     mode: "markers",
     showlegend: false,
     x: own.map(({ estimate }) => factor * estimate.value),
-    y: own.map(({ name, shoulders }) => `${name} (n = ${shoulders})`),
+    y: own.map(({ name, shoulders }) => `${name}<br>(n = ${shoulders})`),
     error_x: {
       type: "data",
       symmetric: false,

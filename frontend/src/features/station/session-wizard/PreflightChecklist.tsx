@@ -105,7 +105,7 @@ export function PreflightChecklist(props: {
           {toConfirm.includes(check) && (
             <Button
               size="lg"
-              flex="none"
+              ml="auto"
               variant={toConfirm.length > 1 ? "default" : "filled"}
               disabled={confirm.isPending}
               aria-label={t("station:wizard.confirmCheck", {
@@ -136,8 +136,8 @@ export function CheckLine(props: { check: Check; children?: ReactNode; below?: R
   const { check, children, below } = props;
   return (
     <Card withBorder padding="sm" data-testid={`check-${check.check}`}>
-      <Group wrap="nowrap" justify="space-between">
-        <Group wrap="nowrap">
+      <Group justify="space-between">
+        <Group wrap="nowrap" flex="1 1 16rem">
           {check.given ? <IconCircleCheckFilled {...mark} /> : <IconCircle {...mark} />}
           <CheckPicture check={check} />
           <div>
