@@ -250,7 +250,7 @@ MADE_BY_KATA: Final = {
     # Only during a database outage.
     "ReadyPatient.contraindications",
     # An administrator's own words, of which this clinic has none; tests/api/test_clinic_profile.py tries them.
-    "ClinicProfile.name", "ClinicProfile.address", "ClinicProfile.phone", "ClinicProfile.time_zone", "ClinicProfile.updated_by",
+    "ClinicProfile.name", "ClinicProfile.address", "ClinicProfile.phone", "ClinicProfile.time_zone", "Me.time_zone", "ClinicProfile.updated_by",
     # The name of an account, which other fields try. No restricted record was opened in an emergency.
     "Notification.name",
     # The name of an access token, which AccessToken.name tries.

@@ -101,7 +101,7 @@ def missing_routes(pages: dict[str, str]) -> set[str]:
 
 
 _TELEPHONE_PX = 360
-_REDRAWN_MS = 20_000
+_REDRAWN_MS = 60_000
 _FITS = "document.documentElement.scrollWidth <= innerWidth"
 _CUT = """() => {
     const cut = (control) => {
@@ -129,14 +129,17 @@ def misfits_on_telephone(page: Page) -> list[str]:
     """Return what does not fit the width of a telephone (WCAG 1.4.10 Reflow). Leave the page's size as it was."""
     before = page.viewport_size
     assert before
+    # The browser draws no frames of a tab that is behind another.
+    page.bring_to_front()
     page.set_viewport_size({"width": _TELEPHONE_PX, "height": before["height"]})
     try:
-        # Figures are drawn again for the new width.
-        page.wait_for_function(_FITS, timeout=_REDRAWN_MS)
+        # Figures are drawn again for the new width, and the open tab is scrolled into view.
+        page.wait_for_function(f"{_FITS} && ({_CUT})().length === 0", timeout=_REDRAWN_MS, polling=100)
     except Error:
-        return [f"{page.evaluate('document.documentElement.scrollWidth - innerWidth')} px wider than a telephone"]
+        wider_px = page.evaluate("document.documentElement.scrollWidth - innerWidth")
+        return [f"{wider_px} px wider than a telephone", *page.evaluate(_CUT)]
     else:
-        return [str(found) for found in page.evaluate(_CUT)]
+        return []
     finally:
         page.set_viewport_size(before)
 

@@ -16,12 +16,17 @@ export function PageTabs<Name extends string>(props: {
 }) {
   const list = useRef<HTMLDivElement>(null);
   const place = Object.keys(props.names).indexOf(props.value);
-  // On a telephone the open tab may be beyond the side of the screen.
+  // On a telephone the open tab may be beyond the side of the screen, also after it is turned.
   useEffect(() => {
-    const tabs = list.current;
-    const open = tabs?.children[place];
-    if (tabs && open instanceof HTMLElement)
-      tabs.scrollLeft = open.offsetLeft - (tabs.clientWidth - open.clientWidth) / 2;
+    const showOpenTab = () => {
+      const tabs = list.current;
+      const open = tabs?.children[place];
+      if (tabs && open instanceof HTMLElement)
+        tabs.scrollLeft = open.offsetLeft - (tabs.clientWidth - open.clientWidth) / 2;
+    };
+    showOpenTab();
+    window.addEventListener("resize", showOpenTab);
+    return () => window.removeEventListener("resize", showOpenTab);
   }, [place]);
   return (
     <Tabs value={props.value} onChange={(value) => value && props.onChange(value as Name)}>
