@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from kata.device.ipc_messages import Approach, Load, Play
-from kata.device.journal import JournalDisk, JournalHeader, JournalWriter
+from kata.device.journal import JournalDisk, JournalWriter
 from kata.device.references import Reference, build
 from kata.device.run import Run
 from kata.device.setpoint_gate import refused_setpoints
@@ -17,6 +17,7 @@ from kata.motion.linkage import Floats, motor_angles_deg, pose_deg
 from kata.motion.pose_gate import PoseGate
 from kata.motion.reach import ArmLimits
 from kata.motion.trajectory import Trajectory
+from tests.support.journals import HEADER
 from tests.support.playback import sent, station
 from tests.support.poses import random_limits, random_poses, true_beyond_deg
 from tests.support.stepped import Stepped
@@ -125,12 +126,7 @@ def test_setpoint_beyond_the_pose_limits_is_a_fault(tmp_path: Path, monkeypatch:
 
 
 def a_run(folder: Path, load: Load, trajectory: Trajectory) -> Run:
-    header = msgspec.convert(
-        {"kind": "run", "id": "r", "recording_id": "a", "station": "s", "rate_hz": 100,
-         "started_at": "2025-01-01T00:00:00Z", "started_ns": 0},
-        JournalHeader,
-    )  # fmt: skip
-    return Run(load, trajectory, JournalWriter(folder, header, JournalDisk()), LAGGING)
+    return Run(load, trajectory, JournalWriter(folder, HEADER, JournalDisk()), LAGGING)
 
 
 def random_path(rng: np.random.Generator) -> Floats:

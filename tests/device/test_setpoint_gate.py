@@ -6,28 +6,24 @@ from typing import Final
 import msgspec
 import numpy as np
 import pytest
-from hypothesis import HealthCheck, given, settings
+from hypothesis import HealthCheck, assume, given, settings
 from hypothesis import strategies as st
 
 from kata.device.config import StationConfig, simulated
 from kata.device.config_rules import TURN_S
 from kata.device.end_feel import TURN_S as END_FEEL_TURN_S
 from kata.device.ipc_messages import EndFeel, Load
-from kata.device.journal import JournalDisk, JournalHeader, JournalWriter
+from kata.device.journal import JournalDisk, JournalWriter
 from kata.device.movement import RAMP_S, Movement
 from kata.device.references import Reference, build
 from kata.device.run import Run
 from kata.device.setpoint_gate import refused_setpoints
+from tests.support.journals import HEADER
 from tests.support.stepped import REST_DEG
 
 MOVED: Final = 3
 """Index of motor 4, which moves."""
 WAY_DEG: Final = 60.0
-HEADER: Final = msgspec.convert(
-    {"kind": "run", "id": "r", "recording_id": "a", "station": "s", "rate_hz": 100,
-     "started_at": "2025-01-01T00:00:00Z", "started_ns": 0},
-    JournalHeader,
-)  # fmt: skip
 
 
 @st.composite
@@ -92,8 +88,8 @@ def test_no_turn_is_refused(
     """``events``: setpoints before the event, the event, and the offset in deg by which the setpoint yields from then on."""
     load = way_out(speed_deg_s, end_feel=end_feel)
     found = build(load, config)
-    if not isinstance(found, Reference):
-        return
+    assume(isinstance(found, Reference))
+    assert isinstance(found, Reference)
     run = Run(load, found.trajectory, JournalWriter(tmp_path, HEADER, JournalDisk()), config)
     run.start_path(found.trajectory.start_deg)
     movement = run.movement_along(found.trajectory, direction=1)

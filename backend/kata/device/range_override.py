@@ -89,7 +89,7 @@ class RangeOverride:
         self._approach(passed_s, self._max_rate_s(motion, from_rest_deg))
         override_rate = (self._rate_s - before_s) / dt_s
         return PathPoint(
-            self.trajectory.rest_deg + self.share * from_rest_deg,
+            self.reduced_deg(motion.angles_deg),
             self.share * motion.speed_deg_s + abs(speed_override) * self._rate_s * from_rest_deg,
             self.share * motion.acceleration_deg_s2
             + 2 * abs(speed_override) * self._rate_s * motion.speed_deg_s

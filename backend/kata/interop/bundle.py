@@ -5,7 +5,7 @@ is written session by session, so that a long history is never completely in mem
 """
 
 import json
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from pathlib import Path
 from typing import Final
 from uuid import UUID
@@ -38,9 +38,7 @@ def export(database: Database, patient_id: UUID, path: Path, clinic: ClinicNames
     :raises ProblemError: 404; 409 when the record was erased.
     """
     with database.read() as session:
-        known = withdrawals.stored(session, patient_id)
-        stated = write(session, service.identified_patient(session, patient_id), path, clinic)
-    new = {id_: given for id_, given in stated.items() if known.get(id_) != given}
+        new = write(session, service.identified_patient(session, patient_id), path, clinic)
     if new:
         with database.write() as session:
             # The lock prevents an erasure, and a second export, in the meantime.
@@ -50,28 +48,29 @@ def export(database: Database, patient_id: UUID, path: Path, clinic: ClinicNames
 
 
 def write(session: Session, patient: PatientRow, path: Path, clinic: ClinicNames) -> dict[UUID, Resource]:
-    """Write the bundle to a file. Return the withdrawals of its statements by id, for a later export."""
+    """Write the bundle to a file. Return the withdrawals of its statements by id, for a later export, without those that are stored."""
+    known = withdrawals.stored(session, patient.id)
     stated: dict[UUID, Resource] = {}
     with path.open("w", encoding="utf-8") as file:
         file.write('{"resourceType":"Bundle","type":"transaction","entry":[')
-        for number, plain in enumerate(_with_withdrawals(session, patient, clinic, stated)):
+        for number, plain in enumerate(_with_withdrawals(resources(session, patient, clinic), known, stated)):
             resource = clinic.profiled(plain)
             file.write(",\n" if number else "\n")
             # One entry at a time, because encoding the whole bundle at once would block other threads.
             file.write(json.dumps(entry(resource), ensure_ascii=False, allow_nan=False, separators=(",", ":")))
         file.write("\n]}\n")
-    return stated
+    return {id_: given for id_, given in stated.items() if known.get(id_) != given}
 
 
 def _with_withdrawals(
-    session: Session, patient: PatientRow, clinic: ClinicNames, stated: dict[UUID, Resource]
+    stating: Iterator[Resource], known: Mapping[UUID, Resource], stated: dict[UUID, Resource]
 ) -> Iterator[Resource]:
-    """Yield all resources, then the withdrawals of what only an earlier export stated. Add the withdrawals of ``resources`` to ``stated``."""
-    for resource in resources(session, patient, clinic):
+    """Yield all resources, then the withdrawals of what only an earlier export stated. Add the withdrawals of ``stating`` to ``stated``."""
+    for resource in stating:
         if given := withdrawals.withdrawal(resource):
             stated[UUID(resource["id"])] = given
         yield resource
-    for id_, given in withdrawals.stored(session, patient.id).items():
+    for id_, given in known.items():
         if id_ not in stated:
             yield given
 
