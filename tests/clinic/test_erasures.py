@@ -1,6 +1,7 @@
 """Erasure on both databases removes every word that identifies the patient, and keeps every figure."""
 
 from collections.abc import Callable
+from pathlib import Path
 from typing import Any
 
 import pytest
@@ -24,8 +25,9 @@ from kata.clinic.recordings.tables import RecordingRow
 from kata.database.base import Base
 from kata.database.engine import Database
 from kata.errors import ProblemError
-from kata.interop import erasures
+from kata.interop import erasures, withdrawals
 from kata.interop.schemas import ErasureConsent, ErasureRefusal, ErasureRequest
+from tests.support.fhir_bundle import exported
 from tests.support.fhir_patient import KANA, NAME, NUMBER, treated
 
 TELLING = ("Yamada", NAME, KANA, NUMBER, "koto", "1968-04-12", "19680412")
@@ -92,8 +94,10 @@ def test_nothing_is_written_any_more_about_who_was_erased(database: Database) ->
         assert refused.value.code == "erased"
 
 
-def test_erasure_affects_only_the_requested_patient(database: Database) -> None:
+def test_erasure_affects_only_the_requested_patient(database: Database, tmp_path: Path) -> None:
     first, second = treated(database, sessions=1), treated(database, sessions=1, number="K-0043")
+    for patient_id in (first, second):
+        exported(database, patient_id, tmp_path / "bundle.json")
     with database.write() as session:
         asked = erasures.note(session, first, ErasureRequest(reason="By letter.", noted_by="S"))
         erasures.note(session, second, ErasureRequest(reason="By letter.", noted_by="S"))
@@ -104,3 +108,5 @@ def test_erasure_affects_only_the_requested_patient(database: Database) -> None:
         ] == [second]
         assert any("Visit 0: Mrs Yamada did well." in line for line in written_texts(session))
         assert sum("K-0043" in line for line in written_texts(session)) == 1
+        assert not withdrawals.stored(session, first), "what was exported of the erased patient"
+        assert withdrawals.stored(session, second)
