@@ -273,7 +273,8 @@ def _begin_simulator(settings: Settings, stack: AsyncExitStack) -> "asyncio.Task
         with suppress(SimulatorError):
             (await starting).close()
 
-    starting = asyncio.create_task(asyncio.to_thread(SimulatorProcess, settings.data, settings.seed), name="simulator")
+    start = partial(SimulatorProcess, settings.data, settings.seed, port="socket")
+    starting = asyncio.create_task(asyncio.to_thread(start), name="simulator")
     stack.push_async_callback(end)
     return starting
 

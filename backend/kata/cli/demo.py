@@ -1,6 +1,6 @@
 """Teach a motion by hand and pedal, play it back and compare both, without a browser.
 
-Service, database and device process are real. The apparatus is simulated behind a pseudo-terminal.
+Service, database and device process are real. The apparatus is simulated behind a socket.
 """
 
 import asyncio

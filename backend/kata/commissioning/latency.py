@@ -9,7 +9,7 @@ import numpy as np
 from kata.commissioning.drive_line import DriveLine
 from kata.device.bus.bandwidth import cycle_time_ns
 from kata.device.bus.drivers import make_bus
-from kata.device.bus.serial_transport import SerialTransport, Transport
+from kata.device.bus.serial_transport import Transport, open_port
 from kata.device.config import StationConfig
 
 _TRIES: Final = 5
@@ -49,7 +49,7 @@ class LatencyFigures:
 
 
 def measure_adapter(
-    station: StationConfig, open_transport: Callable[[str, int], Transport] = SerialTransport
+    station: StationConfig, open_transport: Callable[[str, int], Transport] = open_port
 ) -> LatencyFigures:
     """Read each drive of a station many times. Return the figures.
 
@@ -66,9 +66,7 @@ def measure_adapter(
     )
 
 
-def measure_bus(
-    station: StationConfig, open_transport: Callable[[str, int], Transport] = SerialTransport
-) -> LatencyFigures:
+def measure_bus(station: StationConfig, open_transport: Callable[[str, int], Transport] = open_port) -> LatencyFigures:
     """Read many cycles with the station's own driver, for any protocol. Return the figures.
 
     :raises BusError: when the port cannot be opened or is gone.

@@ -377,7 +377,7 @@ them.
 def simulated(port: str) -> StationConfig:
     """Return the configuration of the simulated apparatus, with identified drives. A service without a station file uses it.
 
-    A kernel worker delivers the bytes of a pseudo-terminal, and a busy computer delays this worker for several cycles.
+    The simulator is an ordinary program, which a busy computer may delay for several cycles.
     Inputs and drives may therefore be older than on a real bus before they count as unknown and silent.
     """
     axes = tuple(

@@ -48,7 +48,7 @@ _RepetitionsOption = Annotated[
     ),
 ]
 _RealTimeOption = Annotated[
-    bool, typer.Option("--real-time", help="Play in real time, through the service's processes and a pseudo-terminal.")
+    bool, typer.Option("--real-time", help="Play in real time, through the service's processes.")
 ]
 _EndFeelOption = Annotated[
     bool,

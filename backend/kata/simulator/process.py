@@ -12,6 +12,7 @@ import subprocess
 import sys
 import tempfile
 import time
+from functools import partial
 from pathlib import Path
 from typing import Final, Literal, get_args
 
@@ -21,6 +22,7 @@ from kata.simulator.client import SimulatorClient
 from kata.simulator.control import ControlServer
 from kata.simulator.drives import SIMULATED_DRIVES
 from kata.simulator.mechanics import mechanics_named
+from kata.simulator.ports import SocketPort, TerminalPort
 from kata.simulator.wire import Wire
 from kata.system import scheduling
 
@@ -33,6 +35,7 @@ _SPIN_NS: Final = 300_000
 _BAUD: Final = 1_000_000
 _MODULE: Final = ("-m", "kata.simulator")
 
+PortKind = Literal["terminal", "socket"]
 ServoProtocol = Literal["dynamixel", "modbus"]
 ServedPlant = Literal["simple", "mujoco", "none"]
 """As :data:`~kata.simulator.mechanics.PlantName`, and "none": without mechanics."""
@@ -64,6 +67,12 @@ def main() -> int:
         metavar="MS",
         help="of the adapter: fixed, and at most more",
     )
+    parser.add_argument(
+        "--port",
+        choices=get_args(PortKind),
+        default="terminal",
+        help="kind of the drives' port: a pseudo-terminal, or a socket for Kata's own device process",
+    )
     arguments = parser.parse_args()
     logging.basicConfig(level=logging.INFO, stream=sys.stderr, format="%(asctime)s simulator %(levelname)s %(message)s")
     signal.signal(signal.SIGINT, signal.SIG_IGN)
@@ -74,7 +83,8 @@ def main() -> int:
     except (ImportError, ValueError) as error:
         parser.error(str(error))
     port: Path = arguments.control.with_suffix(".port")
-    wire = Wire(line, faults, port, AdapterLatency(*arguments.latency))
+    open_port = partial(SocketPort if arguments.port == "socket" else TerminalPort, port)
+    wire = Wire(line, faults, open_port, AdapterLatency(*arguments.latency))
     control = ControlServer(arguments.control, apparatus, faults)
     scheduling.set_time_slice(scheduling.SHORT_NS)
     with contextlib.suppress(OSError):  # if granted; without it the drives would answer late on a busy computer
@@ -141,11 +151,13 @@ class SimulatorProcess:
         *,
         plant: ServedPlant = "simple",
         latency_ms: tuple[float, float] = (0.0, 0.0),
+        port: PortKind = "terminal",
     ) -> None:
         """Start the simulator and wait until it is ready. Its log is in ``folder``.
 
         Without mechanics (``plant`` "none") it keeps transmission times accurate to some microseconds, which uses a whole core.
-        ``latency_ms``: latency of the adapter, as a fixed time and the maximum of an additional random time.
+        ``latency_ms``: latency of the adapter, as a fixed time and the maximum of an additional random time. ``port``: other programs
+        need a terminal; Kata's own device process also connects to a socket.
 
         :raises SimulatorError: when the simulator does not start, for example with an unsupported baud rate.
         """
@@ -155,7 +167,7 @@ class SimulatorProcess:
         command = [sys.executable, *_MODULE, "--control", str(self._control)]
         command += ["--protocol", protocol, "--baud", str(baud)]
         command += ["--plant", plant, *(["--spin"] if plant == "none" else [])]
-        command += ["--latency", *map(str, latency_ms)]
+        command += ["--latency", *map(str, latency_ms), "--port", port]
         if seed is not None:
             command += ["--seed", str(seed)]
         self._log = (folder / "simulator.log").open("ab")

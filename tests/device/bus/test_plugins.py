@@ -8,6 +8,7 @@ import threading
 import time
 import zipfile
 from collections.abc import Iterator
+from functools import partial
 from pathlib import Path
 
 import msgspec
@@ -20,6 +21,7 @@ from kata.device.bus.registry import find_driver, installed_drivers
 from kata.device.config import ConfigError, Inputs, StationConfig
 from kata.settings import Settings
 from kata.simulator.apparatus import SimulatedApparatus
+from kata.simulator.ports import TerminalPort
 from kata.simulator.wire import Wire
 from kata.testing.world import RecordingWorld
 from tests.support.paths import ROOT
@@ -158,7 +160,7 @@ def port(installed: None, tmp_path: Path) -> Iterator[str]:
 
     apparatus = SimulatedApparatus()
     line, faults, _ = example_drives(apparatus, 1_000_000)
-    wire = Wire(line, faults, tmp_path / "port")
+    wire = Wire(line, faults, partial(TerminalPort, tmp_path / "port"))
     ended = threading.Event()
 
     def serve() -> None:

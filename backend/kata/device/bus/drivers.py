@@ -4,11 +4,11 @@ from collections.abc import Callable
 
 from kata.device.bus.port import Bus
 from kata.device.bus.registry import find_driver
-from kata.device.bus.serial_transport import SerialTransport, Transport
+from kata.device.bus.serial_transport import Transport, open_port
 from kata.device.config import StationConfig
 
 
-def make_bus(config: StationConfig, open_transport: Callable[[str, int], Transport] = SerialTransport) -> Bus:
+def make_bus(config: StationConfig, open_transport: Callable[[str, int], Transport] = open_port) -> Bus:
     """Return the driver for the apparatus on its current side. Its port is not open yet. Tests pass their own
     transport.
     """

@@ -1,13 +1,15 @@
-"""The transport of a driver: a serial port with a time limit on every call, through pyserial."""
+"""The transports of a driver, with a time limit on every call: a serial port through pyserial, and the simulated apparatus' socket."""
 
 import contextlib
 import fcntl
 import logging
 import os
 import select
+import socket
 import sys
 import termios
 import time
+from pathlib import Path
 from typing import Final, Protocol
 
 import serial
@@ -46,25 +48,12 @@ class Transport(Protocol):
         """Close the port."""
 
 
-class SerialTransport:
-    """An open serial port that no other process can open (``exclusive``)."""
+class _OpenedTransport:
+    """Sends and receives through a file descriptor that does not block."""
 
-    def __init__(self, port: str, baud: int) -> None:
-        """Open the port.
-
-        :raises BusError: when the port cannot be opened.
-        """
+    def __init__(self, port: str, fd: int) -> None:
         self._port = port
-        try:
-            self._serial = serial.Serial(port, baud, timeout=0, write_timeout=0, exclusive=True)
-        except (OSError, ValueError) as error:
-            raise BusError(texts.PORT_CANNOT_BE_OPENED(port=port, error=error)) from error
-        self._fd: int = self._serial.fileno()
-        # A USB adapter that buffers answers for 16 ms would cost a cycle. Not every port supports this request.
-        try:
-            self._serial.set_low_latency_mode(True)
-        except (OSError, ValueError, NotImplementedError):
-            log.info("%s cannot be set to low latency; run kata doctor to see whether this matters", port)
+        self._fd = fd
 
     def now_ns(self) -> int:
         """See :class:`Transport`."""
@@ -105,7 +94,62 @@ class SerialTransport:
         if waiting := int.from_bytes(count, sys.byteorder):
             os.read(self._fd, waiting)
 
+
+class SerialTransport(_OpenedTransport):
+    """An open serial port that no other process can open (``exclusive``)."""
+
+    def __init__(self, port: str, baud: int) -> None:
+        """Open the port.
+
+        :raises BusError: when the port cannot be opened.
+        """
+        try:
+            self._serial = serial.Serial(port, baud, timeout=0, write_timeout=0, exclusive=True)
+        except (OSError, ValueError) as error:
+            raise BusError(texts.PORT_CANNOT_BE_OPENED(port=port, error=error)) from error
+        super().__init__(port, self._serial.fileno())
+        # A USB adapter that buffers answers for 16 ms would cost a cycle. Not every port supports this request.
+        try:
+            self._serial.set_low_latency_mode(True)
+        except (OSError, ValueError, NotImplementedError):
+            log.info("%s cannot be set to low latency; run kata doctor to see whether this matters", port)
+
     def close(self) -> None:
         """See :class:`Transport`."""
         with contextlib.suppress(OSError):
             self._serial.close()
+
+
+class SocketTransport(_OpenedTransport):
+    """A connection to the simulated apparatus of ``kata serve --simulate``.
+
+    A kernel worker of ordinary priority delivers the bytes of a pseudo-terminal, and on a busy computer it may not run for many
+    cycles. The bytes of a socket arrive at once.
+    """
+
+    def __init__(self, port: str, baud: int) -> None:
+        """Connect. The first four bytes tell the apparatus the baud rate, as a serial port's settings do.
+
+        :raises BusError: when the simulator does not answer.
+        """
+        self._socket = socket.socket(socket.AF_UNIX, socket.SOCK_STREAM)
+        try:
+            self._socket.connect(port)
+            self._socket.sendall(baud.to_bytes(4, sys.byteorder))
+        except OSError as error:
+            self._socket.close()
+            raise BusError(texts.PORT_CANNOT_BE_OPENED(port=port, error=error)) from error
+        self._socket.setblocking(False)
+        super().__init__(port, self._socket.fileno())
+
+    def close(self) -> None:
+        """See :class:`Transport`."""
+        self._socket.close()
+
+
+def open_port(port: str, baud: int) -> Transport:
+    """Open a station's port: a serial port, or the socket of a simulated apparatus.
+
+    :raises BusError: when the port cannot be opened.
+    """
+    return SocketTransport(port, baud) if Path(port).is_socket() else SerialTransport(port, baud)
