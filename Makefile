@@ -38,9 +38,9 @@ run: $(PACKAGES) $(PAGE) ## the clinic with a simulated apparatus, at http://127
 seed: $(PACKAGES) ## sixty invented patients with two years of history for `make run`, into an empty clinic
 	@$(BIN)/kata seed --data .data
 
-# A worker runs whole modules. Tests that wait for a disk, a database or another process have three workers, the others two. Tests that move
-# in real time and tests that measure run apart from those that keep both processors busy. Journeys run one after another: two browsers at
-# once on two processors starve a simulated apparatus, whose emergency stop then counts as unknown.
+# A worker runs whole modules. Most tests wait often, for a disk, a database, another process or a page: they have one worker more than there
+# are processors. Tests that move an arm in the test's own process or through a pseudo-terminal, and tests that measure, run apart from those
+# that keep both processors busy: the device stops when the service or the bytes come too late, as it must.
 MEASURED := tests/bench tests/evaluation/test_real_time.py tests/simulator/test_wire.py tests/simulator/test_modbus.py
 TIMED := tests/integration $(addprefix tests/api/test_,begin_away.py cli.py contraindications.py crash.py demo.py derived.py end_feel.py episodes.py \
 	guarded.py json_bombs.py lease.py operations.py outage.py restricted_live.py station.py stopping.py teaching_checklist.py visit.py \
@@ -50,12 +50,9 @@ TIMED := tests/integration $(addprefix tests/api/test_,begin_away.py cli.py cont
 UNCOUNTED := $(addprefix tests/device/test_,config.py config_effective.py documentation.py ipc.py journal.py latency_histogram.py loader.py \
 	matrix.py power.py)
 COUNTED := $(filter-out $(UNCOUNTED),$(wildcard tests/device/test_*.py))
-# One of them needs Schemathesis.
-UNTIMED := -p schemathesis.pytest.plugin $(addprefix --ignore=,$(COUNTED) tests/e2e $(MEASURED) $(TIMED))
-# With a picture of each page on which a journey failed.
-JOURNEYS := --screenshot only-on-failure --output artefacts/journeys tests/e2e
-# At a lower priority than the kernel's threads, which carry the bytes between the device and its simulated drives.
-# The import of Schemathesis takes two seconds in each process.
+# One of the others needs Schemathesis, whose import takes two seconds in each process. With a picture of each page on which a journey failed.
+OTHERS := -p schemathesis.pytest.plugin $(addprefix --ignore=,$(COUNTED) $(MEASURED) $(TIMED)) --screenshot only-on-failure --output artefacts/journeys
+# At a lower priority than the kernel's threads.
 PYTEST := nice -n 10 $(BIN)/python -m pytest -p no:schemathesis
 PARALLEL := $(PYTEST) --dist loadfile --no-loadscope-reorder -n
 # On a busy computer the simulated drives can answer too late, and the device stops, as it must. Tests that failed (exit code 1) run once
@@ -67,10 +64,9 @@ endef
 test: $(PACKAGES) $(PAGE) $(JUDGES) $(if $(KATA_CHROMIUM),,$(BROWSER)) ## every test, the journeys in a real browser included
 	@cd frontend && npm test --silent
 	@$(PARALLEL) 2 $(COUNTED) --cov
-	@$(PARALLEL) 3 $(UNTIMED) $(call once_more,$(UNTIMED))
+	@$(PARALLEL) 3 $(OTHERS) $(call once_more,$(OTHERS))
 	@$(PARALLEL) 2 $(MEASURED) $(call once_more,$(MEASURED))
-	@$(PARALLEL) 2 $(TIMED) $(call once_more,$(TIMED))
-	@$(PYTEST) $(JOURNEYS) $(call once_more,$(JOURNEYS))
+	@$(PARALLEL) 3 $(TIMED) $(call once_more,$(TIMED))
 
 test-fast: $(PACKAGES) ## the tests of device, motion, station and database, without a browser
 	@$(PARALLEL) 2 tests/device tests/motion tests/station tests/database
