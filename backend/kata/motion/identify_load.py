@@ -133,7 +133,9 @@ def _load(own: Floats, arm: ArmMotion, torque_nm: Floats) -> tuple[Floats, ArmLo
         common = load_terms(arm, searched[:3]) * np.exp(searched[3:, np.newaxis])
         columns = np.concatenate([separate, common], axis=-1).reshape(-1, len(usual))
         rows = np.vstack([columns, np.diag(certain)])
-        factors = lsq_linear(rows, values, (lowest, np.inf)).x
+        # The triangular factor has the same least squares as its thousands of rows.
+        triangle: Floats = np.asarray(np.linalg.qr(np.column_stack([rows, values]), mode="r"))
+        factors = lsq_linear(triangle[:, :-1], triangle[:, -1], (lowest, np.inf)).x
         return factors, rows @ factors - values
 
     def errors(searched: Floats) -> Floats:
