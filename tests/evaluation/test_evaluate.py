@@ -146,6 +146,7 @@ def test_arm_that_is_too_heavy_is_refused_before_it_starts() -> None:
     (outcome,) = play(Job(raised_sideways(), "smooth", 1, None, Judge("mujoco", balancer_kg=1.5)))
     assert outcome.problem is not None
     assert outcome.refused
+    assert outcome.clock_s > 4.0, "the arm was taught, which takes at least the motion's duration"
     assert re.search(r"motor 3 would need \d\.\d Nm at \d\.\d s", outcome.problem)
     report = as_json([outcome], simulated=True)
     assert report["problems"][0]["refused"] is True
@@ -174,6 +175,21 @@ def test_first_learned_play_counts_as_the_smooth_one(short: Taught, by_method: d
     assert smooth.motors == alone.motors == first.motors
     assert second.motors != first.motors
     assert len(done) == 2
+
+
+def test_speed_is_stated_for_the_clock_and_for_processor_time(
+    short: Taught, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """On a computer with other work, only the processor time shows the speed that one free core would have."""
+    (outcome,) = commands._on_virtual_time([Job(Case("short", "right", short, AXES), "smooth", 1, 1)], 1)
+    stated = " ".join(capsys.readouterr().err.split())
+    words = r"(\d+) s of the apparatus' clock in \d+ s: [\d.]+ times faster than real time\. In (\d+) s of processor time: ([\d.]+) times"
+    found = re.search(words, stated)
+    assert found, stated
+    clock_s, cpu_s, ratio = map(float, found.groups())
+    assert clock_s == round(outcome.clock_s)
+    assert cpu_s >= 1.0, "the other process imports the evaluation"
+    assert clock_s / (cpu_s + 0.5) - 0.1 <= ratio <= clock_s / (cpu_s - 0.5) + 0.1
 
 
 def test_goals_are_in_the_json_beside_the_worst_figures(outcomes: list[Outcome]) -> None:

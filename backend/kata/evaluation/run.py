@@ -3,6 +3,7 @@
 import gc
 import logging
 import multiprocessing
+import os
 from collections.abc import Callable, Sequence
 from concurrent.futures import ProcessPoolExecutor, as_completed
 from dataclasses import dataclass, replace
@@ -90,6 +91,8 @@ def evaluate_jobs(to_run: Sequence[Job], done: Callable[[Job], None], processes:
         for n, job in enumerate(to_run)
         if job.method == "smooth" and job.repetitions == 1 and _played_as(job) in learning
     }
+    # Each process has one processor. Threads of NumPy's linear algebra would only take the processors from each other.
+    os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
     spawning = multiprocessing.get_context("spawn")
     with ProcessPoolExecutor(processes, mp_context=spawning, initializer=_settle) as pool:
         futures = {pool.submit(play, job): n for n, job in enumerate(to_run) if n not in copies}
@@ -112,6 +115,8 @@ def play(job: Job) -> list[Outcome]:
     case, method = job.case, job.method
     outcomes: list[Outcome] = []
     correction: Correction | None = None
+    station: VirtualStation | None = None
+    began_ns = 0
     try:
         config = _config(job.judge, job.seed)
         station = VirtualStation(config, job.seed, case.side, make_mechanics=job.judge.make_mechanics)
@@ -131,8 +136,9 @@ def play(job: Job) -> list[Outcome]:
                 correction = _learn(correction, taught, run, config)
     except (PlaybackError, HandRefusedError, OutOfReachError) as error:
         refused, plant = isinstance(error, RefusedPlayError), job.judge.plant
+        clock_s = (station.t_ns - began_ns) / 1e9 if station else 0.0
         ended = Outcome(case, method, len(outcomes) + 1, job.seed, problem=str(error), refused=refused, plant=plant)
-        outcomes.append(ended)
+        outcomes.append(replace(ended, clock_s=clock_s))
     return outcomes
 
 
