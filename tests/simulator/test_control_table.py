@@ -270,6 +270,13 @@ def test_current_is_the_models() -> None:
         assert station.read(126, 2) == round(3.0 / nm_a / 0.00269)
 
 
+def test_exchanged_model_limits_its_own_torque_for_the_same_registers() -> None:
+    station = Station(1020)
+    before_nm = station.servo.drive.limit_nm
+    station.servo.exchange(1, 1030)
+    assert station.servo.drive.limit_nm == pytest.approx(before_nm * (3.0 / 2.3) / (4.1 / 2.3))
+
+
 def test_turns_are_lost_at_power_up_and_in_mode_3() -> None:
     station = Station()
     raw = station.read(132, 4)

@@ -68,17 +68,22 @@ class MemoryLine:
 
     def pump(self, until_ns: int) -> None:
         """Deliver sent bytes to the drives when they are due."""
-        while (due_ns := self._world.line.due_ns) is not None and due_ns <= until_ns:
-            for at_ns, answer in self._world.line.execute(due_ns):
+        line = self._world.line
+        while (due_ns := line.due_ns) is not None and due_ns <= until_ns:
+            for at_ns, answer in line.execute(due_ns):
                 self._queue_answer(self._world.latency.arrival_ns(at_ns + int(answer.after_s * 1e9)), answer.data)
 
     def _queue_answer(self, at_ns: int, data: bytes) -> None:
         """Queue an answer. ``at_ns``: time of its last byte. With ``byte_by_byte`` each byte is queued separately, as by a real adapter."""
-        size = 1 if self._world.byte_by_byte else len(data)
+        if not self._world.byte_by_byte:
+            if data:
+                self._number += 1
+                heapq.heappush(self._waiting, (at_ns, self._number, data))
+            return
         byte_ns = 10_000_000_000 // self._baud
-        for end in range(size, len(data) + 1, size):
+        for end in range(1, len(data) + 1):
             self._number += 1
-            heapq.heappush(self._waiting, (at_ns - (len(data) - end) * byte_ns, self._number, data[end - size : end]))
+            heapq.heappush(self._waiting, (at_ns - (len(data) - end) * byte_ns, self._number, data[end - 1 : end]))
 
     def _check(self) -> None:
         if self._world.faults.has("gone"):

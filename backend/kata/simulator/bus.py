@@ -9,7 +9,7 @@ from typing import Final
 from kata.simulator import protocol
 from kata.simulator.apparatus import SimulatedApparatus
 from kata.simulator.bus_answer import BusAnswer, transmission_s
-from kata.simulator.control_table import END, PORT_DATA, SECONDARY_ID, STATUS_LEVEL
+from kata.simulator.control_table import BAUD, BAUD_CODES, END, PORT_DATA, SECONDARY_ID, STATUS_LEVEL
 from kata.simulator.fault_injector import FaultInjector
 from kata.simulator.protocol import Instruction
 from kata.simulator.register_access import is_indirect, places
@@ -34,14 +34,14 @@ class ServoBus:
     def execute(self, instruction: Instruction, baud: int, now_ns: int) -> list[BusAnswer]:
         """Execute an instruction at the drives with this baud rate and return their answers."""
         self._apparatus.advance(now_ns)
-        off = self.faults.off
+        off, code = self.faults.off, BAUD_CODES.get(baud)
         hearing = [
             servo
             for servo in self.servos
             if servo.plugged_in
-            and servo.baud == baud
-            and servo.drive.motor not in off
+            and servo.table[BAUD] == code
             and servo.boot_until_ns <= now_ns
+            and servo.drive.motor not in off
         ]
         listening = {servo.id: servo for servo in hearing}
         if not instruction.valid:
@@ -130,7 +130,9 @@ class ServoBus:
             servo = listening.get(drive_id)
             if servo is None or servo.table[STATUS_LEVEL] == 0:
                 break
-            if not self.faults.answers(servo.drive.motor, inputs=_reads_inputs(servo, address, length)):
+            if self.faults.any and not self.faults.answers(
+                servo.drive.motor, inputs=_reads_inputs(servo, address, length)
+            ):
                 break
             error, data = servo.read(address, length, now_ns)
             answers.append((servo, servo.alert | error, data))
@@ -235,7 +237,7 @@ def _reads_inputs(servo: Servo, address: int, length: int) -> bool:
     if not servo.drive.contacts or not 0 < length <= END - address:
         return False
     end = address + length
-    span = places(servo.table, address, end) if is_indirect(address, end) else range(address, end)
+    span = places(servo.table, address, end).addresses if is_indirect(address, end) else range(address, end)
     return any(PORT_DATA + 2 <= place < PORT_DATA + 8 for place in span)
 
 

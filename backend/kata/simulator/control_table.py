@@ -32,6 +32,7 @@ BACKED_UP_RAM: Final = (range(76, 80), range(80, 86), range(88, 92), range(108, 
 """RAM that Control Table Backup stores in addition to EEPROM: gains, profile and Indirect Addresses."""
 
 BAUDS: Final = {0: 9_600, 1: 57_600, 2: 115_200, 3: 1_000_000, 4: 2_000_000, 5: 3_000_000, 6: 4_000_000, 7: 4_500_000}
+BAUD_CODES: Final = {rate: code for code, rate in BAUDS.items()}
 CURRENT, VELOCITY, POSITION, MULTI_TURN, CURRENT_BASED_POSITION, PWM = 0, 1, 3, 4, 5, 16
 MODES: Final = frozenset((CURRENT, VELOCITY, POSITION, MULTI_TURN, CURRENT_BASED_POSITION, PWM))
 REVERSE, TIME_BASED, TORQUE_ON_BY_GOAL = 0x01, 0x04, 0x08

@@ -124,7 +124,7 @@ class Drive:
     @property
     def watchdog_active(self) -> bool:
         """True if the bus watchdog is active."""
-        return self.watchdog_s > 0.0 and self.torque_on and not self.tripped
+        return self.torque_on and self.watchdog_s > 0.0 and not self.tripped
 
     def count_silent_steps(self, steps: int) -> bool:
         """Count silent steps of the active watchdog. Return True if it trips. Torque stays on."""

@@ -194,7 +194,12 @@ class FaultInjector:
     @property
     def off(self) -> set[int | None]:
         """Motors whose drives have no power."""
-        return {motor for kind, motor in self._faults if kind == "off"}
+        return {motor for kind, motor in self._faults if kind == "off"} if self._faults else set()
+
+    @property
+    def any(self) -> bool:
+        """True if a fault is set."""
+        return bool(self._faults)
 
     def answers(self, motor: int, *, inputs: bool = False) -> bool:
         """Return True if this drive answers now. ``inputs``: True if the request reads the contacts."""

@@ -25,11 +25,14 @@ P_NM_RAD: Final = 0.10
 I_NM_RAD_S: Final = 0.50
 D_NM_S_RAD: Final = 0.01
 """Torque per rad, per rad s and per rad/s of one unit in the registers of the gains."""
+_GOAL: Final = struct.Struct("<i")
+_PRESENT: Final = struct.Struct("<hhii")
+"""Registers of PWM, current, velocity and position."""
 _WATCHDOG_STEP_S: Final = 0.02
 BOOT_NS: Final = 300_000_000
 """Time after a start in which a servo does not answer. The manual states no time."""
 
-_GOAL_POSITION_BYTES: Final = frozenset(range(116, 120))
+_GOAL_POSITION_BYTES: Final = range(116, 120)
 _COORDINATES: Final = frozenset((ct.DRIVE_MODE, ct.OPERATING_MODE, *range(20, 24)))
 _LIMITS: Final = frozenset((ct.TEMPERATURE_LIMIT, *range(32, 36)))
 _TRIPPED: Final = 0xFF
@@ -81,10 +84,12 @@ class Servo(_Inspected):
         self.table = ct.factory_table(model)
         self._model = model
         self._backup: bytes | None = None
-        self._volt, self._temperature_c = 0.0, 32
-        if baud not in ct.BAUDS.values():
+        self._volt, self._temperature_c, self._nm_a_unit = 0.0, 32, 0.0
+        self._tuned: tuple[object, ...] = ()
+        """Registers and factors from which the drive's gains and torque limit were set."""
+        if baud not in ct.BAUD_CODES:
             raise ValueError(f"the servos do not support {baud} baud")
-        self._baud_code = next(code for code, rate in ct.BAUDS.items() if rate == baud)
+        self._baud_code = ct.BAUD_CODES[baud]
         self.exchange(drive.motor)
 
     @property
@@ -96,11 +101,6 @@ class Servo(_Inspected):
     def alert(self) -> int:
         """Alert bit of the error byte of the servo's answers."""
         return protocol.ALERT if self.table[ct.HARDWARE_ERROR] else 0
-
-    @property
-    def baud(self) -> int:
-        """Baud rate in register 8."""
-        return ct.BAUDS[self.table[ct.BAUD]]
 
     @property
     def return_delay_s(self) -> float:
@@ -116,8 +116,8 @@ class Servo(_Inspected):
             return protocol.ACCESS_ERROR, b""
         if access.is_indirect(address, end):
             places = access.places(self.table, address, end)
-            self._update_table(min(places), max(places) + 1, now_ns)
-            return 0, access.bytes_at(self.table, places)
+            self._update_table(places.begin, places.end, now_ns)
+            return 0, places.take(self.table)
         self._update_table(address, end, now_ns)
         return 0, bytes(self.table[address:end])
 
@@ -140,8 +140,10 @@ class Servo(_Inspected):
 
     def _error_of(self, parts: Iterable[tuple[int, bytes]]) -> int:
         tripped = self.drive.tripped
-        errors = (access.write_error(self.table, start, part, tripped=tripped) for start, part in parts)
-        return next((error for error in errors if error), 0)
+        for start, part in parts:
+            if error := access.write_error(self.table, start, part, tripped=tripped):
+                return error
+        return 0
 
     # -- instructions -------------------------------------------------------------------------------------------------
 
@@ -181,7 +183,9 @@ class Servo(_Inspected):
 
     def clear(self) -> int:
         """Reset the turns of the present position. Return the error byte. A moving servo refuses."""
-        self._update_moving()
+        report = self.drive.report
+        position = self._counts(report.angle)
+        self._update_moving(round(report.speed / _RAD_S_A_UNIT), position, self._counts(self.drive.goal))
         if self.table[ct.MOVING]:
             return protocol.RESULT_FAIL
         self._forget_turns()
@@ -211,7 +215,8 @@ class Servo(_Inspected):
     def exchange(self, drive_id: int, model: int | None = None) -> None:
         """Replace the drive with another drive that has default registers, except id and baud rate."""
         self._model = _MODEL if model is None else model
-        self._volt = ct.MODELS.get(self._model, ct.UNKNOWN_MODEL).volt
+        kind = ct.MODELS.get(self._model, ct.UNKNOWN_MODEL)
+        self._volt, self._nm_a_unit = kind.volt, AMPERE_A_UNIT * kind.nm_a
         self.table[:] = ct.factory_table(self._model)
         self.table[ct.ID] = drive_id
         self.table[ct.BAUD] = self._baud_code
@@ -248,18 +253,14 @@ class Servo(_Inspected):
         return self.table[ct.HARDWARE_ERROR] & self.table[ct.SHUTDOWN] != 0
 
     @property
-    def _nm_a_unit(self) -> float:
-        return AMPERE_A_UNIT * ct.MODELS.get(self._model, ct.UNKNOWN_MODEL).nm_a
-
-    @property
     def _sign(self) -> int:
         return -self.mounted_sign if self.table[ct.DRIVE_MODE] & ct.REVERSE else self.mounted_sign
 
     @property
     def _offset(self) -> int:
-        (offset,) = struct.unpack_from("<i", self.table, ct.HOMING_OFFSET)
+        offset: int = _GOAL.unpack_from(self.table, ct.HOMING_OFFSET)[0]
         ignored = self.table[ct.OPERATING_MODE] == ct.POSITION and abs(offset) > _SINGLE_TURN_OFFSET
-        return 0 if ignored else int(offset)
+        return 0 if ignored else offset
 
     def _counts(self, angle: float) -> int:
         """Return the position that the servo reports for an angle of its shaft in radians."""
@@ -286,6 +287,10 @@ class Servo(_Inspected):
         """Apply written registers to the drive. ``before``: their previous bytes."""
         table, drive = self.table, self.drive
         drive.feed_watchdog()
+        if touched == _GOAL_POSITION_BYTES and not table[ct.DRIVE_MODE] & ct.TORQUE_ON_BY_GOAL:
+            self._tune()
+            drive.set_goal(self._angle(_GOAL.unpack_from(table, ct.GOAL_POSITION)[0]))
+            return
         if ct.OPERATING_MODE in touched and before and before[ct.OPERATING_MODE - touched.start] != table[11]:
             _reset_goals(table)
         self._tune()
@@ -296,9 +301,8 @@ class Servo(_Inspected):
         if ct.BUS_WATCHDOG in touched:
             drive.watchdog_s = table[ct.BUS_WATCHDOG] * _WATCHDOG_STEP_S
             drive.tripped = False
-        if not _GOAL_POSITION_BYTES.isdisjoint(touched):
-            (goal,) = struct.unpack_from("<i", table, ct.GOAL_POSITION)
-            drive.set_goal(self._angle(goal))
+        if touched.start < _GOAL_POSITION_BYTES.stop and touched.stop > _GOAL_POSITION_BYTES.start:
+            drive.set_goal(self._angle(_GOAL.unpack_from(table, ct.GOAL_POSITION)[0]))
         if ct.TORQUE_ENABLE in touched:
             self._switch(table[ct.TORQUE_ENABLE] != 0)
         elif table[ct.DRIVE_MODE] & ct.TORQUE_ON_BY_GOAL and not ct.GOAL_BYTES.isdisjoint(touched):
@@ -312,10 +316,16 @@ class Servo(_Inspected):
         self.drive.switch(on and not self._shut_down)
 
     def _tune(self) -> None:
-        d, i, p = struct.unpack_from("<HHH", self.table, ct.D_GAIN)
-        limit = self._word(ct.CURRENT_LIMIT)
-        if self.table[ct.OPERATING_MODE] == ct.CURRENT_BASED_POSITION:
-            limit = min(limit, abs(struct.unpack_from("<h", self.table, ct.GOAL_CURRENT)[0]))
+        table = self.table
+        limit, (goal_current,) = self._word(ct.CURRENT_LIMIT), struct.unpack_from("<h", table, ct.GOAL_CURRENT)
+        scale = self.gain_share, self._nm_a_unit
+        tuned = (table[ct.D_GAIN : ct.FEEDFORWARD], limit, goal_current, table[ct.OPERATING_MODE], scale)
+        if tuned == self._tuned:
+            return
+        self._tuned = tuned
+        d, i, p = struct.unpack_from("<HHH", table, ct.D_GAIN)
+        if table[ct.OPERATING_MODE] == ct.CURRENT_BASED_POSITION:
+            limit = min(limit, abs(goal_current))
         p, i = p * self.gain_share, i * self.gain_share
         self.drive.tune(p * P_NM_RAD, i * I_NM_RAD_S, d * D_NM_S_RAD, limit * self._nm_a_unit)
 
@@ -327,21 +337,17 @@ class Servo(_Inspected):
         table[ct.TORQUE_ENABLE] = drive.torque_on
         if drive.tripped:
             table[ct.BUS_WATCHDOG] = _TRIPPED
-        if begin < ct.PRESENT_CURRENT and end > ct.GOAL_POSITION:
-            self._update_goal()
-            struct.pack_into("<H", table, ct.REALTIME_TICK, now_ns // 1_000_000 & 0x7FFF)
-            self._update_moving()
-        if begin < ct.TRAJECTORY and end > ct.PRESENT_PWM:
-            report = drive.report
-            struct.pack_into(
-                "<hhii",
-                table,
-                ct.PRESENT_PWM,
-                self._sign * (_pwm(report) if drive.torque_on else 0),
-                self._sign * round(report.torque_nm / self._nm_a_unit),
-                self._sign * round(report.speed / _RAD_S_A_UNIT),
-                self._counts(report.angle),
-            )
+        if begin < ct.TRAJECTORY and end > ct.GOAL_POSITION:
+            # Both of the following use the same report.
+            report, sign = drive.report, self._sign
+            velocity, position = round(report.speed / _RAD_S_A_UNIT), self._counts(report.angle)
+            if begin < ct.PRESENT_CURRENT:
+                struct.pack_into("<H", table, ct.REALTIME_TICK, now_ns // 1_000_000 & 0x7FFF)
+                self._update_moving(velocity, position, self._update_goal())
+            if end > ct.PRESENT_PWM:
+                pwm = sign * (_pwm(report) if drive.torque_on else 0)
+                current = sign * round(report.torque_nm / self._nm_a_unit)
+                _PRESENT.pack_into(table, ct.PRESENT_PWM, pwm, current, sign * velocity, position)
         if begin < ct.BACKUP_READY and end > ct.TRAJECTORY:
             counts = self._counts(drive.smoothed_goal)
             struct.pack_into("<iiHB", table, ct.TRAJECTORY, 0, counts, round(10 * self._volt), self._temperature_c)
@@ -350,15 +356,17 @@ class Servo(_Inspected):
                 pulled_up = table[ct.PORT_MODE + port] == 2
                 table[ct.PORT_DATA + 2 * port] = 1 if pulled_up and not drive.contacts.get(port, False) else 0
 
-    def _update_goal(self) -> None:
-        struct.pack_into("<i", self.table, ct.GOAL_POSITION, self._counts(self.drive.goal))
+    def _update_goal(self) -> int:
+        """Update the goal's register. Return the goal in counts."""
+        counts = self._counts(self.drive.goal)
+        _GOAL.pack_into(self.table, ct.GOAL_POSITION, counts)
+        return counts
 
-    def _update_moving(self) -> None:
-        report = self.drive.report
+    def _update_moving(self, velocity: int, position: int, goal: int) -> None:
+        """Update the registers that show a movement. ``velocity``: of the shaft, in the register's unit."""
         (threshold,) = struct.unpack_from("<I", self.table, ct.MOVING_THRESHOLD)
-        self.table[ct.MOVING] = abs(round(report.speed / _RAD_S_A_UNIT)) > threshold
-        near = abs(self._counts(self.drive.goal) - self._counts(report.angle)) <= _IN_POSITION_COUNTS
-        self.table[ct.MOVING + 1] = self.drive.torque_on and near
+        self.table[ct.MOVING] = abs(velocity) > threshold
+        self.table[ct.MOVING + 1] = self.drive.torque_on and abs(goal - position) <= _IN_POSITION_COUNTS
 
 
 def _reset_goals(table: bytearray) -> None:

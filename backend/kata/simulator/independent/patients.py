@@ -1,7 +1,9 @@
 """Simulates the patients of the independent plant: passive range, stiffness, tone, pain and guarding on motors 3 to 5, in deg and Nm."""
 
 import math
+from collections.abc import Callable
 from dataclasses import dataclass
+from functools import partial
 from typing import Final, Literal
 
 PatientName = Literal["healthy", "freezing", "frozen", "thawing", "large", "small"]
@@ -68,29 +70,25 @@ class PassiveShoulder:
     def __init__(self, patient: SimulatedPatient, peak_nm: float, signs: tuple[int, ...]) -> None:
         """Prepare the ends of the range. ``signs``: signs of the drives' angles of motors 3 to 5 on this side."""
         self._patient = patient
-        self._peak_nm = peak_nm
         self._soft = 1.0 / math.radians(patient.end_feel_deg)
         ends = [
             sorted(sign * math.radians(end) for end in pair)
             for pair, sign in zip(patient.peaks_deg, signs, strict=True)
         ]
         self._ends = tuple((low, high) for low, high in ends)
+        self._passive = tuple(
+            partial(_passive_nm, low, high, self._soft, peak_nm, patient.damping_nm_s) for low, high in self._ends
+        )
         self.guarding = 0.0
         """Present guarding, 0 to 1."""
 
     def passive_nm(self, n: int, angle: float, speed: float) -> float:
         """Return the torque of the capsule in Nm on axis ``n`` (0 is motor 3)."""
-        low, high = self._ends[n]
-        soft, limit = self._soft, _LARGEST
-        beyond_high, beyond_low = (angle - high) * soft, (low - angle) * soft
-        return (
-            self._peak_nm
-            * (
-                math.exp(beyond_low if beyond_low < limit else limit)
-                - math.exp(beyond_high if beyond_high < limit else limit)
-            )
-            - self._patient.damping_nm_s * speed
-        )
+        return self._passive[n](angle, speed)
+
+    def passive(self, n: int) -> Callable[[float, float], float]:
+        """Return the function of axis ``n`` that gives the capsule's torque for angle and speed. A simulation calls it in every step."""
+        return self._passive[n]
 
     def pain(self, angles: list[float]) -> float:
         """Return the pain of a posture, 0 to 1. It is 0 up to one ``end_feel_deg`` before a peak and 1 at the peak."""
@@ -105,3 +103,18 @@ class PassiveShoulder:
         demand = self._patient.irritability * self.pain(angles) * (0.5 + 0.5 * fastest / (fastest + half_speed))
         self.guarding += (demand - self.guarding) * share
         return self.guarding * self._patient.guarding_nm
+
+
+def _passive_nm(
+    low: float, high: float, soft: float, peak_nm: float, damping_nm_s: float, angle: float, speed: float
+) -> float:
+    beyond_low, beyond_high = (low - angle) * soft, (angle - high) * soft
+    limit = _LARGEST
+    return (
+        peak_nm
+        * (
+            math.exp(beyond_low if beyond_low < limit else limit)
+            - math.exp(beyond_high if beyond_high < limit else limit)
+        )
+        - damping_nm_s * speed
+    )

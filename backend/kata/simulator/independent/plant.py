@@ -33,6 +33,7 @@ _JAMMED_NM_S: Final = 1e5
 _PLACING: Final = ((400.0, 20.0),) * 4 + ((100.0, 3.0),)
 """Stiffness (Nm/rad) and damping (Nm s/rad) with which the axes are moved to a place."""
 _PLACING_STEPS: Final = 1500
+_mj_step: Final = mujoco.mj_step
 
 
 class _Axis:
@@ -43,9 +44,10 @@ class _Axis:
         self.speed = self.arm_speed = 0.0
         self.hand: Hand | None = None
         self.control = PositionControl(MOTORS["PX-320"])
-        self.output_share = values.output_share[n]
         self.goals: deque[float] = deque(maxlen=round(values.goal_delay_ms[n]) + 1)
         self.was_on = False
+        self._tuned = (math.nan,) * 3
+        self._gains = PositionGains(0.0, 0.0, 0.0)
         self.resistance_nm = 0.0
         """Resistance of tone and guarding against a movement."""
 
@@ -58,9 +60,12 @@ class _Axis:
             self.control.reset()
             self.goals.clear()
             self.was_on = True
-        return PositionGains(
-            drive.p_nm_rad / P_NM_RAD, drive.i_nm_rad_s / I_NM_RAD_S, drive.lag_s * drive.p_nm_rad / D_NM_S_RAD
-        )
+        tuned = (drive.p_nm_rad, drive.i_nm_rad_s, drive.lag_s)
+        if tuned != self._tuned:
+            self._tuned = tuned
+            p_nm_rad, i_nm_rad_s, lag_s = tuned
+            self._gains = PositionGains(p_nm_rad / P_NM_RAD, i_nm_rad_s / I_NM_RAD_S, lag_s * p_nm_rad / D_NM_S_RAD)
+        return self._gains
 
     def drive_nm(self, gains: PositionGains, goal: float, supply: tuple[float, float]) -> float:
         """Advance the control by 1 ms. Return the torque that the drive reports: current times nominal factor. ``supply``: V and A."""
@@ -104,12 +109,17 @@ class IndependentPlant:
         self.axes = tuple(_Axis(angle, values, n) for n, angle in enumerate(rest))
         self._rotor_q = np.array([self.model.joint(f"rotor{n}").qposadr[0] for n in range(1, 6)])
         self._rotor_v = np.array([self.model.joint(f"rotor{n}").dofadr[0] for n in range(1, 6)])
-        self._joints = tuple(self._series(n) for n in range(1, 6))
+        self._chains = tuple(self._chain(n) for n in range(5))
         self._ctrl, self._qpos, self._qvel = self.data.ctrl, self.data.qpos, self.data.qvel
         """Views of MuJoCo's memory. They are stored because getting them takes a fifth of a step's time."""
         self._tone_speed = math.radians(values.tone_speed_deg_s)
         self._jammed_damping = self.model.dof_damping[self._rotor_v].copy()
         self.shoulder = PassiveShoulder(person, values.peak_torque_nm, signs[2:])
+        self._shares = values.output_share
+        self._loaded = tuple(
+            (axis, self.shoulder.passive(n - 2) if n >= 2 else None) for n, axis in enumerate(self.axes)
+        )
+        """Each axis with the torque of its capsule."""
         self._tone_nm = person.tone_nm
         random_source = random_stream("tone", seed)
         self._tone = tuple(Waves.drawn(random_source, 0.5 / math.sqrt(6), TONE_HZ) for _ in range(5))
@@ -132,26 +142,29 @@ class IndependentPlant:
             for n, (axis, drive) in enumerate(zip(self.axes, drives, strict=True))
             if (gains := axis.gains(drive))
         ]
-        torques = [0.0] * 5
+        torques, shares = [0.0] * 5, self._shares
         for _ in range(steps):
             for n, axis, gains, goal, supply in working:
                 torques[n] = axis.drive_nm(gains, goal, supply)
-            self.step([axis.output_share * torque for axis, torque in zip(self.axes, torques, strict=True)])
+            self.step([share * torque for share, torque in zip(shares, torques, strict=True)])
         for axis, drive, torque in zip(self.axes, drives, torques, strict=True):
             drive.angle, drive.speed, drive.torque_nm = axis.angle, axis.speed, torque
 
     def step(self, torques_nm: Sequence[float]) -> None:
         """Advance the mechanics by 1 ms with these torques at the drives' shafts."""
         loads = []
-        for n, axis in enumerate(self.axes):
-            load = -axis.resistance_nm * math.tanh(axis.arm_speed / self._tone_speed)
-            if n >= 2:
-                load += self.shoulder.passive_nm(n - 2, axis.arm_angle, axis.arm_speed)
+        tone_speed = self._tone_speed
+        for axis, passive_nm in self._loaded:
+            speed = axis.arm_speed
+            # Without resistance the product is a signed zero, which changes no sum of the loads.
+            load = -axis.resistance_nm * math.tanh(speed / tone_speed) if axis.resistance_nm else 0.0
+            if passive_nm:
+                load += passive_nm(axis.arm_angle, speed)
             if axis.hand:
                 load += axis.hand_nm()
             loads.append(load)
         self._ctrl[:] = [*torques_nm, *loads, *self._constant]
-        mujoco.mj_step(self.model, self.data)
+        _mj_step(self.model, self.data)
         self._read()
 
     def update_slow_loads(self) -> None:
@@ -218,16 +231,20 @@ class IndependentPlant:
         mujoco.mj_forward(self.model, self.data)
         self._read()
 
-    def _series(self, n: int) -> tuple[int, ...]:
-        """Return the indices of the joints between drive ``n`` and the arm. Each joint has one degree of freedom."""
-        names = (f"{kind}{n}" for kind in ("rotor", "gap", "tissue", "slip"))
+    def _chain(self, n: int) -> tuple[_Axis, int, int, tuple[int, ...]]:
+        """Return axis ``n`` (from 0) with the indices of its rotor, its gap, and the joints behind it. Each joint has one degree of freedom."""
+        names = (f"{kind}{n + 1}" for kind in ("rotor", "gap", "tissue", "slip"))
         known = {self.model.joint(number).name for number in range(self.model.njnt)}
-        return tuple(int(self.model.joint(name).qposadr[0]) for name in names if name in known)
+        rotor, gap, *more = [int(self.model.joint(name).qposadr[0]) for name in names if name in known]
+        return self.axes[n], rotor, gap, tuple(more)
 
     def _read(self) -> None:
         """Read the state of the axes from the model."""
         angles, speeds = self._qpos.tolist(), self._qvel.tolist()
-        for axis, joints in zip(self.axes, self._joints, strict=True):
-            axis.angle, axis.speed = angles[joints[0]], speeds[joints[0]]
-            axis.arm_angle = sum([angles[joint] for joint in joints])
-            axis.arm_speed = sum([speeds[joint] for joint in joints])
+        for axis, rotor, gap, more in self._chains:
+            axis.angle, axis.speed = angle, speed = angles[rotor], speeds[rotor]
+            angle, speed = angle + angles[gap], speed + speeds[gap]
+            for joint in more:
+                angle += angles[joint]
+                speed += speeds[joint]
+            axis.arm_angle, axis.arm_speed = angle, speed
