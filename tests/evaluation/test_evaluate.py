@@ -18,6 +18,7 @@ from kata.device import config
 from kata.device.ipc_messages import Load
 from kata.evaluation import commands
 from kata.evaluation.cases import REPOSITIONING_ERROR_DEG, Case, paper_cases, recorded_cases
+from kata.evaluation.goals import GOALS
 from kata.evaluation.outcome import Outcome, as_json
 from kata.evaluation.page import as_html
 from kata.evaluation.run import Job, Judge, evaluate_jobs, play
@@ -93,6 +94,7 @@ def test_every_figure_covers_its_motors_and_the_sides_differ(outcomes: list[Outc
         for motor in case["motors"]:
             assert set(motor) == {
                 "motor", "peak_deg", "rmse_deg", "start_deg", "lag_ms", "arm_peak_deg", "arm_rmse_deg",
+                "deflection_peak_deg",
             }  # fmt: skip
             assert motor["rmse_deg"] <= abs(motor["peak_deg"])
     left, right = report["cases"][0], report["cases"][2]
@@ -206,6 +208,29 @@ def test_goals_are_in_the_json_beside_the_worst_figures(outcomes: list[Outcome])
     assert peak.worst_deg[1] == worst
     assert peak.met == (worst <= 1.0 and (peak.worst_deg[0] or 0.0) <= 0.6)
     assert plays_in_words(outcomes) == "6 plays ended, 0 were refused before they started, 0 started and did not end."
+
+
+def test_deflection_bounds_what_any_setpoint_can_reach(outcomes: list[Outcome]) -> None:
+    """Encoder and arm differ by it, so one of the two errors is at least its half, and both goals allow at most their sum."""
+    rounding_deg = 0.02  # The recording is interpolated, which is not linear.
+    for outcome in outcomes:
+        for shaft, arm, between in zip(outcome.motors, outcome.arm_motors, outcome.deflection_motors, strict=True):
+            assert shaft.motor == arm.motor == between.motor
+            assert abs(between.peak_deg) <= abs(shaft.peak_deg) + abs(arm.peak_deg) + rounding_deg
+            assert abs(between.peak_deg) >= abs(abs(shaft.peak_deg) - abs(arm.peak_deg)) - rounding_deg
+    limits = {goal.name: goal.limits_deg for goal in GOALS}
+    for plays in ("first play", "fifth learned play"):
+        sums = np.add(limits[f"{plays}, peak at the encoder"], limits[f"{plays}, peak at the arm"])
+        assert limits[f"{plays}, arm minus encoder"] == pytest.approx(sums)
+    worst = max(
+        abs(motor.peak_deg)
+        for outcome in outcomes
+        if outcome.repetition == 1
+        for motor in outcome.deflection_motors
+        if motor.motor == 5
+    )
+    figures = {figure.name: figure for figure in worst_beside_goals(outcomes)}
+    assert figures["first play, arm minus encoder"].worst_deg[1] == worst > 0.0
 
 
 def test_report_shows_both_plants_and_what_neither_models(outcomes: list[Outcome]) -> None:

@@ -2,7 +2,7 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from typing import Any
+from typing import Any, Literal
 
 from kata.evaluation.cases import Case
 from kata.motion.linkage import Floats, pose_deg
@@ -44,6 +44,10 @@ class Outcome:
     comparison: Comparison | None = None
     arm: Comparison | None = None
     """Comparison of the arm's true angles (after play and soft tissue) in playback and teaching. None if the true angles are unknown."""
+    deflection: Comparison | None = None
+    """Comparison of the arm's true angle minus the encoder's in playback and teaching. No setpoint can change it much: the drive
+    carries the arm in playback, but a hand carries it in teaching.
+    """
     motions: tuple[MotionTracking, ...] = ()
     """Tracking in the angles of the body."""
     problem: str | None = None
@@ -57,29 +61,44 @@ class Outcome:
     @property
     def motors(self) -> tuple[MotorTracking, ...]:
         """Tracking of the case's motors."""
-        return (
-            tuple(motor for motor in self.comparison.motors if motor.motor in self.case.motors)
-            if self.comparison
-            else ()
-        )
+        return self._shown(self.comparison)
 
     @property
     def arm_motors(self) -> tuple[MotorTracking, ...]:
         """Tracking of the arm on the case's axes."""
-        return tuple(motor for motor in self.arm.motors if motor.motor in self.case.motors) if self.arm else ()
+        return self._shown(self.arm)
+
+    @property
+    def deflection_motors(self) -> tuple[MotorTracking, ...]:
+        """Change of the deflection between encoder and arm on the case's axes."""
+        return self._shown(self.deflection)
+
+    def motors_at(self, place: Literal["encoder", "arm", "between"]) -> tuple[MotorTracking, ...]:
+        """Return the figures at the place of a goal."""
+        return {"encoder": self.motors, "arm": self.arm_motors, "between": self.deflection_motors}[place]
+
+    def _shown(self, comparison: Comparison | None) -> tuple[MotorTracking, ...]:
+        return tuple(motor for motor in comparison.motors if motor.motor in self.case.motors) if comparison else ()
 
     def compute_figures(self) -> None:
         """Compute the figures now, in the process that played, instead of at their first use."""
-        _ = self.motors, self.arm_motors
+        _ = self.motors, self.arm_motors, self.deflection_motors
 
     def compared(self, recording: TaughtRecording, played: PlaybackSamples) -> "Outcome":
         """Return the outcome with the figures of this playback."""
-        arm = None
+        arm = deflection = None
         if recording.arm_deg is not None and played.arm_deg is not None:
             arm = compare(recording.times_s, recording.arm_deg, played.path_s, played.arm_deg, played.torque_nm)
+            deflection = compare(
+                recording.times_s,
+                recording.arm_deg - recording.angles_deg,
+                played.path_s,
+                played.arm_deg - played.measured_deg,
+            )
         return replace(
             self,
             arm=arm,
+            deflection=deflection,
             comparison=compare(
                 recording.times_s, recording.angles_deg, played.path_s, played.measured_deg, played.torque_nm
             ),
@@ -125,9 +144,13 @@ def as_json(outcomes: Sequence[Outcome], *, simulated: bool) -> dict[str, Any]:
 def _arm_figures(outcome: Outcome, motor: int) -> dict[str, float | None]:
     return {
         name: value
-        for tracking in outcome.arm_motors
-        if tracking.motor == motor
-        for name, value in (("arm_peak_deg", tracking.peak_deg), ("arm_rmse_deg", tracking.rmse_deg))
+        for arm, deflection in zip(outcome.arm_motors, outcome.deflection_motors, strict=True)
+        if arm.motor == motor
+        for name, value in (
+            ("arm_peak_deg", arm.peak_deg),
+            ("arm_rmse_deg", arm.rmse_deg),
+            ("deflection_peak_deg", deflection.peak_deg),
+        )
     }
 
 

@@ -121,7 +121,7 @@ def worst_beside_goals(outcomes: Sequence[Outcome]) -> list[GoalFigure]:
         tracked: dict[bool, list[float]] = {False: [], True: []}
         for outcome in outcomes:
             if (outcome.method, outcome.repetition) in goal.plays:
-                for motor in outcome.arm_motors if goal.arm else outcome.motors:
+                for motor in outcome.motors_at(goal.place):
                     tracked[motor.motor == 5].append(abs(getattr(motor, goal.figure)))
         if tracked[False] or tracked[True]:
             worst = max(tracked[False], default=None), max(tracked[True], default=None)
