@@ -433,6 +433,23 @@ def test_prescribed_and_completed_sessions_are_compared() -> None:
     assert numbers.adherence(weeks).rows[0] == ["2026-03-02", 2, 3, 60, 54]
 
 
+@pytest.mark.parametrize(("count", "between"), [(1, 1), (4, 1), (5, 2), (60, 15)])
+def test_days_below_the_sessions_per_week_are_mondays_of_whole_weeks(count: int, between: int) -> None:
+    monday = date(2026, 3, 2)
+    weeks = [
+        AdherenceWeek(
+            begins_on=monday + timedelta(weeks=week),
+            sessions=1,
+            sessions_wished=1,
+            repetitions_planned=1,
+            repetitions_done=1,
+        )
+        for week in range(count)
+    ]
+    axis = figures.adherence(weeks)["layout"]["xaxis"]
+    assert (axis["tick0"], timedelta(milliseconds=axis["dtick"])) == (monday, timedelta(weeks=between))
+
+
 def test_nothing_yet_is_an_empty_chart_and_an_empty_table(database: Database, fill: Fill) -> None:
     episode_id = fill(lambda episode: None)
     for read, draw, tabulate in (

@@ -53,7 +53,7 @@ def addresses(page: Page, clinic: Clinic) -> dict[str, str]:
         "patients": "/patients",
         "patient": f"/patients/{patient}",
         **{f"patient-{tab}": f"/patients/{patient}?tab={tab}" for tab in PATIENT_TABS},
-        "progress": f"/episodes/{episode}/progress?patient={patient}",
+        "progress": f"/episodes/{episode}/progress",
         "programme": f"/programmes/{programme}",
         "new-programme": f"/patients/{patient}/programmes/new",
         "recording": f"/recordings/{recording}",

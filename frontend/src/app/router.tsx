@@ -106,9 +106,6 @@ const progressRoute = createRoute({
   getParentRoute: () => rootRoute,
   path: "/episodes/$episodeId/progress",
   component: lazyRouteComponent(() => import("../features/progress/ProgressPage"), "ProgressPage"),
-  validateSearch: (search): { patient?: string } => ({
-    ...(typeof search.patient === "string" && { patient: search.patient }),
-  }),
 });
 
 const programmeRoute = createRoute({

@@ -25,7 +25,7 @@ export function StateBar(props: { children: ReactNode; top?: ReactNode; fullPage
       <AppShell.Header>
         <Group h="100%" px="md" justify="space-between" wrap="nowrap" gap="md">
           <Box flex={1} miw={0}>
-            <Group gap="sm" mb={{ base: 2, sm: 8 }} wrap="nowrap">
+            <Group gap="sm" mb={{ base: 2, sm: 8 }} wrap="nowrap" className={classes.top ?? ""}>
               {top ?? (
                 <Text fw={700} fz={22} c="var(--kata-brand)">
                   <Brand />
@@ -42,7 +42,12 @@ export function StateBar(props: { children: ReactNode; top?: ReactNode; fullPage
         </Group>
       </AppShell.Header>
       <AppShell.Main>
-        <div className={classes.banners ?? ""} data-full-page-stop={fullPageStop} data-screen-only>
+        <div
+          className={classes.banners ?? ""}
+          data-full-page-stop={fullPageStop}
+          data-screen-only
+          ref={storeBannersHeight}
+        >
           <StopBanner fullPage={fullPageStop} />
           <div className={classes.alarms ?? ""}>
             <Alarms />
@@ -52,6 +57,20 @@ export function StateBar(props: { children: ReactNode; top?: ReactNode; fullPage
       </AppShell.Main>
     </AppShell>
   );
+}
+
+/** Store the height of the stop and alarms that stay visible. The patient banner stays visible below them. */
+function storeBannersHeight(banners: HTMLDivElement | null) {
+  const alarms = banners?.lastElementChild as HTMLElement | null | undefined;
+  if (!banners || !alarms) return undefined;
+  const observer = new ResizeObserver(() => {
+    // Where only the alarms stay visible, the frame around both has no box, so its height is 0.
+    const height = banners.offsetHeight || alarms.offsetHeight;
+    document.documentElement.style.setProperty("--kata-banners", `${height}px`);
+  });
+  observer.observe(banners);
+  observer.observe(alarms);
+  return () => observer.disconnect();
 }
 
 function ModeBadge() {

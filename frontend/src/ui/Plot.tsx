@@ -5,6 +5,7 @@ import { t } from "../lib/i18n";
 import { LANGUAGE } from "../lib/language";
 import { translatePlaced } from "../lib/serverText";
 import { keepZoom, recolour, toPaper } from "./plotColours";
+import { fitTexts } from "./plotTexts";
 import { type PlotWindow, toWindow } from "./plotWindow";
 
 // Options of Plotly. A double click shows the whole figure.
@@ -66,7 +67,7 @@ function usePlotly(figure: Figure, onWindow: OnWindow) {
       }
       if (cancelled) return;
       // Copied, because Plotly modifies the layout that it gets.
-      const translated = translatePlaced(figure);
+      const translated = fitTexts(translatePlaced(figure), element.clientWidth);
       const coloured = () => recolour(translated, scheme, backgroundOf(element));
       const { data, layout } = coloured();
       const plot = await Plotly.react(element, data, layout, config);

@@ -5,7 +5,7 @@ import { t } from "../lib/i18n";
 export function SimulatedBadge({ simulated }: { simulated: boolean | undefined }) {
   if (!simulated) return null;
   return (
-    <Badge variant="outline" color="grape" tt="none" data-testid="simulated">
+    <Badge variant="outline" color="grape" tt="none" miw="max-content" data-testid="simulated">
       {t("common:simulated")}
     </Badge>
   );

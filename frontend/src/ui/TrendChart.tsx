@@ -1,7 +1,7 @@
-import { useElementSize } from "@mantine/hooks";
 import { formatDayOf, formatMeasured, formatShortDays } from "../lib/format";
 import { timeScale } from "./timeScale";
 import classes from "./ui.module.css";
+import { useWidth } from "./useWidth";
 
 /** One line of a trend. `at` is a time such as 2026-11-25T09:30:00Z. */
 export type Trend = { name: string; points: { at: string; value: number }[] };
@@ -18,30 +18,30 @@ const LOOKS = [
 
 /** A small chart of at most two values over time. `label` describes the chart for users who cannot see it. */
 export function TrendChart(props: { label: string; trends: Trend[]; max: number; step: number }) {
-  const { ref, width } = useElementSize<HTMLDivElement>();
+  const { ref, width } = useWidth(360);
   const { max, step } = props;
   const points = props.trends.flatMap((trend) => trend.points);
   const x = timeScale(
     points.map(({ at }) => at),
     LEFT,
-    (width || 360) - RIGHT,
+    width - RIGHT,
   );
   const y = (value: number) => HEIGHT - BOTTOM - (value / max) * (HEIGHT - TOP - BOTTOM);
-  const days = width && width < NARROW ? formatShortDays(x.ends) : x.ends.map(formatDayOf);
+  const days = width < NARROW ? formatShortDays(x.ends) : x.ends.map(formatDayOf);
   const ticks = Array.from({ length: max / step + 1 }, (_, n) => n * step);
   return (
     <div ref={ref} style={{ minHeight: HEIGHT }}>
       <svg
         className={classes.chart}
-        width={width || 360}
+        width={width}
         height={HEIGHT}
-        viewBox={`0 0 ${width || 360} ${HEIGHT}`}
+        viewBox={`0 0 ${width} ${HEIGHT}`}
         role="img"
         aria-label={props.label}
       >
         {ticks.map((tick) => (
           <g key={tick}>
-            <line className={classes.grid} x1={LEFT} x2={(width || 360) - RIGHT} y1={y(tick)} y2={y(tick)} />
+            <line className={classes.grid} x1={LEFT} x2={width - RIGHT} y1={y(tick)} y2={y(tick)} />
             <text className={classes.faint} x={LEFT - 6} y={y(tick) + 4} textAnchor="end">
               {tick}
             </text>

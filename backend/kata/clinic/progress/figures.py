@@ -55,6 +55,9 @@ _LAYOUT: Final = {
 _PANEL_HEIGHT: Final = 260
 _MARGINS: Final = 120
 _MOST_COLUMNS: Final = 2
+_MOST_DAYS: Final = 4
+"""Days below a chart that fit on a telephone."""
+_WEEK_MS: Final = 7 * 24 * 3600 * 1000
 _NAMED_BY_METHOD: Final = {
     "smooth": texts.FIGURE_RECORDING_SMOOTH,
     "learned": texts.FIGURE_RECORDING_LEARNED,
@@ -305,9 +308,11 @@ def adherence(weeks: Sequence[AdherenceWeek]) -> Figure:
     }
     traces = [came, *([wished] if any(week.sessions_wished for week in weeks) else [])]
     highest = max((max(week.sessions, week.sessions_wished or 0) for week in weeks), default=1)
+    # Without these, Plotly names Sundays.
+    ticks = {"tick0": mondays[0], "dtick": _WEEK_MS * -(-len(weeks) // _MOST_DAYS)} if mondays else {}
+    day = {"type": "date", "tickformat": texts.FIGURE_DAY_FORMAT(), "title": {"text": texts.FIGURE_WEEK_FROM()}}
     axes: dict[str, dict[str, Any]] = {
-        "xaxis": _GRID
-        | {"type": "date", "tickformat": texts.FIGURE_DAY_FORMAT(), "title": {"text": texts.FIGURE_WEEK_FROM()}},
+        "xaxis": _GRID | day | ticks,
         "yaxis": _GRID | {"title": {"text": texts.FIGURE_SESSIONS()}, "range": [0, highest + 0.5]},
     }
     if highest <= 10:

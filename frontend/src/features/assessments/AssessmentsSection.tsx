@@ -42,11 +42,10 @@ export function AssessmentsSection({ patientId }: { patientId: string }) {
   const episodeId = patient.data?.episode_id;
   const affected = patient.data?.affected_side;
   if (!episodeId || !affected) return null;
-  return <Section key={episodeId} patientId={patientId} episodeId={episodeId} affected={affected} />;
+  return <Section key={episodeId} episodeId={episodeId} affected={affected} />;
 }
 
-function Section(props: { patientId: string; episodeId: string; affected: Side }) {
-  const { patientId, episodeId, affected } = props;
+function Section({ episodeId, affected }: { episodeId: string; affected: Side }) {
   const writes = useHasPermission("write_records");
   const [editing, setEditing] = useState<Assessment | "new" | null>(null);
   const [showAll, setShowAll] = useState(false);
@@ -77,7 +76,6 @@ function Section(props: { patientId: string; episodeId: string; affected: Side }
             variant="default"
             to="/episodes/$episodeId/progress"
             params={{ episodeId }}
-            search={{ patient: patientId }}
             leftSection={<IconChartLine size={20} />}
           >
             {t("assessments:assessments.progress")}

@@ -68,7 +68,9 @@ function Tabs({ station }: { station: string }) {
           {(tab === "settings" || tab === "history") && <ProblemNote error={versions.error} />}
           {(tab === "settings" || tab === "history") && versions.isPending && <Skeleton h={320} />}
           {tab === "settings" && items.length > 0 && <SettingsTab station={station} versions={items} />}
-          {tab === "history" && items.length > 0 && <HistoryTab versions={items} />}
+          {tab === "history" && items.length > 0 && (
+            <HistoryTab versions={items} more={(versions.data?.next ?? null) !== null} />
+          )}
         </Stack>
       )}
     </PageTabs>

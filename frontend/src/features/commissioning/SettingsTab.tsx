@@ -1,5 +1,5 @@
 import "./catalogue";
-import { Button, Checkbox, Group, NativeSelect, Skeleton, Stack, Table, Text, Title } from "@mantine/core";
+import { Button, Checkbox, Group, NativeSelect, Skeleton, Stack, Text, Title } from "@mantine/core";
 import { IconDownload } from "@tabler/icons-react";
 import { useQuery } from "@tanstack/react-query";
 import { useNavigate, useSearch } from "@tanstack/react-router";
@@ -290,45 +290,63 @@ export function comparedRows({ settings, other }: Compared) {
   return [...own, ...gone.map((field) => ({ ...field, before: field.value, value: "" }))];
 }
 
-/** Shows who changed the configuration, and when. */
-export function HistoryTab({ versions }: { versions: Version[] }) {
+/** Shows who changed the configuration, and when. `more`: there are older versions that are not loaded. */
+export function HistoryTab({ versions, more = false }: { versions: Version[]; more?: boolean }) {
   return (
-    <Table.ScrollContainer minWidth={600}>
-      <Table verticalSpacing="xs" data-testid="history" aria-label={t("commissioning:page.history")}>
-        <Table.Thead>
-          <Table.Tr>
-            <Table.Th>{t("commissioning:history.number")}</Table.Th>
-            <Table.Th>{t("commissioning:history.since")}</Table.Th>
-            <Table.Th>{t("commissioning:history.who")}</Table.Th>
-            <Table.Th>{t("commissioning:history.software")}</Table.Th>
-            <Table.Th>{t("commissioning:history.what")}</Table.Th>
-          </Table.Tr>
-        </Table.Thead>
-        <Table.Tbody>
-          {versions.map((version) => (
-            <Table.Tr key={version.number}>
-              <Table.Td>{version.number}</Table.Td>
-              <Table.Td>{formatMoment(version.since)}</Table.Td>
-              <Table.Td>{version.changed_by || t("commissioning:history.file")}</Table.Td>
-              <Table.Td>{version.software}</Table.Td>
-              <Table.Td>
-                {version.number > 1 ? (
-                  <ButtonLink
-                    to="/commissioning"
-                    search={{ tab: "settings", version: version.number, other: version.number - 1 }}
-                    variant="default"
-                    size="sm"
-                  >
-                    {t("commissioning:history.show")}
-                  </ButtonLink>
-                ) : (
-                  t("commissioning:history.first")
-                )}
-              </Table.Td>
-            </Table.Tr>
-          ))}
-        </Table.Tbody>
-      </Table>
-    </Table.ScrollContainer>
+    <div data-testid="history">
+      <DataTable
+        name="station-history"
+        label={t("commissioning:page.history")}
+        columns={HISTORY_COLUMNS}
+        rows={versions}
+        rowKey={({ number }) => String(number)}
+        more={more}
+      />
+    </div>
   );
 }
+
+const changedBy = (version: Version) => version.changed_by || t("commissioning:history.file");
+
+const HISTORY_COLUMNS: Column<Version>[] = [
+  {
+    key: "number",
+    head: t("commissioning:history.number"),
+    always: true,
+    value: ({ number }) => number,
+    cell: ({ number }) => number,
+  },
+  {
+    key: "since",
+    head: t("commissioning:history.since"),
+    always: true,
+    value: ({ since }) => since,
+    cell: ({ since }) => formatMoment(since),
+  },
+  { key: "who", head: t("commissioning:history.who"), value: changedBy, cell: changedBy },
+  {
+    key: "software",
+    head: t("commissioning:history.software"),
+    value: ({ software }) => software,
+    cell: ({ software }) => software,
+  },
+  {
+    key: "what",
+    head: t("commissioning:history.what"),
+    always: true,
+    value: () => null,
+    cell: ({ number }) =>
+      number > 1 ? (
+        <ButtonLink
+          to="/commissioning"
+          search={{ tab: "settings", version: number, other: number - 1 }}
+          variant="default"
+          size="sm"
+        >
+          {t("commissioning:history.show")}
+        </ButtonLink>
+      ) : (
+        t("commissioning:history.first")
+      ),
+  },
+];

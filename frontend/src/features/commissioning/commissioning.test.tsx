@@ -1,6 +1,7 @@
 import { MantineProvider } from "@mantine/core";
 import { QueryClient, QueryClientProvider } from "@tanstack/react-query";
 import { cleanup, fireEvent, render, screen, within } from "@testing-library/react";
+import type { ReactNode } from "react";
 import { afterEach, describe, expect, it, vi } from "vitest";
 import type { Schemas } from "../../lib/api/client";
 import { api } from "../../lib/api/client";
@@ -9,8 +10,14 @@ import { readCommissioningSearch } from "./commissioningTabs";
 import { driftFigure, driftTable, type Entry, measured } from "./driftCharts";
 import { GainTuning } from "./GainTuning";
 import { comparisons, newest, type Response } from "./responseCharts";
-import { comparedRows, motorRows } from "./SettingsTab";
+import { comparedRows, HistoryTab, motorRows } from "./SettingsTab";
 import { acceptedWords, fieldWords, recordedWords } from "./settingWords";
+
+vi.mock("../../ui/links", () => ({
+  ButtonLink: ({ search, children }: { search: object; children: ReactNode }) => (
+    <a href={JSON.stringify(search)}>{children}</a>
+  ),
+}));
 
 const state: Schemas["CommissioningState"] = {
   state: "commissioned",
@@ -234,6 +241,27 @@ describe("the tuning of gains", () => {
       { name: "Present", y: [0, 2] },
     ]);
     expect(newest(responses)).toEqual(responses.slice(2));
+  });
+});
+
+describe("the history of the configuration", () => {
+  afterEach(cleanup);
+
+  it("leads from each version to the comparison with the version before", () => {
+    const version = (number: number, changed_by: string) =>
+      ({ number, since: "2026-03-02T10:00:00Z", changed_by, software: "1.0.0" }) as Schemas["StationVersion"];
+    render(
+      <MantineProvider env="test">
+        <HistoryTab versions={[version(3, "Ito Mai"), version(2, ""), version(1, "")]} more />
+      </MantineProvider>,
+    );
+    screen.getByText(/^3 rows are shown; there are more/);
+    expect(screen.getAllByRole("link").map((link) => JSON.parse(link.getAttribute("href") ?? ""))).toEqual([
+      { tab: "settings", version: 3, other: 2 },
+      { tab: "settings", version: 2, other: 1 },
+    ]);
+    fireEvent.click(screen.getByRole("button", { name: "Version" }));
+    expect(within(screen.getAllByRole("row")[1] as HTMLElement).getByText("First version")).toBeTruthy();
   });
 });
 

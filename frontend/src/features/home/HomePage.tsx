@@ -12,6 +12,7 @@ import { useHasPermission } from "../auth/hooks";
 import { StationTile } from "../fleet/StationTile";
 import { stations } from "../fleet/store";
 import { ClinicTiles } from "./ClinicTiles";
+import classes from "./home.module.css";
 import { Worklist } from "./Worklist";
 
 /**
@@ -80,7 +81,7 @@ function Stations({ narrow }: { narrow: boolean }) {
       {known.stations === null && known.lost && (
         <AlarmFrame priority="medium">{t("fleet:stations.lost")}</AlarmFrame>
       )}
-      <SimpleGrid cols={{ base: 1, sm: 2, lg: narrow ? 1 : 3 }}>
+      <SimpleGrid cols={{ base: 1, sm: 2, lg: narrow ? 1 : 3 }} className={classes.stations ?? ""}>
         {known.stations?.map((station) => (
           <StationTile key={station.name} station={station} />
         ))}

@@ -1,6 +1,6 @@
 import { useQuery } from "@tanstack/react-query";
 import { api } from "../../lib/api/client";
-import { formatDayOf, formatMoment } from "../../lib/format";
+import { formatDayOf, formatList, formatMoment } from "../../lib/format";
 import { t } from "../../lib/i18n";
 import { translateServerText } from "../../lib/serverText";
 import { MetricLink } from "../../ui/Metric";
@@ -86,7 +86,7 @@ export function TrackingTile() {
       value={
         data &&
         (drifting.length > 0
-          ? t("clinic:tiles.trackingDrift", { stations: drifting.join(", ") })
+          ? t("clinic:tiles.trackingDrift", { stations: formatList(drifting) })
           : t("clinic:tiles.trackingSteady"))
       }
       note={t("clinic:tiles.trackingDetail")}

@@ -1,13 +1,10 @@
 import { Radio, Stack, Text, TextInput, Title } from "@mantine/core";
-import { useQuery } from "@tanstack/react-query";
 import { useNavigate, useParams } from "@tanstack/react-router";
 import { useState } from "react";
 import { useTitle } from "../../app/title";
 import { api, type Episode, type Programme } from "../../lib/api/client";
 import { t } from "../../lib/i18n";
 import { useEpisodes } from "../../lib/patientQueries";
-import { InlineSlot } from "../../ui/InlineSlot";
-import { PageLink } from "../../ui/links";
 import { ProblemNote } from "../../ui/ProblemNote";
 import { diagnosisWords } from "../episodes/messages";
 import { PatientBanner } from "../patients/PatientBanner";
@@ -20,19 +17,13 @@ export function NewProgrammePage() {
   const { patientId } = useParams({ from: "/patients/$patientId/programmes/new" });
   const navigate = useNavigate();
   const setProgrammeCache = useSetProgrammeCache();
-  const patient = useQuery({ queryKey: ["patient", patientId], queryFn: () => api.patient(patientId) });
   useTitle(t("programmes:new.title"));
   return (
     <Stack>
-      <PatientBanner patientId={patientId} />
+      <PatientBanner patientId={patientId} link />
       <Title order={1} size="h2">
-        <InlineSlot words={(patient) => t("programmes:new.for", { patient })}>
-          <PageLink inherit to="/patients/$patientId" params={{ patientId }}>
-            {patient.data?.name ?? t("programmes:new.thePatient")}
-          </PageLink>
-        </InlineSlot>
+        {t("programmes:new.title")}
       </Title>
-      <ProblemNote error={patient.error} />
       <NewProgramme
         patientId={patientId}
         onSaved={(made) => {

@@ -1,6 +1,6 @@
 import { Skeleton, Stack, Text, Title } from "@mantine/core";
 import { useQuery } from "@tanstack/react-query";
-import { useState } from "react";
+import { useCallback, useState } from "react";
 import { api, type Chart } from "../../lib/api/client";
 import { utcOffsetMinutes } from "../../lib/days";
 import { t } from "../../lib/i18n";
@@ -11,16 +11,23 @@ import { SimulatedBadge } from "../../ui/SimulatedBadge";
 import { withLocalDays } from "./days";
 import { NumbersTable } from "./NumbersTable";
 
+/** Minimum width for two columns of panels, in CSS pixels. In a narrower place their titles would overlap. */
+const TWO_COLUMNS_PX = 572;
+
 /** One chart of an episode's progress with its numbers. */
 export function ProgressChart({ chart, episodeId }: { chart: Chart; episodeId: string }) {
   const title = t(`progress:charts.${chart}.title`);
   const shows = t(`progress:charts.${chart}.shows`);
   const nothing = t(`progress:charts.${chart}.nothing`);
-  // On a narrower screen the panels' titles would overlap. Not asked again, because paper has another width.
-  const [columns] = useState(() => (window.matchMedia("(min-width: 48em)").matches ? 2 : 1));
+  const [columns, setColumns] = useState<1 | 2 | null>(null);
+  // Not measured again, because paper has another width.
+  const measure = useCallback((element: HTMLElement | null) => {
+    if (element) setColumns((before) => before ?? (element.clientWidth < TWO_COLUMNS_PX ? 1 : 2));
+  }, []);
   const progress = useQuery({
     queryKey: ["progress", episodeId, chart, columns],
-    queryFn: () => api.progress(episodeId, chart, columns, utcOffsetMinutes()),
+    queryFn: () => api.progress(episodeId, chart, columns ?? 1, utcOffsetMinutes()),
+    enabled: columns !== null,
     // The space of this chart is reserved.
     meta: { late: true },
     select: ({ figure, table, notes, simulated }) => ({
@@ -32,7 +39,7 @@ export function ProgressChart({ chart, episodeId }: { chart: Chart; episodeId: s
   });
   const chartData = progress.data;
   return (
-    <Stack gap="xs" component="section" aria-label={title}>
+    <Stack gap="xs" component="section" aria-label={title} ref={measure}>
       <Title order={2} size="h3">
         {title}
       </Title>

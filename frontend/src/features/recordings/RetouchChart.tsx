@@ -1,8 +1,8 @@
-import { useElementSize } from "@mantine/hooks";
 import { type KeyboardEvent, type PointerEvent, type ReactNode, useRef } from "react";
 import type { Schemas } from "../../lib/api/client";
 import { formatDeg, formatDegrees } from "../../lib/format";
 import { t } from "../../lib/i18n";
+import { useWidth } from "../../ui/useWidth";
 import { changeAt, clamp, knotsOf, MOST_DEG, marksRoom, roomOf, toHalf, toTenth } from "./retouch";
 import classes from "./retouch.module.css";
 import type { RetouchState } from "./useRetouch";
@@ -65,13 +65,13 @@ export function RetouchChart(props: {
 }) {
   const { motion, limits, retouch } = props;
   const { part, motor } = retouch;
-  const { ref, width } = useElementSize<HTMLDivElement>();
+  const { ref, width } = useWidth(640);
   const duration_s = motion.times_s.at(-1) ?? 1;
   const knots = knotsOf(part, motor);
   const before = motion.times_s.map((time_s) => ({ time_s, deg: angleAt(motion, motor, time_s) }));
   const after = before.map(({ time_s, deg }) => ({ time_s, deg: deg + changeAt(knots, time_s) }));
   const scale = scales(
-    width || 640,
+    width,
     duration_s,
     [...before, ...after].map((place) => place.deg),
   );
@@ -82,9 +82,9 @@ export function RetouchChart(props: {
       {/* biome-ignore lint/a11y/useSemanticElements: an SVG cannot be a fieldset */}
       <svg
         className={classes.chart}
-        width={width || 640}
+        width={width}
         height={HEIGHT}
-        viewBox={`0 0 ${width || 640} ${HEIGHT}`}
+        viewBox={`0 0 ${width} ${HEIGHT}`}
         role="group"
         aria-label={t("recordings:retouch.chart", { motor })}
       >

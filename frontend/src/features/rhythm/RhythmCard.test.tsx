@@ -5,7 +5,7 @@ import type { ReactNode } from "react";
 import { afterEach, expect, it, vi } from "vitest";
 import { api } from "../../lib/api/client";
 import { RhythmOfRecording, RhythmOfRun } from "./RhythmCard";
-import { type Curve, type Rhythm, rhythmFigure } from "./rhythmFigure";
+import { type Curve, planeWords, type Rhythm, rhythmFigure } from "./rhythmFigure";
 
 vi.mock("../../ui/Plot", () => ({
   Plot: ({ label }: { label: string }) => <div data-testid="plot">{label}</div>,
@@ -105,6 +105,10 @@ it("draws a line for each curve and the apparatus' limit", () => {
     "Limit of the apparatus",
     "Unaffected side, raising",
     "Taught, raising, Flexion (88°)",
-    "Taught, raising, Abduction (-4°)",
+    "Taught, raising, Abduction (−4°)",
   ]);
+});
+
+it("names a plane without a negative zero", () => {
+  expect(planeWords(curve({ plane_deg: -0.3 }))).toBe("Abduction (0°)");
 });

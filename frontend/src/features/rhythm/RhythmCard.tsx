@@ -8,6 +8,7 @@ import { InlineSlot } from "../../ui/InlineSlot";
 import { PageLink } from "../../ui/links";
 import { Plot } from "../../ui/Plot";
 import { ProblemNote } from "../../ui/ProblemNote";
+import { WideTable } from "../../ui/WideTable";
 import { NumbersTable } from "../progress/NumbersTable";
 import { type Curve, curveName, planeWords, type Rhythm, rhythmFigure, rhythmTable } from "./rhythmFigure";
 
@@ -106,41 +107,38 @@ function leadWords(lead: Schemas["RhythmLead"]): string {
 function Ratios({ curves }: { curves: Curve[] }) {
   const bands = curves[0]?.bands ?? [];
   return (
-    <Table.ScrollContainer minWidth={960}>
-      <Table withTableBorder verticalSpacing="xs" data-testid="ratios">
-        <Table.Caption>{t("rhythm:caption")}</Table.Caption>
-        <Table.Thead>
-          <Table.Tr>
-            <Table.Th>{t("rhythm:heads.curve")}</Table.Th>
-            <Table.Th>{t("rhythm:heads.plane")}</Table.Th>
-            <Table.Th>{t("rhythm:heads.passes")}</Table.Th>
-            {bands.map((band) => (
-              <Table.Th key={band.from_deg}>{bandHead(band)}</Table.Th>
-            ))}
-            <Table.Th>{t("rhythm:heads.whole")}</Table.Th>
-            <Table.Th>{t("rhythm:heads.published")}</Table.Th>
-          </Table.Tr>
-        </Table.Thead>
-        <Table.Tbody>
-          {curves.map((curve) => (
-            <Table.Tr key={`${curve.of} ${curve.direction} ${curve.plane_deg}`}>
-              <Table.Td>{curveName(curve, curves)}</Table.Td>
-              <Table.Td>{planeWords(curve)}</Table.Td>
-              <Table.Td>{curve.passes}</Table.Td>
-              {curve.bands.map((band) => (
-                <Table.Td key={band.from_deg}>{ratioWords(band)}</Table.Td>
-              ))}
-              <Table.Td>
-                {curve.whole.ratio === null
-                  ? ratioWords(curve.whole)
-                  : t("rhythm:wholeRatio", { ...bandRange(curve.whole), ratio: ratioWords(curve.whole) })}
-              </Table.Td>
-              <Table.Td>{referenceWords(curve)}</Table.Td>
-            </Table.Tr>
+    <WideTable minWidth={960} caption={t("rhythm:caption")} data-testid="ratios">
+      <Table.Thead>
+        <Table.Tr>
+          <Table.Th>{t("rhythm:heads.curve")}</Table.Th>
+          <Table.Th>{t("rhythm:heads.plane")}</Table.Th>
+          <Table.Th>{t("rhythm:heads.passes")}</Table.Th>
+          {bands.map((band) => (
+            <Table.Th key={band.from_deg}>{bandHead(band)}</Table.Th>
           ))}
-        </Table.Tbody>
-      </Table>
-    </Table.ScrollContainer>
+          <Table.Th>{t("rhythm:heads.whole")}</Table.Th>
+          <Table.Th>{t("rhythm:heads.published")}</Table.Th>
+        </Table.Tr>
+      </Table.Thead>
+      <Table.Tbody>
+        {curves.map((curve) => (
+          <Table.Tr key={`${curve.of} ${curve.direction} ${curve.plane_deg}`}>
+            <Table.Td>{curveName(curve, curves)}</Table.Td>
+            <Table.Td>{planeWords(curve)}</Table.Td>
+            <Table.Td>{curve.passes}</Table.Td>
+            {curve.bands.map((band) => (
+              <Table.Td key={band.from_deg}>{ratioWords(band)}</Table.Td>
+            ))}
+            <Table.Td>
+              {curve.whole.ratio === null
+                ? ratioWords(curve.whole)
+                : t("rhythm:wholeRatio", { ...bandRange(curve.whole), ratio: ratioWords(curve.whole) })}
+            </Table.Td>
+            <Table.Td>{referenceWords(curve)}</Table.Td>
+          </Table.Tr>
+        ))}
+      </Table.Tbody>
+    </WideTable>
   );
 }
 

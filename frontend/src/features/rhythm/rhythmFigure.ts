@@ -1,5 +1,6 @@
 import "./catalogue";
 import type { Schemas } from "../../lib/api/client";
+import { formatDeg } from "../../lib/format";
 import { t } from "../../lib/i18n";
 import { column, figure, GRID } from "../statistics/charts";
 
@@ -22,7 +23,7 @@ export function curveName(curve: Curve, curves: Curve[]): string {
 }
 
 export const planeWords = (curve: Curve): string =>
-  t("rhythm:planeOf", { plane: t(`rhythm:planes.${curve.plane}`), angle: curve.plane_deg.toFixed(0) });
+  t("rhythm:planeOf", { plane: t(`rhythm:planes.${curve.plane}`), angle: formatDeg(curve.plane_deg, 0) });
 
 /**
  * Return a figure of the scapula over the elevation of the arm, with a line for each curve and the apparatus's

@@ -3,6 +3,7 @@ import type { Run } from "../../lib/api/client";
 import { formatDeg, formatRange } from "../../lib/format";
 import { t } from "../../lib/i18n";
 import { translateServerText } from "../../lib/serverText";
+import { WideTable } from "../../ui/WideTable";
 import { SampleLinks } from "../import-export/SampleLinks";
 import { Head, Row } from "./figureRows";
 import { patientAngleWords } from "./patientAngle";
@@ -97,20 +98,17 @@ function Errors(props: {
   rows: { first: string; compared: Compared; others: string[] }[];
 }) {
   return (
-    <Table.ScrollContainer minWidth={1120}>
-      <Table withTableBorder verticalSpacing="xs" data-testid={props.testid}>
-        <Table.Caption>{props.caption}</Table.Caption>
-        <Head
-          first={props.first}
-          others={[...t("sessions:compared.heads", { returnObjects: true }), ...props.heads]}
-        />
-        <Table.Tbody>
-          {props.rows.map(({ first, compared, others }) => (
-            <Row key={first} first={first} others={[...errorCells(compared), ...others]} />
-          ))}
-        </Table.Tbody>
-      </Table>
-    </Table.ScrollContainer>
+    <WideTable minWidth={1120} caption={props.caption} data-testid={props.testid}>
+      <Head
+        first={props.first}
+        others={[...t("sessions:compared.heads", { returnObjects: true }), ...props.heads]}
+      />
+      <Table.Tbody>
+        {props.rows.map(({ first, compared, others }) => (
+          <Row key={first} first={first} others={[...errorCells(compared), ...others]} />
+        ))}
+      </Table.Tbody>
+    </WideTable>
   );
 }
 

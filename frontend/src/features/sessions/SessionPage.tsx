@@ -5,8 +5,7 @@ import { useTitle } from "../../app/title";
 import { api, type Session } from "../../lib/api/client";
 import { formatAfter, formatMoment } from "../../lib/format";
 import { t } from "../../lib/i18n";
-import { InlineSlot } from "../../ui/InlineSlot";
-import { ButtonLink, PageLink } from "../../ui/links";
+import { ButtonLink } from "../../ui/links";
 import { PageTabs } from "../../ui/PageTabs";
 import { ProblemNote } from "../../ui/ProblemNote";
 import { RevealWhenLoaded } from "../../ui/RevealWhenLoaded";
@@ -54,7 +53,7 @@ function SessionView({ session }: { session: Session }) {
     void navigate({ search: (before) => readSessionView({ ...before, tab: next }) });
   return (
     <Stack gap="sm">
-      <PatientBanner patientId={session.patient.id} name={session.patient.name} />
+      <PatientBanner patientId={session.patient.id} name={session.patient.name} link />
       <Heading session={session} />
       <ResultMetrics session={session} />
       <SessionTimeline session={session} chosen={place} />
@@ -134,18 +133,14 @@ function PlaybackPicker({ session, place }: { session: Session; place: number })
   );
 }
 
-/** Shows the patient, the time, the therapist, how the session went, and whether the note is signed. */
+/** Shows the time, the therapist, how the session went, and whether the note is signed. */
 function Heading({ session }: { session: Session }) {
   const { patient, started_at, ended_at } = session;
   return (
     <Group justify="space-between" align="start">
       <div>
         <Title order={1} size="h2">
-          <InlineSlot words={(name) => t("sessions:session.ofPatient", { patient: name })}>
-            <PageLink inherit to="/patients/$patientId" params={{ patientId: patient.id }}>
-              {patient.name}
-            </PageLink>
-          </InlineSlot>
+          {t("sessions:session.title")}
         </Title>
         <Text>
           {ended_at

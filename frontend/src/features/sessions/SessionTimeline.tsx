@@ -1,5 +1,4 @@
 import { Title, VisuallyHidden } from "@mantine/core";
-import { useElementSize } from "@mantine/hooks";
 import { useQuery } from "@tanstack/react-query";
 import { Link } from "@tanstack/react-router";
 import { api, type Run, type Schemas, type Session } from "../../lib/api/client";
@@ -8,6 +7,7 @@ import { t } from "../../lib/i18n";
 import { translateServerText } from "../../lib/serverText";
 import { type TimeScale, timeScale } from "../../ui/timeScale";
 import ui from "../../ui/ui.module.css";
+import { useWidth } from "../../ui/useWidth";
 import classes from "./sessions.module.css";
 
 const HEIGHT = 68;
@@ -18,7 +18,7 @@ const LEAST = 18;
 
 /** Shows the playbacks of a session on its clock, with stops and resistance. Pressing a playback chooses it. */
 export function SessionTimeline({ session, chosen }: { session: Session; chosen: number }) {
-  const { ref, width } = useElementSize<HTMLDivElement>();
+  const { ref, width } = useWidth(700);
   const reversals = useQuery({
     queryKey: ["session", session.id, "reversals"],
     queryFn: () => api.sessionReversals(session.id),
@@ -34,7 +34,7 @@ export function SessionTimeline({ session, chosen }: { session: Session; chosen:
     ...(reversals.data?.items ?? []).map((event) => markOf(event, "resistance")),
   ];
   if (session.runs.length === 0) return null;
-  const right = (width || 700) - MARGIN;
+  const right = width - MARGIN;
   const x = timeScale(momentsOf(session, marks), MARGIN, right);
   return (
     <section aria-label={t("sessions:timeline.title")} ref={ref}>
@@ -46,13 +46,7 @@ export function SessionTimeline({ session, chosen }: { session: Session; chosen:
           ))}
         </ol>
       </VisuallyHidden>
-      <svg
-        className={ui.chart}
-        width={width || 700}
-        height={HEIGHT}
-        viewBox={`0 0 ${width || 700} ${HEIGHT}`}
-        aria-hidden
-      >
+      <svg className={ui.chart} width={width} height={HEIGHT} viewBox={`0 0 ${width} ${HEIGHT}`} aria-hidden>
         <line className={ui.grid} x1={MARGIN} x2={right} y1={BAR + BAR_HEIGHT} y2={BAR + BAR_HEIGHT} />
         {session.runs.map((run, place) => (
           <Playback key={run.id} run={run} place={place} chosen={place === chosen} x={x} right={right} />

@@ -23,7 +23,7 @@ export function Row({ first, others }: { first: string; others: string[] }) {
       <Table.Td>{first}</Table.Td>
       {others.map((text, place) => (
         // biome-ignore lint/suspicious/noArrayIndexKey: a cell is its column.
-        <Table.Td key={place} ta="right">
+        <Table.Td key={place} ta="right" style={{ whiteSpace: "nowrap" }}>
           {text}
         </Table.Td>
       ))}

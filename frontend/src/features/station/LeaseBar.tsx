@@ -49,8 +49,8 @@ function OwnLease(props: { lease: Lease; releasing: boolean; onRelease: () => vo
   const from = props.lease.taken_from;
   return (
     <Group justify="space-between">
-      <Group gap="xs">
-        <IconHandFinger size={22} />
+      <Group gap="xs" wrap="nowrap">
+        <IconHandFinger size={22} style={{ flex: "none" }} />
         <Text fw={600}>
           {from ? t("station:lease.youTookOver", { since, from }) : t("station:lease.you", { since })}
         </Text>

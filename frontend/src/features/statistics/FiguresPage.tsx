@@ -144,10 +144,7 @@ function Usage({ search }: { search: FiguresSearch }) {
   const span = spanOf(search, new Date());
   const usage = useQuery({ queryKey: ["usage", span, by], queryFn: () => api.usage(span, by ?? "week") });
   const rows = usage.data?.rows ?? [];
-  const sums = AMOUNTS.map((amount) => {
-    const sum = rows.reduce((total, row) => total + row[amount], 0);
-    return `${t(`clinic:figures.${amount}`)}: ${sum.toFixed(amount === "hours" ? 1 : 0)}`;
-  });
+  const sum = (amount: (typeof AMOUNTS)[number]) => rows.reduce((total, row) => total + row[amount], 0);
   return (
     <Stack>
       <Group>
@@ -175,7 +172,12 @@ function Usage({ search }: { search: FiguresSearch }) {
         <ChartCard
           name="usage"
           title={t("clinic:subjects.usage.title")}
-          summary={`${spanWords(daysOf(search, new Date()))}. ${sums.join(", ")}`}
+          summary={t("clinic:figures.usageSummary", {
+            days: spanWords(daysOf(search, new Date())),
+            sessions: sum("sessions"),
+            hours: sum("hours").toFixed(1),
+            repetitions: sum("repetitions"),
+          })}
           figure={usageFigure(rows, search)}
           table={usageTable(rows)}
         />
@@ -198,7 +200,10 @@ function Stops({ search }: { search: FiguresSearch }) {
           <ChartCard
             name="stops"
             title={t("clinic:subjects.stops.title")}
-            summary={`${spanWords(daysOf(search, new Date()))}. ${t("clinic:figures.sessions")}: ${stops.data?.sessions}`}
+            summary={t("clinic:figures.stopsSummary", {
+              days: spanWords(daysOf(search, new Date())),
+              sessions: stops.data?.sessions ?? 0,
+            })}
             figure={stopsFigure(rows)}
             table={stopsTable(rows)}
           />

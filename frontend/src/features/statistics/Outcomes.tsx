@@ -2,7 +2,7 @@ import { Select, Skeleton, Stack, Text } from "@mantine/core";
 import { useQuery } from "@tanstack/react-query";
 import { useNavigate } from "@tanstack/react-router";
 import { api, type Schemas } from "../../lib/api/client";
-import { formatDeg } from "../../lib/format";
+import { formatDeg, formatList } from "../../lib/format";
 import { t } from "../../lib/i18n";
 import { Metric, Metrics } from "../../ui/Metric";
 import { ProblemNote } from "../../ui/ProblemNote";
@@ -42,7 +42,11 @@ function Shown({ found, measure }: { found: Found; measure: Measure }) {
   const shown = shownGroups(found.groups, measure);
   const all = changeOfAll(found, measure);
   if (!all) return <Text>{t("clinic:figures.fewAll", { count: found.least_patients })}</Text>;
-  const title = t(`clinic:measures.${measure}`);
+  const titleOf = (chart: "shareChart" | "meanChart") =>
+    t("clinic:verdicts.titleOf", {
+      chart: t(`clinic:verdicts.${chart}`),
+      measure: t(`clinic:measures.${measure}`),
+    });
   const hidden = found.groups.filter((group) => group.patients === null);
   const table = outcomeTable(found.groups);
   return (
@@ -51,7 +55,7 @@ function Shown({ found, measure }: { found: Found; measure: Measure }) {
       {all.important && (
         <ChartCard
           name="outcomes"
-          title={`${t("clinic:verdicts.shareChart")}: ${title}`}
+          title={titleOf("shareChart")}
           summary={t("clinic:verdicts.improved", { percent: wholePercent(all.important.value) })}
           figure={outcomeFigure(shown, "important")}
           table={table}
@@ -59,7 +63,7 @@ function Shown({ found, measure }: { found: Found; measure: Measure }) {
       )}
       <ChartCard
         name="outcomes"
-        title={`${t("clinic:verdicts.meanChart")}: ${title}`}
+        title={titleOf("meanChart")}
         summary={t("clinic:verdicts.mean", { change: withUnit(measure, all.change?.value) })}
         figure={outcomeFigure(
           shown,
@@ -72,7 +76,7 @@ function Shown({ found, measure }: { found: Found; measure: Measure }) {
         <Text size="sm">
           {t("clinic:figures.hiddenGroups", {
             count: found.least_patients,
-            groups: hidden.map(groupWords).join(", "),
+            groups: formatList(hidden.map(groupWords)),
           })}
         </Text>
       )}

@@ -1,7 +1,7 @@
 import { Badge, Skeleton, Stack, Table, Text } from "@mantine/core";
 import { useQuery } from "@tanstack/react-query";
 import { api, type Schemas } from "../../lib/api/client";
-import { formatDeg } from "../../lib/format";
+import { formatDeg, formatList } from "../../lib/format";
 import { t } from "../../lib/i18n";
 import { ProblemNote } from "../../ui/ProblemNote";
 import { ChartCard } from "./ChartCard";
@@ -26,11 +26,13 @@ export function Tracking({ search }: { search: FiguresSearch }) {
           <ChartCard
             name="tracking"
             title={t("clinic:subjects.tracking.title")}
-            summary={`${spanWords(daysOf(search, new Date()))}. ${
-              worst.length > 0
-                ? t("clinic:tiles.trackingDrift", { stations: worst.join(", ") })
-                : t("clinic:tiles.trackingSteady")
-            }`}
+            summary={t("clinic:figures.trackingSummary", {
+              days: spanWords(daysOf(search, new Date())),
+              drift:
+                worst.length > 0
+                  ? t("clinic:tiles.trackingDrift", { stations: formatList(worst) })
+                  : t("clinic:tiles.trackingSteady"),
+            })}
             figure={trackingFigure(rows)}
             table={trackingTable(rows)}
           />

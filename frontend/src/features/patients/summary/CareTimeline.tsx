@@ -1,5 +1,4 @@
 import { Text, Title } from "@mantine/core";
-import { useElementSize } from "@mantine/hooks";
 import { useQuery } from "@tanstack/react-query";
 import { Link } from "@tanstack/react-router";
 import { useState } from "react";
@@ -8,6 +7,7 @@ import { formatDayOf, formatList, formatMoment } from "../../../lib/format";
 import { t } from "../../../lib/i18n";
 import { timeScale } from "../../../ui/timeScale";
 import ui from "../../../ui/ui.module.css";
+import { useWidth } from "../../../ui/useWidth";
 import { stageSpans, timelineEnds } from "./careTimeline";
 import classes from "./summary.module.css";
 
@@ -19,7 +19,7 @@ const MARGIN = 8;
 
 /** Shows the episode's stages, sessions, stops and assessments along one time axis. */
 export function CareTimeline({ episode, assessments }: { episode: Episode; assessments: Assessment[] }) {
-  const { ref, width } = useElementSize<HTMLDivElement>();
+  const { ref, width } = useWidth(700);
   const [now] = useState(() => new Date().toISOString());
   const listed = useQuery({
     queryKey: ["sessions", "timeline", episode.patient_id],
@@ -28,7 +28,7 @@ export function CareTimeline({ episode, assessments }: { episode: Episode; asses
   // The patient's other shoulder may have sessions, too.
   const sessions = (listed.data?.items ?? []).filter(({ episode_id }) => episode_id === episode.id);
   const title = t("patients:summary.timeline");
-  const right = (width || 700) - MARGIN;
+  const right = width - MARGIN;
   const x = timeScale(timelineEnds(episode, sessions, now), MARGIN, right);
   return (
     <section aria-label={title} ref={ref}>
@@ -37,13 +37,7 @@ export function CareTimeline({ episode, assessments }: { episode: Episode; asses
       </Title>
       <Text size="sm">{timelineWords(sessions, episode)}</Text>
       {/* The tab of sessions has the same links, so screen readers and the tab key skip these. */}
-      <svg
-        className={ui.chart}
-        width={width || 700}
-        height={HEIGHT}
-        viewBox={`0 0 ${width || 700} ${HEIGHT}`}
-        aria-hidden
-      >
+      <svg className={ui.chart} width={width} height={HEIGHT} viewBox={`0 0 ${width} ${HEIGHT}`} aria-hidden>
         <Stages episode={episode} until={episode.closed_at ?? now} x={x} right={right} />
         <line className={ui.grid} x1={MARGIN} x2={right} y1={VISITS} y2={VISITS} />
         {sessions.map((session) => (

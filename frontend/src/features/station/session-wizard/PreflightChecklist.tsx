@@ -137,7 +137,7 @@ export function CheckLine(props: { check: Check; children?: ReactNode; below?: R
   return (
     <Card withBorder padding="sm" data-testid={`check-${check.check}`}>
       <Group justify="space-between">
-        <Group wrap="nowrap" flex="1 1 16rem">
+        <Group wrap="nowrap" gap="sm" flex="1 1 16rem">
           {check.given ? <IconCircleCheckFilled {...mark} /> : <IconCircle {...mark} />}
           <CheckPicture check={check} />
           <div>

@@ -1,0 +1,47 @@
+import { expect, it } from "vitest";
+import type { Schemas } from "../lib/api/client";
+import { fitTexts, wrapped } from "./plotTexts";
+
+const LONG = "Over 18 points better: important, and more than chance";
+const figure = (data: object[], layout: object = {}) =>
+  ({ data, layout, texts: [] }) as unknown as Schemas["Figure"];
+
+it("breaks a long name between words", () => {
+  expect(wrapped(LONG, 230)).toBe("Over 18 points better:<br>important, and more than<br>chance");
+  expect(wrapped("Baseline", 230)).toBe("Baseline");
+  expect(wrapped("Incomprehensibilities", 50)).toBe("Incomprehensibilities");
+  expect(wrapped(LONG, 230, 2)).toBe("Over 18 points better:<br>important, and more than…");
+});
+
+it("breaks a Japanese name, but never before a punctuation mark", () => {
+  expect(wrapped("十八点を超える改善、重要で偶然ではない", 9 * 13)).toBe(
+    "十八点を超える改<br>善、重要で偶然では<br>ない",
+  );
+});
+
+it("changes no figure whose texts fit", () => {
+  const title = { text: "Flexion, deg", x: 0, xref: "paper" };
+  const wide = figure(
+    [
+      { name: LONG, y: [1] },
+      { name: "SPADI", y: ["All (n = 36)"] },
+    ],
+    {
+      annotations: [title],
+      xaxis: { domain: [0, 0.455] },
+    },
+  );
+  expect(fitTexts(wide, 1200)).toEqual(wide);
+  expect(fitTexts(wide, 0)).toBe(wide);
+});
+
+it("breaks the names of lines and bars on a telephone, and shows fewer numbers", () => {
+  const fitted = fitTexts(
+    figure([{ name: LONG, y: ["Programme: Range of motion<br>(n = 25)"] }], { xaxis: {} }),
+    328,
+  );
+  expect(fitted.data).toEqual([
+    { name: expect.stringContaining("<br>"), y: ["Programme: Range<br>of motion<br>(n = 25)"] },
+  ]);
+  expect(fitted.layout.xaxis).toEqual({ nticks: 4 });
+});
