@@ -14,7 +14,7 @@ DESKTOP, TABLET = ViewportSize(width=1280, height=800), ViewportSize(width=800, 
 
 
 def page_of(browser: Browser, clinic: Clinic, size: ViewportSize, scheme: str) -> Page:
-    context = browser.new_context(viewport=size, color_scheme=scheme)  # type: ignore[arg-type]
+    context = browser.new_context(viewport=size, color_scheme=scheme, reduced_motion="reduce")  # type: ignore[arg-type]
     context.add_cookies([{"name": COOKIE, "value": clinic.cookie, "url": clinic.url}])
     # A clinic has hidden the guide of the simulated apparatus.
     context.add_init_script("localStorage.setItem('kata.first-steps-hidden', 'true')")
@@ -84,7 +84,7 @@ def test_take_the_pictures_of_the_tour(browser: Browser, demonstration: Clinic) 
     open_tab(page, "Sessions")
     page.get_by_role("table").last.get_by_role("link").nth(1).click()
     expect(page.locator(".js-plotly-plot").first).to_be_visible(timeout=LONG_MS)
-    take(page, "errors", page.get_by_test_id("verdict"))
+    take(page, "errors", page.get_by_role("region", name="Playback 1"))
     watching.goto(f"{clinic.url}/administration/audit")
     expect(watching.get_by_role("row").nth(5)).to_be_visible(timeout=LONG_MS)
     take(watching, "audit", watching.get_by_role("heading", name="Audit trail"))

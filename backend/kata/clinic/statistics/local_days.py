@@ -1,4 +1,4 @@
-"""The local day of a time as a SQL expression for SQLite and PostgreSQL."""
+"""The local day of a time, and the Monday of its week, as SQL expressions for SQLite and PostgreSQL."""
 
 from typing import Any
 
@@ -19,14 +19,24 @@ class local_day(FunctionElement[Any]):  # noqa: N801 - a SQL function
         super().__init__(moment, cast(minutes, Integer))
 
 
+class local_week(local_day):  # noqa: N801 - a SQL function
+    """The Monday on or before the local day of a UTC time."""
+
+    inherit_cache = True
+
+
 @compiles(local_day, "sqlite")
 def _sqlite(element: local_day, compiler: SQLCompiler, **options: Any) -> str:
     moment, minutes = element.clauses
-    return f"date({compiler.process(moment, **options)}, {compiler.process(minutes, **options)} || ' minutes')"
+    day = f"{compiler.process(moment, **options)}, {compiler.process(minutes, **options)} || ' minutes'"
+    # "weekday 1" is the Monday on or after a day.
+    return f"date({day}, '-6 days', 'weekday 1')" if isinstance(element, local_week) else f"date({day})"
 
 
 @compiles(local_day, "postgresql")
 def _postgresql(element: local_day, compiler: SQLCompiler, **options: Any) -> str:
     moment, minutes = element.clauses
     zone = f"{compiler.process(moment, **options)} AT TIME ZONE 'UTC'"
-    return f"CAST({zone} + {compiler.process(minutes, **options)} * INTERVAL '1 minute' AS DATE)"
+    local = f"{zone} + {compiler.process(minutes, **options)} * INTERVAL '1 minute'"
+    begin = f"date_trunc('week', {local})" if isinstance(element, local_week) else local
+    return f"CAST({begin} AS DATE)"

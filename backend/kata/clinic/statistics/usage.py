@@ -3,19 +3,19 @@ named.
 """
 
 from collections import defaultdict
-from collections.abc import Iterable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
-from datetime import date, datetime, timedelta
+from datetime import datetime, timedelta
 from typing import Any, Final
 
-from sqlalchemy import func, select
-from sqlalchemy.orm import Session
+from sqlalchemy import Select, func, select
+from sqlalchemy.orm import InstrumentedAttribute, Session
 
 from kata.clinic.events.tables import DeviceEventRow
 from kata.clinic.sessions.tables import SessionStopRow
 from kata.clinic.statistics import intervals
 from kata.clinic.statistics.intervals import SampleSums
-from kata.clinic.statistics.local_days import local_day
+from kata.clinic.statistics.local_days import local_day, local_week
 from kata.clinic.statistics.schemas import (
     Period,
     StationDrift,
@@ -37,6 +37,16 @@ _COUNT_DEG: Final = 360 / 4096
 """One encoder count of a drive in degrees. The apparatus cannot measure a smaller change."""
 
 
+_USE: Final = (
+    StationHourRow.sessions,
+    StationHourRow.playbacks,
+    StationHourRow.stopped,
+    StationHourRow.played_s,
+    StationHourRow.repetitions,
+)
+_ERROR: Final = (StationHourRow.compared, StationHourRow.rmse_sum_deg)
+
+
 @dataclass(frozen=True)
 class Span:
     """A period, the offset of the clinic's time zone, and the station (None: all stations)."""
@@ -47,40 +57,20 @@ class Span:
     station: str | None = None
 
 
-@dataclass
-class _Sums:
-    sessions: int = 0
-    playbacks: int = 0
-    stopped: int = 0
-    played_s: float = 0.0
-    repetitions: int = 0
-    compared: int = 0
-    rmse_sum_deg: float = 0.0
-    rmse_square_sum_deg2: float = 0.0
-    peak_deg: float = 0.0
-
-    def add(self, row: Any) -> None:
-        """Add the sums of another hour or day."""
-        for name in vars(self):
-            value = getattr(row, name) or 0
-            setattr(self, name, max(self.peak_deg, value) if name == "peak_deg" else getattr(self, name) + value)
-
-
 def usage(session: Session, span: Span, by: Period) -> Usage:
     """Return the use of each station by day or week."""
-    found = _by_period(_days(session, span), by)
     rows = [
         StationUse(
-            begins_on=begins_on,
-            station=station,
-            sessions=sums.sessions,
-            playbacks=sums.playbacks,
-            stopped=sums.stopped,
-            hours=sums.played_s / 3600,
-            repetitions=sums.repetitions,
+            begins_on=row.begins_on,
+            station=row.station,
+            sessions=row.sessions,
+            playbacks=row.playbacks,
+            stopped=row.stopped,
+            hours=row.played_s / 3600,
+            repetitions=row.repetitions,
         )
-        for (begins_on, station), sums in found.items()
-        if sums.sessions
+        for row in session.execute(_sums(span, by, _USE))
+        if row.sessions
     ]
     return Usage(rows=rows)
 
@@ -89,14 +79,14 @@ def tracking(session: Session, span: Span) -> TrackingQuality:
     """Return the tracking error of each station by week, and its change at the end of the period."""
     rows = [
         StationTracking(
-            begins_on=begins_on,
-            station=station,
-            playbacks=sums.compared,
-            rmse_deg=sums.rmse_sum_deg / sums.compared,
-            peak_deg=sums.peak_deg,
+            begins_on=row.begins_on,
+            station=row.station,
+            playbacks=row.compared,
+            rmse_deg=row.rmse_sum_deg / row.compared,
+            peak_deg=row.peak_deg,
         )
-        for (begins_on, station), sums in _by_period(_days(session, span), "week").items()
-        if sums.compared
+        for row in session.execute(_sums(span, "week", _ERROR))
+        if row.compared
     ]
     recent = _samples(session, span, span.until - RECENT, span.until)
     before = _samples(session, span, span.until - RECENT - BEFORE, span.until - RECENT)
@@ -130,24 +120,17 @@ def stops(session: Session, span: Span) -> Stops:
     return Stops(rows=rows, sessions=session.scalar(total) or 0)
 
 
-def _days(session: Session, span: Span) -> Iterable[Any]:
-    sums = [func.sum(getattr(StationHourRow, name)).label(name) for name in vars(_Sums()) if name != "peak_deg"]
-    day = local_day(StationHourRow.__table__.c.hour, span.utc_offset_minutes).label("day")
-    query = (
-        select(day, StationHourRow.station, *sums, func.max(StationHourRow.peak_deg).label("peak_deg"))
+def _sums(span: Span, by: Period, columns: Sequence[InstrumentedAttribute[Any]]) -> Select[Any]:
+    """Return a query of the sums of these columns for each day or week and station."""
+    begin = local_day if by == "day" else local_week
+    begins_on = begin(StationHourRow.__table__.c.hour, span.utc_offset_minutes).label("begins_on")
+    sums = [func.sum(column).label(column.key) for column in columns]
+    return (
+        select(begins_on, StationHourRow.station, *sums, func.max(StationHourRow.peak_deg).label("peak_deg"))
         .where(*_within(span, span.since, span.until))
-        .group_by(day, StationHourRow.station)
-        .order_by(day, StationHourRow.station)
+        .group_by(begins_on, StationHourRow.station)
+        .order_by(begins_on, StationHourRow.station)
     )
-    return session.execute(query)
-
-
-def _by_period(days: Iterable[Any], by: Period) -> dict[tuple[date, str], _Sums]:
-    found: dict[tuple[date, str], _Sums] = defaultdict(_Sums)
-    for row in days:
-        begins_on = row.day - timedelta(days=row.day.weekday()) if by == "week" else row.day
-        found[begins_on, row.station].add(row)
-    return dict(sorted(found.items()))
 
 
 def _within(span: Span, since: datetime, until: datetime) -> Sequence[Any]:

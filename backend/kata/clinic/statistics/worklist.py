@@ -82,10 +82,16 @@ def followed(session: Session, now: datetime, hidden: Select[UUID] | None = None
     ``hidden``: query of the ids of patients to leave out.
     """
     since = now - RECENT
-    held_sessions = (
-        select(SessionRow.episode_id, func.max(SessionRow.started_at).label("last_at"))
+    # Materialized, because SQLite would otherwise read every session of the clinic in the order of the episodes.
+    recent = (
+        select(SessionRow.episode_id, SessionRow.started_at)
         .where(SessionRow.started_at >= since, SessionRow.run_count > 0)
-        .group_by(SessionRow.episode_id)
+        .cte("recent")
+        .prefix_with("MATERIALIZED")
+    )
+    held_sessions = (
+        select(recent.c.episode_id, func.max(recent.c.started_at).label("last_at"))
+        .group_by(recent.c.episode_id)
         .cte("held_sessions")
     )
     new = select(ProgrammeRow.episode_id).join(ProgrammeVersionRow).where(ProgrammeVersionRow.made_at >= since)
@@ -95,12 +101,8 @@ def followed(session: Session, now: datetime, hidden: Select[UUID] | None = None
     # Sessions are prescribed from the version's date on, so that earlier ones do not make up for them.
     held = (
         select(func.count())
-        .where(
-            SessionRow.episode_id == EpisodeRow.id,
-            SessionRow.run_count > 0,
-            SessionRow.started_at >= since,
-            SessionRow.started_at >= ProgrammeVersionRow.made_at,
-        )
+        .select_from(recent)
+        .where(recent.c.episode_id == EpisodeRow.id, recent.c.started_at >= ProgrammeVersionRow.made_at)
         .correlate(EpisodeRow, ProgrammeVersionRow)
         .scalar_subquery()
     )

@@ -49,7 +49,7 @@ function OwnLease(props: { lease: Lease; releasing: boolean; onRelease: () => vo
   const from = props.lease.taken_from;
   return (
     <Group justify="space-between">
-      <Group gap="xs" wrap="nowrap">
+      <Group gap="xs" wrap="nowrap" flex="1 1 16rem">
         <IconHandFinger size={22} style={{ flex: "none" }} />
         <Text fw={600}>
           {from ? t("station:lease.youTookOver", { since, from }) : t("station:lease.you", { since })}
