@@ -43,6 +43,8 @@ class SessionRow(Base):
     __tablename__ = "sessions"
     __table_args__ = (
         Index("ix_sessions_started_at_id", "started_at", "id"),
+        # The home page counts the sessions of the last weeks by episode without reading their rows.
+        Index("ix_sessions_started_at_episode_id", "started_at", "episode_id", "run_count"),
         Index("ix_sessions_patient_id_started_at", "patient_id", "started_at", "id"),
         Index("ix_sessions_therapist_started_at", "therapist", "started_at", "id"),
         Index("ix_sessions_station_started_at", "station", "started_at", "id"),

@@ -4,8 +4,9 @@ Records of restricted patients are counted, because a figure names no patient. S
 from the total, the next smallest group of the same kind is also hidden.
 """
 
-from collections import Counter, defaultdict
-from collections.abc import Callable, Iterable, Sequence
+from collections import Counter
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass, fields
 from datetime import timedelta
 from typing import Any, Final, Literal
 from uuid import UUID
@@ -41,7 +42,7 @@ _By = Literal["stage", "programme"]
 
 def outcomes(session: Session, span: Span, adherence: ProgrammeAdherence) -> Outcomes:
     """Return the outcomes of the episodes whose last assessment is within the time. The station of ``span`` is ignored."""
-    compared = session.execute(
+    rows = session.execute(
         select(
             _text(EpisodeOutcomeRow.episode_id), EpisodeOutcomeRow.measure, EpisodeOutcomeRow.first_at, EpisodeOutcomeRow.first,
             EpisodeOutcomeRow.last, EpisodeOutcomeRow.important_at, _text(EpisodeRow.patient_id),
@@ -51,10 +52,11 @@ def outcomes(session: Session, span: Span, adherence: ProgrammeAdherence) -> Out
             EpisodeOutcomeRow.last_at > EpisodeOutcomeRow.first_at,
         )
     ).all()  # fmt: skip
+    compared = _compared(rows)
     stage_of, programme_of = _stages(session, span), _programmes(session, span)
     groups = [_group("all", "", compared)]
-    groups += _groups("stage", compared, lambda row: stage_of.get(row.episode_id, ""), _STAGES)
-    groups += _groups("programme", compared, lambda row: programme_of.get(row.episode_id, ""))
+    groups += _groups("stage", compared, [stage_of.get(row.episode_id, "") for row in rows], _STAGES)
+    groups += _groups("programme", compared, [programme_of.get(row.episode_id, "") for row in rows])
     return Outcomes(
         limits={name: [measure.important, measure.detectable] for name, measure in MEASURES.items()},
         least_patients=LEAST_SHOWN,
@@ -101,55 +103,88 @@ def _episodes(span: Span) -> Any:
     )
 
 
-def _groups(
-    by: _By, rows: Iterable[_Row], name_of: Callable[[_Row], str], order: Sequence[str] = ()
-) -> list[OutcomeGroup]:
-    of_name: dict[str, list[_Row]] = defaultdict(list)
-    for row in rows:
-        of_name[name_of(row)].append(row)
-    names = [name for name in order if name in of_name] or sorted(of_name, key=lambda name: -len(of_name[name]))
-    return [_group(by, name, of_name[name]) for name in names]
+@dataclass(frozen=True)
+class _Compared:
+    """Values of measures in episodes, as columns, because loops over thousands of rows take longer than the queries."""
+
+    measure: Any
+    """Numbers of the measures in :data:`MEASURES`."""
+    patient: Any
+    """Numbers that stand for the patients."""
+    first: Any
+    last: Any
+    fall: Any
+    """First value minus last value, as shown."""
+    weeks: Any
+    """Weeks until the first important improvement; NaN if there was none."""
+
+    @property
+    def patients(self) -> int:
+        """Return the number of persons. A patient may have an episode of each shoulder."""
+        return len(np.unique(self.patient))
+
+    def where(self, chosen: Any) -> "_Compared":
+        """Return the rows for which ``chosen`` is true."""
+        return _Compared(*(getattr(self, column.name)[chosen] for column in fields(self)))
 
 
-def _group(by: Literal["all", "stage", "programme"], name: str, rows: Sequence[_Row]) -> OutcomeGroup:
-    of_measure: dict[OutcomeMeasure, list[_Row]] = {measure: [] for measure in MEASURES}
-    for row in rows:
-        of_measure[row.measure].append(row)
-    changes = [_change(measure, of) for measure, of in of_measure.items() if _patients(of) >= LEAST_SHOWN]
-    return OutcomeGroup(by=by, name=name, patients=_patients(rows), changes=changes)
+def _compared(rows: Sequence[_Row]) -> _Compared:
+    first, last = (np.array([getattr(row, name) for row in rows], dtype=float) for name in ("first", "last"))
+    weeks = [(row.important_at - row.first_at) / _WEEK if row.important_at else np.nan for row in rows]
+    return _Compared(
+        measure=_numbered([row.measure for row in rows], MEASURES),
+        patient=_numbered([row.patient_id for row in rows]),
+        first=first,
+        last=last,
+        fall=np.array([as_shown(fall) for fall in (first - last).tolist()], dtype=float),
+        weeks=np.array(weeks, dtype=float),
+    )
 
 
-def _patients(rows: Sequence[_Row]) -> int:
-    """Return the number of persons. A patient may have an episode of each shoulder."""
-    return len({row.patient_id for row in rows})
+def _numbered(names: Iterable[str], known: Iterable[str] = ()) -> Any:
+    """Return the number of each name: its place in ``known``, or else in the order of its first appearance."""
+    places = {name: place for place, name in enumerate(known)}
+    return np.array([places.setdefault(name, len(places)) for name in names], dtype=int)
 
 
-def _change(measure: OutcomeMeasure, rows: Sequence[_Row]) -> OutcomeChange:
-    first, last = (np.array([getattr(row, name) for row in rows]) for name in ("first", "last"))
-    change = last - first
+def _groups(by: _By, rows: _Compared, names: Sequence[str], order: Sequence[str] = ()) -> list[OutcomeGroup]:
+    """Return a group for each name, in this order or else from the largest to the smallest. ``names``: one for each row."""
+    found = Counter(names)
+    listed = [name for name in order if name in found] or [name for name, _ in found.most_common()]
+    numbers = _numbered(names, listed)
+    return [_group(by, name, rows.where(numbers == number)) for number, name in enumerate(listed)]
+
+
+def _group(by: Literal["all", "stage", "programme"], name: str, rows: _Compared) -> OutcomeGroup:
+    of_measure = [(measure, rows.where(rows.measure == number)) for number, measure in enumerate(MEASURES)]
+    changes = [_change(measure, of) for measure, of in of_measure if of.patients >= LEAST_SHOWN]
+    return OutcomeGroup(by=by, name=name, patients=rows.patients, changes=changes)
+
+
+def _change(measure: OutcomeMeasure, rows: _Compared) -> OutcomeChange:
+    change = rows.last - rows.first
     limits = MEASURES[measure]
-    improved = [row for row in rows if row.important_at is not None]
-    weeks = [(row.important_at - row.first_at) / _WEEK for row in improved]
+    improved = rows.where(~np.isnan(rows.weeks))
     return OutcomeChange(
         measure=measure,
-        patients=_patients(rows),
-        shoulders=len(rows),
-        first=float(first.mean()),
-        last=float(last.mean()),
-        change=intervals.of_mean(SampleSums(len(rows), float(change.sum()), float((change**2).sum()))),
-        important=_share(change, limits.important, lambda fall, limit: fall >= limit),
+        patients=rows.patients,
+        shoulders=len(change),
+        first=float(rows.first.mean()),
+        last=float(rows.last.mean()),
+        change=intervals.of_mean(SampleSums(len(change), float(change.sum()), float((change**2).sum()))),
+        important=_share(rows.fall, limits.important, np.greater_equal),
         # As for one patient (kata.clinic.questionnaires.changes): a change that is not larger may be due to chance.
-        detectable=_share(change, limits.detectable, lambda fall, limit: fall > limit),
-        weeks_to_important=[float(quartile) for quartile in np.percentile(weeks, (25, 50, 75))]
-        if _patients(improved) >= LEAST_SHOWN
+        detectable=_share(rows.fall, limits.detectable, np.greater),
+        weeks_to_important=[float(quartile) for quartile in np.percentile(improved.weeks, (25, 50, 75))]
+        if improved.patients >= LEAST_SHOWN
         else None,
     )
 
 
-def _share(change: Any, limit: float | None, reached: Callable[[float, float], bool]) -> Estimate | None:
+def _share(falls: Any, limit: float | None, reached: np.ufunc) -> Estimate | None:
     if limit is None:
         return None
-    return intervals.of_share(sum(reached(as_shown(-one), limit) for one in change.tolist()), len(change))
+    return intervals.of_share(int(np.count_nonzero(reached(falls, limit))), len(falls))
 
 
 def _without_small(groups: list[OutcomeGroup]) -> list[OutcomeGroup]:

@@ -6,7 +6,7 @@ from datetime import datetime, timedelta
 from typing import Any, Final, Literal
 from uuid import UUID
 
-from sqlalchemy import Select, func, select, union
+from sqlalchemy import Select, case, func, select, union
 from sqlalchemy.orm import Session, aliased
 
 from kata.actor import Actor
@@ -90,7 +90,7 @@ def followed(session: Session, now: datetime, hidden: Select[UUID] | None = None
         .prefix_with("MATERIALIZED")
     )
     held_sessions = (
-        select(recent.c.episode_id, func.max(recent.c.started_at).label("last_at"))
+        select(recent.c.episode_id, func.max(recent.c.started_at).label("last_at"), func.count().label("held"))
         .group_by(recent.c.episode_id)
         .cte("held_sessions")
     )
@@ -99,13 +99,17 @@ def followed(session: Session, now: datetime, hidden: Select[UUID] | None = None
     other = aliased(ProgrammeVersionRow)
     newest = select(func.max(other.number)).where(other.programme_id == ProgrammeRow.id).scalar_subquery()
     # Sessions are prescribed from the version's date on, so that earlier ones do not make up for them.
-    held = (
+    held_since_made = (
         select(func.count())
-        .select_from(recent)
-        .where(recent.c.episode_id == EpisodeRow.id, recent.c.started_at >= ProgrammeVersionRow.made_at)
+        .where(
+            SessionRow.episode_id == EpisodeRow.id,
+            SessionRow.run_count > 0,
+            SessionRow.started_at >= ProgrammeVersionRow.made_at,
+        )
         .correlate(EpisodeRow, ProgrammeVersionRow)
         .scalar_subquery()
     )
+    held = case((ProgrammeVersionRow.made_at > since, held_since_made), else_=func.coalesce(held_sessions.c.held, 0))
     query = (
         select(
             ProgrammeRow.episode_id, EpisodeRow.patient_id, ProgrammeVersionRow.sessions_per_week, ProgrammeVersionRow.made_at,
