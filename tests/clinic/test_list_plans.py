@@ -17,6 +17,7 @@ from kata.clinic.patients import service as patients
 from kata.clinic.restricted import service as restricted
 from kata.clinic.sessions import lists
 from kata.clinic.sessions.lists import SessionFilter
+from kata.clinic.statistics import worklist
 from kata.database.engine import Database
 from tests.support.databases import upgraded_file
 
@@ -49,7 +50,7 @@ def looks(database: Database, find: Callable[[Session], Any]) -> list[str]:
         plans = [
             session.connection().exec_driver_sql(f"EXPLAIN QUERY PLAN {sentence}", given).all()
             for sentence, given in list(asked)
-            if sentence.startswith("SELECT")
+            if sentence.startswith(("SELECT", "WITH"))
         ]
     steps = [str(row[3]) for plan in plans for row in plan]
     return [step for step in steps if step.startswith(("SCAN", "SEARCH")) and " anon_" not in step]
@@ -112,3 +113,11 @@ def test_patients_are_read_from_one_index_without_row_scans(empty: Database, wor
 def test_hidden_patients_are_looked_up_only_for_their_page(empty: Database) -> None:
     found = looks(empty, lambda session: restricted.hidden_among(session, THERAPIST, [UUID(int=3), UUID(int=4)]))
     assert not [step for step in found if step.startswith("SCAN")]
+
+
+def test_home_page_reads_only_the_sessions_of_the_last_weeks(empty: Database) -> None:
+    """SQLite once read every session of the clinic, in the order of the episodes."""
+    found = looks(empty, lambda session: worklist.followed(session, MAY))
+    of_sessions = [step for step in found if " sessions " in step]
+    assert "SEARCH sessions USING COVERING INDEX ix_sessions_started_at_episode_id (started_at>?)" in of_sessions
+    assert not [step for step in of_sessions if step.startswith("SCAN")]
