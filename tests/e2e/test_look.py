@@ -52,6 +52,35 @@ def test_an_alarm_is_a_notification_until_it_is_read(page: Page, clinic: Clinic)
     expect(page.get_by_role("button", name="Notifications", exact=True)).to_be_visible(timeout=LONG_MS)
 
 
+@pytest.mark.parametrize("size", ["telephone", "desktop"])
+def test_stop_and_alarms_do_not_cover_the_patients_name(page: Page, clinic: Clinic, size: str) -> None:
+    page.goto(f"{clinic.url}/station")
+    wait_until_idle(page)
+    page.get_by_role("button", name="Press the e-stop switch").click()
+    expect(page.get_by_test_id("stop-banner")).to_be_visible(timeout=LONG_MS)
+    width, height = SIZES[size]
+    page.set_viewport_size({"width": width, "height": height})
+    patient = page.request.get(f"{clinic.url}/api/patients").json()["items"][0]["id"]
+    page.goto(f"{clinic.url}/patients/{patient}")
+    expect(page.get_by_test_id("patient-banner").get_by_role("heading")).to_be_visible(timeout=LONG_MS)
+    expect(page.get_by_test_id("alarm-sound")).to_be_visible(timeout=LONG_MS)
+    seen = page.evaluate(
+        """() => {
+            window.scrollTo(0, 600);
+            const name = document.querySelector('[data-testid=patient-banner] h1');
+            const {left, top, width, height} = name.getBoundingClientRect();
+            return [window.scrollY, name.contains(document.elementFromPoint(left + width / 2, top + height / 2))];
+        }"""
+    )
+    scrolled_px, is_visible = seen
+    assert scrolled_px > 100
+    assert is_visible
+    page.set_viewport_size({"width": 1280, "height": 800})
+    page.goto(f"{clinic.url}/station")
+    page.get_by_role("button", name="Release the e-stop switch").click(timeout=LONG_MS)
+    acknowledge(page)
+
+
 def test_archiving_is_taken_back_with_one_press(page: Page) -> None:
     page.get_by_role("link", name="Patients", exact=True).click()
     page.get_by_role("link", name="Tanaka Ren").click()
