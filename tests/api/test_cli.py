@@ -13,6 +13,7 @@ import pytest
 from kata.database.engine import Database
 from tests.support.databases import upgraded_file
 from tests.support.kata_command import kata
+from tests.support.processes import descendants, is_running
 
 
 def test_serve_requires_the_choice_of_an_apparatus(tmp_path: Path) -> None:
@@ -57,19 +58,16 @@ def test_serve_reports_a_newer_database(tmp_path: Path) -> None:
     assert "Traceback" not in done.stderr
 
 
-def children(pid: int) -> set[int]:
-    """Return all descendants of a process."""
-    found: set[int] = set()
-    for task in Path(f"/proc/{pid}/task").iterdir():
-        for child in map(int, (task / "children").read_text().split()):
-            found |= {child} | children(child)
-    return found
-
-
-def alive(pid: int) -> bool:
-    """Return True if the process runs: it is neither gone nor a zombie."""
-    status = Path(f"/proc/{pid}/stat")
-    return status.exists() and status.read_text().rpartition(")")[2].split()[0] != "Z"
+def until_started(pid: int) -> set[int]:
+    """Wait until the service has started its simulator and its device process, and this its reference builder. Return their ids."""
+    limit = time.monotonic() + 60
+    while True:
+        started = descendants(pid)
+        commands = " ".join(Path(f"/proc/{child}/cmdline").read_text().replace("\0", " ") for child in started)
+        if all(module in commands for module in ("kata.simulator", "kata.device ", "kata.device.reference_builder")):
+            return started
+        assert time.monotonic() < limit, commands
+        time.sleep(0.05)
 
 
 @pytest.mark.parametrize(
@@ -78,23 +76,25 @@ def alive(pid: int) -> bool:
 def test_service_leaves_no_process_however_it_ends(tmp_path: Path, how: signal.Signals, code: set[int]) -> None:
     command = [sys.executable, "-m", "kata", "serve", "--simulate", "--data", str(tmp_path), "--port", "0"]
     with subprocess.Popen(command, stderr=subprocess.PIPE, text=True, start_new_session=True) as served:
-        assert served.stderr is not None
-        answer = ""
-        while "Kata is ready" not in answer:
-            line = served.stderr.readline()
-            assert line, answer
-            answer += line
-        started = children(served.pid)
-        assert len(started) >= 3  # simulator, device process, figure worker
-        if how == signal.SIGINT:
-            os.killpg(served.pid, how)  # Ctrl-C reaches the whole group
-        else:
-            os.kill(served.pid, how)
-        assert served.wait(30) in code
-        rest = served.stderr.read()
+        try:
+            assert served.stderr is not None
+            answer = ""
+            while "Kata is ready" not in answer:
+                line = served.stderr.readline()
+                assert line, answer
+                answer += line
+            started = until_started(served.pid)
+            if how == signal.SIGINT:
+                os.killpg(served.pid, how)  # Ctrl-C reaches the whole group
+            else:
+                os.kill(served.pid, how)
+            assert served.wait(30) in code
+            rest = served.stderr.read()
+        finally:
+            served.kill()
     assert "Traceback" not in rest
     limit = time.monotonic() + 20
-    while any(alive(pid) for pid in started):
-        assert time.monotonic() < limit, [pid for pid in started if alive(pid)]
+    while any(is_running(pid) for pid in started):
+        assert time.monotonic() < limit, [pid for pid in started if is_running(pid)]
         time.sleep(0.05)
     assert "ended" in (tmp_path / "device.log").read_text()

@@ -2,6 +2,8 @@
 
 import base64
 import json
+import subprocess
+import sys
 import threading
 import time
 from dataclasses import replace
@@ -21,6 +23,8 @@ from kata.motion.edit import AS_TAUGHT, Motion
 from kata.motion.tracking import compare
 from kata.plotting import downsampling, figures
 from kata.plotting.figures import RecordingFigureSamples, RunFigureSamples, Window
+from tests.support.paths import ROOT
+from tests.support.processes import is_running
 
 COUNT = 30_000
 TIMES_S: Floats = np.linspace(0.0, (COUNT - 1) / 100, COUNT)
@@ -157,3 +161,51 @@ def test_closing_does_not_wait_for_a_worker_warming_up(monkeypatch: pytest.Monke
     ending.start()
     ending.join(20)
     assert not ending.is_alive()
+
+
+def test_a_worker_without_a_task_starts_no_process() -> None:
+    program = """
+import os
+from kata.plotting.figures import FigureWorker
+from tests.support.processes import descendants
+
+worker = FigureWorker()
+print(descendants(os.getpid()))
+worker.close()
+"""
+    done = subprocess.run(
+        [sys.executable, "-c", program], cwd=ROOT, capture_output=True, text=True, check=True, timeout=60
+    )
+    assert done.stdout.strip() == "set()"
+
+
+def test_a_closed_worker_starts_no_process() -> None:
+    worker = figures.FigureWorker()
+    worker.close()
+    with pytest.raises(RuntimeError, match="closed"):
+        worker.warm_up()
+
+
+def test_a_worker_ends_with_a_killed_service() -> None:
+    program = """
+import os, signal
+from kata.plotting.figures import FigureWorker
+from tests.support.processes import descendants
+
+if __name__ == "__main__":
+    worker = FigureWorker()
+    worker.build(max, 1, 2)
+    print(*descendants(os.getpid()), flush=True)
+    signal.pause()
+"""
+    with subprocess.Popen([sys.executable, "-c", program], cwd=ROOT, stdout=subprocess.PIPE, text=True) as service:
+        try:
+            assert service.stdout is not None
+            started = [int(word) for word in service.stdout.readline().split()]
+        finally:
+            service.kill()
+    assert len(started) == 2  # worker and multiprocessing's resource tracker
+    limit = time.monotonic() + 20
+    while any(is_running(pid) for pid in started):
+        assert time.monotonic() < limit, started
+        time.sleep(0.05)

@@ -179,7 +179,7 @@ async def _warm_up(figures: FigureWorker, station: Station) -> None:
             await subscription.changed.wait()
             subscription.changed.clear()
     await asyncio.sleep(_WARM_UP_AFTER_S)
-    figures.warm_up()
+    await asyncio.to_thread(figures.warm_up)
 
 
 def _letterhead(settings: Settings) -> letterhead.Letterhead:

@@ -82,11 +82,12 @@ class FigureWorker:
         self._closed = False
         self.exporting = CapacityLimiter(_EXPORTS_AT_ONCE)
         """Limits the number of threads that export whole records through this worker."""
-        self._pool = self._new_pool()
+        self._pool: ProcessPoolExecutor | None = None
+        self._choosing_pool = threading.Lock()
         self._warm: Future[None] | None = None
 
     def warm_up(self) -> None:
-        """Start the worker and let it import its libraries before the first figure is requested."""
+        """Start the worker and let it import its libraries before the first figure is requested. Call this from a worker thread."""
         self._warm = self._submit(_warm_up)
 
     def build(self, what: Callable[..., _Built], *parts: object) -> _Built:
@@ -103,17 +104,17 @@ class FigureWorker:
             if self._closed:
                 raise
             # The worker was killed, perhaps for lack of memory. Try once more with a new worker.
-            self._pool.shutdown(wait=False)
-            self._pool = self._new_pool()
+            self._end_pool(wait=False)
             return self._submit(what, *parts).result()
 
     def close(self) -> None:
         """End the worker. A worker that is still warming up is terminated."""
-        self._closed = True
-        if self._warm and not self._warm.done():
+        with self._choosing_pool:
+            self._closed = True
+        if self._pool and self._warm and not self._warm.done():
             for worker in list(self._pool._processes.values()):
                 worker.terminate()
-        self._pool.shutdown(wait=True, cancel_futures=True)
+        self._end_pool(wait=True)
 
     def _submit(self, what: Callable[..., _Built], *parts: object) -> Future[_Built]:
         """Submit a task to the worker. This starts the worker if it is not running."""
@@ -121,14 +122,25 @@ class FigureWorker:
         # inherits a mask for the signal.
         before = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
         try:
-            return self._pool.submit(what, *parts)
+            return self._usable_pool().submit(what, *parts)
         finally:
             signal.pthread_sigmask(signal.SIG_SETMASK, before)
 
-    @staticmethod
-    def _new_pool() -> ProcessPoolExecutor:
-        spawning = multiprocessing.get_context("spawn")
-        return ProcessPoolExecutor(1, mp_context=spawning, initializer=_end_with_parent)
+    def _usable_pool(self) -> ProcessPoolExecutor:
+        """Return the pool. It is made when it is first needed, because it starts a process of its own beside the worker."""
+        with self._choosing_pool:
+            if self._closed:
+                raise RuntimeError("the figure worker is closed")
+            if self._pool is None:
+                spawning = multiprocessing.get_context("spawn")
+                self._pool = ProcessPoolExecutor(1, mp_context=spawning, initializer=_end_with_parent)
+            return self._pool
+
+    def _end_pool(self, *, wait: bool) -> None:
+        with self._choosing_pool:
+            pool, self._pool = self._pool, None
+        if pool:
+            pool.shutdown(wait=wait, cancel_futures=wait)
 
 
 def pieces(figure: str) -> Iterator[bytes]:
