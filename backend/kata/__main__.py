@@ -10,7 +10,7 @@ def main() -> None:
     import os
 
     from kata.system import scheduling
-    from kata.system.gc_freeze import frozen_imports
+    from kata.system.gc_freeze import permanent_objects
     from kata.system.private_files import UMASK
 
     # This applies to every file of this process and its children.
@@ -20,7 +20,7 @@ def main() -> None:
     # Set this before any thread starts. All commands do so, because a benchmark or an evaluation beside the service must not delay an
     # apparatus.
     scheduling.set_time_slice(scheduling.LONG_NS)
-    with frozen_imports():
+    with permanent_objects():
         from pydantic import ValidationError
 
         from kata.cli.main import app

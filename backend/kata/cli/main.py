@@ -19,7 +19,7 @@ from kata.evaluation.commands import evaluate
 from kata.motion.axes import CANONICAL_SIDE, Side
 from kata.settings import Settings
 from kata.system.console import console, fail
-from kata.system.gc_freeze import frozen_imports
+from kata.system.gc_freeze import permanent_objects
 
 app = typer.Typer(no_args_is_help=True, add_completion=False, pretty_exceptions_enable=False)
 app.add_typer(audit, name="audit")
@@ -58,7 +58,7 @@ def serve(
     settings = _settings(station=station, host=host, port=port, data=data, rate_hz=rate_hz, simulate=simulate or None)
     if not settings.simulate and not settings.station:
         fail("No apparatus given. Use --station FILE.toml for a real one, or --simulate for a simulated one.")
-    with frozen_imports():
+    with permanent_objects():
         from kata.cli import serve
 
     try:

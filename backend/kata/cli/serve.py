@@ -13,6 +13,8 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final
 
 import uvicorn
+from fastapi import FastAPI
+from sqlalchemy.orm import configure_mappers
 
 from kata.api import live, logs, watchdog
 from kata.api.app import create_app
@@ -33,6 +35,7 @@ from kata.settings import Settings
 from kata.simulator.process import SimulatorError
 from kata.system import malloc
 from kata.system.console import console, fail
+from kata.system.gc_freeze import permanent_objects
 from kata.system.private_files import make_private
 
 if TYPE_CHECKING:
@@ -58,8 +61,13 @@ def serve(settings: Settings, *, reload: bool) -> None:
     _make_private(settings.data)
     if reload:
         _serve_reloading(settings)
-    else:
-        asyncio.run(_serve(settings))
+        return
+    malloc.return_free_memory()
+    with permanent_objects():
+        application = create_app(settings)
+        # The first query would do this otherwise.
+        configure_mappers()
+    asyncio.run(_serve(settings, application))
 
 
 def _make_private(folder: Path) -> None:
@@ -118,10 +126,8 @@ def _address(host: str, port: int, *, encrypted: bool) -> str:
     return f"{'https' if encrypted else 'http'}://{shown}:{port}"
 
 
-async def _serve(settings: Settings) -> None:
+async def _serve(settings: Settings, application: FastAPI) -> None:
     """Run the application's lifespan here instead of in uvicorn, so that its errors can be printed as sentences."""
-    malloc.return_free_memory()
-    application = create_app(settings)
     open_connections = OpenConnections(
         settings.connections_per_address, settings.trusted_proxies, partial(_warn_of_proxy, settings)
     )

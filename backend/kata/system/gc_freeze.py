@@ -1,4 +1,4 @@
-"""Excludes imported objects from garbage collection, because they exist until the process ends."""
+"""Excludes objects that exist until the process ends from garbage collection."""
 
 import gc
 from collections.abc import Iterator
@@ -6,11 +6,11 @@ from contextlib import contextmanager
 
 
 @contextmanager
-def frozen_imports() -> Iterator[None]:
-    """Disable the collector around large imports and freeze the imported objects.
+def permanent_objects() -> Iterator[None]:
+    """Disable the collector while the context makes permanent objects, and freeze all objects at its end.
 
-    Large imports make hundreds of thousands of objects. The collector would scan them repeatedly during the imports, while
-    other processes wait for this one, and once more at the end. That takes most of a second and finds no garbage.
+    Large imports and the routes of the service are hundreds of thousands of objects. The collector would scan them repeatedly while they
+    are made, during the work of the service, and once more at the end. That takes most of a second and finds no garbage.
     """
     gc.disable()
     try:
