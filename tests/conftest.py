@@ -34,10 +34,15 @@ if "TMPDIR" not in os.environ and os.access(_MEMORY, os.W_OK) and shutil.disk_us
     os.environ["TMPDIR"] = str(_MEMORY)
 
 
+# Collecting imports thousands of modules, which the collector would scan again and again.
+gc.disable()
+
+
 def pytest_collection_finish() -> None:
     """Exclude the tests' own objects from garbage collection. A control loop collects garbage whenever it opens its port, which would take
     a third of a second with the objects of a thousand tests."""
     gc.freeze()
+    gc.enable()
 
 
 @pytest.hookimpl(wrapper=True, tryfirst=True)
