@@ -434,7 +434,7 @@ def test_prescribed_and_completed_sessions_are_compared() -> None:
 
 
 @pytest.mark.parametrize(("count", "between"), [(1, 1), (4, 1), (5, 2), (60, 15)])
-def test_days_below_the_sessions_per_week_are_mondays_of_whole_weeks(count: int, between: int) -> None:
+def test_sessions_per_week_are_labelled_with_mondays(count: int, between: int) -> None:
     monday = date(2026, 3, 2)
     weeks = [
         AdherenceWeek(
