@@ -6,7 +6,7 @@ export function WideTable(props: TableProps & { minWidth: number; caption: strin
   const { minWidth, caption, children, ...table } = props;
   return (
     <Table.ScrollContainer minWidth={minWidth} className={classes.wide ?? ""}>
-      <Table withTableBorder captionSide="top" verticalSpacing="xs" {...table}>
+      <Table withTableBorder captionSide="top" verticalSpacing="xs" horizontalSpacing={6} {...table}>
         <Table.Caption ta="start" mb="xs">
           <span className={classes.caption}>{caption}</span>
         </Table.Caption>
