@@ -43,7 +43,7 @@ _IN_POSITION_COUNTS: Final = 20
 
 
 class _Inspected:
-    """Values of a servo that faults and tests use without a request on the bus."""
+    """Values of a servo that are read without a request on the bus."""
 
     table: bytearray
     _volt: float
@@ -61,6 +61,13 @@ class _Inspected:
     def environment(self) -> tuple[float, int]:
         """The supply's voltage in V, and the servo's temperature in degrees Celsius."""
         return self._volt, self._temperature_c
+
+    def _word(self, address: int) -> int:
+        return int.from_bytes(self.table[address : address + 2], "little")
+
+    @property
+    def _shut_down(self) -> bool:
+        return self.table[ct.HARDWARE_ERROR] & self.table[ct.SHUTDOWN] != 0
 
 
 class Servo(_Inspected):
@@ -244,13 +251,6 @@ class Servo(_Inspected):
             self.fail(self.table[ct.HARDWARE_ERROR] | error)
 
     # -- effects of the values -----------------------------------------------------------------------------------------------
-
-    def _word(self, address: int) -> int:
-        return int.from_bytes(self.table[address : address + 2], "little")
-
-    @property
-    def _shut_down(self) -> bool:
-        return self.table[ct.HARDWARE_ERROR] & self.table[ct.SHUTDOWN] != 0
 
     @property
     def _sign(self) -> int:

@@ -3,7 +3,6 @@
 import math
 from collections.abc import Callable
 from dataclasses import dataclass
-from functools import partial
 from typing import Final, Literal
 
 PatientName = Literal["healthy", "freezing", "frozen", "thawing", "large", "small"]
@@ -76,9 +75,7 @@ class PassiveShoulder:
             for pair, sign in zip(patient.peaks_deg, signs, strict=True)
         ]
         self._ends = tuple((low, high) for low, high in ends)
-        self._passive = tuple(
-            partial(_passive_nm, low, high, self._soft, peak_nm, patient.damping_nm_s) for low, high in self._ends
-        )
+        self._passive = tuple(_capsule(end, self._soft, peak_nm, patient.damping_nm_s) for end in self._ends)
         self.guarding = 0.0
         """Present guarding, 0 to 1."""
 
@@ -105,16 +102,15 @@ class PassiveShoulder:
         return self.guarding * self._patient.guarding_nm
 
 
-def _passive_nm(
-    low: float, high: float, soft: float, peak_nm: float, damping_nm_s: float, angle: float, speed: float
-) -> float:
-    beyond_low, beyond_high = (low - angle) * soft, (angle - high) * soft
-    limit = _LARGEST
-    return (
-        peak_nm
-        * (
-            math.exp(beyond_low if beyond_low < limit else limit)
-            - math.exp(beyond_high if beyond_high < limit else limit)
-        )
-        - damping_nm_s * speed
-    )
+def _capsule(
+    end: tuple[float, float], soft: float, peak_nm: float, damping_nm_s: float
+) -> Callable[[float, float], float]:
+    """Return the function that gives an axis' passive torque in Nm for its angle and speed. ``soft``: growth per rad beyond the ends."""
+    (low, high), limit, exp = end, _LARGEST, math.exp
+
+    def passive_nm(angle: float, speed: float) -> float:
+        beyond_low, beyond_high = (low - angle) * soft, (angle - high) * soft
+        push = exp(beyond_low if beyond_low < limit else limit) - exp(beyond_high if beyond_high < limit else limit)
+        return peak_nm * push - damping_nm_s * speed
+
+    return passive_nm
