@@ -83,7 +83,7 @@ _OWN_ACCOUNT: Final = RouteRule("own_account", locked=True, enrolling=True, offl
 _READ: Final = RouteRule("read_records")
 _WRITE: Final = RouteRule("write_records")
 _OPERATE: Final = RouteRule("operate", own_station_only=True)
-_OPERATE_OFFLINE: Final = RouteRule("operate", own_station_only=True, offline=True)
+_OPERATE_WITHOUT_DATABASE: Final = RouteRule("operate", own_station_only=True, offline=True)
 _DIAGNOSE: Final = RouteRule("diagnose", own_station_only=True, offline=True)
 _ADMINISTER: Final = RouteRule("administer")
 _SEE_STATION: Final = RouteRule("see_station", locked=True, offline=True)
@@ -295,21 +295,21 @@ RULES: Final[Mapping[str, RouteRule]] = MappingProxyType(
         # Counts and ids. Pages request them at intervals.
         "list_notifications": RouteRule("see_station"),
         "stop": RouteRule("stop", locked=True, enrolling=True, offline=True),
-        "take_lease": _OPERATE_OFFLINE,
-        "release_lease": _OPERATE_OFFLINE,
+        "take_lease": _OPERATE_WITHOUT_DATABASE,
+        "release_lease": _OPERATE_WITHOUT_DATABASE,
         "set_side": _OPERATE,
         "teach": _OPERATE,
-        "finish_teaching": _OPERATE_OFFLINE,
-        "load": _OPERATE_OFFLINE,
+        "finish_teaching": _OPERATE_WITHOUT_DATABASE,
+        "load": _OPERATE_WITHOUT_DATABASE,
         "load_end_feel": _OPERATE,
-        "unload": _OPERATE_OFFLINE,
-        "approach": _OPERATE_OFFLINE,
-        "play": _OPERATE_OFFLINE,
-        "pause": _OPERATE_OFFLINE,
-        "reduce_range": _OPERATE_OFFLINE,
-        "return_to_rest": _OPERATE_OFFLINE,
-        "release_torque": _OPERATE_OFFLINE,
-        "acknowledge": _OPERATE_OFFLINE,
+        "unload": _OPERATE_WITHOUT_DATABASE,
+        "approach": _OPERATE_WITHOUT_DATABASE,
+        "play": _OPERATE_WITHOUT_DATABASE,
+        "pause": _OPERATE_WITHOUT_DATABASE,
+        "reduce_range": _OPERATE_WITHOUT_DATABASE,
+        "return_to_rest": _OPERATE_WITHOUT_DATABASE,
+        "release_torque": _OPERATE_WITHOUT_DATABASE,
+        "acknowledge": _OPERATE_WITHOUT_DATABASE,
         "get_simulator": RouteRule("diagnose", offline=True),
         "set_pedal": _DIAGNOSE,
         "set_estop": _DIAGNOSE,
