@@ -21,7 +21,7 @@ from kata.evaluation.cases import REPOSITIONING_ERROR_DEG, Case, paper_cases, re
 from kata.evaluation.goals import GOALS
 from kata.evaluation.outcome import Outcome, as_json
 from kata.evaluation.page import as_html
-from kata.evaluation.run import Job, Judge, evaluate_jobs, play
+from kata.evaluation.run import Job, MechanicsChoice, evaluate_jobs, play
 from kata.evaluation.station import VirtualStation
 from kata.evaluation.tables import beside_goals, plays_in_words, worst_beside_goals
 from kata.motion.axes import AXES
@@ -130,7 +130,7 @@ def test_motion_beyond_the_linkages_reach_is_a_problem_too(short: Taught) -> Non
 
 def test_playback_on_the_independent_plant_meets_the_goals(short: Taught) -> None:
     """Motor 5 was 3.8 deg away while its drive's integral was not in the model."""
-    (outcome,) = play(Job(Case("short", "right", short, AXES), "smooth", 1, 2, Judge("mujoco")))
+    (outcome,) = play(Job(Case("short", "right", short, AXES), "smooth", 1, 2, MechanicsChoice("mujoco")))
     assert outcome.problem is None
     assert all(abs(motor.peak_deg) < 0.6 for motor in outcome.motors[:4])
     assert abs(outcome.motors[4].peak_deg) < 1.0
@@ -145,7 +145,7 @@ def raised_sideways() -> Case:
 
 def test_arm_that_is_too_heavy_is_refused_before_it_starts() -> None:
     """With a balancer of 1.5 kg, motor 3 needs 3.7 Nm for the level arm, and friction comes on top."""
-    (outcome,) = play(Job(raised_sideways(), "smooth", 1, None, Judge("mujoco", balancer_kg=1.5)))
+    (outcome,) = play(Job(raised_sideways(), "smooth", 1, None, MechanicsChoice("mujoco", balancer_kg=1.5)))
     assert outcome.problem is not None
     assert outcome.refused
     assert outcome.clock_s > 4.0, "the arm was taught, which takes at least the motion's duration"
@@ -157,7 +157,7 @@ def test_arm_that_is_too_heavy_is_refused_before_it_starts() -> None:
 def test_resistance_ends_a_play_with_its_reason() -> None:
     """The load of an unidentified station is unknown: the arm is taken back, and the play does not wait for its end."""
     motion = raised_sideways().motion
-    make_mechanics = Judge("mujoco", balancer_kg=1.2).make_mechanics
+    make_mechanics = MechanicsChoice("mujoco", balancer_kg=1.2).make_mechanics
     station = VirtualStation(config.simulated("virtual"), make_mechanics=make_mechanics)
     taught = station.teach(motion)
     times_s = (taught.t_ns - taught.t_ns[0]) / 1e9

@@ -19,7 +19,7 @@ from kata.system.console import fail
 
 if TYPE_CHECKING:
     from kata.evaluation.outcome import Outcome
-    from kata.evaluation.run import Job, Judge
+    from kata.evaluation.run import Job, MechanicsChoice
     from kata.motion.method import Method
     from kata.simulator.independent.patients import PatientName
     from kata.simulator.mechanics import PlantName
@@ -101,7 +101,7 @@ def evaluate(
     if end_feel:
         _judge_end_feel(chosen_plant, range(seed or 0, (seed or 0) + seeds), processes, json_out)
         return
-    judge = run.Judge(chosen_plant, _parse_patient(patient, chosen_plant), balancer_kg)
+    judge = run.MechanicsChoice(chosen_plant, _parse_patient(patient, chosen_plant), balancer_kg)
     if balancer_kg is not None and chosen_plant != "mujoco":
         raise typer.BadParameter("is possible only with --plant mujoco", param_hint="--balancer")
     try:
@@ -116,7 +116,7 @@ def evaluate(
         fail(str(error))
     beside: list[Outcome] = []
     if html_out and judge.plant == "mujoco":
-        other = [replace(job, judge=run.Judge()) for job in jobs if job.seed == variations[0]]
+        other = [replace(job, judge=run.MechanicsChoice()) for job in jobs if job.seed == variations[0]]
         beside = _on_virtual_time(other, processes)
     _report(outcomes, beside, (json_out, html_out), simulated=station is None, judge=judge)
     sys.exit(any(outcome.problem for outcome in outcomes))
@@ -135,7 +135,7 @@ def _report(
     files: tuple[Path | None, Path | None],
     *,
     simulated: bool,
-    judge: "Judge",
+    judge: "MechanicsChoice",
 ) -> None:
     """Print the tables and write the files: JSON and HTML. ``beside``: playbacks on the simple plant, for the HTML report."""
     from kata.evaluation import page, report, tables

@@ -33,7 +33,7 @@ PLAYS_TO_LEARN: Final = 5
 
 
 @dataclass(frozen=True)
-class Judge:
+class MechanicsChoice:
     """The simulated mechanics."""
 
     plant: PlantName = "simple"
@@ -59,7 +59,7 @@ class Job:
     method: Method
     repetitions: int
     seed: int | None
-    judge: Judge = Judge()
+    judge: MechanicsChoice = MechanicsChoice()
 
 
 def jobs(
@@ -67,7 +67,7 @@ def jobs(
     methods: Sequence[Method],
     repetitions: int | None,
     seeds: Sequence[int | None],
-    judge: Judge,
+    judge: MechanicsChoice,
 ) -> list[Job]:
     """Return a job for every seed, case and method, in this order."""
     return [
@@ -143,7 +143,7 @@ def play(job: Job) -> list[Outcome]:
 
 
 @cache
-def _config(judge: Judge, seed: int | None) -> StationConfig:
+def _config(judge: MechanicsChoice, seed: int | None) -> StationConfig:
     """Return the station's configuration. On the independent plant, drives and load are first identified with a healthy arm, as in
     commissioning.
 
