@@ -34,7 +34,7 @@ STEP_S: Final = 0.02
 _CUTOFF_HZ: Final = 4.0
 _GAIN: Final = 0.6
 _LEAK: Final = 0.02
-_WORSE: Final = 1.1
+_GROWN_ERROR_RATIO: Final = 1.1
 """An error counts as grown above this multiple of the error before plus :data:`_NOISE_DEG`, because muscle tone varies."""
 _NOISE_DEG: Final = 0.02
 _LEAST_FREE_SHARE: Final = 0.3
@@ -45,7 +45,7 @@ _FADE_IN_S: Final = 0.5
 """Transition from no learning to full learning."""
 _LIMIT_MARGIN_DEG: Final = 1.0
 """Nothing is learned this close to a limit, because the limit may have held the setpoint back."""
-_MAX_TORQUE_SHARE: Final = 0.5
+_DISTURBED_TORQUE_SHARE: Final = 0.5
 """Share of the torque that counts as the patient's resistance. Above this share the patient may have resisted."""
 _TORQUE_AVERAGE_S: Final = 0.1
 """Torque is averaged over this time, because shorter pushes come from the drives' own vibration."""
@@ -136,7 +136,7 @@ def next_correction(
         free = np.minimum(alone, _distance(grid, grid[near[:, axis]]))
         if np.mean(free > 0.0) >= _LEAST_FREE_SHARE:
             error_rms[axis] = np.sqrt(np.mean(error[free > 0.0, axis] ** 2))
-        if lesson and error_rms[axis] > _WORSE * lesson.error_deg[axis] + _NOISE_DEG:
+        if lesson and error_rms[axis] > _GROWN_ERROR_RATIO * lesson.error_deg[axis] + _NOISE_DEG:
             learned[:, axis] = played_with[:, axis] = lesson.played_deg[:, axis]
             error_rms[axis] = lesson.error_deg[axis]
             gain[axis] /= 2
@@ -153,7 +153,7 @@ def _loaded(beyond_nm: Floats, played_at: Floats, threshold_nm: Floats) -> NDArr
 
     sample_s = float(np.median(np.diff(played_at)))
     averaged = uniform_filter1d(beyond_nm, max(1, round(_TORQUE_AVERAGE_S / sample_s)), axis=0)
-    over: NDArray[np.bool_] = np.abs(averaged) > _MAX_TORQUE_SHARE * threshold_nm
+    over: NDArray[np.bool_] = np.abs(averaged) > _DISTURBED_TORQUE_SHARE * threshold_nm
     return over
 
 
