@@ -15,8 +15,8 @@ from kata.evaluation.paper import ERRORS
 from kata.motion.linkage import Floats
 
 # Use the colours of the service's figures. They can be distinguished with colour blindness, and in grey by their brightness.
-_TAUGHT: Final = "#1f3a93"
-_PLAYED: Final = "#e07b00"
+_TAUGHT_COLOUR: Final = "#1f3a93"
+_PLAYED_COLOUR: Final = "#e07b00"
 _ERROR: Final = "#5e9c76"
 _ROW_PX: Final = 260
 _STYLE: Final = """
@@ -161,8 +161,8 @@ def _traces(outcome: Outcome, motor: int) -> Iterator[tuple[go.Scatter, bool]]:
     compared = outcome.comparison
     assert compared is not None
     for name, angles, colour, dash, on_the_right in (
-        ("Teaching", compared.taught_deg, _TAUGHT, "solid", False),
-        ("Playback", compared.played_deg, _PLAYED, "dash", False),
+        ("Teaching", compared.taught_deg, _TAUGHT_COLOUR, "solid", False),
+        ("Playback", compared.played_deg, _PLAYED_COLOUR, "dash", False),
         ("Error (right axis)", compared.error_deg, _ERROR, "solid", True),
     ):
         trace = go.Scatter(

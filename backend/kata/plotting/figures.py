@@ -28,8 +28,8 @@ from kata.plotting import downsampling, texts
 from kata.plotting.placed_texts import with_texts
 
 # Red, yellow and cyan are reserved for alarms. These colours can be distinguished by colour-blind people and by their brightness.
-_TAUGHT: Final = "#1f3a93"
-_PLAYED: Final = "#e07b00"
+_TAUGHT_COLOUR: Final = "#1f3a93"
+_PLAYED_COLOUR: Final = "#e07b00"
 _ERROR: Final = "#5e9c76"
 _PIECE: Final = 1 << 18
 Clock = Literal["path", "wall"]
@@ -154,7 +154,13 @@ def recording(parts: RecordingFigureSamples) -> str:
     lines = _recording_lines(parts)
     angles = [lines["taught_deg"][:, axis] for axis in range(len(AXES))]
     traces = [
-        _line(lines["taught_s"][:, axis], angles[axis], texts.FIGURE_MOTOR(motor=motor), _style(_TAUGHT, 1.5), motor)
+        _line(
+            lines["taught_s"][:, axis],
+            angles[axis],
+            texts.FIGURE_MOTOR(motor=motor),
+            _style(_TAUGHT_COLOUR, 1.5),
+            motor,
+        )
         for axis, motor in enumerate(AXES)
     ]
     return _stacked(traces, angles, parts.window, legend=False)
@@ -167,8 +173,8 @@ def derived(before_series: Series, after_series: Series) -> str:
     for axis, motor in enumerate(AXES):
         old, new = before["taught_deg"][:, axis], after["taught_deg"][:, axis]
         traces += [
-            _line(before["taught_s"][:, axis], old, texts.FIGURE_BEFORE(), _style(_TAUGHT, 1.2), motor),
-            _line(after["taught_s"][:, axis], new, texts.FIGURE_AFTER(), _style(_PLAYED, dash="dash"), motor),
+            _line(before["taught_s"][:, axis], old, texts.FIGURE_BEFORE(), _style(_TAUGHT_COLOUR, 1.2), motor),
+            _line(after["taught_s"][:, axis], new, texts.FIGURE_AFTER(), _style(_PLAYED_COLOUR, dash="dash"), motor),
         ]
         for trace in traces[-2:]:
             trace["showlegend"] = axis == 0
@@ -188,8 +194,13 @@ def run(parts: RunFigureSamples) -> str:
         of_motor = {name: values[:, axis] for name, values in lines.items()}
         error = _line(of_motor["played_s"], of_motor["error_deg"], texts.FIGURE_ERROR(), _style(_ERROR, 1.2))
         traces = [
-            _line(of_motor["taught_s"], of_motor["taught_deg"], texts.FIGURE_TEACHING(), _style(_TAUGHT)),
-            _line(of_motor["played_s"], of_motor["played_deg"], texts.FIGURE_PLAYBACK(), _style(_PLAYED, dash="dash")),
+            _line(of_motor["taught_s"], of_motor["taught_deg"], texts.FIGURE_TEACHING(), _style(_TAUGHT_COLOUR)),
+            _line(
+                of_motor["played_s"],
+                of_motor["played_deg"],
+                texts.FIGURE_PLAYBACK(),
+                _style(_PLAYED_COLOUR, dash="dash"),
+            ),
             error | {"yaxis": "y2"},
         ]
         layout = _layout() | {
