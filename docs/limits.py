@@ -19,7 +19,7 @@ _SUBJECTS: Final[dict[str, tuple[tuple[str, str, str], ...]]] = {
         ),
         (
             "station/lease.py",
-            "RELEASE_AFTER_S",
+            "STOP_AND_RELEASE_AFTER_S",
             "The lease survives this absence of its browser. Then the motors release the arm.",
         ),
         (

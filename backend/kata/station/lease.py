@@ -16,7 +16,7 @@ from kata.station.schemas import LeaseLive
 
 PAUSE_AFTER_S: Final = 2.0
 """Longest absence of the holder's browser during playback. A page reloads, and a weak network recovers, within this time."""
-RELEASE_AFTER_S: Final = 30.0
+STOP_AND_RELEASE_AFTER_S: Final = 30.0
 """Longest absence of the holder's browser. Then a Stop is due, and the lease ends as soon as torque is off."""
 NOT_OPERATING: Final = "not_operating"
 """Code of the refusal of a command from a browser without the lease."""
@@ -156,10 +156,10 @@ class Lease:
         absent_s = self._absent_s(now)
         if absent_s < PAUSE_AFTER_S:
             return None
-        if absent_s >= RELEASE_AFTER_S and torque == "off":
+        if absent_s >= STOP_AND_RELEASE_AFTER_S and torque == "off":
             self._held = None
             return None
-        if absent_s >= RELEASE_AFTER_S and mode not in _NOTHING_TO_STOP:
+        if absent_s >= STOP_AND_RELEASE_AFTER_S and mode not in _NOTHING_TO_STOP:
             return "stop"
         return "pause" if mode == "playing" else None
 
