@@ -39,12 +39,12 @@ class ResistanceMonitor:
         """``thresholds_nm``: the level's torque of each axis."""
         self._thresholds_nm = thresholds_nm
         self._since_ns: list[int | None] = [None] * len(thresholds_nm)
-        self._met: tuple[int, float, int] | None = None
+        self._last_reversal: tuple[int, float, int] | None = None
 
     def start_after_reversal(self, axis: int, torque_nm: float, t_ns: int) -> None:
         """Restart after a reversal. The push that caused it does not count again until :data:`RELIEVE_NS` has passed."""
         self._since_ns = [None] * len(self._thresholds_nm)
-        self._met = (axis, torque_nm, t_ns + RELIEVE_NS)
+        self._last_reversal = (axis, torque_nm, t_ns + RELIEVE_NS)
 
     def resisting_axis(self, state: CycleState, speed_deg_s: Sequence[float]) -> int | None:
         """Return the first axis that meets resistance in this cycle, else None.
@@ -70,9 +70,9 @@ class ResistanceMonitor:
 
     def _is_subsiding(self, n: int, state: CycleState) -> bool:
         """Return True while the push that caused the last reversal still has time to end."""
-        if self._met is None:
+        if self._last_reversal is None:
             return False
-        axis, torque_nm, until_ns = self._met
+        axis, torque_nm, until_ns = self._last_reversal
         return n == axis and state.torque_nm[n] * torque_nm > 0 and state.t_ns < until_ns
 
 
