@@ -8,7 +8,7 @@ from typing import Final
 from kata.actor import CURRENT_ACTOR, REQUEST_CONTEXT
 from kata.api.authorization import check_user
 from kata.api.services import Services
-from kata.audit.chain import Outcome
+from kata.audit.chain import AuditOutcome
 from kata.audit.entries import entry
 from kata.auth.permissions import RULES, RouteRule
 from kata.device.ipc_messages import Refusal, Stop
@@ -26,7 +26,7 @@ async def stop_by_user(services: Services) -> Refusal | None:
     # Both routes require a login.
     assert actor is not None
     check_user(actor, _RULE, services.station_name)
-    outcome: Outcome = "failed"
+    outcome: AuditOutcome = "failed"
     refusal: Refusal | None = None
     try:
         refusal = await services.station.command(Stop())
@@ -36,7 +36,7 @@ async def stop_by_user(services: Services) -> Refusal | None:
     return refusal
 
 
-def _record(services: Services, outcome: Outcome, refusal: Refusal | None) -> None:
+def _record(services: Services, outcome: AuditOutcome, refusal: Refusal | None) -> None:
     context = REQUEST_CONTEXT.get()
     of_request = context is not None and context.action == _ACTION
     if context and not of_request:

@@ -13,7 +13,7 @@ from sqlalchemy.orm import Session
 
 from kata.audit.tables import AuditRow
 
-Outcome = Literal["done", "refused", "failed"]
+AuditOutcome = Literal["done", "refused", "failed"]
 
 COLUMNS: Final = (
     "number", "at", "account_id", "who", "role", "sign_in_id", "address", "action", "outcome", "patient_id", "subject",
@@ -37,7 +37,7 @@ class Entry:
     """Id of the login session."""
     address: str
     action: str
-    outcome: Outcome
+    outcome: AuditOutcome
     patient_id: UUID | None
     subject: str
     station: str

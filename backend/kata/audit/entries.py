@@ -8,7 +8,7 @@ from uuid import UUID
 from sqlalchemy.orm import Session
 
 from kata.actor import CURRENT_ACTOR, REQUEST_CONTEXT, Actor
-from kata.audit.chain import Entry, Outcome
+from kata.audit.chain import AuditOutcome, Entry
 from kata.database.base import utc_now
 
 PROGRAM: Final = "Kata"
@@ -19,7 +19,7 @@ ADDED: Final = "audit"
 
 def entry(
     action: str,
-    outcome: Outcome = "done",
+    outcome: AuditOutcome = "done",
     patient_id: UUID | None = None,
     subject: str = "",
     detail: Mapping[str, Any] | None = None,

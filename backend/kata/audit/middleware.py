@@ -6,7 +6,7 @@ from starlette.types import ASGIApp, Message, Receive, Scope, Send
 
 from kata.actor import CURRENT_ACTOR, REQUEST_CONTEXT, RequestContext
 from kata.audit.audit_log import AuditLog
-from kata.audit.chain import Entry, Outcome
+from kata.audit.chain import AuditOutcome, Entry
 from kata.audit.entries import entry
 from kata.database.availability import DATABASE_UNAVAILABLE
 
@@ -68,7 +68,7 @@ class AuditMiddleware:
 async def _record_outcome(audit_log: AuditLog, scope: Scope, status: int) -> None:
     context = REQUEST_CONTEXT.get()
     method = scope.get("method", "GET")
-    outcome: Outcome = "done" if status < 400 else "refused" if status in _REFUSED else "failed"
+    outcome: AuditOutcome = "done" if status < 400 else "refused" if status in _REFUSED else "failed"
     if context is None:
         if status in (400, 401, 403, 421, 429):
             client = scope.get("client")

@@ -11,7 +11,7 @@ from sqlalchemy import select
 from sqlalchemy.orm import Session
 
 from kata.audit.audit_log import AuditLog
-from kata.audit.chain import Outcome
+from kata.audit.chain import AuditOutcome
 from kata.audit.tables import AuditRow
 from kata.dependencies import PROBLEMS, TheDatabase
 from kata.pagination import After, Keyset, Limit, Page
@@ -47,7 +47,7 @@ class AuditEntry(Schema):
     role: str
     address: str = Field(description="Address of the browser.")
     action: str = Field(description="The operation's name in this API, or the action of the program.")
-    outcome: Outcome
+    outcome: AuditOutcome
     patient_id: UUID | None
     subject: str = Field(description="Object of the action, in addition to the patient.")
     station: str
