@@ -19,7 +19,7 @@ from kata.device.ipc_messages import Load
 from kata.evaluation import commands
 from kata.evaluation.cases import REPOSITIONING_ERROR_DEG, Case, paper_cases, recorded_cases
 from kata.evaluation.goals import GOALS
-from kata.evaluation.outcome import Outcome, as_json
+from kata.evaluation.outcome import CaseResult, as_json
 from kata.evaluation.page import as_html
 from kata.evaluation.run import Job, MechanicsChoice, evaluate_jobs, play
 from kata.evaluation.station import VirtualStation
@@ -33,7 +33,7 @@ from tests.support.motions import write_csv
 
 
 @pytest.fixture(scope="module")
-def outcomes(short: Taught) -> list[Outcome]:
+def outcomes(short: Taught) -> list[CaseResult]:
     """Both sides and two variations, the first played twice."""
     cases = [Case("short", side, short, AXES, 7) for side in ("left", "right")]
     plays = {1: 2, 2: 1}
@@ -41,7 +41,7 @@ def outcomes(short: Taught) -> list[Outcome]:
 
 
 @pytest.fixture(scope="module")
-def by_method(short: Taught) -> dict[Method, list[Outcome]]:
+def by_method(short: Taught) -> dict[Method, list[CaseResult]]:
     """Plays of one case by each method, three if the later ones count."""
     case = Case("short", "right", short, AXES, 7)
     return {method: play(Job(case, method, 1 if method == "paper" else 3, 1)) for method in get_args(Method)}
@@ -80,7 +80,7 @@ def test_arm_starts_near_the_motion_and_varies_each_time(short: Taught) -> None:
     assert np.array_equal(poses[0], case.repositioning(None, 1).poses_deg[0])
 
 
-def test_every_figure_covers_its_motors_and_the_sides_differ(outcomes: list[Outcome]) -> None:
+def test_every_figure_covers_its_motors_and_the_sides_differ(outcomes: list[CaseResult]) -> None:
     report = as_json(outcomes, simulated=True)
     assert report["simulated"] is True
     assert report["problems"] == []
@@ -101,7 +101,7 @@ def test_every_figure_covers_its_motors_and_the_sides_differ(outcomes: list[Outc
     assert left["motors"][0] != right["motors"][0]
 
 
-def test_processes_change_neither_figures_nor_order(short: Taught, outcomes: list[Outcome]) -> None:
+def test_processes_change_neither_figures_nor_order(short: Taught, outcomes: list[CaseResult]) -> None:
     cases = [Case("short", side, short, AXES, 7) for side in ("left", "right")]
     done: list[Job] = []
     jobs = [Job(case, "smooth", 1, 1) for case in cases]
@@ -167,7 +167,7 @@ def test_resistance_ends_a_play_with_its_reason() -> None:
         station.play(load, motion.duration_s)
 
 
-def test_first_learned_play_counts_as_the_smooth_one(short: Taught, by_method: dict[Method, list[Outcome]]) -> None:
+def test_first_learned_play_counts_as_the_smooth_one(short: Taught, by_method: dict[Method, list[CaseResult]]) -> None:
     case = Case("short", "right", short, AXES, 7)
     jobs = [Job(case, "smooth", 1, 1), Job(case, "learned", 2, 1)]
     done: list[Job] = []
@@ -194,7 +194,7 @@ def test_speed_is_stated_for_the_clock_and_for_processor_time(
     assert clock_s / (cpu_s + 0.5) - 0.1 <= ratio <= clock_s / (cpu_s - 0.5) + 0.1
 
 
-def test_goals_are_in_the_json_beside_the_worst_figures(outcomes: list[Outcome]) -> None:
+def test_goals_are_in_the_json_beside_the_worst_figures(outcomes: list[CaseResult]) -> None:
     figures = {figure.name: figure for figure in worst_beside_goals(outcomes)}
     peak = figures["first play, peak at the encoder"]
     assert peak.goal_deg == (0.6, 1.0)
@@ -210,7 +210,7 @@ def test_goals_are_in_the_json_beside_the_worst_figures(outcomes: list[Outcome])
     assert plays_in_words(outcomes) == "6 plays ended, 0 were refused before they started, 0 started and did not end."
 
 
-def test_deflection_bounds_what_any_setpoint_can_reach(outcomes: list[Outcome]) -> None:
+def test_deflection_bounds_what_any_setpoint_can_reach(outcomes: list[CaseResult]) -> None:
     """Encoder and arm differ by it, so one of the two errors is at least its half, and both goals allow at most their sum."""
     rounding_deg = 0.02  # The recording is interpolated, which is not linear.
     for outcome in outcomes:
@@ -233,7 +233,7 @@ def test_deflection_bounds_what_any_setpoint_can_reach(outcomes: list[Outcome]) 
     assert figures["first play, arm minus encoder"].worst_deg[1] == worst > 0.0
 
 
-def test_report_shows_both_plants_and_what_neither_models(outcomes: list[Outcome]) -> None:
+def test_report_shows_both_plants_and_what_neither_models(outcomes: list[CaseResult]) -> None:
     right = [replace(outcome, plant="mujoco") for outcome in outcomes if outcome.seed == 1]
     other = [replace(outcome, plant="simple") for outcome in right]
     html = as_html(right, simulated=True, beside=other)
@@ -244,7 +244,7 @@ def test_report_shows_both_plants_and_what_neither_models(outcomes: list[Outcome
     assert "Beside the goals" in html
 
 
-def test_report_is_self_contained_and_says_it_is_simulated(outcomes: list[Outcome]) -> None:
+def test_report_is_self_contained_and_says_it_is_simulated(outcomes: list[CaseResult]) -> None:
     html = as_html(outcomes, simulated=True)
     assert not re.search(r"<(script|link|img|iframe)[^>]*\b(src|href)=", html)
     assert html.count("Plotly.newPlot(") == 2
@@ -309,7 +309,7 @@ def test_installed_mujoco_is_the_default_plant(
     assert "pip install kata[evaluate]" in capsys.readouterr().err
 
 
-def test_goals_compare_the_worst_motor_and_arm(outcomes: list[Outcome]) -> None:
+def test_goals_compare_the_worst_motor_and_arm(outcomes: list[CaseResult]) -> None:
     table = beside_goals(outcomes)
     rows = {row[0]: row for row in table.rows}
     first = [outcome for outcome in outcomes if outcome.repetition == 1]
@@ -330,7 +330,7 @@ def test_frozen_shoulder_is_not_guided_through_a_healthy_range() -> None:
             assert frozen[:, n].max() <= high
 
 
-def test_only_the_learning_method_changes_from_play_to_play(by_method: dict[Method, list[Outcome]]) -> None:
+def test_only_the_learning_method_changes_from_play_to_play(by_method: dict[Method, list[CaseResult]]) -> None:
     rmse = {name: [sum(motor.rmse_deg for motor in play.motors) for play in plays] for name, plays in by_method.items()}
     assert rmse["learned"][0] == rmse["smooth"][0]
     assert rmse["learned"][2] < rmse["learned"][1] < rmse["learned"][0]
@@ -339,7 +339,7 @@ def test_only_the_learning_method_changes_from_play_to_play(by_method: dict[Meth
     assert rmse["paper"][0] > 1.5 * rmse["smooth"][0]
 
 
-def test_only_the_paper_method_jumps_at_the_start(by_method: dict[Method, list[Outcome]]) -> None:
+def test_only_the_paper_method_jumps_at_the_start(by_method: dict[Method, list[CaseResult]]) -> None:
     starts = {method: max(abs(motor.start_deg) for motor in plays[0].motors) for method, plays in by_method.items()}
     assert starts["paper"] > 1.0
     assert starts["smooth"] < 0.5

@@ -10,7 +10,7 @@ from kata.bench.commissioned import write_commissioned
 from kata.device import config
 from kata.evaluation import real_time
 from kata.evaluation.cases import Case
-from kata.evaluation.outcome import Outcome
+from kata.evaluation.outcome import CaseResult
 from kata.evaluation.run import Job, play
 from kata.motion.axes import AXES
 from kata.motion.linkage import motor_angles_deg
@@ -63,7 +63,7 @@ def test_configured_apparatus_plays_the_motion_itself(tmp_path: Path, short: Tau
     assert all(motor.rmse_deg <= 0.5 for motor in outcome.motors)
 
 
-def _percentile_deg(outcome: Outcome) -> np.typing.NDArray[np.float64]:
+def _percentile_deg(outcome: CaseResult) -> np.typing.NDArray[np.float64]:
     assert outcome.comparison is not None
     percentile: np.typing.NDArray[np.float64] = np.percentile(np.abs(outcome.comparison.error_deg), 95, axis=0)
     return percentile

@@ -18,7 +18,7 @@ from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, T
 from kata.system.console import fail
 
 if TYPE_CHECKING:
-    from kata.evaluation.outcome import Outcome
+    from kata.evaluation.outcome import CaseResult
     from kata.evaluation.run import Job, MechanicsChoice
     from kata.motion.method import Method
     from kata.simulator.independent.patients import PatientName
@@ -114,7 +114,7 @@ def evaluate(
         outcomes = _in_real_time(jobs, station) if real_time or station else _on_virtual_time(jobs, processes)
     except (ConfigError, DatabaseError, FolderInUseError, SimulatorError, OSError) as error:
         fail(str(error))
-    beside: list[Outcome] = []
+    beside: list[CaseResult] = []
     if html_out and judge.plant == "mujoco":
         other = [replace(job, judge=run.MechanicsChoice()) for job in jobs if job.seed == variations[0]]
         beside = _on_virtual_time(other, processes)
@@ -130,8 +130,8 @@ def _judge_end_feel(plant: "PlantName", seeds: range, processes: int | None, jso
 
 
 def _report(
-    outcomes: "Sequence[Outcome]",
-    beside: "Sequence[Outcome]",
+    outcomes: "Sequence[CaseResult]",
+    beside: "Sequence[CaseResult]",
     files: tuple[Path | None, Path | None],
     *,
     simulated: bool,
@@ -194,7 +194,7 @@ def _parse_methods(methods: str) -> "list[Method]":
     return [known[name] for name in names]
 
 
-def _on_virtual_time(jobs: "Sequence[Job]", processes: int | None) -> "list[Outcome]":
+def _on_virtual_time(jobs: "Sequence[Job]", processes: int | None) -> "list[CaseResult]":
     from kata.evaluation import run
 
     began_s, began_cpu_s = time.monotonic(), _processor_s()
@@ -216,7 +216,7 @@ def _processor_s() -> float:
     return used.ru_utime + used.ru_stime
 
 
-def _in_real_time(jobs: "Sequence[Job]", station: Path | None) -> "list[Outcome]":
+def _in_real_time(jobs: "Sequence[Job]", station: Path | None) -> "list[CaseResult]":
     from kata.evaluation import real_time
 
     if station:

@@ -33,7 +33,7 @@ class PlaybackSamples:
 
 
 @dataclass(frozen=True)
-class Outcome:
+class CaseResult:
     """One playback of one case. If it was not completed, ``comparison`` is None and ``problem`` is the reason."""
 
     case: Case
@@ -84,7 +84,7 @@ class Outcome:
         """Compute the figures now, in the process that played, instead of at their first use."""
         _ = self.motors, self.arm_motors, self.deflection_motors
 
-    def compared(self, recording: TaughtRecording, played: PlaybackSamples) -> "Outcome":
+    def compared(self, recording: TaughtRecording, played: PlaybackSamples) -> "CaseResult":
         """Return the outcome with the figures of this playback."""
         arm = deflection = None
         if recording.arm_deg is not None and played.arm_deg is not None:
@@ -111,7 +111,7 @@ class Outcome:
         )
 
 
-def as_json(outcomes: Sequence[Outcome], *, simulated: bool) -> dict[str, Any]:
+def as_json(outcomes: Sequence[CaseResult], *, simulated: bool) -> dict[str, Any]:
     """Return the errors of each motor, in degrees with sign, as JSON data. ``problems`` lists the playbacks that were not completed."""
     return {
         "simulated": simulated,
@@ -141,7 +141,7 @@ def as_json(outcomes: Sequence[Outcome], *, simulated: bool) -> dict[str, Any]:
     }
 
 
-def _arm_figures(outcome: Outcome, motor: int) -> dict[str, float | None]:
+def _arm_figures(outcome: CaseResult, motor: int) -> dict[str, float | None]:
     return {
         name: value
         for arm, deflection in zip(outcome.arm_motors, outcome.deflection_motors, strict=True)
@@ -154,7 +154,7 @@ def _arm_figures(outcome: Outcome, motor: int) -> dict[str, float | None]:
     }
 
 
-def _identity(outcome: Outcome) -> dict[str, Any]:
+def _identity(outcome: CaseResult) -> dict[str, Any]:
     return {
         "name": outcome.case.name,
         "side": outcome.case.side,

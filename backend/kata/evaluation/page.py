@@ -10,7 +10,7 @@ import plotly.graph_objects as go
 from plotly.subplots import make_subplots
 
 from kata.evaluation import tables
-from kata.evaluation.outcome import Outcome
+from kata.evaluation.outcome import CaseResult
 from kata.evaluation.paper import ERRORS
 from kata.motion.linkage import Floats
 
@@ -34,7 +34,7 @@ _NOT_MODELLED: Final = (
 )
 
 
-def as_html(outcomes: Sequence[Outcome], *, simulated: bool, beside: Sequence[Outcome] = ()) -> str:
+def as_html(outcomes: Sequence[CaseResult], *, simulated: bool, beside: Sequence[CaseResult] = ()) -> str:
     """Return the whole report. ``beside``: playbacks of the same cases on the other plant, shown next to ``outcomes``."""
     where = "Simulated" if simulated else "Measured on the apparatus"
     shown = [tables.by_method(outcomes), tables.compared_to_paper(outcomes), tables.rom_reached(outcomes)]
@@ -79,7 +79,7 @@ def _table(table: tables.TextTable, where: str) -> str:
     return f"<h2>{escape(table.title)} ({where.lower()})</h2><table><tr>{heads}</tr>{rows}</table>"
 
 
-def _figures(last: Sequence[Outcome], beside: Sequence[Outcome], where: str) -> list[tuple[str, go.Figure]]:
+def _figures(last: Sequence[CaseResult], beside: Sequence[CaseResult], where: str) -> list[tuple[str, go.Figure]]:
     """Return the paper's figures of the first seed. A figure shows both sides of a motion on both plants. The arbitrary motion has one
     figure for each side.
     """
@@ -94,11 +94,11 @@ def _figures(last: Sequence[Outcome], beside: Sequence[Outcome], where: str) -> 
     return found
 
 
-def _figure_of(outcome: Outcome) -> tuple[str, int | None]:
+def _figure_of(outcome: CaseResult) -> tuple[str, int | None]:
     return outcome.case.name, _number(outcome)
 
 
-def _number(outcome: Outcome) -> int | None:
+def _number(outcome: CaseResult) -> int | None:
     return next(
         (
             error.figure
@@ -109,11 +109,11 @@ def _number(outcome: Outcome) -> int | None:
     )
 
 
-def _column(outcome: Outcome) -> tuple[str, str]:
+def _column(outcome: CaseResult) -> tuple[str, str]:
     return outcome.case.side, f"plant {outcome.plant}" if outcome.plant else ""
 
 
-def _figure(outcomes: Sequence[Outcome]) -> go.Figure:
+def _figure(outcomes: Sequence[CaseResult]) -> go.Figure:
     """Return a figure with a row for each motor, a column for each side and plant, and a button for each method."""
     motors = outcomes[0].case.motors
     columns = sorted(dict.fromkeys(_column(outcome) for outcome in outcomes))
@@ -156,7 +156,7 @@ def _figure(outcomes: Sequence[Outcome]) -> go.Figure:
     return figure
 
 
-def _traces(outcome: Outcome, motor: int) -> Iterator[tuple[go.Scatter, bool]]:
+def _traces(outcome: CaseResult, motor: int) -> Iterator[tuple[go.Scatter, bool]]:
     """Yield the curves of one motor, each with True if it uses the right axis."""
     compared = outcome.comparison
     assert compared is not None
@@ -189,7 +189,7 @@ def _label_axes(figure: go.Figure, cell: dict[str, int], *, last_row: bool, limi
     )
 
 
-def _error_limit_deg(outcomes: Sequence[Outcome], motor: int) -> float:
+def _error_limit_deg(outcomes: Sequence[CaseResult], motor: int) -> float:
     """Return the limit of the error axis. It is the same for every method and side, so that they can be compared."""
     errors = [outcome.comparison.error_deg[:, motor - 1] for outcome in outcomes if outcome.comparison]
     return 1.1 * max(float(np.abs(error).max()) for error in errors)

@@ -12,7 +12,7 @@ import numpy as np
 from kata.clinic.recordings.tables import RecordingRow
 from kata.device.journal import PHASE_PLAYING
 from kata.errors import ProblemError
-from kata.evaluation.outcome import Outcome, PlaybackSamples, TaughtRecording
+from kata.evaluation.outcome import CaseResult, PlaybackSamples, TaughtRecording
 from kata.evaluation.run import Job
 from kata.evaluation.service_driver import ServiceDriver, ServiceDriverError, Show, driving_service
 from kata.motion.axes import Side
@@ -27,13 +27,13 @@ def evaluate_jobs(
     confirm_side: Callable[[Side], None],
     show: Show,
     done: Callable[[Job], None],
-) -> list[Outcome]:
+) -> list[CaseResult]:
     """Run all jobs one after another and return their outcomes in the order of the jobs.
 
     ``station``: the configured apparatus. ``confirm_side`` asks a person to turn it, once for each side. One service runs all jobs of a
     side, so that the emergency stop is tested once and not before each case. In the simulation each job has its own apparatus.
     """
-    found: dict[int, list[Outcome]] = {}
+    found: dict[int, list[CaseResult]] = {}
     with TemporaryDirectory(prefix="kata-evaluate-") as parent:
         if station is None:
             for place, job in enumerate(jobs):
@@ -53,9 +53,9 @@ def evaluate_jobs(
 
 async def _play(
     jobs: Sequence[Job], station: Path | None, folder: Path, show: Show, done: Callable[[Job], None]
-) -> list[list[Outcome]]:
+) -> list[list[CaseResult]]:
     """Run the jobs with one service until the first job fails, because that may leave a latched stop. Return at least one result."""
-    found: list[list[Outcome]] = []
+    found: list[list[CaseResult]] = []
     settings = Settings(
         data=folder, database_url="", station=station, simulate=station is None, seed=jobs[0].seed, rate_hz=None
     )
@@ -70,12 +70,12 @@ async def _play(
         if not found:
             found.append([])
         failed = jobs[len(found) - 1]
-        found[-1].append(Outcome(failed.case, failed.method, len(found[-1]) + 1, failed.seed, problem=str(error)))
+        found[-1].append(CaseResult(failed.case, failed.method, len(found[-1]) + 1, failed.seed, problem=str(error)))
         done(failed)
     return found
 
 
-async def _repeat(driver: ServiceDriver, job: Job, outcomes: list[Outcome], *, simulated: bool) -> None:
+async def _repeat(driver: ServiceDriver, job: Job, outcomes: list[CaseResult], *, simulated: bool) -> None:
     """Teach and play ``job.repetitions`` times. ``outcomes`` receives each completed playback, so that they are kept if a
     later one fails.
     """
@@ -88,7 +88,7 @@ async def _repeat(driver: ServiceDriver, job: Job, outcomes: list[Outcome], *, s
         taught, played = driver.samples(run)
         playing = np.flatnonzero(played["phase"] == PHASE_PLAYING)
         measured = PlaybackSamples(*(played[name][playing] for name in ("path_s", "measured_deg", "torque_nm")))
-        outcome = Outcome(job.case, job.method, repetition, job.seed)
+        outcome = CaseResult(job.case, job.method, repetition, job.seed)
         outcomes.append(outcome.compared(TaughtRecording(taught.times_s, taught.angles_deg), measured))
 
 

@@ -6,11 +6,11 @@ from rich.console import Console
 from rich.table import Table
 
 from kata.evaluation import tables
-from kata.evaluation.outcome import Outcome
+from kata.evaluation.outcome import CaseResult
 from kata.simulator.mechanics import PlantName
 
 
-def show(outcomes: Sequence[Outcome], console: Console, *, simulated: bool, plant: PlantName = "simple") -> None:
+def show(outcomes: Sequence[CaseResult], console: Console, *, simulated: bool, plant: PlantName = "simple") -> None:
     """Print the tables and the problems. ``plant``: only the independent plant is compared with the goals."""
     where = f"simulated, plant {plant}" if simulated else "measured on the apparatus"
     shown = [tables.by_motor(outcomes), tables.compared_to_paper(outcomes), tables.by_method(outcomes)]

@@ -19,7 +19,7 @@ from kata.device.ipc_messages import Load
 from kata.device.journal import PHASE_PLAYING, Journal
 from kata.evaluation.cases import Case
 from kata.evaluation.excitation import identified
-from kata.evaluation.outcome import Outcome, PlaybackSamples, TaughtRecording
+from kata.evaluation.outcome import CaseResult, PlaybackSamples, TaughtRecording
 from kata.evaluation.station import VirtualStation
 from kata.motion.ilc import Correction, next_correction
 from kata.motion.linkage import OutOfReachError
@@ -78,7 +78,7 @@ def jobs(
     ]
 
 
-def evaluate_jobs(to_run: Sequence[Job], done: Callable[[Job], None], processes: int | None = None) -> list[Outcome]:
+def evaluate_jobs(to_run: Sequence[Job], done: Callable[[Job], None], processes: int | None = None) -> list[CaseResult]:
     """Run all jobs. Return their outcomes in the order of the jobs. ``done`` is called when a job ends, in any order.
 
     The first playback of ``learned`` has no correction and equals that of ``smooth``, so it is played only once.
@@ -96,7 +96,7 @@ def evaluate_jobs(to_run: Sequence[Job], done: Callable[[Job], None], processes:
     spawning = multiprocessing.get_context("spawn")
     with ProcessPoolExecutor(processes, mp_context=spawning, initializer=_settle) as pool:
         futures = {pool.submit(play, job): n for n, job in enumerate(to_run) if n not in copies}
-        found: dict[int, list[Outcome]] = {}
+        found: dict[int, list[CaseResult]] = {}
         for future in as_completed(futures):
             found[futures[future]] = future.result()
             done(to_run[futures[future]])
@@ -110,10 +110,10 @@ def _played_as(job: Job) -> tuple[object, ...]:
     return job.case.name, job.case.side, job.seed, job.judge
 
 
-def play(job: Job) -> list[Outcome]:
+def play(job: Job) -> list[CaseResult]:
     """Teach once and play ``job.repetitions`` times. An error becomes an outcome with a problem and ends the job."""
     case, method = job.case, job.method
-    outcomes: list[Outcome] = []
+    outcomes: list[CaseResult] = []
     correction: Correction | None = None
     station: VirtualStation | None = None
     began_ns = 0
@@ -127,7 +127,7 @@ def play(job: Job) -> list[Outcome]:
             run = station.play(_load(taught, method, repetition, correction), case.motion.duration_s)
             clock_s = (station.t_ns - began_ns) / 1e9
             began_ns = station.t_ns
-            outcome = Outcome(case, method, repetition, job.seed, plant=job.judge.plant, clock_s=clock_s).compared(
+            outcome = CaseResult(case, method, repetition, job.seed, plant=job.judge.plant, clock_s=clock_s).compared(
                 taught, _played(station, run)
             )
             outcome.compute_figures()
@@ -137,7 +137,7 @@ def play(job: Job) -> list[Outcome]:
     except (PlaybackError, HandRefusedError, OutOfReachError) as error:
         refused, plant = isinstance(error, RefusedPlayError), job.judge.plant
         clock_s = (station.t_ns - began_ns) / 1e9 if station else 0.0
-        ended = Outcome(case, method, len(outcomes) + 1, job.seed, problem=str(error), refused=refused, plant=plant)
+        ended = CaseResult(case, method, len(outcomes) + 1, job.seed, problem=str(error), refused=refused, plant=plant)
         outcomes.append(replace(ended, clock_s=clock_s))
     return outcomes
 

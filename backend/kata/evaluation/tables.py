@@ -5,7 +5,7 @@ from dataclasses import dataclass
 from itertools import groupby
 
 from kata.evaluation.goals import GOALS
-from kata.evaluation.outcome import Outcome
+from kata.evaluation.outcome import CaseResult
 from kata.evaluation.paper import ERRORS
 from kata.motion.axes import BASIC_MOTIONS
 from kata.motion.tracking import AngleRange, MotorTracking
@@ -20,16 +20,16 @@ class TextTable:
     rows: Sequence[tuple[str, ...]]
 
 
-def last_plays(outcomes: Sequence[Outcome]) -> list[Outcome]:
+def last_plays(outcomes: Sequence[CaseResult]) -> list[CaseResult]:
     """Return the last completed playback of each case, method and seed."""
-    found: dict[tuple[object, ...], Outcome] = {}
+    found: dict[tuple[object, ...], CaseResult] = {}
     for outcome in outcomes:
         if outcome.comparison:
             found[outcome.case.name, outcome.case.side, outcome.method, outcome.seed] = outcome
     return list(found.values())
 
 
-def by_motor(outcomes: Sequence[Outcome]) -> TextTable:
+def by_motor(outcomes: Sequence[CaseResult]) -> TextTable:
     """Return a table with a row for each case, method and motor. A value is the worst of the last playbacks of all seeds."""
     rows = []
     for outcome, motor, found in _grouped(outcomes):
@@ -51,7 +51,7 @@ def by_motor(outcomes: Sequence[Outcome]) -> TextTable:
     return TextTable(f"Playback minus teaching{_of_seeds(outcomes)}", columns, rows)
 
 
-def by_method(outcomes: Sequence[Outcome]) -> TextTable:
+def by_method(outcomes: Sequence[CaseResult]) -> TextTable:
     """Return a table with a row for each method and playback. Each value is the worst value of all cases."""
     rows = []
     played = [outcome for outcome in outcomes if outcome.comparison]
@@ -80,12 +80,12 @@ def by_method(outcomes: Sequence[Outcome]) -> TextTable:
     return TextTable(f"The worst of every case{_of_seeds(outcomes)}", columns, rows)
 
 
-def plant_of(outcomes: Sequence[Outcome]) -> str:
+def plant_of(outcomes: Sequence[CaseResult]) -> str:
     """Return the plant of the outcomes; empty for the real apparatus and without outcomes."""
     return (outcomes[0].plant or "") if outcomes else ""
 
 
-def plants_beside(outcomes: Sequence[Outcome], others: Sequence[Outcome]) -> TextTable:
+def plants_beside(outcomes: Sequence[CaseResult], others: Sequence[CaseResult]) -> TextTable:
     """Return the rows of :func:`by_method` for both plants side by side, with the same cases and the same seed."""
     seed = others[0].seed
     first = by_method([outcome for outcome in outcomes if outcome.seed == seed])
@@ -114,7 +114,7 @@ class GoalFigure:
         return all(worst is None or worst <= limit for worst, limit in zip(self.worst_deg, self.goal_deg, strict=True))
 
 
-def worst_beside_goals(outcomes: Sequence[Outcome]) -> list[GoalFigure]:
+def worst_beside_goals(outcomes: Sequence[CaseResult]) -> list[GoalFigure]:
     """Return the figures of the independent plant beside the project's goals. Only completed playbacks have figures."""
     found = []
     for goal in GOALS:
@@ -129,7 +129,7 @@ def worst_beside_goals(outcomes: Sequence[Outcome]) -> list[GoalFigure]:
     return found
 
 
-def beside_goals(outcomes: Sequence[Outcome]) -> TextTable:
+def beside_goals(outcomes: Sequence[CaseResult]) -> TextTable:
     """Return :func:`worst_beside_goals` as text."""
     rows = []
     for figure in worst_beside_goals(outcomes):
@@ -141,7 +141,7 @@ def beside_goals(outcomes: Sequence[Outcome]) -> TextTable:
     return TextTable(f"Beside the goals{_of_seeds(outcomes)}", columns, rows)
 
 
-def plays_in_words(outcomes: Sequence[Outcome]) -> str:
+def plays_in_words(outcomes: Sequence[CaseResult]) -> str:
     """Return as text the numbers of playbacks that ended, that were refused, and that did not end. Goals use only the first group."""
     refused = sum(outcome.refused for outcome in outcomes)
     failed = sum(bool(outcome.problem) for outcome in outcomes) - refused
@@ -149,7 +149,7 @@ def plays_in_words(outcomes: Sequence[Outcome]) -> str:
     return f"{ended} plays ended, {refused} were refused before they started, {failed} started and did not end."
 
 
-def compared_to_paper(outcomes: Sequence[Outcome]) -> TextTable:
+def compared_to_paper(outcomes: Sequence[CaseResult]) -> TextTable:
     """Return our largest errors of the motors that Section 4 names, beside the paper's. As in the paper, errors have their sign and
     the start is separate. Without the paper's motions the table is empty.
     """
@@ -187,7 +187,7 @@ def compared_to_paper(outcomes: Sequence[Outcome]) -> TextTable:
     )
 
 
-def rom_reached(outcomes: Sequence[Outcome]) -> TextTable:
+def rom_reached(outcomes: Sequence[CaseResult]) -> TextTable:
     """Return Table 2 with the taught and the reached range of motion for each method. A range is the smallest of sides and seeds."""
     last = last_plays(outcomes)
     methods = list(dict.fromkeys(outcome.method for outcome in last))
@@ -219,10 +219,10 @@ def _rom(range_deg: tuple[float, float]) -> str:
     return f"{range_deg[1]:+.0f} .. {range_deg[0]:+.0f}"
 
 
-def _grouped(outcomes: Sequence[Outcome]) -> Iterable[tuple[Outcome, int, list[MotorTracking]]]:
+def _grouped(outcomes: Sequence[CaseResult]) -> Iterable[tuple[CaseResult, int, list[MotorTracking]]]:
     """Yield for each case, method and motor: an outcome, the motor, and the motor's figures of every seed."""
 
-    def key(outcome: Outcome) -> tuple[str, str, str]:
+    def key(outcome: CaseResult) -> tuple[str, str, str]:
         return outcome.case.name, outcome.case.side, outcome.method
 
     order = {key(outcome): n for n, outcome in reversed(list(enumerate(outcomes)))}
@@ -245,6 +245,6 @@ def _largest(figures: Iterable[float]) -> str:
     return f"{max(sizes):.2f}" if sizes else ""
 
 
-def _of_seeds(outcomes: Sequence[Outcome]) -> str:
+def _of_seeds(outcomes: Sequence[CaseResult]) -> str:
     seeds = len({outcome.seed for outcome in outcomes})
     return f", the worst of {seeds} variations of the mechanics" if seeds > 1 else ""
