@@ -17,7 +17,7 @@ from pypdf import PdfReader
 
 from kata.clinic.assessments.tables import AssessmentRow
 from kata.clinic.recordings.tables import RecordingRow
-from kata.clinic.sessions.schemas import Outcome
+from kata.clinic.sessions.schemas import RunOutcome
 from kata.clinic.sessions.tables import SessionRow
 from kata.database.arrays import UnreadableError
 from kata.database.engine import Database
@@ -495,7 +495,7 @@ def test_every_stop_and_outcome_has_a_text() -> None:
     assert set(STOP_REASONS_JA) == {fault.code for fault in FAULTS}
     for fault in FAULTS:
         assert ("{motor}" in STOP_REASONS_JA[fault.code]) == ("motor" in fault.message.params), fault.code
-    assert {f"outcome.{outcome}" for outcome in get_args(Outcome)} <= set(PHRASES)
+    assert {f"outcome.{outcome}" for outcome in get_args(RunOutcome)} <= set(PHRASES)
     assert Phrases("ja", "").stop("unheard_of", "As it was told.", None) == "As it was told."
     assert Phrases("ja", "").stop("drive_silent", "Motor 3 does not answer.", None) == "Motor 3 does not answer."
 

@@ -12,7 +12,7 @@ from kata.clinic import texts
 from kata.clinic.programmes import service
 from kata.clinic.programmes.schemas import Duration, Number, ProgrammeItem
 from kata.clinic.programmes.tables import ProgrammeVersionRow
-from kata.clinic.sessions.schemas import Outcome, PlaybackSettings
+from kata.clinic.sessions.schemas import PlaybackSettings, RunOutcome
 from kata.clinic.sessions.tables import MotionTrackingRow, RunRow, SessionRow
 from kata.errors import ProblemError, not_found
 from kata.motion.method import Method
@@ -34,7 +34,7 @@ class PlannedRun(PlaybackSettings):
     recording_id: UUID
     recording_name: str
     started_at: Moment
-    outcome: Outcome
+    outcome: RunOutcome
     load_level: ResistanceLevel | None
     method: Method | None
     least_range_percent: float | None = Field(

@@ -6,7 +6,7 @@ from uuid import UUID
 from pydantic import Field
 
 from kata.clinic.recordings.schemas import Figure
-from kata.clinic.sessions.schemas import EndFeelKind, Outcome
+from kata.clinic.sessions.schemas import EndFeelKind, RunOutcome
 from kata.motion.end_feel import FASTEST_DEG_S, SLOWEST_DEG_S, SPEED_DEG_S
 from kata.station.schemas import OptionalKey
 from kata.types import Moment, Motor, Schema, Side
@@ -51,7 +51,7 @@ class EndFeelRecord(Schema):
     name_key: OptionalKey = None
     motor: Motor
     started_at: Moment
-    outcome: Outcome
+    outcome: RunOutcome
     simulated: bool = Field(description="True if the station was a simulated apparatus.")
     speed_deg_s: float = Field(description="Speed of the way, deg/s.", examples=[5.0])
     torque_nm: float = Field(

@@ -14,7 +14,7 @@ class Played(Protocol):
 
     @property
     def outcome(self) -> str:
-        """See :data:`kata.clinic.sessions.schemas.Outcome`."""
+        """See :data:`kata.clinic.sessions.schemas.RunOutcome`."""
 
     @property
     def programme_position(self) -> int | None:

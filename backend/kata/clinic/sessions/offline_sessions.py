@@ -24,9 +24,9 @@ from kata.clinic.sessions.schemas import (
     CheckConfirmation,
     EndRangePrescription,
     EndReason,
-    Outcome,
     PainWhen,
     Run,
+    RunOutcome,
     Session,
     SessionPatient,
     SessionUpdate,
@@ -229,7 +229,7 @@ class OfflineSessions:
         prescribed = next((item.end_range for item in items if item.position == request.programme_position), None)
         return CheckedRun(begun, new_answers, run, recording, motion, learned, limits, known.patient, prescribed)
 
-    def finish_run(self, run_id: UUID, outcome: Outcome | None, ended_at: datetime | None = None) -> None:
+    def finish_run(self, run_id: UUID, outcome: RunOutcome | None, ended_at: datetime | None = None) -> None:
         """Store a run's outcome. If it is None, the device has refused the run, which is then removed."""
         ended = {"outcome": outcome, "ended_at": ended_at}
         with self.cache.lock:

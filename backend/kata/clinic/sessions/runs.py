@@ -22,9 +22,9 @@ from kata.clinic.sessions.schemas import (
     LearningNote,
     MotionTracking,
     MotorTracking,
-    Outcome,
     PlaybackSettings,
     Run,
+    RunOutcome,
     RunStop,
 )
 from kata.clinic.sessions.tables import (
@@ -260,7 +260,7 @@ def _complete_end_feel(session: DatabaseSession, row: RunRow, journal: Journal) 
     end_feel.complete(session, row, row.end_feel, journal)
 
 
-def outcome_of(journal: Journal) -> Outcome:
+def outcome_of(journal: Journal) -> RunOutcome:
     """Return the outcome that the journal shows for its run."""
     reason = journal.end.reason if journal.end else None
     return "interrupted" if reason is None or reason == "finished" else reason

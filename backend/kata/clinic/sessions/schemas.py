@@ -17,7 +17,7 @@ EndReason = Literal["completed", "shortened", "stopped", "patient_request", "oth
 """completed: the session went as planned. shortened: the therapist shortened it. stopped: a stop ended it."""
 PainWhen = Literal["pain_before", "pain_during", "pain_after"]
 EndFeelKind = Literal["baseline", "test"]
-Outcome = Literal["loaded", "completed", "returned", "stopped", "unloaded", "interrupted"]
+RunOutcome = Literal["loaded", "completed", "returned", "stopped", "unloaded", "interrupted"]
 
 
 MINUTES_PER_SESSION: Final = (0.5, 60.0)
@@ -222,7 +222,7 @@ class Run(PlaybackSettings):
     side: Side | None = Field(None, description="Shoulder of the recording.")
     started_at: Moment
     ended_at: Moment | None
-    outcome: Outcome = Field(
+    outcome: RunOutcome = Field(
         description="loaded: not ended yet. completed: played to its end. returned: the therapist ended it early. "
         "stopped: a stop ended it. unloaded: never played. interrupted: the control program ended during it."
     )
