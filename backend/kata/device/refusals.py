@@ -118,15 +118,15 @@ def no_torque_found(state: CycleState) -> Refusal | None:
     return Refusal.of(code="no_torque_found", message=texts.NO_TORQUE_FOUND(), next_step=texts.ACKNOWLEDGE_STOP())
 
 
-def other_side(wanted: Side, stands_for: Side) -> Refusal | None:
+def other_side(wanted: Side, apparatus_side: Side) -> Refusal | None:
     """Refuse a motion of the other shoulder. Motors 3 and 4 turn in the opposite direction there, so the motion would pull the
     arm down instead of lifting it.
     """
-    if wanted == stands_for:
+    if wanted == apparatus_side:
         return None
     return Refusal.of(
         code="other_side",
-        message=texts.OTHER_SIDE(wanted=SIDES[wanted], stands_for=SIDES[stands_for]),
+        message=texts.OTHER_SIDE(wanted=SIDES[wanted], stands_for=SIDES[apparatus_side]),
         next_step=texts.TURN_APPARATUS_OR_CHOOSE(),
     )
 
