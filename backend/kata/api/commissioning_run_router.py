@@ -31,7 +31,7 @@ StepKey = Literal[
 _ORDER: Final = [step.key for step in STEP_TEXTS]
 
 
-class RunStart(Schema):
+class CommissioningStart(Schema):
     """The kind of run and its first step."""
 
     kind: RunKind = Field(description="full: all steps that have not passed. check: the periodic check.")
@@ -40,14 +40,14 @@ class RunStart(Schema):
     )
 
 
-class RunConfirmation(Schema):
+class CommissioningConfirmation(Schema):
     """Confirms that the technician has carried out an instruction."""
 
     number: StrictInt = Field(ge=1)
     gains: GainsAnswer | None = Field(None, description="Answer to a review of gains; by default they are kept.")
 
 
-class RunInstruction(Schema):
+class CommissioningInstruction(Schema):
     """What the technician is asked to do."""
 
     number: int = Field(ge=1, description="Number of the instruction within this run.")
@@ -60,7 +60,7 @@ class RunInstruction(Schema):
     review: GainTuningReview | None = Field(None, description="Step responses to compare while gains are tuned.")
 
 
-class RunStep(Schema):
+class CommissioningStepState(Schema):
     """A step of the procedure."""
 
     key: StepKey
@@ -85,8 +85,8 @@ class CommissioningRunState(Schema):
     step: StepKey | None = Field(
         description="The step that is running or, if none is, ran last; null: no step has run since the service started."
     )
-    instruction: RunInstruction | None
-    steps: list[RunStep]
+    instruction: CommissioningInstruction | None
+    steps: list[CommissioningStepState]
     presses: int = Field(ge=0, description="Number of confirmations since the procedure's start.")
     passed: bool | None = Field(description="Null: the procedure is running, or has not run since the service started.")
     may_check: bool = Field(description="True if the station is commissioned, so that the periodic check can run.")
@@ -111,7 +111,7 @@ async def get_commissioning_run(run: TheRun) -> CommissioningRunState:
 
 @router.post("", responses=PROBLEMS.of(409, 422, 503), summary="Start the commissioning")
 async def start_commissioning(
-    request: Request, run: TheRun, database: TheDatabase, wanted: RunStart
+    request: Request, run: TheRun, database: TheDatabase, wanted: CommissioningStart
 ) -> CommissioningRunState:
     """Take the drives from the control program and start the procedure or the periodic check.
 
@@ -134,7 +134,7 @@ async def start_commissioning(
 
 
 @router.post("/confirm", responses=PROBLEMS.of(409, 422), summary="Confirm an instruction")
-async def confirm_commissioning(run: TheRun, given: RunConfirmation) -> CommissioningRunState:
+async def confirm_commissioning(run: TheRun, given: CommissioningConfirmation) -> CommissioningRunState:
     """Confirm that an instruction was carried out. Refused if the page now shows another instruction, and if gains are outside their limits."""
     choice = given.gains.model_dump() if given.gains else None
     if choice and run.shows(given.number) and not run.accepts(choice):
@@ -144,7 +144,7 @@ async def confirm_commissioning(run: TheRun, given: RunConfirmation) -> Commissi
     return await run_in_threadpool(_state, run)
 
 
-def _check_start(run: CommissioningRun, wanted: RunStart) -> set[str]:
+def _check_start(run: CommissioningRun, wanted: CommissioningStart) -> set[str]:
     """Check that the procedure would accept this start. Return the steps that have passed before it.
 
     :raises ProblemError: 409.
@@ -203,7 +203,7 @@ def _state(run: CommissioningRun) -> CommissioningRunState:
             state = "passed" if step.key in before else "waiting"
         result = {name: value for name, value in ran.items() if name != "by"} if ran else None
         steps.append(
-            RunStep.model_validate(
+            CommissioningStepState.model_validate(
                 {
                     "key": step.key,
                     "title": step.title,

@@ -40,7 +40,7 @@ class Readiness(Schema):
     database: Literal["sqlite", "postgresql"]
 
 
-class Idleness(Schema):
+class SafeToStop(Schema):
     """Says that the service may be stopped because no treatment would be interrupted."""
 
     status: Literal["idle"] = "idle"
@@ -89,7 +89,7 @@ async def get_health_ready(
 
 
 @router.get("/health/idle", responses=PROBLEMS.of(503), summary="Check that the service may be stopped")
-async def get_health_idle(request: Request, database: TheDatabase, station: TheStation) -> Idleness:
+async def get_health_idle(request: Request, database: TheDatabase, station: TheStation) -> SafeToStop:
     """Answer 200 while torque is off, no commissioning runs and no session is open at this station, else 503.
 
     ``kata update`` asks this route before it stops the service. If the database does not answer, open sessions are unknown, so the answer
@@ -102,7 +102,7 @@ async def get_health_idle(request: Request, database: TheDatabase, station: TheS
         raise ProblemError(503, DATABASE_UNAVAILABLE, texts.DATABASE_UNANSWERED(), texts.WHAT_GOES_ON_CONTINUES())
     if await run_in_threadpool(_has_open_session, database, station.config.name):
         raise ProblemError(503, "session_open", texts.SESSION_OPEN(), texts.END_SESSION_FIRST())
-    return Idleness()
+    return SafeToStop()
 
 
 def _has_open_session(database: Database, station: str) -> bool:

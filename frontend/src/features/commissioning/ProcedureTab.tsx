@@ -15,7 +15,7 @@ import { Responses } from "./Responses";
 import { StepResult, Values } from "./StepResult";
 
 type Run = Schemas["CommissioningRunState"];
-type Step = Schemas["RunStep"];
+type Step = Schemas["CommissioningStepState"];
 
 const KEY = ["commissioning-run"];
 const POLL_MS = 400;
@@ -74,7 +74,11 @@ export function ProcedureTab() {
 }
 
 /** Says what will happen, starts the procedure, and shows how it ended. */
-function Intro(props: { run: Run; starting: boolean; onStart: (wanted: Schemas["RunStart"]) => void }) {
+function Intro(props: {
+  run: Run;
+  starting: boolean;
+  onStart: (wanted: Schemas["CommissioningStart"]) => void;
+}) {
   const { run, starting, onStart } = props;
   const permitted = useHasPermission("commission");
   const mayStart = permitted && run.possible && !run.running;
@@ -168,10 +172,10 @@ function Present({ run, children }: { run: Run; children: ReactNode }) {
 
 /** Shows what the technician must do now. */
 function Instruction(props: {
-  instruction: Schemas["RunInstruction"];
+  instruction: Schemas["CommissioningInstruction"];
   practice: boolean;
   busy: boolean;
-  onConfirm: (answer: Schemas["RunConfirmation"]) => void;
+  onConfirm: (answer: Schemas["CommissioningConfirmation"]) => void;
 }) {
   const { instruction, practice, busy, onConfirm } = props;
   const button = useRef<HTMLButtonElement>(null);

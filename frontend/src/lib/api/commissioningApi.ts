@@ -11,9 +11,9 @@ export const commissioningApi = {
   stationSettings: (station: string, number: number) =>
     unwrap(client.GET("/api/station-settings", { params: { query: { station, number } } })),
   commissioningRun: () => unwrap(client.GET("/api/station/commissioning/run")),
-  startCommissioning: (body: Schemas["RunStart"]) =>
+  startCommissioning: (body: Schemas["CommissioningStart"]) =>
     unwrap(client.POST("/api/station/commissioning/run", { body })),
-  confirmCommissioning: (body: Schemas["RunConfirmation"]) =>
+  confirmCommissioning: (body: Schemas["CommissioningConfirmation"]) =>
     unwrap(client.POST("/api/station/commissioning/run/confirm", { body })),
   previewSettings: (config: string) =>
     unwrap(client.POST("/api/station/configuration/preview", { body: { config } })),

@@ -4596,6 +4596,16 @@ export interface components {
             figures: components["schemas"]["MotorCondition"][];
         };
         /**
+         * CommissioningConfirmation
+         * @description Confirms that the technician has carried out an instruction.
+         */
+        CommissioningConfirmation: {
+            /** Number */
+            number: number;
+            /** @description Answer to a review of gains; by default they are kept. */
+            gains?: components["schemas"]["GainsAnswer"] | null;
+        };
+        /**
          * CommissioningDetail
          * @description A commissioning or check with its steps.
          */
@@ -4655,6 +4665,43 @@ export interface components {
             steps: components["schemas"]["CommissioningStepRun"][];
         };
         /**
+         * CommissioningInstruction
+         * @description What the technician is asked to do.
+         */
+        CommissioningInstruction: {
+            /**
+             * Number
+             * @description Number of the instruction within this run.
+             */
+            number: number;
+            /**
+             * Kind
+             * @example press_estop
+             */
+            kind: string;
+            /** Text */
+            text: string;
+            /** @description Code and parameters of the English text; null: it has none. */
+            text_key?: components["schemas"]["TextKey"] | null;
+            /**
+             * Motor
+             * @description Number of the motor or the pose; 0: the instruction concerns none.
+             */
+            motor: number;
+            /**
+             * Seen
+             * @description True if the drives show when the instruction has been carried out.
+             */
+            seen: boolean;
+            /**
+             * Press
+             * @description True if the procedure waits for a confirmation.
+             */
+            press: boolean;
+            /** @description Step responses to compare while gains are tuned. */
+            review?: components["schemas"]["GainTuningReview"] | null;
+        };
+        /**
          * CommissioningRunState
          * @description State of the commissioning procedure.
          */
@@ -4683,9 +4730,9 @@ export interface components {
              * @description The step that is running or, if none is, ran last; null: no step has run since the service started.
              */
             step: ("ids" | "registers" | "inputs" | "axes" | "torque" | "zero" | "range" | "stops" | "gains" | "lags" | "acceptance") | null;
-            instruction: components["schemas"]["RunInstruction"] | null;
+            instruction: components["schemas"]["CommissioningInstruction"] | null;
             /** Steps */
-            steps: components["schemas"]["RunStep"][];
+            steps: components["schemas"]["CommissioningStepState"][];
             /**
              * Presses
              * @description Number of confirmations since the procedure's start.
@@ -4706,6 +4753,23 @@ export interface components {
              * @description True if a run may begin at any step, because the station is commissioned and its last periodic check has passed. The record takes over the steps before.
              */
             may_repeat: boolean;
+        };
+        /**
+         * CommissioningStart
+         * @description The kind of run and its first step.
+         */
+        CommissioningStart: {
+            /**
+             * Kind
+             * @description full: all steps that have not passed. check: the periodic check.
+             * @enum {string}
+             */
+            kind: "full" | "check";
+            /**
+             * Begin
+             * @description First step of the run; by default the first step that has not passed.
+             */
+            begin?: ("ids" | "registers" | "inputs" | "axes" | "torque" | "zero" | "range" | "stops" | "gains" | "lags" | "acceptance") | null;
         };
         /**
          * CommissioningState
@@ -4763,6 +4827,32 @@ export interface components {
             values: components["schemas"]["CommissioningValue"][];
             /** Curves */
             curves: components["schemas"]["MotorStepResponse"][];
+        };
+        /**
+         * CommissioningStepState
+         * @description A step of the procedure.
+         */
+        CommissioningStepState: {
+            /**
+             * Key
+             * @enum {string}
+             */
+            key: "ids" | "registers" | "inputs" | "axes" | "torque" | "zero" | "range" | "stops" | "gains" | "lags" | "acceptance";
+            /** Title */
+            title: string;
+            /** @description Code and parameters of the English text; null: it has none. */
+            title_key?: components["schemas"]["TextKey"] | null;
+            /** Does */
+            does: string;
+            /** @description Code and parameters of the English text; null: it has none. */
+            does_key?: components["schemas"]["TextKey"] | null;
+            /**
+             * State
+             * @enum {string}
+             */
+            state: "waiting" | "running" | "passed" | "failed";
+            /** @description Result of the step's last run; null: the step has not run yet. */
+            result: components["schemas"]["CommissioningStepRun"] | null;
         };
         /**
          * CommissioningValue
@@ -6176,18 +6266,6 @@ export interface components {
              * @example 10
              */
             hold_s: number;
-        };
-        /**
-         * Idleness
-         * @description Says that the service may be stopped because no treatment would be interrupted.
-         */
-        Idleness: {
-            /**
-             * Status
-             * @default idle
-             * @constant
-             */
-            status: "idle";
         };
         /**
          * ImportedMotion
@@ -9728,16 +9806,6 @@ export interface components {
             comparison: components["schemas"]["Comparison"] | null;
         };
         /**
-         * RunConfirmation
-         * @description Confirms that the technician has carried out an instruction.
-         */
-        RunConfirmation: {
-            /** Number */
-            number: number;
-            /** @description Answer to a review of gains; by default they are kept. */
-            gains?: components["schemas"]["GainsAnswer"] | null;
-        };
-        /**
          * RunFigure
          * @description Figure of one motor: angles on the left axis, error on the right axis, as in the paper.
          */
@@ -9757,43 +9825,6 @@ export interface components {
         RunFigures: {
             /** Motors */
             motors: components["schemas"]["RunFigure"][];
-        };
-        /**
-         * RunInstruction
-         * @description What the technician is asked to do.
-         */
-        RunInstruction: {
-            /**
-             * Number
-             * @description Number of the instruction within this run.
-             */
-            number: number;
-            /**
-             * Kind
-             * @example press_estop
-             */
-            kind: string;
-            /** Text */
-            text: string;
-            /** @description Code and parameters of the English text; null: it has none. */
-            text_key?: components["schemas"]["TextKey"] | null;
-            /**
-             * Motor
-             * @description Number of the motor or the pose; 0: the instruction concerns none.
-             */
-            motor: number;
-            /**
-             * Seen
-             * @description True if the drives show when the instruction has been carried out.
-             */
-            seen: boolean;
-            /**
-             * Press
-             * @description True if the procedure waits for a confirmation.
-             */
-            press: boolean;
-            /** @description Step responses to compare while gains are tuned. */
-            review?: components["schemas"]["GainTuningReview"] | null;
         };
         /**
          * RunLive
@@ -9882,49 +9913,6 @@ export interface components {
             end_range?: components["schemas"]["EndRangeLive"] | null;
         };
         /**
-         * RunStart
-         * @description The kind of run and its first step.
-         */
-        RunStart: {
-            /**
-             * Kind
-             * @description full: all steps that have not passed. check: the periodic check.
-             * @enum {string}
-             */
-            kind: "full" | "check";
-            /**
-             * Begin
-             * @description First step of the run; by default the first step that has not passed.
-             */
-            begin?: ("ids" | "registers" | "inputs" | "axes" | "torque" | "zero" | "range" | "stops" | "gains" | "lags" | "acceptance") | null;
-        };
-        /**
-         * RunStep
-         * @description A step of the procedure.
-         */
-        RunStep: {
-            /**
-             * Key
-             * @enum {string}
-             */
-            key: "ids" | "registers" | "inputs" | "axes" | "torque" | "zero" | "range" | "stops" | "gains" | "lags" | "acceptance";
-            /** Title */
-            title: string;
-            /** @description Code and parameters of the English text; null: it has none. */
-            title_key?: components["schemas"]["TextKey"] | null;
-            /** Does */
-            does: string;
-            /** @description Code and parameters of the English text; null: it has none. */
-            does_key?: components["schemas"]["TextKey"] | null;
-            /**
-             * State
-             * @enum {string}
-             */
-            state: "waiting" | "running" | "passed" | "failed";
-            /** @description Result of the step's last run; null: the step has not run yet. */
-            result: components["schemas"]["CommissioningStepRun"] | null;
-        };
-        /**
          * RunStop
          * @description The cause of a stop.
          */
@@ -9941,6 +9929,18 @@ export interface components {
             message: string;
             /** @description Code and parameters of the English text; null: it has none. */
             message_key?: components["schemas"]["TextKey"] | null;
+        };
+        /**
+         * SafeToStop
+         * @description Says that the service may be stopped because no treatment would be interrupted.
+         */
+        SafeToStop: {
+            /**
+             * Status
+             * @default idle
+             * @constant
+             */
+            status: "idle";
         };
         /**
          * SavedMessage
@@ -11883,7 +11883,7 @@ export interface operations {
                     [name: string]: unknown;
                 };
                 content: {
-                    "application/json": components["schemas"]["Idleness"];
+                    "application/json": components["schemas"]["SafeToStop"];
                 };
             };
             /** @description The apparatus' control program or the database does not answer. */
@@ -25421,7 +25421,7 @@ export interface operations {
         };
         requestBody: {
             content: {
-                "application/json": components["schemas"]["RunStart"];
+                "application/json": components["schemas"]["CommissioningStart"];
             };
         };
         responses: {
@@ -25508,7 +25508,7 @@ export interface operations {
         };
         requestBody: {
             content: {
-                "application/json": components["schemas"]["RunConfirmation"];
+                "application/json": components["schemas"]["CommissioningConfirmation"];
             };
         };
         responses: {
