@@ -8,7 +8,7 @@ import { t } from "../../lib/i18n";
 import { ProblemNote } from "../../ui/ProblemNote";
 import { AuthLayout } from "./AuthLayout";
 import { authStore } from "./authState";
-import { readFragment } from "./fromLink";
+import { readFragment } from "./linkFragment";
 
 /** Signs in. The links of the demonstration clinic lead to this page. */
 export function LinkPage() {

@@ -9,7 +9,7 @@ import { ProblemNote } from "../../ui/ProblemNote";
 import { AuthLayout } from "./AuthLayout";
 import { authStore } from "./authState";
 import { CodeField } from "./CodeField";
-import { readFragment } from "./fromLink";
+import { readFragment } from "./linkFragment";
 import { OPENID_PATH } from "./openId";
 
 /** Return the provider's response from the address, or null. */

@@ -10,7 +10,7 @@ import { ProblemNote } from "../../ui/ProblemNote";
 import { AuthLayout } from "./AuthLayout";
 import classes from "./access.module.css";
 import { authStore } from "./authState";
-import { readFragment } from "./fromLink";
+import { readFragment } from "./linkFragment";
 import { isConfirmed, NewPassword, NO_PASSWORD } from "./NewPassword";
 import { UserNameField } from "./UserNameField";
 
