@@ -8,7 +8,7 @@ import { SearchButton } from "../features/search/SearchButton";
 import { t } from "../lib/i18n";
 import { useSavedRecords } from "../lib/live/hooks";
 import { useRefetchAfterOutage } from "../lib/offline";
-import { StateBar } from "../safety/StateBar";
+import { AppFrame } from "../safety/AppFrame";
 import { LazyPart } from "../ui/LazyPart";
 import { PageLink } from "../ui/links";
 import { UndoBar } from "../ui/UndoBar";
@@ -30,12 +30,12 @@ export function Shell() {
   // The route of the shown page. While the next page loads, the address already names the next page.
   const page = useRouterState({ select: (state) => state.matches.at(-1)?.routeId });
   return (
-    <StateBar top={<Top />} fullPageStop={page === "/station"}>
+    <AppFrame top={<Top />} fullPageStop={page === "/station"}>
       <Box p="md" maw={1400} mx="auto">
         <Outlet />
       </Box>
       <UndoBar />
-    </StateBar>
+    </AppFrame>
   );
 }
 

@@ -17,7 +17,7 @@ import { readSessionView } from "../features/sessions/sessionTabs";
 import { readSearch } from "../features/statistics/figuresSearch";
 import { ProblemError } from "../lib/api/client";
 import { t } from "../lib/i18n";
-import { StateBar } from "../safety/StateBar";
+import { AppFrame } from "../safety/AppFrame";
 import { InlineSlot } from "../ui/InlineSlot";
 import { PageLink } from "../ui/links";
 import { Shell } from "./Shell";
@@ -287,11 +287,11 @@ function NotFound() {
 /** Shown in place of a shell that failed: Stop and the apparatus' state stay. */
 function ShellError(props: ErrorComponentProps) {
   return (
-    <StateBar>
+    <AppFrame>
       <Box p="md">
         <PageError {...props} />
       </Box>
-    </StateBar>
+    </AppFrame>
   );
 }
 

@@ -7,8 +7,8 @@ import { api, type Me } from "../../lib/api/client";
 import { formatSpan } from "../../lib/format";
 import { t } from "../../lib/i18n";
 import { useAlive, useLive } from "../../lib/live/hooks";
+import { AppFrame } from "../../safety/AppFrame";
 import { describeMode } from "../../safety/modes";
-import { StateBar } from "../../safety/StateBar";
 import { ProblemNote } from "../../ui/ProblemNote";
 import classes from "./access.module.css";
 import { authStore } from "./authState";
@@ -21,7 +21,7 @@ import { OpenIdReauthentication } from "./OpenIdReauthentication";
 export function LockScreen({ me, onBack }: { me: Me; onBack?: () => void }) {
   useTitle(t("auth:locked.title"));
   return (
-    <StateBar>
+    <AppFrame>
       <Box className={classes.locked ?? ""}>
         <ApparatusState />
         <Card withBorder w="100%" maw={480} p="xl">
@@ -53,7 +53,7 @@ export function LockScreen({ me, onBack }: { me: Me; onBack?: () => void }) {
           </Stack>
         </Card>
       </Box>
-    </StateBar>
+    </AppFrame>
   );
 }
 

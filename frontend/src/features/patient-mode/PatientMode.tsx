@@ -4,7 +4,7 @@ import { useEffect, useRef, useState } from "react";
 import { useTitle } from "../../app/title";
 import { api, type Me, type Schemas } from "../../lib/api/client";
 import { t } from "../../lib/i18n";
-import { StateBar } from "../../safety/StateBar";
+import { AppFrame } from "../../safety/AppFrame";
 import { ProblemNote } from "../../ui/ProblemNote";
 import { LockScreen } from "../auth/LockScreen";
 import { AnswerButtons } from "./AnswerButtons";
@@ -35,7 +35,7 @@ function PatientMode(props: { questionnaire: Questionnaire; onStaff: () => void 
   const { questionnaire, onStaff } = props;
   useTitle(questionnaire.title);
   return (
-    <StateBar>
+    <AppFrame>
       <Stack className={classes.page ?? ""} gap="xl" data-testid="patient-mode">
         {questionnaire.finished ? (
           <Stack gap="xl">
@@ -56,7 +56,7 @@ function PatientMode(props: { questionnaire: Questionnaire; onStaff: () => void 
           </Button>
         </Group>
       </Stack>
-    </StateBar>
+    </AppFrame>
   );
 }
 

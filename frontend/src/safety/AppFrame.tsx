@@ -14,10 +14,10 @@ import { StopButton } from "./StopButton";
 const HEADER_PX = 124;
 
 /**
- * The header of every signed-in page and of the lock screen, with apparatus state, alarms and Stop. `fullPageStop`:
- * a stop takes the place of the page's controls.
+ * The frame of every signed-in page and of the lock screen: a header with apparatus state and Stop, then alarms.
+ * `fullPageStop`: a stop takes the place of the page's controls.
  */
-export function StateBar(props: { children: ReactNode; top?: ReactNode; fullPageStop?: boolean }) {
+export function AppFrame(props: { children: ReactNode; top?: ReactNode; fullPageStop?: boolean }) {
   const { children, top, fullPageStop = false } = props;
   return (
     // The header is above dialogs, because nothing may cover Stop.
