@@ -81,7 +81,7 @@ def test_due_backup_is_made_once_the_arm_is_free(clinic: tuple[Settings, Databas
 
     async def night() -> None:
         backups = Backups(settings, database, occupied, lambda: None)
-        async with backups.each_night(first_check_s=0.0, check_period_s=0.01), asyncio.timeout(LIMIT_S):
+        async with backups.running_schedule(first_check_s=0.0, check_period_s=0.01), asyncio.timeout(LIMIT_S):
             while not (state := await backups.state()).items:  # noqa: ASYNC110
                 await asyncio.sleep(0.05)
         (made,) = state.items
@@ -130,7 +130,7 @@ def test_a_service_that_ends_takes_its_backup_along(clinic: tuple[Settings, Data
 
     async def short() -> None:
         backups = Backups(settings, database, lambda: False, lambda: None)
-        async with backups.each_night(), asyncio.timeout(LIMIT_S):
+        async with backups.running_schedule(), asyncio.timeout(LIMIT_S):
             backups.begin("asked")
             with pytest.raises(ProblemError):
                 backups.begin("asked")

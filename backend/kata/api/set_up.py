@@ -144,7 +144,7 @@ async def set_up_services(settings: Settings, stack: AsyncExitStack) -> Services
     backups = Backups(
         settings, storage.database, lambda: station.occupied, partial(clinic_time_zone, settings, storage.database)
     )
-    await stack.enter_async_context(backups.each_night())
+    await stack.enter_async_context(backups.running_schedule())
     station.start()
     warming_up = asyncio.create_task(_warm_up(figures, station), name="warm up")
     stack.callback(warming_up.cancel)

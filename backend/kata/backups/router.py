@@ -119,7 +119,7 @@ class Backups:
         """Prevents a request for the list and the end of a backup from importing the same record twice."""
 
     @asynccontextmanager
-    async def each_night(
+    async def running_schedule(
         self, first_check_s: float = _FIRST_CHECK_S, check_period_s: float = _CHECK_PERIOD_S
     ) -> AsyncIterator[None]:
         """Make nightly backups while the context lasts."""
