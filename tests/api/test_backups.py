@@ -12,7 +12,8 @@ import pytest
 from fastapi.testclient import TestClient
 
 from kata.auth.login_session import COOKIE
-from kata.backups.router import Backups, due, next_at, night_lock
+from kata.backups.router import Backups
+from kata.backups.schedule import due, next_at, night_lock
 from kata.database.engine import Database
 from kata.database.upgrade import upgrade
 from kata.errors import ProblemError

@@ -1,4 +1,4 @@
-"""Routes and schedule of backups. A separate process makes a backup every night. The list shows each backup with its last restore test.
+"""Routes of backups, and the task that makes them. A separate process makes a backup every night. The list shows each backup with its last restore test.
 
 That process only reads the database (:mod:`kata.backups.create`). The service imports the process's record.
 """
@@ -9,8 +9,8 @@ import os
 import sys
 import threading
 from collections.abc import AsyncIterator, Callable, Mapping
-from contextlib import ExitStack, asynccontextmanager
-from datetime import datetime, time, timedelta
+from contextlib import asynccontextmanager
+from datetime import datetime
 from pathlib import Path
 from typing import Annotated, Final, Literal, Protocol
 from uuid import UUID, uuid4
@@ -32,6 +32,7 @@ from kata.backups.catalogue import (
     write_record,
 )
 from kata.backups.key import key_location
+from kata.backups.schedule import RETRY_AFTER, due, next_at, night_lock
 from kata.backups.tables import BackupRow
 from kata.database.base import utc_now
 from kata.database.engine import Database
@@ -46,11 +47,6 @@ log = logging.getLogger(__name__)
 _FIRST_CHECK_S: Final = 300.0
 """Seconds after the start without a backup, because users want to work then."""
 _CHECK_PERIOD_S: Final = 60.0
-_RETRY_AFTER: Final = timedelta(hours=1)
-"""Time between a failed backup and the next attempt."""
-_NIGHTLY_LOCK_KEY: Final = 0x6B_61_74_61_62_6B_75_70
-"""Key of the advisory lock that a service holds during the nightly backup. The number is arbitrary."""
-
 router = APIRouter(prefix="/api/backups", tags=["backups"])
 
 
@@ -183,7 +179,7 @@ class Backups:
 
     def _is_due(self) -> bool:
         begun_at = self._begun_at
-        return (begun_at is None or begun_at <= utc_now() - _RETRY_AFTER) and self._is_due_by_catalogue()
+        return (begun_at is None or begun_at <= utc_now() - RETRY_AFTER) and self._is_due_by_catalogue()
 
     def _is_due_by_catalogue(self) -> bool:
         """Return whether a backup is due, counting backups of all services on this database."""
@@ -266,51 +262,10 @@ def _log_error(task: asyncio.Task[None]) -> None:
         log.error("a backup failed", exc_info=error)
 
 
-def night_lock(database: Database) -> ExitStack | None:
-    """Take the lock of the nightly backup; the caller closes it after the backup. Return None if another service on this database has the
-    lock.
-
-    PostgreSQL releases the lock when a service is killed. A SQLite database has only one service, which needs no lock.
-    """
-    with ExitStack() as stack:
-        if not database.file:
-            connection = stack.enter_context(database.writer.connect())
-            # The lock ends with its connection, so the connection must leave the pool.
-            connection.detach()
-            if not connection.execute(select(func.pg_try_advisory_lock(_NIGHTLY_LOCK_KEY))).scalar_one():
-                return None
-            connection.commit()
-        return stack.pop_all()
-    return None
-
-
-def due(now: datetime, at: str, zone: ZoneInfo | None, made_at: datetime | None, tried_at: datetime | None) -> bool:
-    """Return whether a backup is due: the newest usable backup is older than the last time of day ``at``, and there was no recent attempt.
-
-    :param zone: time zone of the clinic, or None for this computer's.
-    """
-    if at == "never" or (tried_at is not None and tried_at > now - _RETRY_AFTER):
-        return False
-    return made_at is None or made_at < _times_around(now, at, zone)[0]
-
-
-def next_at(now: datetime, at: str, zone: ZoneInfo | None) -> datetime | None:
-    """Return the next time at the time of day ``at``, or None if ``at`` is ``never``."""
-    return None if at == "never" else _times_around(now, at, zone)[1]
-
-
 def same_disk(settings: Settings) -> bool:
     """Return whether the backup folder is on the disk of the data folder."""
     existing = next(path for path in (settings.backup_folder, *settings.backup_folder.parents) if path.exists())
     return settings.data.exists() and existing.stat().st_dev == settings.data.stat().st_dev
-
-
-def _times_around(now: datetime, at: str, zone: ZoneInfo | None) -> tuple[datetime, datetime]:
-    """Return the last and the next time at the time of day ``at`` in the clinic's time zone."""
-    local = now.astimezone(zone)
-    days = [local.date() + timedelta(days=days) for days in (-1, 0, 1)]
-    moments = [datetime.combine(day, time.fromisoformat(at), tzinfo=zone).astimezone(now.tzinfo) for day in days]
-    return max(moment for moment in moments if moment <= now), min(moment for moment in moments if moment > now)
 
 
 def _environment(settings: Settings) -> Mapping[str, str]:
