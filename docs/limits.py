@@ -20,7 +20,7 @@ _SUBJECTS: Final[dict[str, tuple[tuple[str, str, str], ...]]] = {
         (
             "station/lease.py",
             "STOP_AND_RELEASE_AFTER_S",
-            "The lease survives this absence of its browser. Then the motors release the arm.",
+            "After this absence of its browser a motion or a held arm is stopped (a return is completed). The lease ends as soon as torque is off.",
         ),
         (
             "station/guard.py",
@@ -88,7 +88,11 @@ _SUBJECTS: Final[dict[str, tuple[tuple[str, str, str], ...]]] = {
         ("station/device_process.py", "_RESTART_S", "Pauses before the device process is restarted."),
     ),
     "Login sessions": (
-        ("settings.py", "Settings.idle_minutes", "An unused browser is locked."),
+        (
+            "settings.py",
+            "Settings.idle_minutes",
+            "The screen of a logged-in user locks after this time without activity.",
+        ),
         ("settings.py", "Settings.login_session_hours", "A login session ends."),
         (
             "auth/login_session.py",

@@ -13,6 +13,7 @@ from kata.actor import Actor, Role
 from kata.auth import secrets, texts
 from kata.auth.tables import AccountRow, AccountStationRow, LoginSessionRow
 from kata.errors import ProblemError
+from kata.settings import DEFAULT_IDLE_MINUTES
 
 COOKIE: Final = "kata_sign_in"
 SECURE_COOKIE: Final = "__Host-kata_sign_in"
@@ -32,7 +33,7 @@ _ACTIVITY_PERIOD: Final = timedelta(seconds=30)
 class Limits:
     """Limits of a login session, and the roles that need a second factor."""
 
-    idle: timedelta = timedelta(minutes=15)
+    idle: timedelta = timedelta(minutes=DEFAULT_IDLE_MINUTES)
     """The screen locks after this time without user activity."""
     longest: timedelta = timedelta(hours=12)
     """The login session ends after this time even with activity, except for :attr:`extension`."""
@@ -143,7 +144,7 @@ def _is_locked(row: LoginSessionRow, now: datetime, limits: Limits) -> bool:
 
 
 def lock(session: Session, login_session_id: UUID, now: datetime) -> None:
-    """Lock the screen. A running session stays visible and can be stopped; everything else needs the password again.
+    """Lock the screen. A running treatment stays visible and can be stopped; everything else needs the password again.
 
     :raises ProblemError: 409 for a demonstration account, which has no password.
     """

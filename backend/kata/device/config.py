@@ -255,16 +255,18 @@ class StationConfig(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fi
     limit_tolerance_deg: float = 4.0
     """Distance beyond an axis' range from which a measured angle is a fault."""
     approach_speed_deg_s: float = 15.0
-    """Highest speed of the way to the start of a recording and of the way back. A patient's limit of speed lowers it."""
+    """Highest speed of every motor on the way to the start of a recording and on the way back. If the patient's speed limit is lower, that
+    limit applies.
+    """
     following_error_deg: float = 20.0
-    """Maximum difference between an axis and its setpoint; longer than ``following_error_ms`` beyond it is a fault. The setpoint leads the axis by the lag: 6 deg at 60 deg/s and a lag
-    of 0.1 s. The rest is the margin for an arm that is held.
+    """Largest allowed distance between an axis and its setpoint. A larger distance that lasts longer than ``following_error_ms`` is a fault.
+    The setpoint leads the axis by the lag: 6 deg at 60 deg/s and a lag of 0.1 s. The rest is the margin for an arm that is held.
     """
     following_error_ms: int = 250
     silence_ms: int = 100
     """Time without an answer after which a drive is a fault. For inputs see ``inputs.max_age_cycles``."""
     reversal_s: float = 2.0
-    """Distance that the arm moves back along the path when it meets resistance, in the recording's own time."""
+    """When the arm meets resistance, it goes back along the path by the part that the recording plays in this time."""
     service_silence_ms: int = 500
     bus_watchdog_ms: int = 160
     """Watchdog time of the drives (register 98, steps of 20 ms). They stop when the bus is silent for this long.

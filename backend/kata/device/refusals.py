@@ -163,7 +163,9 @@ def outside_range(state: CycleState, config: StationConfig) -> Refusal | None:
 
 
 def too_far_from_start(state: CycleState, start_deg: Sequence[float]) -> Refusal | None:
-    """Refuse a first step that is longer than the distance from which a drive counts as frozen. ``start_deg``: target of the step."""
+    """Refuse to start if an axis is so far from the start that its drive would count as frozen. ``start_deg``: target of the first
+    step.
+    """
     for motor, (start, angle) in enumerate(zip(start_deg, state.measured_deg, strict=True), start=1):
         if abs(start - angle) > MAX_FROZEN_SETPOINT_DEG:
             return Refusal.of(

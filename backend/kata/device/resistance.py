@@ -18,7 +18,8 @@ SLOW_DEG_S: Final = 1.0
 _COUNT_DEG: Final = 0.1
 """An angle closer than this to its setpoint counts as equal. One count of a 4096-count encoder is 0.088 deg."""
 RELIEVE_NS: Final = 1_000_000_000
-"""Time in which a yielding setpoint ends a push at 100 Hz if the arm does not move at all. The softest drive needs most of this time."""
+"""After a reversal, the push that caused it is ignored for this time. At 100 Hz even the softest drive stops pushing within it, also if
+the arm does not move."""
 _TO_MEASURED_S: Final = 0.05
 """Time constant with which a yielding setpoint moves to the measured angle."""
 _RETREAT_DEG_S_NM: Final = 6.0

@@ -46,7 +46,7 @@ _FADE_IN_S: Final = 0.5
 _LIMIT_MARGIN_DEG: Final = 1.0
 """Nothing is learned this close to a limit, because the limit may have held the setpoint back."""
 _DISTURBED_TORQUE_SHARE: Final = 0.5
-"""Share of the torque that counts as the patient's resistance. Above this share the patient may have resisted."""
+"""Above this share of the resistance threshold a sample counts as disturbed, because the patient may have resisted."""
 _TORQUE_AVERAGE_S: Final = 0.1
 """Torque is averaged over this time, because shorter pushes come from the drives' own vibration."""
 _LONGEST_GAP_S: Final = 0.1

@@ -150,8 +150,8 @@ class Lease:
     def absence_action(self, now: ClockReading, mode: Mode, torque: TorqueState) -> AbsenceAction | None:
         """Return the action that is due because the holder's browser is absent. Call it repeatedly until the action is done.
 
-        Without a holder no action is due, because a motion begins with a lease and the lease is released only without torque. In idle and
-        offline a Stop would have no effect. With unknown torque the lease is kept in these modes until the torque is known.
+        Without a holder no action is due, because a motion begins with a lease and the lease is released only without torque. No Stop
+        is sent in idle, offline and returning. If the torque is unknown, the lease is kept until it is known to be off.
         """
         absent_s = self._absent_s(now)
         if absent_s < PAUSE_AFTER_S:
