@@ -18,9 +18,6 @@ from sqlalchemy.exc import ArgumentError
 
 log = logging.getLogger(__name__)
 
-DEFAULT_IDLE_MINUTES: Final = 15.0
-"""Default of ``idle_minutes``: the screen locks after this time without activity."""
-
 FORMER_NAMES: Final = {
     "backups": "backup_dir",
     "backup_at": "backup_time",
@@ -130,7 +127,7 @@ class Settings(BaseSettings):
     trusted_proxies: str = ""
     """Addresses of proxies whose ``X-Forwarded-For`` and ``-Proto`` are trusted, separated by commas; empty: none."""
 
-    idle_minutes: float = Field(default=DEFAULT_IDLE_MINUTES, gt=0)
+    idle_minutes: float = Field(default=15.0, gt=0)
     """The screen locks after this time without activity of the user. A running treatment stays visible and can be stopped."""
     login_session_hours: float = Field(default=12.0, gt=0)
     """A login session ends after this time, even with activity."""

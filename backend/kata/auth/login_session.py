@@ -13,7 +13,7 @@ from kata.actor import Actor, Role
 from kata.auth import secrets, texts
 from kata.auth.tables import AccountRow, AccountStationRow, LoginSessionRow
 from kata.errors import ProblemError
-from kata.settings import DEFAULT_IDLE_MINUTES
+from kata.settings import Settings
 
 COOKIE: Final = "kata_sign_in"
 SECURE_COOKIE: Final = "__Host-kata_sign_in"
@@ -33,7 +33,7 @@ _ACTIVITY_PERIOD: Final = timedelta(seconds=30)
 class Limits:
     """Limits of a login session, and the roles that need a second factor."""
 
-    idle: timedelta = timedelta(minutes=DEFAULT_IDLE_MINUTES)
+    idle: timedelta = timedelta(minutes=Settings.model_fields["idle_minutes"].default)
     """The screen locks after this time without user activity."""
     longest: timedelta = timedelta(hours=12)
     """The login session ends after this time even with activity, except for :attr:`extension`."""
