@@ -2,7 +2,7 @@
 
 import re
 from contextlib import nullcontext
-from datetime import UTC, date, datetime, timedelta
+from datetime import UTC, date, datetime, timedelta, timezone
 from html import unescape
 from queue import Queue
 from threading import Event, Thread
@@ -382,20 +382,20 @@ def week_numbers(weeks: list[adherence.AdherenceWeek]) -> list[tuple[date, int, 
 
 def test_weeks_without_a_session_are_included() -> None:
     visits = [HeldSession(MONDAY), HeldSession(MONDAY + 6 * DAY), HeldSession(MONDAY + 14 * DAY)]
-    assert week_numbers(by_week(visits, [], MONDAY + 22 * DAY, timedelta())) == [
+    assert week_numbers(by_week(visits, [], MONDAY + 22 * DAY, UTC)) == [
         (date(2026, 11, 16), 2, None),
         (date(2026, 11, 23), 0, None),
         (date(2026, 11, 30), 1, None),
         (date(2026, 12, 7), 0, None),
     ]
-    assert by_week([], [], MONDAY, timedelta()) == []
+    assert by_week([], [], MONDAY, UTC) == []
 
 
 def test_monday_begins_where_the_clinic_is() -> None:
     """Sunday night in London is Monday morning in Tokyo."""
     night = HeldSession(MONDAY - 10 * timedelta(hours=1))
-    [london, *_] = by_week([night], [], night.started_at, timedelta())
-    [tokyo] = by_week([night], [], night.started_at, timedelta(hours=9))
+    [london, *_] = by_week([night], [], night.started_at, UTC)
+    [tokyo] = by_week([night], [], night.started_at, timezone(timedelta(hours=9)))
     assert (london.begins_on, tokyo.begins_on) == (date(2026, 11, 9), date(2026, 11, 16))
 
 
@@ -408,14 +408,14 @@ def test_goal_is_the_last_one_set_by_each_week() -> None:
         VersionWish(other, MONDAY + 22 * DAY, 4, MONDAY + 30 * DAY),
         VersionWish(one, MONDAY + 43 * DAY, None, None),
     ]
-    wishes = [week.sessions_wished for week in by_week([], said, MONDAY + 43 * DAY, timedelta())]
+    wishes = [week.sessions_wished for week in by_week([], said, MONDAY + 43 * DAY, UTC)]
     # The other programme is archived in the fifth week. The first has no wish from the seventh week.
     assert wishes == [2, 3, 3, 4, 4, 3, None]
 
 
 def test_repetitions_are_added_up_by_week() -> None:
     visits = [HeldSession(MONDAY, 20, 10), HeldSession(MONDAY + DAY, 10, 8), HeldSession(MONDAY)]
-    [week] = by_week(visits, [], MONDAY, timedelta())
+    [week] = by_week(visits, [], MONDAY, UTC)
     assert (week.sessions, week.repetitions_planned, week.repetitions_done) == (3, 30, 18)
 
 
@@ -435,9 +435,9 @@ def test_an_episodes_weeks_come_from_its_sessions(clinic: Clinic) -> None:
         # The version is as old as its sessions.
         session.get_one(ProgrammeVersionRow, version.id).made_at = MONDAY
     with clinic.database.read() as session:
-        [week] = adherence.of_episode(session, episode.id, 0).weeks
+        [week] = adherence.of_episode(session, episode.id, UTC).weeks
         with refused(404, "not_found"):
-            adherence.of_episode(session, uuid4(), 0)
+            adherence.of_episode(session, uuid4(), UTC)
     # A session without a playback has no repetitions, and a session without a programme has no planned ones.
     assert (week.sessions, week.sessions_wished) == (2, 2)
     assert (week.repetitions_done, week.repetitions_planned) == (17, 20)
@@ -472,7 +472,7 @@ def with_end_range_times(clinic: Clinic) -> tuple[UUID, UUID]:
 def test_counted_end_range_time_is_beside_the_prescribed_one(clinic: Clinic) -> None:
     episode_id, visit_id = with_end_range_times(clinic)
     with clinic.database.read() as session:
-        week = adherence.of_episode(session, episode_id, 0).weeks[0]
+        week = adherence.of_episode(session, episode_id, UTC).weeks[0]
         plan = planned.of_session(session, visit_id)
     assert [(done.motion, done.counted_s, done.prescribed_s) for done in week.end_range] == [(4, 120.0, 3 * 240.0)]
     assert [[(done.counted_s, done.prescribed_s) for done in one.motions] for one in week.end_range_sessions] == [
@@ -561,7 +561,7 @@ def test_many_sessions_are_no_more_questions_to_the_database(clinic: Clinic) -> 
 
         event.listen(clinic.database.reader, "before_cursor_execute", count)
         with clinic.database.read() as session:
-            adherence.of_episode(session, episode.id, 0)
+            adherence.of_episode(session, episode.id, UTC)
         event.remove(clinic.database.reader, "before_cursor_execute", count)
         return asked
 

@@ -5,6 +5,7 @@ from datetime import UTC, date, datetime, timedelta
 from math import isclose
 from typing import Literal
 from uuid import UUID, uuid4
+from zoneinfo import ZoneInfo
 
 import pytest
 from scipy import stats
@@ -28,6 +29,7 @@ from tests.support.treatment import DAY, treat
 
 THERAPIST = Actor(UUID(int=1), UUID(int=2), "Sato Ken", "therapist", frozenset())
 ALL_TIME = Span(datetime(2000, 1, 1, tzinfo=UTC), datetime(2100, 1, 1, tzinfo=UTC))
+TOKYO, CHICAGO = ZoneInfo("Asia/Tokyo"), ZoneInfo("America/Chicago")
 NO_PROGRAMMES = ProgrammeAdherence(programmes=0, overdue=0, prescribed=0, held=0)
 NOW = datetime(2026, 11, 20, 6, 0, tzinfo=UTC)
 
@@ -111,11 +113,11 @@ def test_days_begin_at_the_clinics_midnight(database: Database) -> None:
         treat(session, sessions=1, runs=1)
     with database.read() as session:
         days = {
-            offset: usage.usage(session, Span(ALL_TIME.since, ALL_TIME.until, offset), "day").rows[0].begins_on
-            for offset in (540, -360)
+            zone: usage.usage(session, Span(ALL_TIME.since, ALL_TIME.until, zone), "day").rows[0].begins_on
+            for zone in (TOKYO, CHICAGO)
         }
-        (week,) = usage.usage(session, Span(ALL_TIME.since, ALL_TIME.until, -360), "week").rows
-    assert days == {540: date(2026, 11, 2), -360: date(2026, 11, 1)}
+        (week,) = usage.usage(session, Span(ALL_TIME.since, ALL_TIME.until, CHICAGO), "week").rows
+    assert days == {TOKYO: date(2026, 11, 2), CHICAGO: date(2026, 11, 1)}
     assert week.begins_on == date(2026, 10, 26)
 
 
@@ -244,8 +246,8 @@ def followed(database: Database, *, restricted: bool = False, last_day: int = 8)
 def test_patients_are_due_a_week_after_their_session(database: Database) -> None:
     followed(database, last_day=8)
     with database.read() as session:
-        work = worklist.worklist(session, THERAPIST, NOW, 540)
-        earlier = worklist.worklist(session, THERAPIST, NOW - timedelta(days=2), 540)
+        work = worklist.worklist(session, THERAPIST, NOW, TOKYO)
+        earlier = worklist.worklist(session, THERAPIST, NOW - timedelta(days=2), TOKYO)
     assert [patient.last_session_at for patient in work.due] == [NOW - timedelta(days=8)]
     assert (work.due_count, work.due[0].therapist, work.due[0].due_at) == (1, "Sato Ken", NOW - timedelta(days=1))
     assert earlier.due == []
@@ -254,7 +256,7 @@ def test_patients_are_due_a_week_after_their_session(database: Database) -> None
 def test_change_of_a_patient_names_the_shoulder(database: Database) -> None:
     followed(database)
     with database.read() as session:
-        work = worklist.worklist(session, THERAPIST, NOW, 540)
+        work = worklist.worklist(session, THERAPIST, NOW, TOKYO)
     assert [(one.measure, one.side, one.before, one.now) for one in work.changes] == [("spadi", "left", 60.0, 40.0)]
 
 
@@ -263,7 +265,7 @@ def test_patients_away_for_four_weeks_are_not_due(database: Database) -> None:
     with database.write() as session:
         session.scalars(select(ProgrammeVersionRow)).one().made_at = NOW - timedelta(days=60)
     with database.read() as session:
-        assert worklist.worklist(session, THERAPIST, NOW, 540).due == []
+        assert worklist.worklist(session, THERAPIST, NOW, TOKYO).due == []
 
 
 def test_the_worklist_omits_restricted_records_and_other_therapists_notes(database: Database) -> None:
@@ -271,7 +273,7 @@ def test_the_worklist_omits_restricted_records_and_other_therapists_notes(databa
     followed(database, restricted=True)
     other = Actor(UUID(int=1), UUID(int=2), "Ito Daiki", "therapist", frozenset())
     with database.read() as session:
-        mine, theirs = (worklist.worklist(session, actor, NOW, 540) for actor in (THERAPIST, other))
+        mine, theirs = (worklist.worklist(session, actor, NOW, TOKYO) for actor in (THERAPIST, other))
         every = worklist.adherence(worklist.followed(session, NOW), NOW)
     assert (mine.due_count, len(mine.unsigned), len(theirs.unsigned)) == (1, 1, 0)
     assert every.programmes == 2, "a figure that names no patient counts restricted records"
@@ -282,7 +284,7 @@ def test_an_open_session_of_another_day_stays_in_the_worklist(database: Database
     with database.write() as session:
         session.scalars(select(SessionRow)).one().ended_at = None
     with database.read() as session:
-        work = worklist.worklist(session, THERAPIST, NOW, 540)
+        work = worklist.worklist(session, THERAPIST, NOW, TOKYO)
     assert (len(work.sessions), len(work.unsigned)) == (1, 0)
 
 
@@ -291,7 +293,7 @@ def test_archived_patients_are_neither_due_nor_counted(database: Database) -> No
     with database.write() as session:
         session.scalars(select(PatientRow)).one().archived_at = NOW
     with database.read() as session:
-        assert worklist.worklist(session, THERAPIST, NOW, 540).due_count == 0
+        assert worklist.worklist(session, THERAPIST, NOW, TOKYO).due_count == 0
         assert worklist.adherence(worklist.followed(session, NOW), NOW).programmes == 0
 
 
@@ -303,7 +305,7 @@ def test_sessions_before_a_programme_do_not_follow_it(database: Database) -> Non
         version.made_at, version.sessions_per_week = NOW - timedelta(days=7), 2
     with database.read() as session:
         found = worklist.adherence(worklist.followed(session, NOW), NOW)
-        (due,) = worklist.worklist(session, THERAPIST, NOW, 540).due
+        (due,) = worklist.worklist(session, THERAPIST, NOW, TOKYO).due
     assert (found.prescribed, found.held) == (2, 0)
     assert due.last_session_at == NOW - timedelta(days=20)
 
@@ -323,5 +325,5 @@ def test_stage_of_the_first_day_is_in_the_clinics_zone(database: Database) -> No
                 )
             )  # fmt: skip
     with database.read() as session:
-        found = outcomes.outcomes(session, Span(ALL_TIME.since, ALL_TIME.until, 540), NO_PROGRAMMES)
+        found = outcomes.outcomes(session, Span(ALL_TIME.since, ALL_TIME.until, TOKYO), NO_PROGRAMMES)
     assert [(group.name, group.patients) for group in found.groups if group.by == "stage"] == [("frozen", LEAST_SHOWN)]

@@ -6,6 +6,7 @@ is written session by session, so that a long history is never completely in mem
 
 import json
 from collections.abc import Iterator, Mapping
+from datetime import tzinfo
 from pathlib import Path
 from typing import Final
 from uuid import UUID
@@ -118,11 +119,11 @@ def resources(session: Session, patient: PatientRow, clinic: ClinicNames) -> Ite
         for resource in _clinic_session(clinic_session, clinic_session.side, reason):
             yield simulated(resource) if clinic_session.simulated else resource
     for episode in patient.episodes:
-        yield from _end_range_times(session, episode, adherence.utc_offset_minutes(clinic.zone))
+        yield from _end_range_times(session, episode, clinic.zone)
 
 
-def _end_range_times(session: Session, episode: EpisodeRow, utc_offset_minutes: int) -> Iterator[Resource]:
-    for period, done, is_simulated in adherence.end_range_times(session, episode.id, utc_offset_minutes):
+def _end_range_times(session: Session, episode: EpisodeRow, zone: tzinfo | None) -> Iterator[Resource]:
+    for period, done, is_simulated in adherence.end_range_times(session, episode.id, zone):
         if isinstance(period, adherence.EndRangeSession):
             resource = fhir_observations.end_range_session(done, period, episode.patient_id, episode.side)
         else:

@@ -172,9 +172,8 @@ _END_RANGE: Final = ("period", "begins_at", "session_id", "motion", "counted_s",
 
 def _end_range_rows(session: Session, patient: PatientRow, clinic: ClinicNames) -> Iterator[dict[str, Any]]:
     """Yield the counted and prescribed end-range times of each session and week."""
-    offset = adherence.utc_offset_minutes(clinic.zone)
     for episode in patient.episodes:
-        for period, done, is_simulated in adherence.end_range_times(session, episode.id, offset):
+        for period, done, is_simulated in adherence.end_range_times(session, episode.id, clinic.zone):
             named = (
                 ("session", period.started_at.isoformat(), period.session_id)
                 if isinstance(period, adherence.EndRangeSession)

@@ -2,6 +2,7 @@
 
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import fields
+from datetime import UTC, tzinfo
 from typing import Final, NamedTuple
 from uuid import UUID
 
@@ -46,10 +47,10 @@ class _Played(NamedTuple):
     rmse_deg: float | None
 
 
-def read_content(session: DatabaseSession, episode_id: UUID, utc_offset_minutes: int = 0) -> EpisodeContent:
+def read_content(session: DatabaseSession, episode_id: UUID, zone: tzinfo | None = UTC) -> EpisodeContent:
     """Return the content of the report.
 
-    :param utc_offset_minutes: offset of the clinic's time zone from UTC. It determines the weeks.
+    :param zone: the clinic's time zone; None: this computer's. It determines the weeks.
     :raises ProblemError: 404.
     """
     row = session.get(EpisodeRow, episode_id)
@@ -84,9 +85,7 @@ def read_content(session: DatabaseSession, episode_id: UUID, utc_offset_minutes:
         stops=_stops(session, episode_id),
         closing_note=row.closing_note,
         end_range_weeks=tuple(
-            of_week
-            for week in adherence.of_episode(session, episode_id, utc_offset_minutes).weeks
-            for of_week in end_range_of(week)
+            of_week for week in adherence.of_episode(session, episode_id, zone).weeks for of_week in end_range_of(week)
         ),
     )
 

@@ -11,7 +11,6 @@ from msgspec import structs
 
 from kata.clinic.commissionings import service as commissionings
 from kata.clinic.profile import service as profile
-from kata.clinic.programmes import adherence
 from kata.clinic.sessions import ending, service
 from kata.clinic.sessions.schemas import Draft
 from kata.database.base import utc_now
@@ -66,11 +65,6 @@ def _zone(options: PrintOptions) -> ZoneInfo | None:
     return ZoneInfo(options.zone) if options.zone else None
 
 
-def _offset_minutes(options: PrintOptions) -> int:
-    """Return the offset of the report's time zone from UTC."""
-    return adherence.utc_offset_minutes(_zone(options))
-
-
 ThePrintOptions = Annotated[PrintOptions, Depends(_print_options)]
 
 
@@ -85,7 +79,7 @@ def get_session_report_html(
 ) -> HTMLResponse:
     """Return a session's report as HTML for reading and printing. Every page says if the note is not signed."""
     with database.read() as reading:
-        content = session.read_content(reading, session_id, _offset_minutes(options))
+        content = session.read_content(reading, session_id, _zone(options))
     return _shown(worker.build(rendering.session_page, content, options))
 
 
@@ -100,7 +94,7 @@ def get_session_report_pdf(
 ) -> Response:
     """Return a session's report as PDF on A4."""
     with database.read() as reading:
-        content = session.read_content(reading, session_id, _offset_minutes(options))
+        content = session.read_content(reading, session_id, _zone(options))
     return _printed(worker.build(rendering.session_pdf, content, options), "session", content.started_at, options)
 
 
@@ -115,7 +109,7 @@ def get_episode_report_html(
 ) -> HTMLResponse:
     """Return an episode's report as HTML with assessments, trends and sessions."""
     with database.read() as reading:
-        content = episode.read_content(reading, episode_id, _offset_minutes(options))
+        content = episode.read_content(reading, episode_id, _zone(options))
     return _shown(worker.build(rendering.episode_page, content, options))
 
 
@@ -130,7 +124,7 @@ def get_episode_report_pdf(
 ) -> Response:
     """Return an episode's report as PDF on A4."""
     with database.read() as reading:
-        content = episode.read_content(reading, episode_id, _offset_minutes(options))
+        content = episode.read_content(reading, episode_id, _zone(options))
     return _printed(worker.build(rendering.episode_pdf, content, options), "episode", options.at, options)
 
 

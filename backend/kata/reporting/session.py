@@ -1,7 +1,7 @@
 """Read the content of a session's report."""
 
 from collections.abc import Iterator
-from datetime import date, datetime
+from datetime import UTC, date, datetime, tzinfo
 from uuid import UUID
 
 from sqlalchemy.orm import Session as DatabaseSession
@@ -44,10 +44,10 @@ from kata.reporting.content import (
 )
 
 
-def read_content(session: DatabaseSession, session_id: UUID, utc_offset_minutes: int = 0) -> SessionContent:
+def read_content(session: DatabaseSession, session_id: UUID, zone: tzinfo | None = UTC) -> SessionContent:
     """Return the content of the report.
 
-    :param utc_offset_minutes: offset of the clinic's time zone from UTC. It determines the session's week.
+    :param zone: the clinic's time zone; None: this computer's. It determines the session's week.
     :raises ProblemError: 404.
     """
     row = sessions.get(session, session_id)
@@ -77,7 +77,7 @@ def read_content(session: DatabaseSession, session_id: UUID, utc_offset_minutes:
         signed_at=row.signed_at,
         signed_by=row.signed_by,
         addenda=tuple(PrintedAddendum(added.written_at, added.written_by, added.text) for added in row.addenda),
-        doses=tuple(_doses(session, row, utc_offset_minutes)),
+        doses=tuple(_doses(session, row, zone)),
     )
 
 
@@ -114,7 +114,7 @@ def _plan(session: DatabaseSession, row: SessionRow) -> PrintedPlan | None:
     return PrintedPlan(version.programme.name, version.number, version.made_by, version.timer_minutes, items, besides)
 
 
-def _doses(session: DatabaseSession, row: SessionRow, utc_offset_minutes: int) -> Iterator[PrintedDose]:
+def _doses(session: DatabaseSession, row: SessionRow, zone: tzinfo | None) -> Iterator[PrintedDose]:
     version = session.get(ProgrammeVersionRow, row.programme_version_id) if row.programme_version_id else None
     prescribed = (
         [EndRangePrescription.model_validate(item.end_range) for item in version.items if item.end_range]
@@ -123,7 +123,7 @@ def _doses(session: DatabaseSession, row: SessionRow, utc_offset_minutes: int) -
     )
     if not prescribed or row.episode_id is None:
         return
-    for week in adherence.of_episode(session, row.episode_id, utc_offset_minutes).weeks:
+    for week in adherence.of_episode(session, row.episode_id, zone).weeks:
         for of_session in week.end_range_sessions:
             for done in of_session.motions if of_session.session_id == row.id else ():
                 items = [item for item in prescribed if item.motion == done.motion]

@@ -3,10 +3,9 @@
 from collections import defaultdict
 from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass, field
-from datetime import UTC, date, datetime, timedelta
+from datetime import date, datetime, timedelta, tzinfo
 from typing import Final
 from uuid import UUID
-from zoneinfo import ZoneInfo
 
 from pydantic import Field
 from sqlalchemy import and_, case, func, select
@@ -14,6 +13,7 @@ from sqlalchemy.orm import Session
 
 from kata.clinic import texts
 from kata.clinic.episodes.tables import EpisodeRow
+from kata.clinic.local_time import midnight
 from kata.clinic.programmes.schemas import Wish
 from kata.clinic.programmes.tables import ProgrammeItemRow, ProgrammeRow, ProgrammeVersionRow
 from kata.clinic.sessions.schemas import EndRangePrescription
@@ -105,9 +105,9 @@ class VersionWish:
 
 
 def by_week(
-    held_sessions: Iterable[HeldSession], wishes: Iterable[VersionWish], until: datetime, offset: timedelta
+    held_sessions: Iterable[HeldSession], wishes: Iterable[VersionWish], until: datetime, zone: tzinfo | None
 ) -> list[AdherenceWeek]:
-    """Return the weeks. ``offset``: offset of the clinic's time zone from UTC.
+    """Return the weeks. ``zone``: the clinic's time zone; None: this computer's.
 
     Weeks after ``until`` are included only if a recording was played in them.
     """
@@ -117,24 +117,20 @@ def by_week(
         return []
     of_week: dict[date, list[HeldSession]] = defaultdict(list)
     for held_session in held_sessions:
-        of_week[_monday(held_session.started_at, offset)].append(held_session)
-    monday = _monday(min(moments), offset)
-    last = max(_monday(until, offset), *of_week, monday)
+        of_week[_monday(held_session.started_at, zone)].append(held_session)
+    monday = _monday(min(moments), zone)
+    last = max(_monday(until, zone), *of_week, monday)
     weeks = []
     while monday <= last:
-        weeks.append(_week(monday, of_week[monday], _wish(wishes, _moment(monday, offset))))
+        weeks.append(
+            _week(monday, of_week[monday], _wish(wishes, midnight(monday, zone), midnight(monday + _WEEK, zone)))
+        )
         monday += _WEEK
     return weeks
 
 
-def utc_offset_minutes(zone: ZoneInfo | None) -> int:
-    """Return the present offset of a time zone from UTC. None: the time zone of the service's computer."""
-    offset = utc_now().astimezone(zone).utcoffset()
-    return round(offset.total_seconds() / 60) if offset else 0
-
-
-def of_episode(session: Session, episode_id: UUID, utc_offset_minutes: int) -> Adherence:
-    """Return an episode's weeks.
+def of_episode(session: Session, episode_id: UUID, zone: tzinfo | None) -> Adherence:
+    """Return an episode's weeks. ``zone``: the clinic's time zone; None: this computer's.
 
     :raises ProblemError: 404.
     """
@@ -142,17 +138,15 @@ def of_episode(session: Session, episode_id: UUID, utc_offset_minutes: int) -> A
     if episode is None:
         raise not_found(texts.EPISODE_NOT_FOUND)
     until = episode.closed_at or utc_now()
-    weeks = by_week(
-        _visits(session, episode_id), _version_wishes(session, episode_id), until, timedelta(minutes=utc_offset_minutes)
-    )
+    weeks = by_week(_visits(session, episode_id), _version_wishes(session, episode_id), until, zone)
     return Adherence(weeks=weeks)
 
 
 def end_range_times(
-    session: Session, episode_id: UUID, utc_offset_minutes: int
+    session: Session, episode_id: UUID, zone: tzinfo | None
 ) -> Iterator[tuple[EndRangeSession | AdherenceWeek, EndRangeDone, bool]]:
     """Yield each end-range time with its session or week, and True if it contains a session on a simulated apparatus."""
-    for week in of_episode(session, episode_id, utc_offset_minutes).weeks:
+    for week in of_episode(session, episode_id, zone).weeks:
         any_simulated = False
         for of_session in week.end_range_sessions:
             is_simulated = bool(session.get_one(SessionRow, of_session.session_id).simulated)
@@ -321,23 +315,19 @@ def _end_range_of_week(of_sessions: Iterable[EndRangeSession], wish: VersionWish
     ]
 
 
-def _wish(wishes: list[VersionWish], begins: datetime) -> VersionWish | None:
+def _wish(wishes: list[VersionWish], begins: datetime, ends: datetime) -> VersionWish | None:
     """Return the version whose sessions per week are prescribed at the end of a week. If several programmes prescribe a number, the newest
     counts.
     """
     newest: dict[UUID, VersionWish] = {}
     for wish in wishes:
-        if wish.made_at < begins + _WEEK and not (wish.archived_at and wish.archived_at < begins):
+        if wish.made_at < ends and not (wish.archived_at and wish.archived_at < begins):
             newest.pop(wish.programme_id, None)
             newest[wish.programme_id] = wish
     wished = [wish for wish in newest.values() if wish.sessions_per_week]
     return wished[-1] if wished else None
 
 
-def _monday(moment: datetime, offset: timedelta) -> date:
-    day = (moment + offset).date()
+def _monday(moment: datetime, zone: tzinfo | None) -> date:
+    day = moment.astimezone(zone).date()
     return day - timedelta(days=day.weekday())
-
-
-def _moment(day: date, offset: timedelta) -> datetime:
-    return datetime(day.year, day.month, day.day, tzinfo=UTC) - offset

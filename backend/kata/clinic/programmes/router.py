@@ -1,11 +1,11 @@
 """REST routes of programmes, session plans and adherence."""
 
 from collections.abc import Sequence
-from typing import Annotated
 from uuid import UUID
 
-from fastapi import APIRouter, Query
+from fastapi import APIRouter
 
+from kata.clinic.profile.zone import TheZone
 from kata.clinic.programmes import adherence, checks, planned, service
 from kata.clinic.programmes.adherence import Adherence
 from kata.clinic.programmes.checks import CheckData
@@ -136,13 +136,11 @@ def get_session_plan(database: TheDatabase, session_id: UUID) -> SessionPlan:
 def get_adherence(
     database: TheDatabase,
     episode_id: UUID,
-    utc_offset_minutes: Annotated[
-        int, Query(ge=-720, le=840, description="Offset of the clinic's time zone; weeks begin on Monday in that zone.")
-    ] = 0,
+    zone: TheZone,
 ) -> Adherence:
     """Return, for each week, the sessions held and prescribed and the repetitions completed and planned."""
     with database.read() as session:
-        return adherence.of_episode(session, episode_id, utc_offset_minutes)
+        return adherence.of_episode(session, episode_id, zone)
 
 
 def _durations(

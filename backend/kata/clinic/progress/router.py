@@ -9,6 +9,7 @@ import msgspec
 from fastapi import APIRouter, Query, Response
 from sqlalchemy.orm import Session
 
+from kata.clinic.profile.zone import TheZone
 from kata.clinic.progress import figures, notes, numbers, service
 from kata.clinic.progress.schemas import Progress
 from kata.clinic.progress.series import Chart
@@ -17,12 +18,6 @@ from kata.plotting.placed_texts import with_texts
 
 Columns = Annotated[
     int, Query(ge=1, le=2, description="Panels of the chart rom beside each other; 1 for a narrow screen.")
-]
-Offset = Annotated[
-    int,
-    Query(
-        ge=-720, le=840, description="Offset of the clinic's time zone; weeks begin on Monday in that zone, minutes."
-    ),
 ]
 
 router = APIRouter(tags=["progress"])
@@ -56,7 +51,7 @@ _WITHOUT_SESSIONS: Final = ("rom", "spadi", "questionnaires")
     responses=PROBLEMS.of(404, 422),
 )
 def get_progress(
-    database: TheDatabase, episode_id: UUID, chart: Chart, columns: Columns = 2, utc_offset_minutes: Offset = 0
+    database: TheDatabase, zone: TheZone, episode_id: UUID, chart: Chart, columns: Columns = 2
 ) -> Response:
     """Return one chart of an episode over its weeks, with its numbers as a table.
 
@@ -67,7 +62,7 @@ def get_progress(
     """
     read, draw, tabulate = _CHARTS[chart]
     with database.read() as session:
-        found = read(session, service.timeline_of(session, episode_id, utc_offset_minutes))
+        found = read(session, service.timeline_of(session, episode_id, zone))
         simulated = chart not in _WITHOUT_SESSIONS and service.any_simulated(session, episode_id)
     table = with_texts(asdict(tabulate(found)))
     lines = _NOTES[chart](found) if chart in _NOTES else []

@@ -3,7 +3,7 @@
 from collections import Counter, defaultdict
 from collections.abc import Sequence
 from dataclasses import dataclass
-from datetime import datetime, timedelta
+from datetime import UTC, datetime, timedelta, tzinfo
 from typing import Any, Final
 from uuid import UUID
 
@@ -49,15 +49,15 @@ class EpisodeTimeline:
     episode_id: UUID
     side: str
     begins_at: datetime
-    utc_offset_minutes: int = 0
-    """Offset of the clinic's time zone from UTC. Weeks of the calendar begin on Monday in this zone."""
+    zone: tzinfo | None = UTC
+    """The clinic's time zone; None: this computer's. Weeks of the calendar begin on Monday in this zone."""
 
     def week(self, at: datetime) -> float:
         """Return the number of weeks since the beginning of the timeline."""
         return round((at - self.begins_at) / _WEEK, 3)
 
 
-def timeline_of(session: Session, episode_id: UUID, utc_offset_minutes: int = 0) -> EpisodeTimeline:
+def timeline_of(session: Session, episode_id: UUID, zone: tzinfo | None = UTC) -> EpisodeTimeline:
     """Return the episode's timeline. Its weeks are counted from the first assessment or session.
 
     :raises ProblemError: 404.
@@ -72,7 +72,7 @@ def timeline_of(session: Session, episode_id: UUID, utc_offset_minutes: int = 0)
         session.scalar(select(func.min(SessionRow.started_at)).where(SessionRow.episode_id == episode_id)),
     )
     begins_at = min((first for first in firsts if first), default=episode.opened_at)
-    return EpisodeTimeline(episode_id, episode.side, begins_at, utc_offset_minutes)
+    return EpisodeTimeline(episode_id, episode.side, begins_at, zone)
 
 
 def rom_panels(session: Session, timeline: EpisodeTimeline) -> list[RomPanel]:
@@ -256,7 +256,7 @@ def end_range(session: Session, timeline: EpisodeTimeline) -> EndRangeGain:
 
 def weeks(session: Session, timeline: EpisodeTimeline) -> list[AdherenceWeek]:
     """Return every week from the first session or programme on, including weeks without a session."""
-    return adherence.of_episode(session, timeline.episode_id, timeline.utc_offset_minutes).weeks
+    return adherence.of_episode(session, timeline.episode_id, timeline.zone).weeks
 
 
 def any_simulated(session: Session, episode_id: UUID) -> bool:

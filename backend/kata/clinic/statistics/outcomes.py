@@ -20,7 +20,6 @@ from kata.clinic.programmes.tables import ProgrammeRow
 from kata.clinic.questionnaires.changes import as_shown
 from kata.clinic.statistics import intervals
 from kata.clinic.statistics.intervals import SampleSums
-from kata.clinic.statistics.local_days import local_day
 from kata.clinic.statistics.measures import MEASURES
 from kata.clinic.statistics.schemas import (
     LEAST_SHOWN,
@@ -74,13 +73,16 @@ def _stages(session: Session, span: Span) -> dict[str, str]:
     """Return the stage of each episode at its first assessment."""
     first = _episodes(span)
     query = (
-        select(_text(StageRow.episode_id), StageRow.stage)
+        select(_text(StageRow.episode_id), StageRow.stage, StageRow.since, first.c.first_at)
         .join(first, first.c.episode_id == StageRow.episode_id)
-        .where(StageRow.since <= local_day(first.c.first_at, span.utc_offset_minutes))
         .order_by(StageRow.since, StageRow.noted_at)
     )
     # The last stage of an episode replaces the earlier ones.
-    return {row.episode_id: row.stage for row in session.execute(query)}
+    return {
+        row.episode_id: row.stage
+        for row in session.execute(query)
+        if row.since <= row.first_at.astimezone(span.zone).date()
+    }
 
 
 def _programmes(session: Session, span: Span) -> dict[str, str]:

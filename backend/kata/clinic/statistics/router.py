@@ -6,6 +6,7 @@ from typing import Annotated, Final
 from fastapi import APIRouter, Depends, Query
 
 from kata.clinic import texts
+from kata.clinic.profile.zone import TheZone
 from kata.clinic.statistics import outcomes, usage, worklist
 from kata.clinic.statistics.schemas import Outcomes, Period, Stops, TrackingQuality, Usage, Worklist
 from kata.clinic.statistics.usage import Span
@@ -18,17 +19,9 @@ router = APIRouter(tags=["statistics"])
 
 _YEAR: Final = timedelta(days=365)
 
-_Offset = Annotated[
-    int,
-    Query(
-        ge=-720,
-        le=840,
-        description="Offset of the clinic's time zone from UTC, minutes. A day begins at midnight in this zone.",
-    ),
-]
-
 
 def _span(
+    zone: TheZone,
     since: Annotated[
         GivenMoment | None,
         Query(description="Begin of the time; by default a year before its end.", examples=["2026-01-01T00:00:00Z"]),
@@ -36,7 +29,6 @@ def _span(
     until: Annotated[
         GivenMoment | None, Query(description="End of the time; by default now.", examples=["2027-01-01T00:00:00Z"])
     ] = None,
-    utc_offset_minutes: _Offset = 0,
     station: Annotated[
         str | None,
         Query(
@@ -53,21 +45,21 @@ def _span(
     begin = since or (end - _YEAR if end.year > 1 else end)
     if begin >= end:
         raise ProblemError(422, "empty_time", texts.TIME_ENDS_BEFORE_IT_BEGINS(), texts.CHOOSE_LATER_END())
-    return Span(begin, end, utc_offset_minutes, station)
+    return Span(begin, end, zone, station)
 
 
 TheSpan = Annotated[Span, Depends(_span)]
 
 
 @router.get("/api/worklist", summary="Get the work of today", responses=PROBLEMS.of(422))
-def get_worklist(database: TheDatabase, actor: TheActor, utc_offset_minutes: _Offset = 0) -> Worklist:
+def get_worklist(database: TheDatabase, actor: TheActor, zone: TheZone) -> Worklist:
     """Return today's sessions, the patients who are due, your unsigned notes, and changes of your patients.
 
     Patients whose records you may not see are left out. A patient is due when a week divided by the prescribed number of sessions per week
     has passed since the last session. Patients without a session or a new programme in the last four weeks are not listed.
     """
     with database.read() as session:
-        return worklist.worklist(session, actor, utc_now(), utc_offset_minutes)
+        return worklist.worklist(session, actor, utc_now(), zone)
 
 
 @router.get("/api/statistics/usage", summary="Get the use of the stations", responses=PROBLEMS.of(422))

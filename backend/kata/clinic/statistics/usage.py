@@ -5,7 +5,7 @@ named.
 from collections import defaultdict
 from collections.abc import Sequence
 from dataclasses import dataclass
-from datetime import datetime, timedelta
+from datetime import UTC, datetime, timedelta, tzinfo
 from typing import Any, Final
 
 from sqlalchemy import Select, func, select
@@ -33,6 +33,7 @@ BEFORE: Final = timedelta(weeks=12)
 """The last four weeks are compared with this time before them. It contains some dozen playbacks, and is short enough to notice a drift
 early.
 """
+_HOUR: Final = timedelta(hours=1)
 _COUNT_DEG: Final = 360 / 4096
 """One encoder count of a drive in degrees. The apparatus cannot measure a smaller change."""
 
@@ -49,11 +50,11 @@ _ERROR: Final = (StationHourRow.compared, StationHourRow.rmse_sum_deg)
 
 @dataclass(frozen=True)
 class Span:
-    """A period, the offset of the clinic's time zone, and the station (None: all stations)."""
+    """A period, the clinic's time zone (None: this computer's), and the station (None: all stations)."""
 
     since: datetime
     until: datetime
-    utc_offset_minutes: int = 0
+    zone: tzinfo | None = UTC
     station: str | None = None
 
 
@@ -69,7 +70,7 @@ def usage(session: Session, span: Span, by: Period) -> Usage:
             hours=row.played_s / 3600,
             repetitions=row.repetitions,
         )
-        for row in session.execute(_sums(span, by, _USE))
+        for row in session.execute(_sums(session, span, by, _USE))
         if row.sessions
     ]
     return Usage(rows=rows)
@@ -85,7 +86,7 @@ def tracking(session: Session, span: Span) -> TrackingQuality:
             rmse_deg=row.rmse_sum_deg / row.compared,
             peak_deg=row.peak_deg,
         )
-        for row in session.execute(_sums(span, "week", _ERROR))
+        for row in session.execute(_sums(session, span, "week", _ERROR))
         if row.compared
     ]
     recent = _samples(session, span, span.until - RECENT, span.until)
@@ -120,10 +121,15 @@ def stops(session: Session, span: Span) -> Stops:
     return Stops(rows=rows, sessions=session.scalar(total) or 0)
 
 
-def _sums(span: Span, by: Period, columns: Sequence[InstrumentedAttribute[Any]]) -> Select[Any]:
+def _sums(session: Session, span: Span, by: Period, columns: Sequence[InstrumentedAttribute[Any]]) -> Select[Any]:
     """Return a query of the sums of these columns for each day or week and station."""
+    hour = StationHourRow.__table__.c.hour
+    # Only stored hours are searched for changes of the offset, because a span may begin in the year 1.
+    first, last = session.execute(select(func.min(hour), func.max(hour))).one()
+    since = max(span.since, first) if first else span.since
+    until = min(span.until, last + _HOUR) if first else span.since
     begin = local_day if by == "day" else local_week
-    begins_on = begin(StationHourRow.__table__.c.hour, span.utc_offset_minutes).label("begins_on")
+    begins_on = begin(hour, since, until, span.zone).label("begins_on")
     sums = [func.sum(column).label(column.key) for column in columns]
     return (
         select(begins_on, StationHourRow.station, *sums, func.max(StationHourRow.peak_deg).label("peak_deg"))

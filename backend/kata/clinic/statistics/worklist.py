@@ -2,7 +2,7 @@
 
 from collections import defaultdict
 from dataclasses import dataclass
-from datetime import datetime, timedelta
+from datetime import datetime, timedelta, tzinfo
 from typing import Any, Final, Literal
 from uuid import UUID
 
@@ -12,6 +12,7 @@ from sqlalchemy.orm import Session, aliased
 from kata.actor import Actor
 from kata.clinic.assessments.tables import AssessmentRow
 from kata.clinic.episodes.tables import EpisodeRow
+from kata.clinic.local_time import midnight
 from kata.clinic.patients.tables import PatientRow
 from kata.clinic.programmes.tables import ProgrammeRow, ProgrammeVersionRow
 from kata.clinic.restricted import service as restricted
@@ -52,12 +53,12 @@ class FollowedProgramme:
         return int(min(RECENT, now - self.made_at) / _WEEK * self.sessions_per_week)
 
 
-def worklist(session: Session, actor: Actor, now: datetime, utc_offset_minutes: int) -> Worklist:
-    """Return the work of the local day for one user."""
+def worklist(session: Session, actor: Actor, now: datetime, zone: tzinfo | None) -> Worklist:
+    """Return the work of the local day for one user. ``zone``: the clinic's time zone; None: this computer's."""
     hidden = restricted.hidden(actor)
-    offset = timedelta(minutes=utc_offset_minutes)
-    today = (now + offset).replace(hour=0, minute=0, second=0, microsecond=0) - offset
-    due, count = _due(session, followed(session, now, hidden), today + timedelta(days=1))
+    day = now.astimezone(zone).date()
+    today, tomorrow = midnight(day, zone), midnight(day + timedelta(days=1), zone)
+    due, count = _due(session, followed(session, now, hidden), tomorrow)
     visible = SessionRow.patient_id.not_in(hidden)
     of_day = union(
         select(SessionRow.id).where(SessionRow.started_at >= today),
