@@ -17891,7 +17891,7 @@ export interface operations {
     get_adherence: {
         parameters: {
             query?: {
-                /** @description Offset of the clinic's time zone; weeks begin on Monday in that zone. */
+                /** @description Offset from UTC, minutes. Days and weeks begin at the clinic's midnight; this offset counts only if the clinic has no time zone. */
                 utc_offset_minutes?: number;
             };
             header?: never;
@@ -17981,7 +17981,7 @@ export interface operations {
             query?: {
                 /** @description Panels of the chart rom beside each other; 1 for a narrow screen. */
                 columns?: number;
-                /** @description Offset of the clinic's time zone; weeks begin on Monday in that zone, minutes. */
+                /** @description Offset from UTC, minutes. Days and weeks begin at the clinic's midnight; this offset counts only if the clinic has no time zone. */
                 utc_offset_minutes?: number;
             };
             header?: never;
@@ -22184,7 +22184,7 @@ export interface operations {
     get_worklist: {
         parameters: {
             query?: {
-                /** @description Offset of the clinic's time zone from UTC, minutes. A day begins at midnight in this zone. */
+                /** @description Offset from UTC, minutes. Days and weeks begin at the clinic's midnight; this offset counts only if the clinic has no time zone. */
                 utc_offset_minutes?: number;
             };
             header?: never;
@@ -22267,10 +22267,10 @@ export interface operations {
                 since?: string | null;
                 /** @description End of the time; by default now. */
                 until?: string | null;
-                /** @description Offset of the clinic's time zone from UTC, minutes. A day begins at midnight in this zone. */
-                utc_offset_minutes?: number;
                 /** @description Count only this station. */
                 station?: string | null;
+                /** @description Offset from UTC, minutes. Days and weeks begin at the clinic's midnight; this offset counts only if the clinic has no time zone. */
+                utc_offset_minutes?: number;
             };
             header?: never;
             path?: never;
@@ -22350,10 +22350,10 @@ export interface operations {
                 since?: string | null;
                 /** @description End of the time; by default now. */
                 until?: string | null;
-                /** @description Offset of the clinic's time zone from UTC, minutes. A day begins at midnight in this zone. */
-                utc_offset_minutes?: number;
                 /** @description Count only this station. */
                 station?: string | null;
+                /** @description Offset from UTC, minutes. Days and weeks begin at the clinic's midnight; this offset counts only if the clinic has no time zone. */
+                utc_offset_minutes?: number;
             };
             header?: never;
             path?: never;
@@ -22433,10 +22433,10 @@ export interface operations {
                 since?: string | null;
                 /** @description End of the time; by default now. */
                 until?: string | null;
-                /** @description Offset of the clinic's time zone from UTC, minutes. A day begins at midnight in this zone. */
-                utc_offset_minutes?: number;
                 /** @description Count only this station. */
                 station?: string | null;
+                /** @description Offset from UTC, minutes. Days and weeks begin at the clinic's midnight; this offset counts only if the clinic has no time zone. */
+                utc_offset_minutes?: number;
             };
             header?: never;
             path?: never;
@@ -22516,10 +22516,10 @@ export interface operations {
                 since?: string | null;
                 /** @description End of the time; by default now. */
                 until?: string | null;
-                /** @description Offset of the clinic's time zone from UTC, minutes. A day begins at midnight in this zone. */
-                utc_offset_minutes?: number;
                 /** @description Count only this station. */
                 station?: string | null;
+                /** @description Offset from UTC, minutes. Days and weeks begin at the clinic's midnight; this offset counts only if the clinic has no time zone. */
+                utc_offset_minutes?: number;
             };
             header?: never;
             path?: never;
