@@ -4,6 +4,7 @@ from collections.abc import Callable
 from datetime import UTC, date, datetime, timedelta
 from typing import Any
 from uuid import UUID, uuid4
+from zoneinfo import ZoneInfo
 
 import msgspec
 import plotly.graph_objects as go
@@ -407,10 +408,11 @@ def test_session_of_monday_morning_is_in_the_clinics_week(database: Database, fi
     episode_id = fill(how)
     with database.read() as session:
         found = {
-            offset: service.weeks(session, service.timeline_of(session, episode_id, offset)) for offset in (0, 540)
+            zone: service.weeks(session, service.timeline_of(session, episode_id, ZoneInfo(zone)))
+            for zone in ("UTC", "Asia/Tokyo")
         }
-    held = {offset: next(week.begins_on for week in weeks if week.sessions) for offset, weeks in found.items()}
-    assert held == {0: date(2026, 2, 23), 540: date(2026, 3, 2)}
+    held = {zone: next(week.begins_on for week in weeks if week.sessions) for zone, weeks in found.items()}
+    assert held == {"UTC": date(2026, 2, 23), "Asia/Tokyo": date(2026, 3, 2)}
 
 
 def test_prescribed_and_completed_sessions_are_compared() -> None:
