@@ -59,7 +59,7 @@ from kata.device.journal import Journal
 from kata.plotting.figures import FigureWorker
 from kata.reporting import letterhead
 from kata.settings import Settings
-from kata.simulator.process import SimulatorError, SimulatorProcess
+from kata.simulator.process import Adapter, SimulatorError, SimulatorProcess
 from kata.station.device_process import DeviceLaunch
 from kata.station.schemas import DatabaseStatus
 from kata.station.station import Station
@@ -273,7 +273,7 @@ def _begin_simulator(settings: Settings, stack: AsyncExitStack) -> "asyncio.Task
         with suppress(SimulatorError):
             (await starting).close()
 
-    start = partial(SimulatorProcess, settings.data, settings.seed, port="socket")
+    start = partial(SimulatorProcess, settings.data, settings.seed, adapter=Adapter(port="socket"))
     starting = asyncio.create_task(asyncio.to_thread(start), name="simulator")
     stack.push_async_callback(end)
     return starting

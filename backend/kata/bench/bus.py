@@ -25,7 +25,7 @@ from kata.device.bus.timing import BITS_A_BYTE
 from kata.device.bus.verification import cycles_between_reads
 from kata.device.config import StationConfig
 from kata.simulator.client import SimulatorClient
-from kata.simulator.process import SimulatorProcess
+from kata.simulator.process import Adapter, SimulatorProcess
 
 _FAST: Final = 1_000_000
 _SLOW: Final = 115_200
@@ -265,7 +265,9 @@ def _measure_latencies(
     for fixed_ms, jitter_ms in LATENCIES_MS:
         name = f"{fixed_ms:g} ms" + (f" to {fixed_ms + jitter_ms:g} ms" if jitter_ms else "")
         progress(f"adapter latency {name}")
-        simulator = SimulatorProcess(folder, baud=_FAST, plant="none", latency_ms=(fixed_ms, jitter_ms))
+        simulator = SimulatorProcess(
+            folder, baud=_FAST, plant="none", adapter=Adapter(latency_ms=(fixed_ms, jitter_ms))
+        )
         try:
             bench = BusBench(folder, simulator, "dynamixel", _FAST, delay_us)
             figures, real_time = bench.rate(_WHOLE, seconds / len(LATENCIES_MS), real_time=report.on.fifo)

@@ -12,6 +12,7 @@ import subprocess
 import sys
 import tempfile
 import time
+from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
 from typing import Final, Literal, get_args
@@ -139,6 +140,19 @@ class SimulatorError(Exception):
     """The simulator could not be started. The exception's message states the reason."""
 
 
+@dataclass(frozen=True)
+class Adapter:
+    """The adapter between the computer and the simulated drives."""
+
+    port: PortKind = "terminal"
+    """Other programs need a terminal; Kata's own device process also connects to a socket."""
+    latency_ms: tuple[float, float] = (0.0, 0.0)
+    """A fixed time and the maximum of an additional random time."""
+
+
+_ADAPTER: Final = Adapter()
+
+
 class SimulatorProcess:
     """A simulator as a child process. It ends when it is closed or when its parent ends."""
 
@@ -150,14 +164,11 @@ class SimulatorProcess:
         baud: int = _BAUD,
         *,
         plant: ServedPlant = "simple",
-        latency_ms: tuple[float, float] = (0.0, 0.0),
-        port: PortKind = "terminal",
+        adapter: Adapter = _ADAPTER,
     ) -> None:
         """Start the simulator and wait until it is ready. Its log is in ``folder``.
 
         Without mechanics (``plant`` "none") it keeps transmission times accurate to some microseconds, which uses a whole core.
-        ``latency_ms``: latency of the adapter, as a fixed time and the maximum of an additional random time. ``port``: other programs
-        need a terminal; Kata's own device process also connects to a socket.
 
         :raises SimulatorError: when the simulator does not start, for example with an unsupported baud rate.
         """
@@ -167,7 +178,7 @@ class SimulatorProcess:
         command = [sys.executable, *_MODULE, "--control", str(self._control)]
         command += ["--protocol", protocol, "--baud", str(baud)]
         command += ["--plant", plant, *(["--spin"] if plant == "none" else [])]
-        command += ["--latency", *map(str, latency_ms), "--port", port]
+        command += ["--latency", *map(str, adapter.latency_ms), "--port", adapter.port]
         if seed is not None:
             command += ["--seed", str(seed)]
         self._log = (folder / "simulator.log").open("ab")
