@@ -50,8 +50,10 @@ TIMED := tests/integration $(addprefix tests/api/test_,begin_away.py cli.py cont
 UNCOUNTED := $(addprefix tests/device/test_,config.py config_effective.py documentation.py ipc.py journal.py latency_histogram.py loader.py \
 	matrix.py power.py)
 COUNTED := $(filter-out $(UNCOUNTED),$(wildcard tests/device/test_*.py))
-# One of the others needs Schemathesis, whose import takes two seconds in each process. With a picture of each page on which a journey failed.
-OTHERS := -p schemathesis.pytest.plugin $(addprefix --ignore=,$(COUNTED) $(MEASURED) $(TIMED)) --screenshot only-on-failure --output artefacts/journeys
+# One of the others needs Schemathesis, whose import takes two seconds in each process.
+OTHERS := -p schemathesis.pytest.plugin $(addprefix --ignore=,$(COUNTED) tests/e2e $(MEASURED) $(TIMED))
+# Apart from the others, because each worker keeps a clinic running. With a picture of each page on which a journey failed.
+JOURNEYS := --screenshot only-on-failure --output artefacts/journeys tests/e2e
 # At a lower priority than the kernel's threads.
 PYTEST := nice -n 10 $(BIN)/python -m pytest -p no:schemathesis
 PARALLEL := $(PYTEST) --dist loadfile --no-loadscope-reorder -n
@@ -67,6 +69,7 @@ test: $(PACKAGES) $(PAGE) $(JUDGES) $(if $(KATA_CHROMIUM),,$(BROWSER)) ## every 
 	@$(PARALLEL) 3 $(OTHERS) $(call once_more,$(OTHERS))
 	@$(PARALLEL) 2 $(MEASURED) $(call once_more,$(MEASURED))
 	@$(PARALLEL) 3 $(TIMED) $(call once_more,$(TIMED))
+	@$(PARALLEL) 2 $(JOURNEYS) $(call once_more,$(JOURNEYS))
 
 test-fast: $(PACKAGES) ## the tests of device, motion, station and database, without a browser
 	@$(PARALLEL) 2 tests/device tests/motion tests/station tests/database
