@@ -4,7 +4,6 @@
 """
 
 import sqlite3
-import tarfile
 from pathlib import Path
 from typing import Any
 
@@ -20,6 +19,7 @@ from kata.clinic.sessions import runs
 from kata.clinic.sessions.tables import RunRow
 from kata.database.engine import Database
 from kata.settings import Settings
+from tests.support.archives import unpack
 from tests.support.paths import ROOT
 from tests.support.service import running
 
@@ -28,8 +28,7 @@ ARCHIVE = ROOT / "tests/fixtures/old_clinic.tar.xz"
 
 @pytest.fixture
 def old(tmp_path: Path) -> Path:
-    with tarfile.open(ARCHIVE) as archive:
-        archive.extractall(tmp_path / "old", filter="data")
+    unpack(ARCHIVE, tmp_path / "old")
     return tmp_path / "old"
 
 

@@ -4,10 +4,10 @@ import os
 import shutil
 import subprocess
 import sys
-import tarfile
 from pathlib import Path
 from typing import Final
 
+from tests.support.archives import unpack
 from tests.support.paths import ROOT
 
 _MADE_BY_BUILDS: Final = ("frontend/node_modules", "frontend/dist", "docs/_build")
@@ -29,8 +29,7 @@ def copied_checkout(folder: Path) -> Path:
 
 def unpacked(sdist: Path, folder: Path) -> Path:
     """Unpack an sdist and return the folder of its project."""
-    with tarfile.open(sdist) as archive:
-        archive.extractall(folder, filter="data")
+    unpack(sdist, folder)
     (project,) = folder.iterdir()
     return project
 
