@@ -472,6 +472,30 @@ def test_server_with_other_connections_is_not_replaced(settings: Settings, datab
     assert clinic_numbers(database) == ["K-1"]
 
 
+def test_restore_waits_for_a_client_that_is_disconnecting(
+    settings: Settings, database: Database, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """A server still lists a client for a moment after it has disconnected."""
+    if database.file:
+        pytest.skip("a file has no others that are connected")
+    file = backup_of(settings)
+    add_patient(database, "K-2")
+    database.close()
+    leaving = Database(database.url.render_as_string(hide_password=False))
+    client = leaving.reader.connect()
+    waited = Event()
+
+    def leave(_: float) -> None:
+        client.close()
+        leaving.close()
+        waited.set()
+
+    monkeypatch.setattr("kata.database.database_copy.sleep", leave)
+    restore_backup(settings, file, settings.backup_key_file)
+    assert waited.is_set()
+    assert clinic_numbers(database) == ["K-1"]
+
+
 def test_restore_that_fails_halfway_leaves_everything_unchanged(
     settings: Settings, database: Database, monkeypatch: pytest.MonkeyPatch
 ) -> None:

@@ -12,6 +12,7 @@ import time
 from collections.abc import Iterator
 from contextlib import closing, contextmanager
 from pathlib import Path
+from time import sleep
 from typing import Final, Literal
 from uuid import uuid4
 
@@ -29,6 +30,8 @@ DatabaseKind = Literal["sqlite", "postgresql"]
 _ASIDE_PREFIX: Final = "before_restore_"
 _SCRATCH_PREFIX: Final = "kata_try_"
 _LEFTOVER_AFTER_S: Final = 86_400
+_DISCONNECTED_WITHIN_S: Final = 3.0
+_ASK_AGAIN_AFTER_S: Final = 0.05
 _FILE_SUFFIXES: Final = ("", "-wal", "-shm", "-journal")
 
 
@@ -121,7 +124,7 @@ def replaced(database: Database, file: Path, aside: Path) -> Iterator[Database]:
         return
     schema = _aside_schema(aside)
     with database.writer.begin() as connection:
-        if others := _other_clients(connection):
+        if others := _remaining_clients(connection):
             raise DatabaseError(
                 f"other clients are connected to {_url_text(database)} ({', '.join(others)}); stop every Kata that uses it, then restore"
             )
@@ -219,6 +222,16 @@ def _run_program(program: str, url: URL, *arguments: str) -> None:
     )
     if done.returncode:
         raise DatabaseError(f"{program} failed: {done.stderr.strip() or done.returncode}")
+
+
+def _remaining_clients(connection: Connection) -> list[str]:
+    """Return the other clients. The server still lists a client for a moment after it has disconnected, so ask several times."""
+    limit_s = time.monotonic() + _DISCONNECTED_WITHIN_S
+    while (others := _other_clients(connection)) and time.monotonic() < limit_s:
+        sleep(_ASK_AGAIN_AFTER_S)
+        # A transaction sees the list of its first look until this call.
+        connection.exec_driver_sql("SELECT pg_stat_clear_snapshot()")
+    return others
 
 
 def _other_clients(connection: Connection) -> list[str]:
