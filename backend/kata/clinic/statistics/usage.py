@@ -3,12 +3,12 @@ named.
 """
 
 from collections import defaultdict
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from datetime import UTC, datetime, timedelta, tzinfo
 from typing import Any, Final
 
-from sqlalchemy import Select, func, select
+from sqlalchemy import func, select
 from sqlalchemy.orm import InstrumentedAttribute, Session
 
 from kata.clinic.events.tables import DeviceEventRow
@@ -70,7 +70,7 @@ def usage(session: Session, span: Span, by: Period) -> Usage:
             hours=row.played_s / 3600,
             repetitions=row.repetitions,
         )
-        for row in session.execute(_sums(session, span, by, _USE))
+        for row in _sums(session, span, by, _USE)
         if row.sessions
     ]
     return Usage(rows=rows)
@@ -86,7 +86,7 @@ def tracking(session: Session, span: Span) -> TrackingQuality:
             rmse_deg=row.rmse_sum_deg / row.compared,
             peak_deg=row.peak_deg,
         )
-        for row in session.execute(_sums(session, span, "week", _ERROR))
+        for row in _sums(session, span, "week", _ERROR)
         if row.compared
     ]
     recent = _samples(session, span, span.until - RECENT, span.until)
@@ -121,8 +121,8 @@ def stops(session: Session, span: Span) -> Stops:
     return Stops(rows=rows, sessions=session.scalar(total) or 0)
 
 
-def _sums(session: Session, span: Span, by: Period, columns: Sequence[InstrumentedAttribute[Any]]) -> Select[Any]:
-    """Return a query of the sums of these columns for each day or week and station."""
+def _sums(session: Session, span: Span, by: Period, columns: Sequence[InstrumentedAttribute[Any]]) -> Iterable[Any]:
+    """Return the sums of these columns for each day or week and station, as rows in this order."""
     hour = StationHourRow.__table__.c.hour
     # Only stored hours are searched for changes of the offset, because a span may begin in the year 1.
     first, last = session.execute(select(func.min(hour), func.max(hour))).one()
@@ -131,12 +131,13 @@ def _sums(session: Session, span: Span, by: Period, columns: Sequence[Instrument
     begin = local_day if by == "day" else local_week
     begins_on = begin(hour, since, until, span.zone).label("begins_on")
     sums = [func.sum(column).label(column.key) for column in columns]
-    return (
+    query = (
         select(begins_on, StationHourRow.station, *sums, func.max(StationHourRow.peak_deg).label("peak_deg"))
         .where(*_within(span, span.since, span.until))
         .group_by(begins_on, StationHourRow.station)
         .order_by(begins_on, StationHourRow.station)
     )
+    return session.execute(query)
 
 
 def _within(span: Span, since: datetime, until: datetime) -> Sequence[Any]:
