@@ -6,7 +6,8 @@ from uuid import UUID, uuid4
 from sqlalchemy.orm import Session
 
 from kata.actor import Actor
-from kata.api.notifications import Notification, list_notifications
+from kata.api.notifications import Notification, NotificationsRead, list_notifications, mark_notifications_read
+from kata.auth.tables import ReadNotificationRow
 from kata.backups.tables import BackupRow
 from kata.clinic.events.tables import DeviceEventRow
 from kata.clinic.patients.tables import ErasureRow
@@ -89,3 +90,33 @@ def test_session_of_a_restricted_record_stays_unnamed(database: Database) -> Non
     found = notifications(database, signed_in_actor(database, "administrator"))
     assert kinds(found) == [("alarm", "estop_pressed")]
     assert found[0].session_id is None
+
+
+def test_read_notifications_stay_read_for_their_account(database: Database) -> None:
+    reader, other = signed_in_actor(database, "therapist"), signed_in_actor(database, "therapist")
+    with database.write() as session:
+        add_alarm(session, "estop_pressed")
+    seen = notifications(database, reader)
+    answer = mark_notifications_read(database, reader, NotificationsRead(notification_ids=[seen[0].id, uuid4()])).items
+    assert [notice.read for notice in answer] == [True]
+    with database.write() as session:
+        # An alarm of a station that was offline arrives later than newer ones.
+        add_alarm(session, "bus_lost", days_ago=1)
+    read = {notice.code: notice.read for notice in notifications(database, reader)}
+    assert read == {"estop_pressed": True, "bus_lost": False}
+    assert not any(notice.read for notice in notifications(database, other))
+
+
+def test_forgotten_notifications_leave_no_read_mark(database: Database) -> None:
+    actor = signed_in_actor(database, "therapist")
+    with database.write() as session:
+        add_alarm(session, "estop_pressed")
+    for _ in range(2):
+        mark_notifications_read(
+            database, actor, NotificationsRead(notification_ids=[notifications(database, actor)[0].id])
+        )
+    with database.write() as session:
+        session.query(DeviceEventRow).delete()
+    mark_notifications_read(database, actor, NotificationsRead(notification_ids=[]))
+    with database.read() as session:
+        assert session.query(ReadNotificationRow).count() == 0

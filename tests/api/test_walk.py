@@ -51,7 +51,7 @@ SOCKETS: Final = {"live": "/api/live", "live_stations": "/api/stations/live"}
 ENROLLING: Final = {"get_me", "lock_screen", "unlock_screen", "begin_second_factor", "confirm_second_factor"}
 OWN: Final = ENROLLING | {
     "remove_second_factor", "change_password", "choose_language", "get_patient_questionnaire", "answer_patient_questionnaire", "list_own_sign_ins", "end_own_sign_in",
-    "list_own_access_tokens", "create_access_token", "revoke_own_access_token",
+    "list_own_access_tokens", "create_access_token", "revoke_own_access_token", "mark_notifications_read",
 }  # fmt: skip
 LEAVES_LESS: Final = {"lock_screen", "start_patient_mode"}
 """After it the user may do less; tests/api/test_accounts.py asks for it."""

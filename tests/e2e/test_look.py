@@ -48,7 +48,10 @@ def test_an_alarm_is_a_notification_until_it_is_read(page: Page, clinic: Clinic)
     listed = page.get_by_role("dialog", name="Notifications")
     expect(listed.get_by_role("link", name=re.compile("Emergency stop pressed$")).first).to_be_visible()
     listed.get_by_role("button", name="Mark all as read").click()
-    page.reload()
+    expect(listed.get_by_role("button", name="Mark all as read")).to_be_hidden()
+    with page.expect_response("**/api/notifications") as answered:
+        page.reload()
+    assert all(notification["read"] for notification in answered.value.json()["items"])
     expect(page.get_by_role("button", name="Notifications", exact=True)).to_be_visible(timeout=LONG_MS)
 
 

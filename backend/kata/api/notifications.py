@@ -10,15 +10,18 @@ from uuid import UUID
 
 from fastapi import APIRouter
 from pydantic import Field
+from sqlalchemy import delete, select
 from sqlalchemy.orm import Session
 
 from kata.actor import Actor
+from kata.auth import accounts
 from kata.auth.permissions import ROLE_PERMISSIONS
+from kata.auth.tables import ReadNotificationRow
 from kata.backups import catalogue
 from kata.clinic.events import service as events
 from kata.clinic.restricted import service as restricted
 from kata.database.base import utc_now
-from kata.dependencies import TheActor, TheDatabase
+from kata.dependencies import PROBLEMS, TheActor, TheDatabase
 from kata.interop import erasures
 from kata.pagination import Page
 from kata.types import Moment, Schema
@@ -43,6 +46,15 @@ class Notification(Schema):
     code: str = Field("", description="Cause of an alarm.", examples=["estop_pressed"])
     patient_id: UUID | None = Field(None, description="Patient of a request for erasure.")
     session_id: UUID | None = Field(None, description="Session of an alarm; null if you may not open its record.")
+    read: bool = Field(False, description="You have marked it as read.")
+
+
+class NotificationsRead(Schema):
+    """Notifications that the user has read."""
+
+    notification_ids: list[UUID] = Field(
+        max_length=4 * _MOST, description="Ids that are no notification of yours are ignored."
+    )
 
 
 @router.get("/api/notifications", summary="List notifications")
@@ -52,12 +64,34 @@ def list_notifications(database: TheDatabase, actor: TheActor) -> Page[Notificat
     Administrators also get undecided erasures, emergency accesses without a review, and backups that failed after the last good one.
     """
     with database.read() as session:
-        found = list(_alarms(session, actor, utc_now()))
-        if "administer" in ROLE_PERMISSIONS[actor.role]:
-            found += [*_erasures(session, actor), *_accesses(session), *_failed_backups(session)]
-    return Page[Notification].complete(
-        sorted(found, key=lambda notification: (notification.at, notification.id), reverse=True)
-    )
+        return Page[Notification].complete(_find(session, actor))
+
+
+@router.put("/api/notifications/read", responses=PROBLEMS.of(401, 422), summary="Mark notifications as read")
+def mark_notifications_read(database: TheDatabase, actor: TheActor, given: NotificationsRead) -> Page[Notification]:
+    """Mark notifications as read on every browser of this account, and return your notifications."""
+    with database.write() as session:
+        # Its lock lets two browsers of one account mark one after the other.
+        accounts.get(session, actor.account_id)
+        found = _find(session, actor)
+        session.execute(delete(ReadNotificationRow).where(ReadNotificationRow.account_id == actor.account_id))
+        for notification in found:
+            notification.read |= notification.id in given.notification_ids
+            if notification.read:
+                session.add(ReadNotificationRow(account_id=actor.account_id, notification_id=notification.id))
+    return Page[Notification].complete(found)
+
+
+def _find(session: Session, actor: Actor) -> list[Notification]:
+    """Return the user's notifications, newest first."""
+    found = list(_alarms(session, actor, utc_now()))
+    if "administer" in ROLE_PERMISSIONS[actor.role]:
+        found += [*_erasures(session, actor), *_accesses(session), *_failed_backups(session)]
+    read = select(ReadNotificationRow.notification_id).where(ReadNotificationRow.account_id == actor.account_id)
+    read_ids = set(session.scalars(read))
+    for notification in found:
+        notification.read = notification.id in read_ids
+    return sorted(found, key=lambda notification: (notification.at, notification.id), reverse=True)
 
 
 def _alarms(session: Session, actor: Actor, now: datetime) -> Iterator[Notification]:

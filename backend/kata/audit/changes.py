@@ -8,7 +8,8 @@ from sqlalchemy.orm import Mapper, ORMExecuteState, Session
 
 NOT_COLLECTED: Final = frozenset(
     {
-        "audit", "backups", "device_events", "episode_outcomes", "exported_statements", "recovery_codes", "sign_ins", "spools", "station_hours", "stations",
+        "audit", "backups", "device_events", "episode_outcomes", "exported_statements", "read_notifications", "recovery_codes",
+        "sign_ins", "spools", "station_hours", "stations",
     }
 )  # fmt: skip
 """Tables that are logs themselves, are derived from others, or belong to internal machinery. Code that changes them for a user adds its own audit entry."""

@@ -143,6 +143,7 @@ RULES: Final[Mapping[str, RouteRule]] = MappingProxyType(
         "remove_second_factor": RouteRule("own_account"),
         "change_password": RouteRule("own_account"),
         "choose_language": RouteRule("own_account"),
+        "mark_notifications_read": RouteRule("own_account"),
         "list_own_sign_ins": RouteRule("own_account"),
         "end_own_sign_in": RouteRule("own_account"),
         "list_own_access_tokens": RouteRule("own_account"),

@@ -59,6 +59,15 @@ class RecoveryCodeRow(Base):
     used_at: Mapped[datetime | None] = mapped_column(UtcDateTime)
 
 
+class ReadNotificationRow(Base):
+    """A notification that an account has read. The row is deleted when the notification is no longer listed."""
+
+    __tablename__ = "read_notifications"
+
+    account_id: Mapped[UUID] = mapped_column(ForeignKey("accounts.id"), primary_key=True)
+    notification_id: Mapped[UUID] = mapped_column(primary_key=True)
+
+
 class AccessTokenRow(Base):
     """A token with which a program reads for its owner. It can be revoked but is never deleted, because the audit trail names it."""
 

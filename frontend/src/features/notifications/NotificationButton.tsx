@@ -14,7 +14,7 @@ const NotificationList = lazy(() =>
 export function NotificationButton() {
   const [opened, setOpened] = useState(false);
   const found = useNotices();
-  const count = found.unread.length;
+  const count = found.unread;
   return (
     <>
       <ActionIcon

@@ -12,6 +12,7 @@ const notification = (part: Partial<Schemas["Notification"]>): Schemas["Notifica
   code: "",
   patient_id: null,
   session_id: null,
+  read: false,
   ...part,
 });
 

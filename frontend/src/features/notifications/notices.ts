@@ -6,14 +6,15 @@ import { stopWords } from "../sessions/stopWords";
 export interface Notice {
   id: string;
   at: string;
+  read: boolean;
   words: string;
   target: { to: string; search?: Record<string, string> };
 }
 
 /** Return a notification of the service as a notice in words. */
 export function toNotice(notification: Schemas["Notification"]): Notice {
-  const { id, at } = notification;
-  return { id, at, ...wordsAndTarget(notification) };
+  const { id, at, read } = notification;
+  return { id, at, read, ...wordsAndTarget(notification) };
 }
 
 function wordsAndTarget(notification: Schemas["Notification"]): Pick<Notice, "words" | "target"> {

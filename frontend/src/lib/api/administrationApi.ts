@@ -4,6 +4,8 @@ import type { AuditQuery, Schemas } from "./types";
 /** Notifications, accounts, audit trail, backups, and access to restricted records. */
 export const administrationApi = {
   notifications: () => unwrap(client.GET("/api/notifications")),
+  markNotificationsRead: (notification_ids: string[]) =>
+    unwrap(client.PUT("/api/notifications/read", { body: { notification_ids } })),
   accounts: () => unwrap(client.GET("/api/accounts")),
   createAccount: (body: Schemas["AccountCreate"]) => unwrap(client.POST("/api/accounts", { body })),
   updateAccount: (account_id: string, body: Schemas["AccountUpdate"]) =>
