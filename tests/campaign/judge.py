@@ -260,6 +260,11 @@ class Judge:
         """True if a drive has other registers than the configured ones, the bus watchdog excepted."""
         return any(self._differing(motor) for motor in range(1, 6))
 
+    @property
+    def a_setting_of_the_inputs_differs(self) -> bool:
+        """True if the inputs' drive has other registers than the configured ones."""
+        return bool(self._differing([axis.id for axis in self.config.axes].index(self.config.inputs.drive_id) + 1))
+
     def rotated_registers(self, motor: int) -> list[tuple[int, bytes]]:
         """Return address and factory content of the configured registers that no status carries.
 

@@ -461,8 +461,10 @@ class Sequences(RuleBasedStateMachine):
 
     @rule()
     def it_is_mended(self) -> None:
-        # An unseen press or failure counts from now, or from the opening of the port if it was gone.
-        self._blind_ns = self.world.t_ns + (_REOPENED_NS if self.world.faults.has("gone") else 0)
+        # An unseen press or failure counts from now, or from the opening of the port if it was gone. An inputs' drive without its
+        # settings is configured and verified before its inputs count.
+        reset = self.judge.a_setting_of_the_inputs_differs
+        self._blind_ns = self.world.t_ns + (_REOPENED_NS if self.world.faults.has("gone") or reset else 0)
         for motor in range(1, 6):
             # The exchange back cuts the power too. A Modbus station cannot refuse another model: it may have torque until now.
             if self.world.faults.has("exchanged_id", motor) or self.world.faults.has("exchanged_model", motor):

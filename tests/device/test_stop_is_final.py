@@ -250,6 +250,30 @@ def test_drives_with_torque_are_never_configured(playing: Stepped) -> None:
     assert playing.apparatus.configured == [4]
 
 
+def test_inputs_of_a_held_arm_are_configured(playing: Stepped) -> None:
+    """An exchanged inputs' drive left the emergency stop unread until somebody released the arm."""
+    playing.apparatus.gone = True
+    playing.forward(0.2)
+    playing.apparatus.torque[0] = playing.apparatus.torque[1] = False
+    playing.apparatus.mismatch[0] = playing.apparatus.mismatch[1] = "mode of external port 1"
+    playing.apparatus.mismatch[4] = "position gains"
+    reconnect(playing)
+    assert playing.apparatus.configured == [0]
+    assert playing.apparatus.torque == [False, False, True, True, True]
+    playing.apparatus.estop_open = True
+    playing.forward(1.0)
+    assert not any(playing.apparatus.torque)
+    assert sorted(playing.apparatus.configured) == [0, 1, 4]
+
+
+def test_inputs_of_a_drive_that_holds_are_not_configured(playing: Stepped) -> None:
+    playing.apparatus.gone = True
+    playing.forward(0.2)
+    playing.apparatus.mismatch[0] = "mode of external port 1"
+    reconnect(playing)
+    assert playing.apparatus.configured == []
+
+
 def test_a_reset_or_a_reconnect_ends_the_verified_time(stepped: Stepped) -> None:
     """Today's emergency stop test counts only from then on."""
     first = stepped.snapshot.verified_since_ns

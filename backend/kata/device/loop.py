@@ -55,6 +55,7 @@ class ControlLoop(LoopTelemetry):
         self._state_builder = CycleStateBuilder(config)
         usb = config.inputs.usb_pedal
         self._pedal = UsbPedal(Path(usb), now_ns) if usb else None
+        self._inputs_axis = [axis.id for axis in config.axes].index(config.inputs.drive_id)
         self._connected = False
         self._try_open_at_ns = 0
         self._try_configure_at_ns = 0
@@ -196,14 +197,18 @@ class ControlLoop(LoopTelemetry):
         log.info("connected to %s", self._config.port)
 
     def _configure(self, state: CycleState) -> None:
-        """Configure the drives that have lost their settings, but only if every drive that answers reports no torque."""
+        """Configure the drives that have lost their settings, but only if every drive that answers reports no torque.
+
+        The inputs' drive only has to be without torque itself. While others hold an arm, the emergency stop must be readable.
+        """
         machine = self._machine
+        if not self._connected or machine.torque_on or self._now_ns() < self._try_configure_at_ns:
+            return
         answering = [n for n, age_ms in enumerate(state.drive_age_ms) if age_ms <= self._config.silence_ms]
         wanted = [n for n in answering if state.mismatch[n]]
-        still = (
-            not machine.torque_on and not machine.torque_inherited and all(state.torque[n] == "off" for n in answering)
-        )
-        if not (self._connected and wanted and still) or self._now_ns() < self._try_configure_at_ns:
+        if machine.torque_inherited or any(state.torque[n] != "off" for n in answering):
+            wanted = [n for n in wanted if n == self._inputs_axis and state.torque[n] == "off"]
+        if not wanted:
             return
         self._deadline_void = True
         problem = ""
