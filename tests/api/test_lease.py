@@ -107,7 +107,7 @@ def test_only_one_client_operates_and_others_see_who(client: TestClient, other: 
     assert (watched["lease"]["holder"], watched["lease"]["mine"]) == ("Test administrator", False)
     assert {refusal["code"] for refusal in watched["refusals"].values()} == {"not_operating"}
     assert set(watched["refusals"]) == {
-        "teach", "finish_teaching", "load", "unload", "approach", "play", "pause", "less", "return", "release_torque",
+        "teach", "finish_teaching", "load", "unload", "approach", "play", "pause", "reduce_range", "return", "release_torque",
         "acknowledge",
     }  # fmt: skip
     for command in OPERATING:

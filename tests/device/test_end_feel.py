@@ -5,7 +5,7 @@ import numpy as np
 import pytest
 
 from kata.device.config import StationConfig
-from kata.device.ipc_messages import Approach, EndFeel, Less, Load, Pause, Play, Refusal
+from kata.device.ipc_messages import Approach, EndFeel, Load, Pause, Play, ReduceRange, Refusal
 from kata.device.references import build
 from kata.motion.linkage import Floats
 from kata.motion.trajectory import Trajectory
@@ -290,7 +290,7 @@ def test_pedal_before_the_first_way_ends_nothing(stepped: Stepped) -> None:
 
 def test_range_of_a_test_is_not_reduced(stepped: Stepped) -> None:
     started(stepped)
-    refusal = stepped.send(Less())
+    refusal = stepped.send(ReduceRange())
     assert refusal is not None and refusal.code == "is_end_feel_test"
 
 

@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 from kata.device import journal
 from kata.device.config import REFERENCE_SHARE, StationConfig
 from kata.device.faults import FAULTS
-from kata.device.ipc_messages import Approach, Command, Less, Pause, Play, Refusal, Return
+from kata.device.ipc_messages import Approach, Command, Pause, Play, ReduceRange, Refusal, Return
 from kata.device.references import build
 from kata.motion.ilc import Correction
 from kata.motion.linkage import Floats
@@ -471,7 +471,7 @@ def test_each_method_comes_to_its_end(tmp_path: Path, method: Method) -> None:
 
 MIDDLE_DEG = np.array((12.0, 108.0, 60.0, 60.0, -25.0))
 Shape = Literal["short", "gaps", "steep", "steps", "swing"]
-Act = Literal["play", "pause", "less", "push", "return", "wait"]
+Act = Literal["play", "pause", "reduce_range", "push", "return", "wait"]
 
 
 @st.composite
@@ -507,7 +507,13 @@ def of_little_acceleration(config: StationConfig, speed_deg_s: float) -> Station
     return msgspec.structs.replace(config, axes=tuple(msgspec.structs.replace(axis, **limits) for axis in config.axes))
 
 
-COMMANDS: dict[str, Command] = {"play": Play(), "pause": Pause(), "less": Less(), "return": Return(), "push": Pause()}
+COMMANDS: dict[str, Command] = {
+    "play": Play(),
+    "pause": Pause(),
+    "reduce_range": ReduceRange(),
+    "return": Return(),
+    "push": Pause(),
+}
 
 
 def do(stepped: Stepped, act: Act) -> None:
@@ -571,7 +577,7 @@ OF_OUR_OWN = {fault.code for fault in FAULTS if fault.code.startswith("setpoint_
 
 @pytest.mark.parametrize("lag", [(0.0, 0.0, 0.0), (0.3, 0.01, 0.6), (0.127, 0.02, 0.0)])
 @pytest.mark.parametrize("after_s", [0.18, 0.4])
-@pytest.mark.parametrize("act", ["push", "pause", "less", "return", "wait"])
+@pytest.mark.parametrize("act", ["push", "pause", "reduce_range", "return", "wait"])
 def test_an_axis_of_little_acceleration_is_not_jerked(
     tmp_path: Path, act: Act, after_s: float, lag: tuple[float, float, float]
 ) -> None:

@@ -46,8 +46,8 @@ ALLOWED: dict[Mode, tuple[CommandName, ...]] = {
     "teaching": ("finish_teaching",),
     "ready": ("unload", "approach"),
     "approaching": (),
-    "paused": ("play", "less", "return"),
-    "playing": ("pause", "less"),
+    "paused": ("play", "reduce_range", "return"),
+    "playing": ("pause", "reduce_range"),
     "returning": (),
     "stopped": ("acknowledge",),
 }

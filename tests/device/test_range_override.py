@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from kata.device import journal
-from kata.device.ipc_messages import Approach, Less, Pause, Play, Return
+from kata.device.ipc_messages import Approach, Pause, Play, ReduceRange, Return
 from kata.device.range_override import MIN_SHARE, RECOVERY_DEG, REDUCTION_STEP, RangeOverride
 from kata.motion.ilc import Correction
 from kata.motion.linkage import Floats
@@ -252,8 +252,8 @@ def playing(folder: Path, method: Method = "smooth", **settings: float) -> Stepp
 def test_less_makes_the_strokes_smaller_and_they_grow_again(tmp_path: Path, method: Method) -> None:
     stepped = playing(tmp_path, method)
     until_place(stepped, 3.0)
-    assert stepped.send(Less()) is None
-    assert stepped.send(Less()) is None
+    assert stepped.send(ReduceRange()) is None
+    assert stepped.send(ReduceRange()) is None
     peaks = []
     for stroke in range(1, REPETITIONS):
         first = len(sent(stepped))
@@ -273,7 +273,7 @@ def test_snapshot_reports_the_played_share_of_the_range(tmp_path: Path) -> None:
     until_place(stepped, 1.0)
     run = stepped.snapshot.run
     assert run is not None and run.range_percent == 100.0
-    stepped.send(Less())
+    stepped.send(ReduceRange())
     until_place(stepped, 2.5)
     run = stepped.snapshot.run
     assert run is not None and run.range_percent == pytest.approx(90.0)
@@ -290,7 +290,7 @@ def test_reduced_range_reduces_the_learned_correction(tmp_path: Path) -> None:
     stepped.send(Play())
     until_place(stepped, 1.0)
     for _ in range(5):
-        stepped.send(Less())
+        stepped.send(ReduceRange())
     until_place(stepped, 5.0)
     run, movement = stepped.loop._machine._run, stepped.loop._machine._movement
     assert run is not None and movement is not None
@@ -302,7 +302,7 @@ def test_reduced_range_reduces_the_learned_correction(tmp_path: Path) -> None:
 def test_reduced_playback_is_marked_and_neither_compared_nor_learned(tmp_path: Path) -> None:
     stepped = playing(tmp_path)
     until_place(stepped, 3.0)
-    stepped.send(Less())
+    stepped.send(ReduceRange())
     stepped.until("idle", 60.0)
     recorded = stepped.journal()
     lessened = recorded.path_s[recorded.phase == journal.PHASE_REDUCED_RANGE]
@@ -320,7 +320,7 @@ def test_reduction_requested_in_a_pause_applies_on_resume(tmp_path: Path) -> Non
     stepped.until("paused")
     stepped.forward(0.2)
     before = sent(stepped)[-1]
-    assert stepped.send(Less()) is None
+    assert stepped.send(ReduceRange()) is None
     stepped.forward(1.0)
     assert sent(stepped)[-1] == pytest.approx(before, abs=1e-9)
     stepped.send(Play())
@@ -333,7 +333,7 @@ def test_going_back_from_less_begins_where_the_arm_is(tmp_path: Path) -> None:
     stepped = playing(tmp_path, lag_s=0.08)
     until_place(stepped, 1.9)
     for _ in range(4):
-        stepped.send(Less())
+        stepped.send(ReduceRange())
     until_place(stepped, 4.0)
     stepped.send(Pause())
     stepped.until("paused")
@@ -345,12 +345,12 @@ def test_going_back_from_less_begins_where_the_arm_is(tmp_path: Path) -> None:
 
 def test_reduction_is_refused_without_playback_or_remaining_range(tmp_path: Path) -> None:
     stepped = Stepped(tmp_path)
-    refusal = stepped.send(Less())
+    refusal = stepped.send(ReduceRange())
     assert refusal is not None and refusal.code == "is_idle"
     stepped = playing(tmp_path)
     for _ in range(8):
-        assert stepped.send(Less()) is None
-    refusal = stepped.send(Less())
+        assert stepped.send(ReduceRange()) is None
+    refusal = stepped.send(ReduceRange())
     assert refusal is not None
     assert (refusal.code, refusal.message) == ("is_at_least", "The range cannot be less than 20 %.")
     assert place_s(stepped) < 1.0

@@ -8,7 +8,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from kata.device.ipc_messages import Approach, Less, Play, Return, Unload
+from kata.device.ipc_messages import Approach, Play, ReduceRange, Return, Unload
 from kata.device.run_limits import SETTLE_S, RunLimits
 from kata.device.setpoint_gate import largest_step_deg
 from kata.motion.linkage import Floats
@@ -275,7 +275,7 @@ def test_reduced_range_keeps_the_patients_speed_limit(stepped: Stepped) -> None:
     assert stepped.send(Play()) is None
     for _ in range(40):
         stepped.forward(0.5)
-        stepped.send(Less())
+        stepped.send(ReduceRange())
     stepped.until("idle", 60.0)
     assert stepped.causes() == []
     assert speeds_deg_s(stepped).max() <= 3.2 * 1.01

@@ -140,7 +140,7 @@ def test_edits_of_the_whole_range_change_nothing(motion: Motion) -> None:
         edit.scaled(motion, 100.0),
         edit.at_speed(motion, 100.0),
         edit.repeated(motion, 1, 5.0),
-        edit.less(motion, 0.0),
+        edit.reduced(motion, 0.0),
         edit.isolated(motion, AXES),
         edit.with_settings(motion, PlaybackSettings()),
     ):
@@ -150,10 +150,10 @@ def test_edits_of_the_whole_range_change_nothing(motion: Motion) -> None:
 
 def test_reduction_in_degrees_applies_to_the_axis_moving_farthest() -> None:
     motion = built_in(4)
-    smaller = edit.less(motion, 5.0)
+    smaller = edit.reduced(motion, 5.0)
     assert ranges(smaller)[2] == pytest.approx(ranges(motion)[2] - 5.0)
     with pytest.raises(EditError, match="covers only 95"):
-        edit.less(motion, 95.1)
+        edit.reduced(motion, 95.1)
 
 
 @any_motion
@@ -252,7 +252,7 @@ def test_warm_up_widens_by_equal_steps_to_the_whole_range(motion: Motion, step: 
     count = int(np.ceil(less_deg / step - 1e-9)) + 1
     last: Floats | None = None
     for n in range(count):
-        one = edit.eased(edit.less(motion, max(0.0, less_deg - n * step)))
+        one = edit.eased(edit.reduced(motion, max(0.0, less_deg - n * step)))
         if last is not None:
             at_s += way_s(last, one.angles_deg[0])
         reached.append(float(np.ptp(warm.at(at_s + one.times_s)[:, axis])))

@@ -144,7 +144,7 @@ async def _authorize(connection: HTTPConnection, body: Any) -> None:
         try:
             await run_in_threadpool(_check_records, services, actor, rule, context, named)
         except DatabaseUnavailableError:
-            patient_id = services.offline_cache.owner_of(named) if rule.offline else None
+            patient_id = services.offline_cache.owner_of(named) if rule.without_database else None
             if patient_id is None:
                 raise
             context.patient_id = patient_id
@@ -173,7 +173,9 @@ async def _read_actor(connection: HTTPConnection, rule: RouteRule, cookie: str) 
     """
     services = services_of(connection)
     auth_cache = services.auth_cache
-    cached = auth_cache.cached_actor(cookie, services.auth.limits.longest.total_seconds()) if rule.offline else None
+    cached = (
+        auth_cache.cached_actor(cookie, services.auth.limits.longest.total_seconds()) if rule.without_database else None
+    )
     query = asyncio.ensure_future(run_in_threadpool(authenticate, connection, services.database))
     # Commands of a running session do not wait until the outage is detected.
     await asyncio.wait({query}, timeout=_CACHED_ACTOR_AFTER_S if cached else None)

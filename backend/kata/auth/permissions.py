@@ -66,7 +66,7 @@ class RouteRule:
     """True if the route is allowed while the screen is locked."""
     enrolling: bool = False
     """True if the route is allowed before the required second factor is set up."""
-    offline: bool = False
+    without_database: bool = False
     """True if users whom the database has confirmed before may use the route while the database does not answer. The request may then
     name only records of patients in the offline cache (:mod:`kata.clinic.sessions.offline_cache`).
     """
@@ -79,14 +79,14 @@ class RouteRule:
 
 
 _PUBLIC: Final = RouteRule("public")
-_OWN_ACCOUNT: Final = RouteRule("own_account", locked=True, enrolling=True, offline=True)
+_OWN_ACCOUNT: Final = RouteRule("own_account", locked=True, enrolling=True, without_database=True)
 _READ: Final = RouteRule("read_records")
 _WRITE: Final = RouteRule("write_records")
 _OPERATE: Final = RouteRule("operate", own_station_only=True)
-_OPERATE_WITHOUT_DATABASE: Final = RouteRule("operate", own_station_only=True, offline=True)
-_DIAGNOSE: Final = RouteRule("diagnose", own_station_only=True, offline=True)
+_OPERATE_WITHOUT_DATABASE: Final = RouteRule("operate", own_station_only=True, without_database=True)
+_DIAGNOSE: Final = RouteRule("diagnose", own_station_only=True, without_database=True)
 _ADMINISTER: Final = RouteRule("administer")
-_SEE_STATION: Final = RouteRule("see_station", locked=True, offline=True)
+_SEE_STATION: Final = RouteRule("see_station", locked=True, without_database=True)
 
 _RENAMED: Final[Mapping[str, str]] = MappingProxyType(
     {
@@ -161,7 +161,7 @@ RULES: Final[Mapping[str, RouteRule]] = MappingProxyType(
         "create_patient": _WRITE,
         "get_patient": _READ,
         "update_patient": _WRITE,
-        "get_patient_banner": RouteRule("read_records", offline=True),
+        "get_patient_banner": RouteRule("read_records", without_database=True),
         "list_contraindication_kinds": _READ,
         "list_contraindications": _READ,
         "add_contraindication": _WRITE,
@@ -214,15 +214,15 @@ RULES: Final[Mapping[str, RouteRule]] = MappingProxyType(
         "list_sessions": _READ,
         "get_session_filter_options": _READ,
         "list_patient_sessions": _READ,
-        "create_session": RouteRule("write_records", own_station_only=True, offline=True),
-        "get_session": RouteRule("read_records", offline=True),
-        "update_session": RouteRule("write_records", offline=True),
+        "create_session": RouteRule("write_records", own_station_only=True, without_database=True),
+        "get_session": RouteRule("read_records", without_database=True),
+        "update_session": RouteRule("write_records", without_database=True),
         "get_session_plan": _READ,
-        "list_ready_patients": RouteRule("read_records", own_station_only=True, offline=True),
-        "get_checklist": RouteRule("read_records", offline=True),
-        "confirm_check": RouteRule("write_records", own_station_only=True, offline=True),
+        "list_ready_patients": RouteRule("read_records", own_station_only=True, without_database=True),
+        "get_checklist": RouteRule("read_records", without_database=True),
+        "confirm_check": RouteRule("write_records", own_station_only=True, without_database=True),
         "get_teaching_checklist": _READ,
-        "end_session": RouteRule("write_records", offline=True),
+        "end_session": RouteRule("write_records", without_database=True),
         "get_note_draft": _READ,
         "sign_session": _WRITE,
         "add_addendum": _WRITE,
@@ -282,7 +282,7 @@ RULES: Final[Mapping[str, RouteRule]] = MappingProxyType(
         "import_station_settings": RouteRule("commission", own_station_only=True),
         "get_commissioning_run": RouteRule("see_operation"),
         "start_commissioning": RouteRule("commission", own_station_only=True),
-        "confirm_commissioning": RouteRule("commission", own_station_only=True, offline=True),
+        "confirm_commissioning": RouteRule("commission", own_station_only=True, without_database=True),
         "get_metrics": RouteRule("see_operation", accepts_metrics_token=True),
         "get_support_bundle": RouteRule("see_operation"),
         # The apparatus.
@@ -290,12 +290,12 @@ RULES: Final[Mapping[str, RouteRule]] = MappingProxyType(
         "live_stations": _SEE_STATION,
         "list_stations": _SEE_STATION,
         "get_station": _SEE_STATION,
-        "get_drive_trend": RouteRule("see_station", offline=True),
-        "get_commissioning_status": RouteRule("see_station", offline=True),
+        "get_drive_trend": RouteRule("see_station", without_database=True),
+        "get_commissioning_status": RouteRule("see_station", without_database=True),
         "list_events": RouteRule("see_station"),
         # Counts and ids. Pages request them at intervals.
         "list_notifications": RouteRule("see_station"),
-        "stop": RouteRule("stop", locked=True, enrolling=True, offline=True),
+        "stop": RouteRule("stop", locked=True, enrolling=True, without_database=True),
         "take_lease": _OPERATE_WITHOUT_DATABASE,
         "release_lease": _OPERATE_WITHOUT_DATABASE,
         "set_side": _OPERATE,
@@ -311,11 +311,13 @@ RULES: Final[Mapping[str, RouteRule]] = MappingProxyType(
         "return_to_rest": _OPERATE_WITHOUT_DATABASE,
         "release_torque": _OPERATE_WITHOUT_DATABASE,
         "acknowledge": _OPERATE_WITHOUT_DATABASE,
-        "get_simulator": RouteRule("diagnose", offline=True),
+        "get_simulator": RouteRule("diagnose", without_database=True),
         "set_pedal": _DIAGNOSE,
         "set_estop": _DIAGNOSE,
         "guide_arm": _DIAGNOSE,
         "release_arm": _DIAGNOSE,
-        "upload_motion": RouteRule("diagnose", own_station_only=True, offline=True, upload_media_type="text/csv"),
+        "upload_motion": RouteRule(
+            "diagnose", own_station_only=True, without_database=True, upload_media_type="text/csv"
+        ),
     }
 )

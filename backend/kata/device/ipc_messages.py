@@ -48,7 +48,7 @@ CommandName = Literal[
     "approach",
     "play",
     "pause",
-    "less",
+    "reduce_range",
     "return",
     "stop",
     "release_torque",
@@ -186,7 +186,7 @@ class Pause(_Message, frozen=True, kw_only=True, tag="pause"):
     """Slow down on the path and hold. From playing."""
 
 
-class Less(_Message, frozen=True, kw_only=True, tag="less"):
+class ReduceRange(_Message, frozen=True, kw_only=True, tag="reduce_range"):
     """Reduce the range by one step, towards rest. The range recovers slowly. From playing; from paused it applies to the next
     play.
     """
@@ -225,7 +225,7 @@ Command = (
     | Approach
     | Play
     | Pause
-    | Less
+    | ReduceRange
     | Return
     | Stop
     | ReleaseTorque
@@ -414,7 +414,7 @@ class Event(_Message, frozen=True, kw_only=True, tag="event"):
     number: int
     t_ns: int
     code: str
-    """mode, take_started, take_ended, fault, load_reversal, less, torque, drive_warning."""
+    """mode, take_started, take_ended, fault, load_reversal, range_reduced, torque, drive_warning."""
     message: str
     message_key: MessageKey | None = None
 

@@ -19,11 +19,11 @@ from kata.device.ipc_messages import (
     Command,
     CommandName,
     FinishTeaching,
-    Less,
     Load,
     Mode,
     Pause,
     Play,
+    ReduceRange,
     Refusal,
     ReleaseTorque,
     Return,
@@ -63,7 +63,7 @@ _COMMAND_OF: Final[dict[type, CommandName]] = {
     Approach: "approach",
     Play: "play",
     Pause: "pause",
-    Less: "less",
+    ReduceRange: "reduce_range",
     Return: "return",
     ReleaseTorque: "release_torque",
     Acknowledge: "acknowledge",
@@ -249,7 +249,7 @@ class StateMachine(MachineState):
             assert self._run is not None
             start = tuple(self._run.trajectory.start_deg) if self._run.zero_order_hold else state.measured_deg
             return outside_range(state, self._config) or too_far_from_start(state, start)
-        if name == "less":
+        if name == "reduce_range":
             assert self._run is not None
             return whole_range_only(self._run.end_feel) or range_at_minimum(self._run.range_override)
         if name == "pause" and self._movement and self._movement.direction == 0:
@@ -303,10 +303,10 @@ class StateMachine(MachineState):
             case Pause():
                 assert self._movement is not None
                 self._movement.direction = 0
-            case Less():
+            case ReduceRange():
                 assert self._run is not None
                 self._run.range_override.reduce()
-                self._emit("less", texts.LESS_RANGE_REQUESTED(at_s=self._run.position_s))
+                self._emit("range_reduced", texts.LESS_RANGE_REQUESTED(at_s=self._run.position_s))
             case Return():
                 self._begin_return()
             case ReleaseTorque():

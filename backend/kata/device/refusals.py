@@ -23,7 +23,7 @@ _ALLOWED_IN: Final[dict[CommandName, tuple[Mode, ...]]] = {
     "approach": ("ready",),
     "play": ("paused",),
     "pause": ("playing",),
-    "less": ("playing", "paused"),
+    "reduce_range": ("playing", "paused"),
     "return": ("paused",),
     "release_torque": ("stopped",),
     "acknowledge": ("stopped",),

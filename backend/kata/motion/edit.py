@@ -120,7 +120,7 @@ def scaled(motion: Motion, percent: float, axes: Collection[int] = AXES) -> Moti
     return _named(replace(motion, angles_deg=angles), _scaled_text(percent, axes))
 
 
-def less(motion: Motion, deg: float) -> Motion:
+def reduced(motion: Motion, deg: float) -> Motion:
     """Reduce the range of the axis with the largest range by ``deg``, the others in proportion.
 
     :raises EditError: when nothing would be left.
@@ -225,7 +225,7 @@ def warm_up(
         )
     line = MotionBuilder(join_speed_deg_s)
     for step in range(steps + 1):
-        line.join(eased(less(motion, max(0.0, less_deg - step * step_deg)) if step < steps else motion), pause_s)
+        line.join(eased(reduced(motion, max(0.0, less_deg - step * step_deg)) if step < steps else motion), pause_s)
     return line.motion((*motion.done, texts.DONE_WARM_UP(less_deg=less_deg, step_deg=step_deg)))
 
 

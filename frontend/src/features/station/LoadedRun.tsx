@@ -123,7 +123,7 @@ function PlaybackControls({ mode, run }: RunState) {
         </CommandButton>
       )}
       <CommandButton
-        command="less"
+        command="reduce_range"
         send={api.reduceRange}
         variant="default"
         leftSection={<IconArrowsDiagonalMinimize2 size={26} />}
