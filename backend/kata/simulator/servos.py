@@ -73,7 +73,7 @@ class _Inspected:
 class Servo(_Inspected):
     """One servo on the bus. The table stores written values. Values that the drive changes are updated when they are read."""
 
-    def __init__(self, drive: Drive, baud: int, model: int = _MODEL) -> None:
+    def __init__(self, drive: Drive, baud: int) -> None:
         """Create a servo whose id is the motor's number.
 
         :raises ValueError: when the servo does not support the baud rate.
@@ -88,8 +88,8 @@ class Servo(_Inspected):
         self.mounted_sign = 1  # -1: mounted so that it counts down while the angle increases.
         self.gain_share = 1.0  # Share of the nominal torque for the same gain, because motors and gears differ.
         self.plugged_in = True  # False: disconnected from the bus and from power.
-        self.table = ct.factory_table(model)
-        self._model = model
+        self._model = _MODEL
+        self.table = ct.factory_table(_MODEL)
         self._backup: bytes | None = None
         self._volt, self._temperature_c, self._nm_a_unit = 0.0, 32, 0.0
         self._tuned: tuple[object, ...] = ()
