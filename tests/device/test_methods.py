@@ -436,6 +436,36 @@ def test_paper_start_too_far_away_is_refused_before_torque(tmp_path: Path, away_
     assert stepped.snapshot.refusals["approach"] == refusal
 
 
+@given(st.floats(5.0, 100.0), st.floats(-9.0, 9.0), st.integers(0, 60), st.sampled_from([-2.0, 2.0]))
+@examples(few=60, many=2_000)
+def test_paper_method_begins_or_is_refused(
+    tmp_path_factory: pytest.TempPathFactory, patient_deg_s: float, away_deg: float, cycles: int, push_nm: float
+) -> None:
+    """With a patient's speed limit of 20 deg/s, an accepted start of 4 to 8 deg was refused by the setpoint gate.
+
+    The arm is pushed for some cycles while it is held before playing.
+    """
+    stepped = Stepped(tmp_path_factory.mktemp("run"), station())
+    stepped.apparatus.angles_deg[MOVING] = 30.0 + away_deg
+    stepped.forward(0.1)
+    trajectory = reference("paper", TIMES_S, rows(from_deg=30.0, reach_deg=2.0))
+    assert stepped.send(load("paper", max_speed_deg_s=patient_deg_s), trajectory) is None
+    refusal = stepped.send(Approach())
+    if refusal is not None:
+        assert refusal.code == "too_far_from_start"
+        assert abs(away_deg) > min(0.15 * patient_deg_s + 0.4, 7.9)
+        return
+    stepped.until("paused")
+    stepped.apparatus.torques_nm[MOVING] = push_nm
+    for _ in range(cycles):
+        stepped.cycle()
+    stepped.apparatus.torques_nm[MOVING] = 0.0
+    refusal = stepped.send(Play())
+    assert refusal is None or refusal.code == "too_far_from_start"
+    stepped.forward(1.0)
+    assert not OF_OUR_OWN.intersection(stepped.causes())
+
+
 @pytest.mark.parametrize("method", ["smooth", "learned"])
 def test_other_methods_start_from_any_arm_position(tmp_path: Path, method: Method) -> None:
     stepped, trajectory = begin(tmp_path, station(), method, rows(from_deg=40.0))

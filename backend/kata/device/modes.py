@@ -247,8 +247,10 @@ class StateMachine(MachineState):
             return no_torque_found(state)
         if name == "approach":
             assert self._run is not None
-            start = tuple(self._run.trajectory.start_deg) if self._run.zero_order_hold else state.measured_deg
-            return outside_range(state, self._config) or too_far_from_start(state, start)
+            refusal = outside_range(state, self._config)
+            if self._run.zero_order_hold:
+                refusal = refusal or too_far_from_start(state, self._run)
+            return refusal
         if name == "reduce_range":
             assert self._run is not None
             return whole_range_only(self._run.end_feel) or range_at_minimum(self._run.range_override)

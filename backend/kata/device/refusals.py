@@ -1,6 +1,5 @@
 """Defines the rules that refuse commands, and their refusals."""
 
-from collections.abc import Sequence
 from typing import Final
 
 from kata.device import texts
@@ -11,9 +10,14 @@ from kata.device.faults import MAX_FROZEN_SETPOINT_DEG
 from kata.device.ipc_messages import CommandName, Guarded, Mode, Refusal
 from kata.device.latched_stop import LatchedStop
 from kata.device.range_override import MIN_SHARE, RangeOverride
+from kata.device.run import Run
+from kata.device.setpoint_gate import largest_step_deg
 from kata.messages import Text
 from kata.motion.axes import Side
 from kata.motion.texts import SIDES
+
+_YIELD_DEG: Final = 0.5
+"""Part of the gate's largest step that is left for a setpoint that yields to the patient."""
 
 _ALLOWED_IN: Final[dict[CommandName, tuple[Mode, ...]]] = {
     "teach": ("idle",),
@@ -162,15 +166,19 @@ def outside_range(state: CycleState, config: StationConfig) -> Refusal | None:
     return None
 
 
-def too_far_from_start(state: CycleState, start_deg: Sequence[float]) -> Refusal | None:
-    """Refuse to start if an axis is so far from the start that its drive would count as frozen. ``start_deg``: target of the first
-    step.
+def too_far_from_start(state: CycleState, run: Run) -> Refusal | None:
+    """Refuse a start whose first step, from the measured angles to the recording's start, is too large for the setpoint gate, or so
+    large that a drive would count as frozen.
     """
-    for motor, (start, angle) in enumerate(zip(start_deg, state.measured_deg, strict=True), start=1):
-        if abs(start - angle) > MAX_FROZEN_SETPOINT_DEG:
+    start_deg = run.trajectory.start_deg
+    for motor, (axis, here, start) in enumerate(
+        zip(run.config.axes, state.measured_deg, start_deg, strict=True), start=1
+    ):
+        within_deg = min(largest_step_deg(axis, run.rate_hz) - _YIELD_DEG, MAX_FROZEN_SETPOINT_DEG)
+        if abs(start - here) > within_deg:
             return Refusal.of(
                 code="too_far_from_start",
-                message=texts.TOO_FAR_FROM_START(motor=motor, distance_deg=abs(start - angle)),
-                next_step=texts.MOVE_WITHIN_OR_OTHER_METHOD(within_deg=MAX_FROZEN_SETPOINT_DEG),
+                message=texts.TOO_FAR_FROM_START(motor=motor, distance_deg=abs(start - here)),
+                next_step=texts.MOVE_WITHIN_OR_OTHER_METHOD(within_deg=within_deg),
             )
     return None
