@@ -28,6 +28,8 @@ PAGE_SOURCES := $(shell find frontend/src frontend/public -type f 2>/dev/null) f
 
 .PHONY: help run seed test test-fast dev docs campaign check audit lock dist deb bundle clean
 .DELETE_ON_ERROR:
+# Page, browser and validators are fetched side by side; recipes run their lines in order as always.
+MAKEFLAGS += --jobs=3
 
 help: ## list the targets
 	@awk -F ':.*## ' '/^[a-z-]+:.*## / {printf "  make %-9s %s\n", $$1, $$2}' Makefile
