@@ -1,5 +1,6 @@
 """Results of end-feel runs from journals whose truth is known."""
 
+from datetime import UTC
 from pathlib import Path
 from typing import Literal
 from uuid import UUID
@@ -184,7 +185,7 @@ def test_session_report_has_figures_of_the_test(
 ) -> None:
     row = played(clinic, recording)
     with clinic.database.read() as session:
-        content = session_report.read_content(session, session.query(SessionRow).one().id)
+        content = session_report.read_content(session, session.query(SessionRow).one().id, UTC)
     page = rendering.session_page(content, how(language)).html
     assert words in page
     assert f"{row.range_deg:.1f} ± {row.interval_range_deg:.1f}" in page

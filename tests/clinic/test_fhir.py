@@ -11,7 +11,7 @@ from typing import Any
 from uuid import UUID, uuid4
 
 import pytest
-from sqlalchemy import delete, select
+from sqlalchemy import delete, select, update
 from sqlalchemy.orm import Session
 
 from kata.clinic.assessments.spadi import ITEMS
@@ -19,10 +19,11 @@ from kata.clinic.assessments.tables import AssessmentRow
 from kata.clinic.contraindications.tables import ContraindicationRow
 from kata.clinic.episodes.tables import EpisodeRow, StageRow
 from kata.clinic.patients import service as patients
+from kata.clinic.patients.tables import ExportedStatementRow
 from kata.clinic.sessions.tables import RunRow, SessionRow
 from kata.database.base import utc_now
 from kata.database.engine import Database
-from kata.interop.codes import CLINIC_NUMBER, LOCAL, NAME_REPRESENTATION, PAIN, ClinicNames, local_codes
+from kata.interop.codes import CLINIC_NUMBER, LOCAL, LOCAL_CODES, NAME_REPRESENTATION, PAIN, ClinicNames, local_codes
 from kata.interop.fhir_import import FhirImportError, read_patients
 from tests.support.fhir_bundle import Json, everything, exported, judged, of_kind
 from tests.support.fhir_patient import KANA, NAME, NUMBER, treated
@@ -105,7 +106,105 @@ def test_removed_statements_are_withdrawn_at_the_receiver(database: Database, tm
     with database.write() as session:
         session.scalars(select(AssessmentRow)).one().pain_rest = 4
     again = _said(exported(database, patient_id, tmp_path / "bundle.json"))
-    assert [key for key in changed if again[key].get("status") == "final" and again[key]["valueQuantity"]["value"] == 4]
+    assert [
+        key for key in changed if again[key].get("status") == "amended" and again[key]["valueQuantity"]["value"] == 4
+    ]
+
+
+def _change_answers_and_pain(database: Database, pain_rest: int) -> None:
+    with database.write() as session:
+        found = session.scalars(select(AssessmentRow)).one()
+        assert found.spadi
+        found.pain_rest = pain_rest
+        found.spadi = [found.spadi[0] + 1 if pain_rest == 9 else found.spadi[0] - 1, *found.spadi[1:]]  # type: ignore[operator]
+
+
+def _changes(before: dict[str, Json], after: dict[str, Json]) -> Counter[tuple[str, str, str]]:
+    assert before.keys() == after.keys()
+    return Counter(
+        (after[key]["resourceType"], before[key]["status"], after[key]["status"])
+        for key in after
+        if after[key] != before[key]
+    )
+
+
+_AMENDMENTS = {
+    # The pain at rest and the total, and the answers.
+    ("Observation", "final", "amended"): 2,
+    ("QuestionnaireResponse", "completed", "amended"): 1,
+}
+
+
+def test_values_that_change_after_an_export_are_amended_for_ever(database: Database, tmp_path: Path) -> None:
+    patient_id = treated(database, sessions=2)
+    first = _said(exported(database, patient_id, tmp_path / "bundle.json"))
+    _change_answers_and_pain(database, pain_rest=9)
+    bundle = exported(database, patient_id, tmp_path / "bundle.json")
+    assert _changes(first, _said(bundle)) == _AMENDMENTS
+    assert judged({"bundle": bundle}) == {"bundle": []}
+    assert exported(database, patient_id, tmp_path / "again.json") == bundle, "nothing changed since"
+    _change_answers_and_pain(database, pain_rest=2)
+    back = _said(exported(database, patient_id, tmp_path / "bundle.json"))
+    assert _changes(first, back) == _AMENDMENTS, "the receiver had another value in the meantime"
+    assert {key: resource | {"status": ""} for key, resource in back.items() if "status" in resource} == {
+        key: resource | {"status": ""} for key, resource in first.items() if "status" in resource
+    }
+
+
+def test_changed_condition_flag_and_note_keep_their_status(database: Database, tmp_path: Path) -> None:
+    patient_id = treated(database, sessions=1)
+    first = _said(exported(database, patient_id, tmp_path / "bundle.json"))
+    with database.write() as session:
+        episode = session.scalars(select(EpisodeRow)).one()
+        episode.diagnosis, episode.contraindications = "Another text", "Another warning"
+        session.scalars(select(SessionRow)).one().note = "Another note."
+    after = _said(exported(database, patient_id, tmp_path / "bundle.json"))
+    changed = [key for key in after if after[key] != first[key]]
+    assert Counter(after[key]["resourceType"] for key in changed) == {"Condition": 1, "Flag": 1, "Procedure": 1}
+    assert all(after[key].get("status") == first[key].get("status") for key in changed)
+
+
+def test_statement_of_an_older_version_stays_final(database: Database, tmp_path: Path) -> None:
+    patient_id = treated(database, sessions=1)
+    first = _said(exported(database, patient_id, tmp_path / "bundle.json"))
+    with database.write() as session:
+        # Version 0028 stored only the withdrawal.
+        session.execute(update(ExportedStatementRow).values(final_digest=None))
+    _change_answers_and_pain(database, pain_rest=9)
+    second = _said(exported(database, patient_id, tmp_path / "bundle.json"))
+    assert {(kind, now) for kind, _, now in _changes(first, second)} == {
+        ("Observation", "final"),
+        ("QuestionnaireResponse", "completed"),
+    }
+    _change_answers_and_pain(database, pain_rest=2)
+    assert _changes(second, _said(exported(database, patient_id, tmp_path / "bundle.json"))) == _AMENDMENTS
+
+
+def test_renamed_code_amends_nothing(database: Database, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    patient_id = treated(database, sessions=1)
+    first = _said(exported(database, patient_id, tmp_path / "bundle.json"))
+    monkeypatch.setitem(LOCAL_CODES, "position-abducted_90", "Another name of the position")
+    after = _said(exported(database, patient_id, tmp_path / "bundle.json"))
+    assert any(after[key] != first[key] for key in after if after[key]["resourceType"] == "Observation")
+    assert "amended" not in {resource.get("status") for resource in after.values()}
+
+
+def test_values_of_an_open_session_are_preliminary_and_become_final(database: Database, tmp_path: Path) -> None:
+    patient_id = treated(database, sessions=1)
+    with database.write() as session:
+        visit = session.scalars(select(SessionRow)).one()
+        ended_at, visit.ended_at = visit.ended_at, None
+    bundle = exported(database, patient_id, tmp_path / "bundle.json")
+    assert judged({"bundle": bundle}) == {"bundle": []}
+    first = _said(bundle)
+    with database.write() as session:
+        visit = session.scalars(select(SessionRow)).one()
+        visit.ended_at, visit.pain_before = ended_at, 1
+    after = _said(exported(database, patient_id, tmp_path / "bundle.json"))
+    changes = _changes(first, after)
+    # Three pains, two goniometer readings and the angles of two runs.
+    assert changes["Observation", "preliminary", "final"] == 3 + 2 + 2
+    assert "amended" not in {now for _, _, now in changes}
 
 
 def test_every_code_of_our_own_is_declared_in_the_bundle(database: Database, tmp_path: Path) -> None:

@@ -11,7 +11,7 @@ from uuid import UUID, uuid4
 from zoneinfo import ZoneInfo
 
 import pytest
-from sqlalchemy import event
+from sqlalchemy import event, select
 
 from kata.clinic.episodes.tables import EpisodeRow
 from kata.clinic.patients import service as patients
@@ -36,7 +36,7 @@ from kata.errors import ProblemError
 from kata.interop import bundle, patient_export
 from kata.interop.codes import ClinicNames
 from kata.reporting import episode as episode_report
-from kata.reporting import rendering
+from kata.reporting import rehabilitation_plan, rendering
 from kata.reporting import session as session_report
 from kata.reporting.phrases import Language
 from tests.support.reports import how
@@ -463,6 +463,8 @@ def with_end_range_times(clinic: Clinic) -> tuple[UUID, UUID]:
     )  # fmt: skip
     clinic.visit(MONDAY + DAY, version.id, {"recording_id": turn, "programme_position": 3})
     with clinic.database.write() as session:
+        for visit in session.scalars(select(SessionRow)):
+            visit.ended_at = visit.started_at + timedelta(minutes=30)
         session.get_one(ProgrammeVersionRow, version.id).made_at = MONDAY
         episode_id = session.get_one(SessionRow, visit_id).episode_id
     assert episode_id
@@ -486,8 +488,8 @@ def test_counted_end_range_time_is_beside_the_prescribed_one(clinic: Clinic) -> 
 def test_reports_print_prescribed_and_counted_minutes(clinic: Clinic) -> None:
     episode_id, visit_id = with_end_range_times(clinic)
     with clinic.database.read() as session:
-        visit = session_report.read_content(session, visit_id)
-        care = episode_report.read_content(session, episode_id)
+        visit = session_report.read_content(session, visit_id, UTC)
+        care = episode_report.read_content(session, episode_id, UTC)
     said: dict[Language, tuple[str, str]] = {
         "en": ("Abduction / adduction last 5°, at least 1 Nm 2.0 of 4.0 2.0 of 12.0", "2026-11-16 4 Abduction / adduction 2.0 of 12.0"),
         "ja": ("終点の手前5°以内、1 Nm以上 2.0／処方4.0 2.0／処方12.0", "2.0／処方12.0"),
@@ -530,6 +532,58 @@ def test_exports_have_prescribed_and_counted_end_range_times(clinic: Clinic) -> 
     assert "valueQuantity" not in not_counted and "dataAbsentReason" in not_counted
     assert of_week["component"][0]["valueQuantity"]["value"] == 720.0
     assert of_week["effectivePeriod"] == {"start": "2026-11-16", "end": "2026-11-22"}
+
+
+@pytest.mark.parametrize(
+    ("now", "zone", "status"),
+    [
+        ("2026-11-22T14:59:59Z", "Asia/Tokyo", "preliminary"),
+        ("2026-11-22T15:00:00Z", "Asia/Tokyo", "final"),
+        ("2026-11-22T22:59:59Z", "Europe/Berlin", "preliminary"),
+        ("2026-11-22T23:00:00Z", "Europe/Berlin", "final"),
+    ],
+)
+def test_a_week_is_preliminary_until_it_has_ended_in_the_clinics_zone(
+    clinic: Clinic, monkeypatch: pytest.MonkeyPatch, now: str, zone: str, status: str
+) -> None:
+    with_end_range_times(clinic)
+    monkeypatch.setattr(adherence, "utc_now", lambda: datetime.fromisoformat(now))
+    assert _week_status(clinic, zone) == status
+
+
+def test_the_week_of_an_open_session_is_preliminary(clinic: Clinic, monkeypatch: pytest.MonkeyPatch) -> None:
+    _, visit_id = with_end_range_times(clinic)
+    monkeypatch.setattr(adherence, "utc_now", lambda: MONDAY + 30 * DAY)
+    assert _week_status(clinic, "Asia/Tokyo") == "final"
+    with clinic.database.write() as session:
+        session.get_one(SessionRow, visit_id).ended_at = None
+    assert _week_status(clinic, "Asia/Tokyo") == "preliminary"
+
+
+def _week_status(clinic: Clinic, zone: str) -> str:
+    """Return the FHIR status of the first week's end-range time."""
+    with clinic.database.read() as session:
+        patient = patients.get(session, clinic.patient_id)
+        resources = list(bundle.resources(session, patient, ClinicNames(zone=ZoneInfo(zone))))
+    weeks = [
+        resource
+        for resource in resources
+        if resource.get("effectivePeriod") == {"start": "2026-11-16", "end": "2026-11-22"}
+    ]
+    (status,) = [week["status"] for week in weeks]
+    return str(status)
+
+
+def test_the_rehabilitation_plan_has_the_weeks_of_the_clinics_zone(clinic: Clinic) -> None:
+    episode_id, _ = with_end_range_times(clinic)
+    with clinic.database.write() as session:
+        for row in session.scalars(select(SessionRow).where(SessionRow.episode_id == episode_id)):
+            # Sunday in UTC, Monday in Tokyo.
+            row.started_at = datetime(2026, 11, 15, 20, tzinfo=UTC)
+    with clinic.database.read() as session:
+        plans = [rehabilitation_plan.read_content(session, episode_id, zone) for zone in (UTC, ZoneInfo("Asia/Tokyo"))]
+    counted = [[week.begins for week in plan.episode.end_range_weeks if week.counted_s is not None] for plan in plans]
+    assert counted == [[date(2026, 11, 9)], [date(2026, 11, 16)]]
 
 
 def text_of(html: str) -> str:

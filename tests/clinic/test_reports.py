@@ -201,7 +201,7 @@ def _plan(database: Database, texts: Texts | None = None) -> Parsed:
     with database.write() as writing:
         episode_id = treat(writing, texts or Texts()).episode_id
     with database.read() as reading:
-        content = rehabilitation_plan.read_content(reading, episode_id)
+        content = rehabilitation_plan.read_content(reading, episode_id, UTC)
     return Parsed(rendering.rehabilitation_plan_page(content, how()))
 
 
@@ -248,7 +248,7 @@ def test_session_of_both_shoulders_claims_neither(sqlite: Database) -> None:
         writing.flush()
         row.runs[1].recording_id = other.id
     with sqlite.read() as reading:
-        content = session.read_content(reading, treated.session_ids[0])
+        content = session.read_content(reading, treated.session_ids[0], UTC)
     assert content.side is None
     text = " ".join(Parsed(rendering.session_page(content, how())).text.split())
     assert "Treated shoulder Not recorded" in text
@@ -363,7 +363,7 @@ def test_missing_session_has_no_report(sqlite: Database) -> None:
     with sqlite.read() as reading:
         for read_content in (session.read_content, episode.read_content):
             with pytest.raises(ProblemError) as raised:
-                read_content(reading, uuid4())
+                read_content(reading, uuid4(), UTC)
             assert raised.value.status == 404
 
 

@@ -88,7 +88,7 @@ def test_session_run_report_and_bundle_have_the_mark(clinic: Clinic, tmp_path: P
         assert sessions.as_session(sessions.get(session, visit)).simulated is simulated
         (row,), _ = lists.find(session, SessionFilter(), 10, None)
         assert row.simulated is simulated
-        page = session_page(session_report.read_content(session, visit), how()).html
+        page = session_page(session_report.read_content(session, visit, UTC), how()).html
         assert ("SIMULATED APPARATUS" in page) is simulated
         bundle.write(
             session,

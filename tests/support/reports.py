@@ -25,4 +25,7 @@ def contents(database: Database, texts: Texts = PLAIN, **kinds: Any) -> tuple[Se
     with database.write() as writing:
         treated = treat(writing, texts, **kinds)
     with database.read() as reading:
-        return session.read_content(reading, treated.session_ids[0]), episode.read_content(reading, treated.episode_id)
+        return (
+            session.read_content(reading, treated.session_ids[0], UTC),
+            episode.read_content(reading, treated.episode_id, UTC),
+        )

@@ -1,4 +1,13 @@
-"""Days of the clinic's time zone. Its offset from UTC changes when summer time begins and ends."""
+"""Days of the clinic's time zone. Its offset from UTC changes when summer time begins and ends.
+
+A clinic without a time zone has these days instead (``zone`` is None, or the zone that ``clinic/profile/zone.py`` makes):
+
+- In reports, exports, texts of checks and the schedule of backups: the days of the service's computer.
+- On the page and in the routes whose weeks and days it shows: the days of the browser, by one offset from UTC, so that a day across a change
+  of summer time begins an hour early or late.
+
+Set the clinic's time zone, so that all of them are the same.
+"""
 
 from collections.abc import Iterator
 from datetime import UTC, date, datetime, time, timedelta, tzinfo

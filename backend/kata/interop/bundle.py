@@ -26,8 +26,9 @@ from kata.clinic.questionnaires.tables import QuestionnaireTextsRow
 from kata.clinic.sessions import patient_angles
 from kata.clinic.sessions.tables import SessionRow
 from kata.database.engine import Database
-from kata.interop import fhir_care, fhir_observations, service, withdrawals
+from kata.interop import fhir_care, fhir_observations, service, stated
 from kata.interop.codes import ClinicNames, Resource, simulated
+from kata.interop.stated import Statement
 
 MEDIA_TYPE: Final = "application/fhir+json"
 _AT_ONCE: Final = 50
@@ -45,35 +46,42 @@ def export(database: Database, patient_id: UUID, path: Path, clinic: ClinicNames
             # The lock prevents an erasure, and a second export, in the meantime.
             patients.get(session, patient_id, to_change=True)
             service.identified_patient(session, patient_id)
-            withdrawals.store(session, patient_id, new)
+            stated.store(session, patient_id, new)
 
 
-def write(session: Session, patient: PatientRow, path: Path, clinic: ClinicNames) -> dict[UUID, Resource]:
-    """Write the bundle to a file. Return the withdrawals of its statements by id, for a later export, without those that are stored."""
-    known = withdrawals.stored(session, patient.id)
-    stated: dict[UUID, Resource] = {}
+def write(session: Session, patient: PatientRow, path: Path, clinic: ClinicNames) -> dict[UUID, Statement]:
+    """Write the bundle to a file. Return its statements by id, for a later export, without those that are stored."""
+    before = stated.stored(session, patient.id)
+    now: dict[UUID, Statement] = {}
     with path.open("w", encoding="utf-8") as file:
         file.write('{"resourceType":"Bundle","type":"transaction","entry":[')
-        for number, plain in enumerate(_with_withdrawals(resources(session, patient, clinic), known, stated)):
+        for number, plain in enumerate(_compared(resources(session, patient, clinic), before, now)):
             resource = clinic.profiled(plain)
             file.write(",\n" if number else "\n")
             # One entry at a time, because encoding the whole bundle at once would block other threads.
             file.write(json.dumps(entry(resource), ensure_ascii=False, allow_nan=False, separators=(",", ":")))
         file.write("\n]}\n")
-    return {id_: given for id_, given in stated.items() if known.get(id_) != given}
+    return {id_: statement for id_, statement in now.items() if before.get(id_) != statement}
 
 
-def _with_withdrawals(
-    stating: Iterator[Resource], known: Mapping[UUID, Resource], stated: dict[UUID, Resource]
+def _compared(
+    stating: Iterator[Resource], before: Mapping[UUID, Statement], now: dict[UUID, Statement]
 ) -> Iterator[Resource]:
-    """Yield all resources, then the withdrawals of what only an earlier export stated. Add the withdrawals of ``stating`` to ``stated``."""
+    """Yield all resources, amended ones with that status, then the withdrawals of what only an earlier export stated.
+
+    Add each statement to ``now``.
+    """
     for resource in stating:
-        if given := withdrawals.withdrawal(resource):
-            stated[UUID(resource["id"])] = given
-        yield resource
-    for id_, given in known.items():
-        if id_ not in stated:
-            yield given
+        id_ = UUID(resource["id"])
+        if statement := stated.compare(resource, before.get(id_)):
+            now[id_] = statement
+            yield stated.with_status(resource, statement)
+        else:
+            yield resource
+    for id_, statement in before.items():
+        if id_ not in now:
+            now[id_] = stated.withdrawn(statement)
+            yield statement.withdrawal
 
 
 def entry(resource: Resource) -> Resource:
@@ -123,12 +131,9 @@ def resources(session: Session, patient: PatientRow, clinic: ClinicNames) -> Ite
 
 
 def _end_range_times(session: Session, episode: EpisodeRow, zone: tzinfo | None) -> Iterator[Resource]:
-    for period, done, is_simulated in adherence.end_range_times(session, episode.id, zone):
-        if isinstance(period, adherence.EndRangeSession):
-            resource = fhir_observations.end_range_session(done, period, episode.patient_id, episode.side)
-        else:
-            resource = fhir_observations.end_range_week(done, period.begins_on, episode)
-        yield simulated(resource) if is_simulated else resource
+    for time in adherence.end_range_times(session, episode.id, zone):
+        resource = fhir_observations.end_range(time, episode)
+        yield simulated(resource) if time.is_simulated else resource
 
 
 def _questionnaires(session: Session, patient: PatientRow) -> Iterator[Resource]:
@@ -149,7 +154,7 @@ def _clinic_session(clinic_session: SessionRow, side: str | None, reason: UUID |
         yield fhir_observations.device_use(clinic_session, side, reason)
     yield from fhir_observations.session_pain(clinic_session, side)
     for reading in clinic_session.goniometer_readings:
-        yield fhir_observations.goniometer_reading(reading, clinic_session.patient_id, side)
+        yield fhir_observations.goniometer_reading(reading, clinic_session)
     angles = patient_angles.of_session(clinic_session)
     for run in clinic_session.runs:
         if run.end_feel:

@@ -1,13 +1,13 @@
 """FHIR resources of sessions, runs and assessments. Each function returns the resources of one row as JSON."""
 
 from collections.abc import Iterator
-from datetime import date, datetime, timedelta
+from datetime import datetime, timedelta
 from typing import Final
 from uuid import UUID
 
 from kata.clinic.assessments.tables import AssessmentRow, RomRow
 from kata.clinic.episodes.tables import EpisodeRow
-from kata.clinic.programmes.adherence import EndRangeDone, EndRangeSession
+from kata.clinic.programmes.adherence import EndRangeSession, EndRangeTime
 from kata.clinic.questionnaires import definitions
 from kata.clinic.questionnaires.definitions import DEFINITIONS, SPADI
 from kata.clinic.sessions.patient_angles import PatientAngles
@@ -106,7 +106,7 @@ def session_pain(row: SessionRow, side: str | None) -> Iterator[Resource]:
         score: int | None = getattr(row, f"pain_{context}")
         if score is not None:
             pain = _pain(derived_id("pain", context, row.id), row.patient_id, context, score, side)
-            yield pain | effective | {"partOf": [reference(row.id)]}
+            yield pain | effective | {"partOf": [reference(row.id)], "status": _status_in(row)}
 
 
 def run_tracking(row: RunRow, patient_id: UUID) -> Resource:
@@ -155,38 +155,41 @@ def run_tracking(row: RunRow, patient_id: UUID) -> Resource:
     )
 
 
-def end_range_session(done: EndRangeDone, of_session: EndRangeSession, patient_id: UUID, side: str) -> Resource:
-    """Return the Observation of a motion's end-range time in one session, with the prescribed time."""
-    return _end_range(done, "session", patient_id, side) | {
-        "id": str(derived_id("end-range-session", of_session.session_id, done.motion)),
-        "partOf": [reference(of_session.session_id)],
-        "effectiveDateTime": fhir_date(of_session.started_at),
-    }
+def end_range(time: EndRangeTime, episode: EpisodeRow) -> Resource:
+    """Return the Observation of a motion's end-range time in one session or week, with the prescribed time.
 
-
-def end_range_week(done: EndRangeDone, begins_on: date, episode: EpisodeRow) -> Resource:
-    """Return the Observation of a motion's end-range time in one week, with the prescribed time."""
-    last = begins_on + timedelta(days=6)
-    return _end_range(done, "week", episode.patient_id, episode.side) | {
+    It is preliminary until the session or the week has ended.
+    """
+    done = time.done
+    if isinstance(time.period, EndRangeSession):
+        of_session = time.period
+        return _end_range(time, "session", episode) | {
+            "id": str(derived_id("end-range-session", of_session.session_id, done.motion)),
+            "partOf": [reference(of_session.session_id)],
+            "effectiveDateTime": fhir_date(of_session.started_at),
+        }
+    begins_on = time.period.begins_on
+    return _end_range(time, "week", episode) | {
         "id": str(derived_id("end-range-week", episode.id, begins_on, done.motion)),
-        "effectivePeriod": {"start": fhir_date(begins_on), "end": fhir_date(last)},
+        "effectivePeriod": {"start": fhir_date(begins_on), "end": fhir_date(begins_on + timedelta(days=6))},
     }
 
 
-def _end_range(done: EndRangeDone, period: str, patient_id: UUID, side: str) -> Resource:
+def _end_range(time: EndRangeTime, period: str, episode: EpisodeRow) -> Resource:
+    done = time.done
     counted = quantity(done.counted_s, "s")
     return without_empty(
         {
             "resourceType": "Observation",
-            "status": "final",
+            "status": "final" if time.is_complete else "preliminary",
             "category": [_THERAPY],
             "code": local_concept(f"motion-{done.motion}-end-range-{period}"),
-            "subject": reference(patient_id),
+            "subject": reference(episode.patient_id),
             "valueQuantity": counted,
             "dataAbsentReason": None
             if counted
             else concept(f"{HL7}data-absent-reason", "not-performed", "Not Performed"),
-            "bodySite": shoulder(side),
+            "bodySite": shoulder(episode.side),
             "component": [_component("end-range-prescribed", valueQuantity=quantity(done.prescribed_s, "s"))]
             if done.prescribed_s
             else [],
@@ -229,12 +232,14 @@ def end_feel(row: RunRow, patient_id: UUID) -> Resource:
     )
 
 
-def goniometer_reading(row: GoniometerReadingRow, patient_id: UUID, side: str | None) -> Resource:
+def goniometer_reading(row: GoniometerReadingRow, clinic_session: SessionRow) -> Resource:
     """Return the Observation of one goniometer reading, which also contains the apparatus angle."""
+    side = clinic_session.side
     return without_empty(
-        _observation(row.id, patient_id, row.read_at, _EXAM)
+        _observation(row.id, clinic_session.patient_id, row.read_at, _EXAM)
         | {
             "partOf": [reference(row.session_id)],
+            "status": _status_in(clinic_session),
             "code": local_concept("goniometer-reading") | {"text": f"Goniometer: {_motion_name(row.motion)}"},
             "performer": [{"display": row.read_by}] if row.read_by else [],
             "valueQuantity": quantity(row.patient_deg, "deg"),
@@ -265,6 +270,7 @@ def patient_angles(row: RunRow, clinic_session: SessionRow, angles: PatientAngle
             )
             | {
                 "partOf": [reference(clinic_session.id)],
+                "status": _status_in(clinic_session),
                 "code": local_concept("patient-angle") | {"text": f"Patient's angles: {_motion_name(motion.motion)}"},
                 "bodySite": shoulder(row.recording.side),
                 "method": local_concept("goniometer-estimate"),
@@ -393,6 +399,11 @@ def _component(code: str, **value: object) -> Resource | None:
     """Return a component, or None if it has no value."""
     (given,) = value.values()
     return None if given is None else {"code": local_concept(code), **value}
+
+
+def _status_in(row: SessionRow) -> str:
+    """Return the status of a value of a session. Before the session has ended, the therapist still enters and corrects values."""
+    return "final" if row.ended_at else "preliminary"
 
 
 def _period(row: SessionRow) -> Resource:

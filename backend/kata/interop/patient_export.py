@@ -173,13 +173,14 @@ _END_RANGE: Final = ("period", "begins_at", "session_id", "motion", "counted_s",
 def _end_range_rows(session: Session, patient: PatientRow, clinic: ClinicNames) -> Iterator[dict[str, Any]]:
     """Yield the counted and prescribed end-range times of each session and week."""
     for episode in patient.episodes:
-        for period, done, is_simulated in adherence.end_range_times(session, episode.id, clinic.zone):
+        for found in adherence.end_range_times(session, episode.id, clinic.zone):
+            period, done = found.period, found.done
             named = (
                 ("session", period.started_at.isoformat(), period.session_id)
                 if isinstance(period, adherence.EndRangeSession)
                 else ("week", period.begins_on.isoformat(), None)
             )
-            values = (*named, done.motion, done.counted_s, done.prescribed_s, episode.side, is_simulated)
+            values = (*named, done.motion, done.counted_s, done.prescribed_s, episode.side, found.is_simulated)
             yield dict(zip(_END_RANGE, values, strict=True))
 
 

@@ -249,7 +249,7 @@ def import_motion(
 )
 def get_patient_fhir(database: TheDatabase, clinic: TheClinic, patient_id: UUID) -> StreamingResponse:
     """Return the patient's record as an HL7 FHIR R4 transaction. Sending it again changes nothing at the receiver. What an
-    earlier export stated and the record no longer has is marked as entered in error.
+    earlier export stated and the record no longer has is marked as entered in error, and a changed value as amended.
     """
 
     def write(path: Path) -> None:

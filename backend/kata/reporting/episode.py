@@ -2,7 +2,7 @@
 
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import fields
-from datetime import UTC, tzinfo
+from datetime import tzinfo
 from typing import Final, NamedTuple
 from uuid import UUID
 
@@ -47,7 +47,7 @@ class _Played(NamedTuple):
     rmse_deg: float | None
 
 
-def read_content(session: DatabaseSession, episode_id: UUID, zone: tzinfo | None = UTC) -> EpisodeContent:
+def read_content(session: DatabaseSession, episode_id: UUID, zone: tzinfo | None) -> EpisodeContent:
     """Return the content of the report.
 
     :param zone: the clinic's time zone; None: this computer's. It determines the weeks.

@@ -3,6 +3,7 @@
 The plan follows form 23 (別紙様式23) of the notice on medical fees of 2024 (診療報酬の算定方法の一部改正に伴う実施上の留意事項について).
 """
 
+from datetime import tzinfo
 from uuid import UUID
 
 from sqlalchemy import func, select
@@ -14,12 +15,14 @@ from kata.reporting import episode
 from kata.reporting.content import PlaybackDescription, Prescription, PrescriptionItem, RehabilitationPlanContent
 
 
-def read_content(session: DatabaseSession, episode_id: UUID) -> RehabilitationPlanContent:
+def read_content(session: DatabaseSession, episode_id: UUID, zone: tzinfo | None) -> RehabilitationPlanContent:
     """Return what the record knows for the plan: the episode, and its prescriptions that are not archived.
 
+    :param zone: the clinic's time zone; None: this computer's. It determines the weeks.
     :raises ProblemError: 404.
     """
-    return RehabilitationPlanContent(episode.read_content(session, episode_id), _prescriptions(session, episode_id))
+    content = episode.read_content(session, episode_id, zone)
+    return RehabilitationPlanContent(content, _prescriptions(session, episode_id))
 
 
 def _prescriptions(session: DatabaseSession, episode_id: UUID) -> tuple[Prescription, ...]:

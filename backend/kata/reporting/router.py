@@ -139,7 +139,7 @@ def get_rehabilitation_plan_pdf(
 ) -> Response:
     """Return a draft of リハビリテーション実施計画書 as PDF on A4: what the record has is filled in, the rest is left open. Always Japanese."""
     with database.read() as reading:
-        content = rehabilitation_plan.read_content(reading, episode_id)
+        content = rehabilitation_plan.read_content(reading, episode_id, _zone(options))
     pdf = worker.build(rendering.rehabilitation_plan_pdf, content, options)
     return _printed(pdf, "rehabilitation-plan", options.at, options)
 

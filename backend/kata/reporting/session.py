@@ -1,7 +1,7 @@
 """Read the content of a session's report."""
 
 from collections.abc import Iterator
-from datetime import UTC, date, datetime, tzinfo
+from datetime import date, datetime, tzinfo
 from uuid import UUID
 
 from sqlalchemy.orm import Session as DatabaseSession
@@ -44,7 +44,7 @@ from kata.reporting.content import (
 )
 
 
-def read_content(session: DatabaseSession, session_id: UUID, zone: tzinfo | None = UTC) -> SessionContent:
+def read_content(session: DatabaseSession, session_id: UUID, zone: tzinfo | None) -> SessionContent:
     """Return the content of the report.
 
     :param zone: the clinic's time zone; None: this computer's. It determines the session's week.

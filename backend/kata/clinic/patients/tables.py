@@ -4,7 +4,7 @@ from datetime import date, datetime
 from typing import Any
 from uuid import UUID
 
-from sqlalchemy import JSON, Connection, ForeignKey, Index, String, Text, event, text
+from sqlalchemy import JSON, Connection, ForeignKey, Index, String, Text, event, false, text
 from sqlalchemy.engine.default import DefaultExecutionContext
 from sqlalchemy.orm import Mapped, Mapper, mapped_column, relationship
 
@@ -90,7 +90,7 @@ class ErasureRow(Base):
 
 
 class ExportedStatementRow(Base):
-    """A statement of a FHIR export. If the record no longer makes it, the next export withdraws it."""
+    """A statement of a FHIR export. The next export withdraws it if it was removed, and marks it as amended if it was changed."""
 
     __tablename__ = "exported_statements"
 
@@ -99,3 +99,7 @@ class ExportedStatementRow(Base):
     patient_id: Mapped[UUID] = mapped_column(ForeignKey("patients.id"), index=True)
     withdrawal: Mapped[dict[str, Any]] = mapped_column(JSON)
     """The resource that withdraws the statement."""
+    final_digest: Mapped[str | None] = mapped_column(String(64))
+    """SHA-256 of the statement's values when it was last stated as final; None: never, or only by a version that stored no digest."""
+    amended: Mapped[bool] = mapped_column(default=False, server_default=false())
+    """True if it was changed or withdrawn after it had been stated as final."""

@@ -81,6 +81,18 @@ class Adherence(Schema):
 
 
 @dataclass(frozen=True)
+class EndRangeTime:
+    """The end-range time of one motion in a session or in a week."""
+
+    period: EndRangeSession | AdherenceWeek
+    done: EndRangeDone
+    is_simulated: bool
+    """True if it contains a session on a simulated apparatus."""
+    is_complete: bool
+    """True if the session has ended, or the week in the clinic's zone with all its sessions."""
+
+
+@dataclass(frozen=True)
 class HeldSession:
     """A session in which a recording was played, with its planned and completed repetitions."""
 
@@ -142,19 +154,20 @@ def of_episode(session: Session, episode_id: UUID, zone: tzinfo | None) -> Adher
     return Adherence(weeks=weeks)
 
 
-def end_range_times(
-    session: Session, episode_id: UUID, zone: tzinfo | None
-) -> Iterator[tuple[EndRangeSession | AdherenceWeek, EndRangeDone, bool]]:
-    """Yield each end-range time with its session or week, and True if it contains a session on a simulated apparatus."""
+def end_range_times(session: Session, episode_id: UUID, zone: tzinfo | None) -> Iterator[EndRangeTime]:
+    """Yield each end-range time of an episode's sessions and weeks. ``zone``: the clinic's time zone; None: this computer's."""
+    now = utc_now()
     for week in of_episode(session, episode_id, zone).weeks:
-        any_simulated = False
+        rows = []
         for of_session in week.end_range_sessions:
-            is_simulated = bool(session.get_one(SessionRow, of_session.session_id).simulated)
-            any_simulated = any_simulated or is_simulated
+            row = session.get_one(SessionRow, of_session.session_id)
+            rows.append(row)
             for done in of_session.motions:
-                yield of_session, done, is_simulated
+                yield EndRangeTime(of_session, done, bool(row.simulated), row.ended_at is not None)
+        any_simulated = any(row.simulated for row in rows)
+        is_complete = now >= midnight(week.begins_on + _WEEK, zone) and all(row.ended_at for row in rows)
         for done in week.end_range:
-            yield week, done, any_simulated
+            yield EndRangeTime(week, done, any_simulated, is_complete)
 
 
 def _visits(session: Session, episode_id: UUID) -> list[HeldSession]:

@@ -131,6 +131,7 @@ function RecordingsEditor(props: {
       />
       <ItemDialog
         item={edited}
+        side={episode.side}
         highest={highest}
         warning={(item) => (
           <StageWarning
@@ -228,6 +229,8 @@ function ReasonFields(props: {
 /** Edits the playback settings and the resistance level of an item. */
 function ItemDialog(props: {
   item: DraftItem | undefined;
+  /** The shoulder of the programme, which the dialog covers. */
+  side: Treated["side"];
   highest: number | null;
   warning: (item: DraftItem) => ReactNode;
   /** The reason why an item cannot be played, or null. */
@@ -235,11 +238,12 @@ function ItemDialog(props: {
   onChange: (key: string, given: Partial<DraftItem>) => void;
   onClose: () => void;
 }) {
-  const { item, highest, warning, problem, onChange, onClose } = props;
+  const { item, side, highest, warning, problem, onChange, onClose } = props;
   return (
     <Modal opened={item !== undefined} onClose={onClose} title={item?.recording_name} size="xl">
       {item && (
         <Stack>
+          <Text>{t(`programmes:programme.shoulder.${side}`)}</Text>
           <PlaySettings value={item} last={null} onChange={(given) => onChange(item.key, given)} />
           <ResistanceLevel
             value={item.load_level}

@@ -933,7 +933,7 @@ export interface paths {
         /**
          * Export a patient as FHIR
          * @description Return the patient's record as an HL7 FHIR R4 transaction. Sending it again changes nothing at the receiver. What an
-         *     earlier export stated and the record no longer has is marked as entered in error.
+         *     earlier export stated and the record no longer has is marked as entered in error, and a changed value as amended.
          */
         get: operations["get_patient_fhir"];
         put?: never;

@@ -1,0 +1,2 @@
+declare const bareNumbers: (words: object) => string[];
+export default bareNumbers;
