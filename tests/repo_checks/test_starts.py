@@ -36,6 +36,7 @@ def test_module_starts_without_the_heavy_import(module: str, without: str) -> No
         ("kata.device.reference_builder", {"numpy", "scipy", "kata.device.references"}),
         ("kata.simulator.process", {"scipy", "sqlalchemy", "pydantic", "fastapi", "kata.settings"}),
         ("kata.plotting.figures", {"scipy", "plotly", "fastapi", "alembic", "kata.api"}),
+        ("kata.clinic.sessions.run_results", {"scipy", "sqlalchemy", "pydantic", "fastapi", "plotly"}),
     ],
 )  # fmt: skip
 def test_processes_start_without_libraries_of_rare_work(module: str, without: set[str]) -> None:
