@@ -40,6 +40,7 @@ _MEDIA: Final[dict[SampleFormat, str]] = {
     "csv": "text/csv",
     "parquet": "application/vnd.apache.parquet",
     "mcap": "application/octet-stream",
+    "lerobot.zip": "application/zip",
 }
 _CSV: Final[dict[int | str, dict[str, Any]]] = {200: {"content": {"text/csv": {"schema": {"type": "string"}}}}}
 _PARQUET: Final[dict[int | str, dict[str, Any]]] = {
@@ -190,6 +191,21 @@ def get_run_mcap(database: TheDatabase, worker: TheFigures, run_id: UUID) -> Str
     with database.read() as session:
         series, origin = service.of_run(session, run_id)
     return _samples(worker, series, origin, "mcap")
+
+
+@router.get(
+    "/api/runs/{run_id}/samples.lerobot.zip",
+    summary="Download a run's samples as a LeRobotDataset",
+    response_class=StreamingResponse,
+    responses=PROBLEMS.of(404, 409, 410, 422) | _ZIP,
+)
+def get_run_lerobot(database: TheDatabase, worker: TheFigures, run_id: UUID) -> StreamingResponse:
+    """Return a run's samples as a LeRobotDataset v3.0 with one episode. Its rows are at the run's rate; ``observation.time_s`` is the
+    measured time.
+    """
+    with database.read() as session:
+        series, origin = service.of_run(session, run_id)
+    return _samples(worker, series, origin, "lerobot.zip")
 
 
 @router.post(

@@ -1,4 +1,5 @@
-"""Samples of a recording or a run as CSV, Parquet or MCAP: one table with units in the column names and the origin in the metadata.
+"""Samples of a recording or a run as CSV, Parquet or MCAP: one table with units in the column names and the origin in the metadata. A run
+also as a dataset of LeRobot.
 
 Run it in the worker process that builds figures, because an hour of samples would block the service's heartbeats.
 """
@@ -16,11 +17,13 @@ from numpy.typing import NDArray
 
 from kata.database.series import Series, unpack
 from kata.device import journal
+from kata.interop.lerobot_file import LeRobotEpisode, write_lerobot
 from kata.interop.mcap_file import write_mcap
 from kata.motion.axes import AXES
 from kata.motion.tracking import wall_clock_s
 
-SampleFormat = Literal["csv", "parquet", "mcap"]
+SampleFormat = Literal["csv", "parquet", "mcap", "lerobot.zip"]
+"""End of the file's name. ``lerobot.zip`` only for a run."""
 SIMULATED: Final = "simulated"
 """Column that marks a file from a simulated apparatus."""
 SCHEMA_VERSION: Final = "kata-samples-table/1"
@@ -72,7 +75,11 @@ def write(series: Series, origin: Origin, wanted: SampleFormat, path: Path) -> N
 
     :raises UnreadableError: when they are damaged.
     """
-    table = _table(unpack(series), origin)
+    samples = unpack(series)
+    if wanted == "lerobot.zip":
+        write_lerobot(samples, _episode(origin), path)
+        return
+    table = _table(samples, origin)
     if wanted == "csv":
         write_csv(table, path)
     elif wanted == "mcap":
@@ -87,6 +94,16 @@ def write(series: Series, origin: Origin, wanted: SampleFormat, path: Path) -> N
             max_row_group_size=1 << 16,
             key_value_metadata=_metadata(origin),
         )
+
+
+def _episode(origin: Origin) -> LeRobotEpisode:
+    """Describe a run as an episode. LeRobot shows task and robot, so both mark a simulated apparatus."""
+    assert origin.kind == "run" and origin.rate_hz
+    robot = "kata-shoulder-apparatus" + ("-simulated" if origin.simulated else "")
+    task = f"Move the {origin.side} arm of a patient along a taught motion"
+    return LeRobotEpisode(
+        origin.rate_hz, task + (" (simulated apparatus)" if origin.simulated else ""), robot, _metadata(origin)
+    )
 
 
 def _table(samples: dict[str, NDArray[np.float64]], origin: Origin) -> Table:
