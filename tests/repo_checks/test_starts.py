@@ -29,7 +29,7 @@ def test_module_starts_without_the_heavy_import(module: str, without: str) -> No
     ("module", "without"),
     [
         ("kata.cli.serve", {"scipy", "plotly", "alembic", "mako", "pygments", "authlib", "joserfc", "requests", "segno", "mujoco"}),
-        ("kata.cli.serve", {"jinja2", "plutoprint", "pylopdf_fonts_cjk", "cryptography.x509"}),
+        ("kata.cli.serve", {"jinja2", "plutoprint", "pylopdf_fonts_cjk", "cryptography.x509", "arro3"}),
         ("kata.device.process", {"scipy", "plotly", "sqlalchemy", "pydantic", "fastapi", "rich", "multiprocessing", "cryptography"}),
         ("kata.device.process", {"kata.settings", "kata.simulator", "kata.motion.tracking", "kata.motion.identify"}),
         ("kata.device.process", {"importlib.metadata", "email"}),

@@ -18,12 +18,12 @@ from kata.clinic.recordings.schemas import Recording, RecordingDetail
 from kata.database.series import Series, unpack
 from kata.dependencies import PROBLEMS, TheDatabase, TheFigures, TheStation
 from kata.errors import ProblemError
-from kata.interop import bundle, patient_export, sample_table, service, texts
+from kata.interop import bundle, patient_export, sample_file, service, texts
 from kata.interop.codes import CLINIC_NUMBER, ClinicNames
 from kata.interop.fhir_import import FhirImportError, UnreadableFhirError, read_file
 from kata.interop.files import file_response
 from kata.interop.motion_csv import ParsedMotion, parse_motion
-from kata.interop.sample_table import Origin, SampleFormat
+from kata.interop.sample_file import Origin, SampleFormat
 from kata.interop.schemas import ImportedMotion, ImportedPatients, UnderstoodMotion
 from kata.messages import text_of
 from kata.motion.csv_table import TableError
@@ -331,7 +331,7 @@ async def in_turn(pieces: Iterator[bytes], limiter: CapacityLimiter) -> AsyncIte
 def _samples(worker: FigureWorker, series: Series, origin: Origin, wanted: SampleFormat) -> StreamingResponse:
     name = f"{origin.kind}-{origin.marked_id}.{wanted}"
     return file_response(
-        lambda path: worker.build(sample_table.write, series, origin, wanted, path), _MEDIA[wanted], name
+        lambda path: worker.build(sample_file.write, series, origin, wanted, path), _MEDIA[wanted], name
     )
 
 
