@@ -74,6 +74,8 @@ def run(seconds: float, progress: Callable[[str], None]) -> Report:
             service.play(records)
             playing = _between(service.service_pid, seconds, progress, "Playing")
             service.until(lambda live: live.mode == "idle", 120.0)
+            # The next session begins when the playback is imported. Without this wait, the import was missing from "later" by chance.
+            service.begin_next_session(records)
             _use_worker(service, records)
             later = {process.name: process for process in _processes(service.service_pid)}
     for name, (first, last) in idle.items():

@@ -1,14 +1,17 @@
-"""Export of samples as CSV, Parquet and MCAP, and import of a motion from CSV: exported files are accepted, invalid ones refused."""
+"""Export of samples as CSV, Parquet, MCAP and LeRobotDataset, and import of a motion from CSV: exported files are accepted, invalid ones refused."""
 
 import csv
 import io
 import json
 from datetime import UTC, datetime
+from pathlib import Path
 from typing import Any
 from uuid import UUID, uuid4
+from zipfile import ZipFile
 
 import numpy as np
 import pytest
+from arro3.core import DataType
 from arro3.io import read_parquet
 from fastapi.testclient import TestClient
 from mcap.reader import make_reader
@@ -306,6 +309,89 @@ def test_mcap_has_the_rows_of_the_csv(client: TestClient, patient: dict[str, Any
     assert messages[-1][2].log_time - first.log_time == round(float(rows[-1]["time_s"]) * 1e9)
 
 
+LEROBOT_COLUMNS = {
+    "observation.state": "fixed_size_list<5> of float32",
+    "observation.torque": "fixed_size_list<5> of float32",
+    "action": "fixed_size_list<5> of float32",
+    "observation.phase": "int64",
+    "observation.path_s": "float64",
+    "observation.time_s": "float64",
+    "timestamp": "float32",
+    "frame_index": "int64",
+    "episode_index": "int64",
+    "index": "int64",
+    "task_index": "int64",
+}
+"""The last five are LeRobot's ``DEFAULT_FEATURES``. Its loader casts each column to the type that ``meta/info.json`` names."""
+
+
+def test_run_is_a_lerobot_dataset_with_one_episode(client: TestClient, patient: dict[str, Any], tmp_path: Path) -> None:
+    """LeRobot itself is not installed here, because it needs PyTorch. The test checks what LeRobot's loader reads, with two readers of Parquet."""
+    key, columns = played(client, patient, taught(client, patient, lifted()))
+    answer = client.get(f"/api/runs/{key}/samples.lerobot.zip")
+    assert answer.headers["content-type"] == "application/zip"
+    with ZipFile(io.BytesIO(answer.content)) as archive:
+        archive.extractall(tmp_path)
+    assert all(patient["name"].encode() not in path.read_bytes() for path in tmp_path.rglob("*.*"))
+
+    info = json.loads((tmp_path / "meta/info.json").read_text())
+    assert (info["codebase_version"], info["fps"], info["robot_type"]) == ("v3.0", 100, "kata-shoulder-apparatus")
+    assert (info["total_episodes"], info["total_frames"], info["total_tasks"]) == (1, 200, 1)
+    data_path = tmp_path / info["data_path"].format(chunk_index=0, file_index=0)
+    data = read_parquet(data_path).read_all()
+    assert {name: arrow_type(data.schema.field(name).type) for name in data.schema.names} == LEROBOT_COLUMNS
+    described = {
+        name: feature["dtype"]
+        if feature["shape"] == [1]
+        else f"fixed_size_list<{feature['shape'][0]}> of {feature['dtype']}"
+        for name, feature in info["features"].items()
+    }
+    assert described == LEROBOT_COLUMNS
+    assert info["features"]["action"]["names"] == [f"motor_{motor}_setpoint_deg" for motor in range(1, 6)]
+
+    rows = judge("parquet.mjs", str(data_path))["columns"]
+    for feature, column, close in (
+        ("observation.state", "measured_deg", 1e-4),
+        ("action", "setpoint_deg", 1.1e-3),
+        ("observation.torque", "torque_nm", 1e-4),
+    ):
+        assert np.array(rows[feature]) == pytest.approx(columns[column], abs=close)
+    assert rows["timestamp"] == pytest.approx(np.arange(200) / 100, abs=1e-4)
+    assert rows["index"] == rows["frame_index"] == list(range(200))
+    assert rows["observation.path_s"][50:] == pytest.approx(columns["path_s"][50:], abs=1e-6)
+
+    stats = json.loads((tmp_path / "meta/stats.json").read_text())
+    assert set(stats) == set(LEROBOT_COLUMNS)
+    assert stats["observation.state"]["max"] == pytest.approx([20.5] * 5, abs=1e-3)
+    assert stats["observation.path_s"]["min"] == [0.0]
+
+
+def test_lerobot_reads_the_task_as_the_index_of_its_table(
+    client: TestClient, patient: dict[str, Any], tmp_path: Path
+) -> None:
+    key, _ = played(client, patient, taught(client, patient, lifted()))
+    with ZipFile(io.BytesIO(client.get(f"/api/runs/{key}/samples.lerobot.zip").content)) as archive:
+        archive.extractall(tmp_path)
+    tasks = read_parquet(tmp_path / "meta/tasks.parquet").read_all()
+    assert json.loads(tasks.schema.metadata[b"pandas"])["index_columns"] == ["task"]
+    assert list(tasks["task"].to_pylist()) == ["Move the right arm of a patient along a taught motion"]
+    assert list(tasks["task_index"].to_pylist()) == [0]
+    episodes = read_parquet(tmp_path / "meta/episodes/chunk-000/file-000.parquet").read_all()
+    row = {name: episodes[name].to_pylist()[0] for name in episodes.schema.names if not name.startswith("stats/")}
+    assert row == {
+        "episode_index": 0, "length": 200, "data/chunk_index": 0, "data/file_index": 0, "dataset_from_index": 0,
+        "dataset_to_index": 200, "meta/episodes/chunk_index": 0, "meta/episodes/file_index": 0, "tasks": tasks["task"].to_pylist(),
+    }  # fmt: skip
+
+
+def arrow_type(found: DataType) -> str:
+    if DataType.is_fixed_size_list(found):
+        assert found.value_type is not None
+        return f"fixed_size_list<{found.list_size}> of {arrow_type(found.value_type)}"
+    names = {"float32": DataType.float32(), "float64": DataType.float64(), "int64": DataType.int64()}
+    return next(name for name, known in names.items() if known == found)
+
+
 def test_damaged_or_missing_samples_are_reported(client: TestClient, patient: dict[str, Any]) -> None:
     recording = taught(client, patient, lifted())
     app: Any = client.app
@@ -314,4 +400,5 @@ def test_damaged_or_missing_samples_are_reported(client: TestClient, patient: di
     for kind in ("csv", "parquet", "mcap"):
         problem(client.get(f"/api/recordings/{recording['id']}/samples.{kind}"), 410, "unreadable_samples")
         problem(client.get(f"/api/recordings/{uuid4()}/samples.{kind}"), 404, "not_found")
+    for kind in ("csv", "parquet", "mcap", "lerobot.zip"):
         problem(client.get(f"/api/runs/{uuid4()}/samples.{kind}"), 404, "not_found")

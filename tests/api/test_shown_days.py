@@ -55,7 +55,7 @@ WITHOUT_RECORD: Final = {
     "get_health_idle", "get_run_rhythm", "get_run_figures",
 }  # fmt: skip
 """Routes of a running apparatus or of the computer, which show no day of a record."""
-MEASURED_FILES: Final = ("/samples.parquet", "/samples.mcap")
+MEASURED_FILES: Final = ("/samples.parquet", "/samples.mcap", "/samples.lerobot.zip")
 """Files for programs, which contain only times with their zone."""
 
 _DAYS: Final[dict[str, Callable[[re.Match[str]], date]]] = {

@@ -94,7 +94,7 @@ WITHOUT_THE_GLASS: Final = {"get_record_access", "change_record_access", "break_
 READ: Final = {
     "get_assessment_form", "list_assessments", "list_patient_assessments", "get_assessment", "list_episodes", "get_episode",
     "list_erasures", "list_patient_erasures", "get_recording_samples", "get_recording_parquet", "get_run_samples", "get_run_parquet",
-    "get_recording_mcap", "get_run_mcap",
+    "get_recording_mcap", "get_run_mcap", "get_run_lerobot",
     "get_patient_fhir", "export_patient", "list_patients", "get_patient", "list_programmes", "get_programme", "get_session_plan",
     "get_adherence", "get_progress", "list_recordings", "get_recording", "get_recording_figure", "get_recording_motion", "get_recording_rhythm",
     "get_session_report_html", "get_session_report_pdf", "get_episode_report_html", "get_episode_report_pdf",

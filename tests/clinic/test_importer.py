@@ -2,8 +2,14 @@
 
 import base64
 import json
+import os
+import signal
+import subprocess
+import sys
 import threading
+from collections.abc import Callable
 from dataclasses import replace
+from functools import partial
 from pathlib import Path
 from typing import Any
 from uuid import UUID, uuid4
@@ -20,6 +26,7 @@ from kata.clinic.recordings.tables import RecordingRow, RecordingSampleBlockRow,
 from kata.clinic.sessions import learning, lists, runs
 from kata.clinic.sessions import service as sessions
 from kata.clinic.sessions.lists import SessionFilter
+from kata.clinic.sessions.run_results import EndedPlayback, calculate
 from kata.clinic.sessions.schemas import EndRangePrescription
 from kata.clinic.sessions.tables import RunCorrectionRow, SessionRow
 from kata.database.availability import DatabaseUnavailableError
@@ -36,6 +43,7 @@ from kata.motion.ilc import Correction
 from kata.motion.method import Method
 from kata.plotting import figures
 from tests.support.imported_runs import STARTED, Clinic, pose
+from tests.support.paths import ROOT
 
 
 @pytest.fixture
@@ -88,6 +96,92 @@ def test_a_run_is_completed_and_compared(clinic: Clinic) -> None:
         assert motor.rmse_deg == pytest.approx(0.5, abs=1e-3)
         assert motor.start_deg == pytest.approx(0.5, abs=1e-3)
     assert clinic.saved[-1].session_id == run.session_id
+
+
+@pytest.mark.parametrize("broken", [0, 1, 2])
+def test_the_figure_worker_calculates_the_same_results(
+    clinic: Clinic, broken: int, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Given a worker that is killed never, once or twice: the run waits in the last case, and otherwise its results are the same."""
+    recording_id = clinic.recording(4.0, pose)
+    asked = PlaybackSettings(speed_percent=80.0, repetitions=2, pause_s=0.5, range_percent=90.0)
+
+    def play() -> UUID:
+        run_id = clinic.begin_run(recording_id, asked, "learned")
+        clinic.journal("run", run_id, [4.0], at=pose, error_deg=0.5, end=JournalEnd(reason="completed"))
+        return run_id
+
+    def results(run_id: UUID) -> dict[str, Any]:
+        with clinic.database.read() as session:
+            run = runs.as_run(runs.get(session, run_id)).model_dump()
+            correction = learning.correction(session, run_id)
+        assert correction is not None
+        return {name: value for name, value in run.items() if name not in ("id", "session_id", "started_at")} | {
+            "correction": correction.angles_deg.tolist()
+        }
+
+    first, second = play(), play()
+    paths = {run_id: clinic.folder / f"run-{run_id}{journal.SUFFIX}" for run_id in (first, second)}
+    clinic.importer.run(paths[first])
+    worker = clinic.importer.worker = figures.FigureWorker()
+
+    monkeypatch.setattr(
+        "kata.clinic.importer.calculate", partial(calculate_or_die, calculate, clinic.folder / "deaths", broken)
+    )
+    try:
+        clinic.importer.run(paths[second])
+        if broken == 2:
+            assert (clinic.importer.due, paths[second].exists()) == (1, True)
+            clinic.importer.run_due()
+    finally:
+        worker.close()
+    assert (clinic.importer.due, paths[second].exists()) == (0, False)
+    assert results(second) == results(first)
+
+
+def calculate_or_die(calculate: Callable[[EndedPlayback], Any], deaths: Path, most: int, ended: EndedPlayback) -> Any:
+    """Kill the worker process ``most`` times, then calculate."""
+    count = len(deaths.read_bytes()) if deaths.exists() else 0
+    if count < most:
+        deaths.write_bytes(b"." * (count + 1))
+        os.kill(os.getpid(), signal.SIGKILL)
+    return calculate(ended)
+
+
+def test_a_process_with_a_worker_imports_a_run_without_scipy(tmp_path: Path) -> None:
+    """The service must answer a Stop. To import scipy would delay its answer, and would cost it 55 MB."""
+    program = """
+import sys
+from pathlib import Path
+from kata.database.engine import Database
+from kata.device.journal import JournalEnd
+from kata.motion.edit import PlaybackSettings
+from kata.plotting.figures import FigureWorker
+from tests.support.databases import upgraded_file
+from tests.support.imported_runs import Clinic, pose
+
+if __name__ == "__main__":
+    folder = Path(sys.argv[1])
+    clinic = Clinic(folder, Database(upgraded_file(folder / "kata.db")))
+    recording_id = clinic.recording(4.0, pose)
+    run_id = clinic.begin_run(recording_id, PlaybackSettings(repetitions=2), "learned")
+    clinic.journal("run", run_id, [4.0], at=pose, end=JournalEnd(reason="completed"))
+    scipy = [name for name in sys.modules if name.startswith("scipy")]
+    assert not scipy, f"imported before the run: {scipy}"
+    clinic.importer.worker = FigureWorker()
+    clinic.importer.run()
+    clinic.importer.worker.close()
+    print(clinic.saved[-1].id == run_id, [name for name in sys.modules if name.startswith("scipy")])
+"""
+    done = subprocess.run(
+        [sys.executable, "-c", program, str(tmp_path)],
+        cwd=ROOT,
+        capture_output=True,
+        text=True,
+        timeout=120,
+        check=False,
+    )
+    assert done.stdout.strip() == "True []", done.stderr
 
 
 def test_end_range_time_is_stored_if_the_load_is_known(clinic: Clinic) -> None:

@@ -4,7 +4,6 @@ import numpy as np
 import pytest
 
 from kata.clinic.sessions.phases import least_range_percent, reversals, widen
-from kata.clinic.sessions.tables import MotionTrackingRow, MotorTrackingRow
 from kata.device.journal import PHASE_PAUSED, PHASE_PLAYING, PHASE_REDUCED_RANGE, PHASE_RETURNING, PHASE_REVERSING
 from kata.motion.edit import Motion
 from kata.motion.linkage import motor_angles_deg
@@ -42,10 +41,10 @@ def test_full_range_has_no_reduced_range_figure() -> None:
 def test_reduced_motion_counts_as_reached() -> None:
     resting = motor_angles_deg(np.array([[0.0, 0.0, 10.0, 0.0, 0.0]]))[0]
     lifted = motor_angles_deg(np.array([[0.0, 0.0, 60.0, 0.0, 0.0]]))[0]
-    motor = MotorTrackingRow(motor=3, played_min_deg=9.0, played_max_deg=20.0)
-    motion = MotionTrackingRow(motion=4, played_min_deg=None, played_max_deg=None)
+    motor = {"motor": 3, "played_min_deg": 9.0, "played_max_deg": 20.0}
+    motion = {"motion": 4, "played_min_deg": 20.0, "played_max_deg": 30.0}
     widen([motor], [motion], np.stack([resting, lifted]), "right")
-    assert [motor.played_min_deg, motor.played_max_deg] == pytest.approx([9.0, float(lifted[2])])
-    assert [motion.played_min_deg, motion.played_max_deg] == pytest.approx([10.0, 60.0], abs=0.1)
+    assert [motor["played_min_deg"], motor["played_max_deg"]] == pytest.approx([9.0, float(lifted[2])])
+    assert [motion["played_min_deg"], motion["played_max_deg"]] == pytest.approx([10.0, 60.0], abs=0.1)
     widen([motor], [], np.empty((0, 5)), "right")
-    assert motor.played_min_deg == 9.0
+    assert motor["played_min_deg"] == 9.0

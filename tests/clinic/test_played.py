@@ -9,9 +9,9 @@ from uuid import UUID
 import numpy as np
 import pytest
 
-from kata.clinic.recordings import service as recordings
 from kata.clinic.sessions import runs
 from kata.clinic.sessions.tables import RunRow
+from kata.database import series
 from kata.database.engine import Database
 from kata.device.config import StationConfig
 from kata.device.journal import (
@@ -125,17 +125,17 @@ def test_run_of_a_dead_process_counts_what_it_recorded(clinic: Clinic) -> None:
 def test_recording_is_read_and_edited_once_per_run(clinic: Clinic, monkeypatch: pytest.MonkeyPatch) -> None:
     read: list[object] = []
     made: list[object] = []
-    samples, with_settings = recordings.samples, edit.with_settings
+    unpack, with_settings = series.unpack, edit.with_settings
 
-    def counted_samples(*given: Any) -> Any:
+    def counted_unpack(*given: Any) -> Any:
         read.append(given)
-        return samples(*given)
+        return unpack(*given)
 
     def counted_with_settings(motion: Any, asked: Any) -> Any:
         made.append(asked)
         return with_settings(motion, asked)
 
-    monkeypatch.setattr(recordings, "samples", counted_samples)
+    monkeypatch.setattr("kata.clinic.sessions.run_results.unpack", counted_unpack)
     monkeypatch.setattr(edit, "with_settings", counted_with_settings)
 
     # Counted, held against with less range, and compared.

@@ -22,7 +22,7 @@ from kata.database.base import utc_now
 from kata.database.engine import Database
 from kata.device.config import StationConfig
 from kata.device.journal import JournalEnd
-from kata.interop import bundle, sample_table, service
+from kata.interop import bundle, sample_file, service
 from kata.interop.codes import ClinicNames
 from kata.interop.motion_csv import parse_motion
 from kata.reporting import session as session_report
@@ -121,8 +121,8 @@ def test_files_of_samples_have_the_mark_and_keep_it(clinic: Clinic, tmp_path: Pa
         series, origin = service.of_recording(session, recording_id)
     assert origin.marked_id == f"{recording_id}-simulated"
     csv, parquet = tmp_path / "a.csv", tmp_path / "a.parquet"
-    sample_table.write(series, origin, "csv", csv)
-    sample_table.write(series, origin, "parquet", parquet)
+    sample_file.write(series, origin, "csv", csv)
+    sample_file.write(series, origin, "parquet", parquet)
     lines = csv.read_text().splitlines()
     assert lines[0].endswith(",simulated")
     assert {line.rpartition(",")[2] for line in lines[1:]} == {"1"}
@@ -143,7 +143,7 @@ def test_real_samples_have_no_mark(database: Database, tmp_path: Path) -> None:
     started(database, LONG_AGO, simulated=False)
     with database.read() as session:
         series, origin = service.of_recording(session, taught(clinic))
-    sample_table.write(series, origin, "csv", tmp_path / "a.csv")
+    sample_file.write(series, origin, "csv", tmp_path / "a.csv")
     assert "simulated" not in (tmp_path / "a.csv").read_text()
     assert not parse_motion((tmp_path / "a.csv").read_bytes(), "right", STATION).simulated
 

@@ -7,4 +7,5 @@ const rows = await parquetReadObjects({ file });
 const names = schema.slice(1).map((column) => column.name);
 const columns = Object.fromEntries(names.map((name) => [name, rows.map((row) => row[name] ?? null)]));
 const metadata = Object.fromEntries(key_value_metadata.map(({ key, value }) => [key, value]));
-console.log(JSON.stringify({ metadata, columns }));
+const number = (_, value) => (typeof value === "bigint" ? Number(value) : value);
+console.log(JSON.stringify({ metadata, columns }, number));

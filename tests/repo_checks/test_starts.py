@@ -29,13 +29,14 @@ def test_module_starts_without_the_heavy_import(module: str, without: str) -> No
     ("module", "without"),
     [
         ("kata.cli.serve", {"scipy", "plotly", "alembic", "mako", "pygments", "authlib", "joserfc", "requests", "segno", "mujoco"}),
-        ("kata.cli.serve", {"jinja2", "plutoprint", "pylopdf_fonts_cjk", "cryptography.x509"}),
+        ("kata.cli.serve", {"jinja2", "plutoprint", "pylopdf_fonts_cjk", "cryptography.x509", "arro3"}),
         ("kata.device.process", {"scipy", "plotly", "sqlalchemy", "pydantic", "fastapi", "rich", "multiprocessing", "cryptography"}),
         ("kata.device.process", {"kata.settings", "kata.simulator", "kata.motion.tracking", "kata.motion.identify"}),
         ("kata.device.process", {"importlib.metadata", "email"}),
         ("kata.device.reference_builder", {"numpy", "scipy", "kata.device.references"}),
         ("kata.simulator.process", {"scipy", "sqlalchemy", "pydantic", "fastapi", "kata.settings"}),
         ("kata.plotting.figures", {"scipy", "plotly", "fastapi", "alembic", "kata.api"}),
+        ("kata.clinic.sessions.run_results", {"scipy", "sqlalchemy", "pydantic", "fastapi", "plotly"}),
     ],
 )  # fmt: skip
 def test_processes_start_without_libraries_of_rare_work(module: str, without: set[str]) -> None:

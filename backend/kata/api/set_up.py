@@ -125,6 +125,7 @@ async def set_up_services(settings: Settings, stack: AsyncExitStack) -> Services
     at_station = await set_up_station(settings, storage, apparatus)
     station = at_station.station
     auth.revocations.operator_under_torque = lambda: station.operator_under_torque
+    at_station.importer.worker = figures
     await asyncio.to_thread(at_station.importer.run_at_start)
     fleet = await set_up_fleet(station, storage.database, stack)
     set_up_delivery_round(storage.event_spool, at_station)

@@ -31,7 +31,7 @@ from kata.clinic.programmes import planned
 from kata.clinic.recordings import service as recordings
 from kata.clinic.recordings.schemas import Fixtures
 from kata.clinic.recordings.tables import TeachingRow
-from kata.clinic.sessions import checks, end_range, learning, plans, runs
+from kata.clinic.sessions import checks, end_range, learning, lessons, plans, runs
 from kata.clinic.sessions import service as sessions
 from kata.clinic.sessions.checklist import CheckName
 from kata.clinic.sessions.identity import Identifiers
@@ -433,7 +433,7 @@ def _begin_teaching(
 
 def _learning_notes(learned: Correction | None) -> list[Text]:
     """Return why the playback that taught a correction used an earlier correction; empty if it did not."""
-    return learning.fall_back(learned.lesson) if learned and learned.lesson else []
+    return lessons.fall_back(learned.lesson) if learned and learned.lesson else []
 
 
 def _run_request(wanted: LoadRequest) -> runs.RunRequest:

@@ -255,6 +255,7 @@ RULES: Final[Mapping[str, RouteRule]] = MappingProxyType(
         "get_run_samples": _READ,
         "get_run_parquet": _READ,
         "get_run_mcap": _READ,
+        "get_run_lerobot": _READ,
         "get_patient_fhir": _READ,
         "export_patient": _READ,
         "preview_imported_motion": RouteRule("write_records", upload_media_type="text/csv"),

@@ -7,6 +7,7 @@ leaves the folder only after its rows are committed.
 import logging
 import threading
 from collections.abc import Callable
+from concurrent.futures.process import BrokenProcessPool
 from contextlib import suppress
 from dataclasses import dataclass
 from datetime import datetime
@@ -21,11 +22,13 @@ from sqlalchemy.orm import Session
 from kata.actor import by_program
 from kata.clinic.recordings import service as recordings
 from kata.clinic.sessions import runs
+from kata.clinic.sessions.run_results import PlaybackResults, calculate
 from kata.database.availability import DatabaseUnavailableError
 from kata.database.base import utc_now
 from kata.database.engine import Database
 from kata.device import journal
 from kata.device.config import StationConfig
+from kata.plotting.figures import FigureWorker
 
 log = logging.getLogger(__name__)
 
@@ -72,6 +75,8 @@ class Importer:
         self._on_saved = on_saved
         self._has_undelivered = has_undelivered
         self._on_waiting = on_waiting
+        self.worker: FigureWorker | None = None
+        """Calculates the results of playbacks. Without a worker, this process calculates them and imports scipy."""
         self._one_at_a_time = threading.Lock()
         self._due: dict[Path, None] = {}
         self._ended_at: datetime | None = None
@@ -92,6 +97,9 @@ class Importer:
                     self._due.pop(path, None)
                 except (OperationalError, NoConnectionError, DatabaseUnavailableError, _NotYetError) as error:
                     log.warning("%s waits for the database: %s", path.name, error)
+                    self._due[path] = None
+                except BrokenProcessPool as error:
+                    log.warning("%s waits for the figure worker: %s", path.name, error)
                     self._due[path] = None
                 except Exception:
                     # A journal that cannot be imported must not block the others. It stays in the folder for the next attempt.
@@ -159,8 +167,9 @@ class Importer:
         has_undelivered = self._has_undelivered()
         if self._database.unavailable_since:
             self._on_waiting(recorded)
+        results = self._results(recorded)
         with self._database.write() as session:
-            saved = self._store(session, recorded, identity)
+            saved = self._store(session, recorded, identity, results)
         if saved is None and has_undelivered:
             raise _NotYetError(f"what {path.name} belongs to is not in the database yet")
         if saved is None:
@@ -184,11 +193,21 @@ class Importer:
                 with self._database.write() as session:
                     runs.give_up(session, run_id)
 
-    def _store(self, session: Session, recorded: journal.Journal, identity: UUID) -> list[Saved] | None:
+    def _results(self, recorded: journal.Journal) -> PlaybackResults | None:
+        """Return the results of a playback, calculated without a session, so that no other writer waits. None: there are none."""
+        if self.worker is None or recorded.kind != "run":
+            return None
+        with self._database.read() as session:
+            ended = runs.ended_playback(session, recorded, self._config)
+        return self.worker.build(calculate, ended) if ended else None
+
+    def _store(
+        self, session: Session, recorded: journal.Journal, identity: UUID, results: PlaybackResults | None
+    ) -> list[Saved] | None:
         if recorded.kind == "teaching":
             rows = recordings.store_teaching(session, recorded)
             return None if rows is None else [Saved("recording", row.id, row.patient_id, None) for row in rows]
-        run = runs.complete(session, recorded, self._config)
+        run = runs.complete(session, recorded, self._config, results)
         if run is None:
             return None
         return [Saved("run", identity, run.recording.patient_id, run.session_id)]

@@ -13,7 +13,7 @@ from kata.clinic.recordings.tables import SAMPLE_COLUMNS
 from kata.database.series import Series, pack, unpack
 from kata.device.config import StationConfig
 from kata.interop import texts
-from kata.interop.sample_table import SIMULATED
+from kata.interop.sample_file import SIMULATED
 from kata.messages import text_of
 from kata.motion.axes import AXES, Side
 from kata.motion.csv_table import Complaint, CsvTable, TableError, read_table

@@ -24,9 +24,9 @@ from kata.database.base import Base
 from kata.database.engine import Database
 from kata.database.series import Series
 from kata.errors import ProblemError
-from kata.interop import bundle, sample_table, service
+from kata.interop import bundle, sample_file, service
 from kata.interop.codes import ClinicNames
-from kata.interop.sample_table import Origin
+from kata.interop.sample_file import Origin
 from kata.plotting.figures import FigureWorker
 
 _PIECE: Final = 1 << 18
@@ -216,7 +216,7 @@ def _runs(database: Database, worker: FigureWorker, patient_id: UUID, path: Path
 def _written(worker: FigureWorker, series: Series, origin: Origin, path: Path) -> str:
     """Write the samples and return the name of their file. Return an empty name if they are damaged, so that the rest is still exported."""
     try:
-        worker.build(sample_table.write, series, origin, "parquet", path)
+        worker.build(sample_file.write, series, origin, "parquet", path)
     except ProblemError:
         return ""
     return f"{origin.kind}s/{origin.marked_id}.parquet"

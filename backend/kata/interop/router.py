@@ -18,12 +18,12 @@ from kata.clinic.recordings.schemas import Recording, RecordingDetail
 from kata.database.series import Series, unpack
 from kata.dependencies import PROBLEMS, TheDatabase, TheFigures, TheStation
 from kata.errors import ProblemError
-from kata.interop import bundle, patient_export, sample_table, service, texts
+from kata.interop import bundle, patient_export, sample_file, service, texts
 from kata.interop.codes import CLINIC_NUMBER, ClinicNames
 from kata.interop.fhir_import import FhirImportError, UnreadableFhirError, read_file
 from kata.interop.files import file_response
 from kata.interop.motion_csv import ParsedMotion, parse_motion
-from kata.interop.sample_table import Origin, SampleFormat
+from kata.interop.sample_file import Origin, SampleFormat
 from kata.interop.schemas import ImportedMotion, ImportedPatients, UnderstoodMotion
 from kata.messages import text_of
 from kata.motion.csv_table import TableError
@@ -40,6 +40,7 @@ _MEDIA: Final[dict[SampleFormat, str]] = {
     "csv": "text/csv",
     "parquet": "application/vnd.apache.parquet",
     "mcap": "application/octet-stream",
+    "lerobot.zip": "application/zip",
 }
 _CSV: Final[dict[int | str, dict[str, Any]]] = {200: {"content": {"text/csv": {"schema": {"type": "string"}}}}}
 _PARQUET: Final[dict[int | str, dict[str, Any]]] = {
@@ -192,6 +193,21 @@ def get_run_mcap(database: TheDatabase, worker: TheFigures, run_id: UUID) -> Str
     return _samples(worker, series, origin, "mcap")
 
 
+@router.get(
+    "/api/runs/{run_id}/samples.lerobot.zip",
+    summary="Download a run's samples as a LeRobotDataset",
+    response_class=StreamingResponse,
+    responses=PROBLEMS.of(404, 409, 410, 422) | _ZIP,
+)
+def get_run_lerobot(database: TheDatabase, worker: TheFigures, run_id: UUID) -> StreamingResponse:
+    """Return a run's samples as a LeRobotDataset v3.0 with one episode. Its rows are at the run's rate; ``observation.time_s`` is the
+    measured time.
+    """
+    with database.read() as session:
+        series, origin = service.of_run(session, run_id)
+    return _samples(worker, series, origin, "lerobot.zip")
+
+
 @router.post(
     "/api/patients/{patient_id}/recordings/import/preview",
     summary="Check a CSV file of a motion without importing it",
@@ -315,7 +331,7 @@ async def in_turn(pieces: Iterator[bytes], limiter: CapacityLimiter) -> AsyncIte
 def _samples(worker: FigureWorker, series: Series, origin: Origin, wanted: SampleFormat) -> StreamingResponse:
     name = f"{origin.kind}-{origin.marked_id}.{wanted}"
     return file_response(
-        lambda path: worker.build(sample_table.write, series, origin, wanted, path), _MEDIA[wanted], name
+        lambda path: worker.build(sample_file.write, series, origin, wanted, path), _MEDIA[wanted], name
     )
 
 

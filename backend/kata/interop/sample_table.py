@@ -1,28 +1,24 @@
-"""Samples of a recording or a run as CSV, Parquet or MCAP: one table with units in the column names and the origin in the metadata.
-
-Run it in the worker process that builds figures, because an hour of samples would block the service's heartbeats.
+"""Samples of a recording or a run as CSV, Parquet or MCAP: one table with units in the column names and the origin in the metadata. A run
+also as a dataset of LeRobot. Only the worker process imports this module (:mod:`kata.interop.sample_file`).
 """
 
 import math
-from dataclasses import dataclass
 from datetime import datetime
 from pathlib import Path
-from typing import Any, Final, Literal
+from typing import Any, Final
 
 import numpy as np
 from arro3.core import Array, DataType, Field, Schema, Table
 from arro3.io import write_csv, write_parquet
 from numpy.typing import NDArray
 
-from kata.database.series import Series, unpack
 from kata.device import journal
+from kata.interop.lerobot_file import LeRobotEpisode, write_lerobot
 from kata.interop.mcap_file import write_mcap
+from kata.interop.sample_file import SIMULATED, Origin, SampleFormat
 from kata.motion.axes import AXES
 from kata.motion.tracking import wall_clock_s
 
-SampleFormat = Literal["csv", "parquet", "mcap"]
-SIMULATED: Final = "simulated"
-"""Column that marks a file from a simulated apparatus."""
 SCHEMA_VERSION: Final = "kata-samples-table/1"
 _DECIMALS: Final = {"s": 6, "deg": 4, "Nm": 4}
 """Decimals by unit. They match the resolution of stored samples."""
@@ -46,33 +42,12 @@ _PHASES: Final = ", ".join(
 )
 
 
-@dataclass(frozen=True)
-class Origin:
-    """Origin of samples. Outside the clinic, the patient's id identifies no person."""
-
-    kind: Literal["recording", "run"]
-    id: str
-    patient_id: str
-    side: str
-    station: str
-    rate_hz: int | None
-    begins_at: str
-    """Time of the first sample in UTC, ISO 8601."""
-    simulated: bool
-    """True if the apparatus was simulated."""
-
-    @property
-    def marked_id(self) -> str:
-        """Return the id for a file's name, with a mark if the apparatus was simulated."""
-        return f"{self.id}-simulated" if self.simulated else self.id
-
-
-def write(series: Series, origin: Origin, wanted: SampleFormat, path: Path) -> None:
-    """Write stored samples to a file.
-
-    :raises UnreadableError: when they are damaged.
-    """
-    table = _table(unpack(series), origin)
+def write_table(samples: dict[str, NDArray[np.float64]], origin: Origin, wanted: SampleFormat, path: Path) -> None:
+    """Write samples to a file."""
+    if wanted == "lerobot.zip":
+        write_lerobot(samples, _episode(origin), path)
+        return
+    table = _table(samples, origin)
     if wanted == "csv":
         write_csv(table, path)
     elif wanted == "mcap":
@@ -87,6 +62,16 @@ def write(series: Series, origin: Origin, wanted: SampleFormat, path: Path) -> N
             max_row_group_size=1 << 16,
             key_value_metadata=_metadata(origin),
         )
+
+
+def _episode(origin: Origin) -> LeRobotEpisode:
+    """Describe a run as an episode. LeRobot shows task and robot, so both mark a simulated apparatus."""
+    assert origin.kind == "run" and origin.rate_hz
+    robot = "kata-shoulder-apparatus" + ("-simulated" if origin.simulated else "")
+    task = f"Move the {origin.side} arm of a patient along a taught motion"
+    return LeRobotEpisode(
+        origin.rate_hz, task + (" (simulated apparatus)" if origin.simulated else ""), robot, _metadata(origin)
+    )
 
 
 def _table(samples: dict[str, NDArray[np.float64]], origin: Origin) -> Table:

@@ -19,7 +19,7 @@ from kata.errors import ProblemError
 from kata.interop import texts
 from kata.interop.fhir_import import ImportedPatient
 from kata.interop.motion_csv import DONE, ParsedMotion
-from kata.interop.sample_table import Origin
+from kata.interop.sample_file import Origin
 from kata.messages import sent_key
 
 

@@ -5,7 +5,6 @@ from typing import Final
 
 import numpy as np
 
-from kata.clinic.sessions.tables import RunRow
 from kata.device.journal import PHASE_PLAYING, PHASE_REDUCED_RANGE, PHASE_REVERSING, Journal
 from kata.motion.edit import Motion, PlaybackSettings
 from kata.motion.repetitions import repetition_times_of
@@ -15,19 +14,19 @@ _FORWARD: Final = (PHASE_PLAYING, PHASE_REDUCED_RANGE)
 _ON_THE_PATH: Final = (*_FORWARD, PHASE_REVERSING)
 
 
-def count_repetitions(row: RunRow, journal: Journal, made: Callable[[], tuple[Motion, Motion]]) -> None:
-    """Store how many repetitions a finished run completed and how many seconds it spent on the path.
+def count_repetitions(
+    journal: Journal, outcome: str, asked: PlaybackSettings, made: Callable[[], tuple[Motion, Motion]]
+) -> tuple[int, float]:
+    """Return how many repetitions a finished run completed, and how many seconds it spent on the path.
 
     ``made`` returns the motion of the recording and that of the run. It is called only if they are needed.
     """
-    row.played_s = float(np.isin(journal.phase, _ON_THE_PATH).sum()) / journal.rate_hz
+    played_s = float(np.isin(journal.phase, _ON_THE_PATH).sum()) / journal.rate_hz
     reached_s = journal.path_s[np.isin(journal.phase, _FORWARD)]
-    if row.outcome == "completed":
-        row.repetitions_done = row.repetitions
-    elif len(reached_s) == 0:
-        row.repetitions_done = 0
-    else:
-        asked = PlaybackSettings(row.speed_percent, row.repetitions, row.pause_s, row.range_percent)
-        found = repetition_times_of(*made(), asked)
-        # The last sample of a repetition can be one sample before its end, with some jitter.
-        row.repetitions_done = found.done(float(reached_s.max()) + 1.5 / journal.rate_hz)
+    if outcome == "completed":
+        return asked.repetitions, played_s
+    if len(reached_s) == 0:
+        return 0, played_s
+    found = repetition_times_of(*made(), asked)
+    # The last sample of a repetition can be one sample before its end, with some jitter.
+    return found.done(float(reached_s.max()) + 1.5 / journal.rate_hz), played_s

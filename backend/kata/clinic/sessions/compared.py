@@ -1,4 +1,4 @@
-"""Compare a run's journal with its motion, and store the errors with the run.
+"""Compare a run's journal with its motion. The figure worker runs this, so it does not import the database's tables.
 
 Three motions are compared. The *taught* motion is the samples of the recording. The *requested* motion is the taught samples with the run's
 range, speed and repetitions, before they are approximated for the drives. The *played* motion was measured. The tracking error is played
@@ -7,14 +7,13 @@ taught, because the journal does not contain the momentary range.
 """
 
 import logging
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from kata.clinic.sessions import phases
-from kata.clinic.sessions.tables import MotionTrackingRow, MotorTrackingRow, RunRow
 from kata.device.journal import PHASE_PLAYING, PHASE_REDUCED_RANGE, Journal
 from kata.motion.axes import Side
 from kata.motion.edit import Motion
@@ -29,7 +28,6 @@ from kata.motion.tracking import (
     largest,
     wall_clock_s,
 )
-from kata.types import side_of
 
 log = logging.getLogger(__name__)
 
@@ -64,60 +62,61 @@ class _Angles:
         )  # fmt: skip
 
 
-def compare_run(row: RunRow, journal: Journal, requested: Motion, taught: Motion) -> Comparison | None:
-    """Compare a run and store its errors in the row.
+@dataclass(frozen=True)
+class RunErrors:
+    """Columns by name: of the run, of its motors and of its motions. ``comparison`` is that of the motors, or None if nothing was played
+    with the requested range.
+    """
+
+    run: dict[str, Any]
+    comparison: Comparison | None = None
+    motors: list[dict[str, Any]] = field(default_factory=list)
+    motions: list[dict[str, Any]] = field(default_factory=list)
+
+
+def compare_run(run_id: str, journal: Journal, requested: Motion, taught: Motion, side: Side) -> RunErrors:
+    """Compare a run in which the arm moved along its path.
 
     :param taught: the taught samples on the clock of ``requested`` (:func:`kata.motion.edit.without_range`).
-    :returns: the comparison of the motors, or None if nothing was played with the requested range.
     """
     playing, reduced = journal.phase == PHASE_PLAYING, journal.phase == PHASE_REDUCED_RANGE
     moving = playing | reduced
-    if np.any(moving):
-        row.compared_percent = 100.0 * np.count_nonzero(playing) / np.count_nonzero(moving)
+    compared_percent = 100.0 * np.count_nonzero(playing) / np.count_nonzero(moving)
     if not np.any(playing):
-        return None
+        return RunErrors({"compared_percent": compared_percent})
     wall_s = _wall_clock_s(journal, moving)[playing]
     places = _Places(journal.path_s[playing], wall_s, journal.path_s[reduced])
-    row.clock_offset_s = largest(places.wall_s - places.path_s)
     measured = journal.measured_deg.astype(np.float64)
     motors = _Angles(requested.angles_deg, taught.angles_deg, measured[playing], measured[reduced])
     compared = compare(requested.times_s, motors.requested, places.path_s, motors.played, journal.torque_nm[playing])
-    row.samples = compared.samples
-    row.tracking = [
-        MotorTrackingRow(
-            motor=motor.motor,
-            torque_peak_nm=motor.torque_peak_nm,
-            **_columns(motor),
-            **_beside(requested.times_s, places, motors, motor.motor - 1),
-        )
+    tracking = [
+        {"motor": motor.motor, "torque_peak_nm": motor.torque_peak_nm}
+        | _columns(motor)
+        | _beside(requested.times_s, places, motors, motor.motor - 1)
         for motor in compared.motors
     ]
-    row.motions = _motions(row, requested.times_s, places, motors)
-    phases.widen(row.tracking, row.motions, journal.measured_deg[reduced], row.recording.side)
-    if not row.partial:
-        row.worst_rmse_deg = max(motor.rmse_deg for motor in compared.motors)
-        row.worst_peak_deg = max(abs(motor.peak_deg) for motor in compared.motors)
-    return compared
+    try:
+        motions = _motions(requested.times_s, places, motors.poses(side))
+    except OutOfReachError as error:
+        log.warning("run %s is compared by motors only: %s", run_id, error)
+        motions = []
+    phases.widen(tracking, motions, journal.measured_deg[reduced], side)
+    run = {
+        "compared_percent": compared_percent,
+        "clock_offset_s": largest(places.wall_s - places.path_s),
+        "samples": compared.samples,
+    }
+    return RunErrors(run, compared, tracking, motions)
 
 
 def _wall_clock_s(journal: Journal, moving: NDArray[np.bool_]) -> Floats:
     return wall_clock_s((journal.t_ns - journal.t_ns[0]) / 1e9, journal.path_s, moving)
 
 
-def _motions(row: RunRow, times_s: Floats, places: _Places, motors: _Angles) -> list[MotionTrackingRow]:
-    """Compare the basic motions. Return none if the motors had a pose that no scapula can have; the motors are still compared."""
-    side = side_of(row.recording.side)
-    try:
-        poses = motors.poses(side)
-    except OutOfReachError as error:
-        log.warning("run %s is compared by motors only: %s", row.id, error)
-        return []
+def _motions(times_s: Floats, places: _Places, poses: _Angles) -> list[dict[str, Any]]:
+    """Compare the basic motions."""
     return [
-        MotionTrackingRow(
-            motion=motion.motion.number,
-            **_columns(motion),
-            **_beside(times_s, places, poses, motion.motion.axis - 1),
-        )
+        {"motion": motion.motion.number} | _columns(motion) | _beside(times_s, places, poses, motion.motion.axis - 1)
         for motion in compare_motions(times_s, poses.requested, places.path_s, poses.played)
     ]
 

@@ -1,18 +1,16 @@
 """Evaluate the phases of a run's journal: resistance, reduced range, and the angles reached with reduced range."""
 
 from collections.abc import Sequence
-from typing import Final
+from typing import Any, Final
 
 import numpy as np
 from numpy.typing import NDArray
 
-from kata.clinic.sessions.tables import MotionTrackingRow, MotorTrackingRow
 from kata.device.journal import PHASE_PAUSED, PHASE_REDUCED_RANGE, PHASE_REVERSING
-from kata.motion.axes import BASIC_MOTIONS
+from kata.motion.axes import BASIC_MOTIONS, Side
 from kata.motion.edit import Motion
 from kata.motion.linkage import Floats, OutOfReachError, pose_deg
 from kata.motion.shoulder import rest_posture_deg
-from kata.types import side_of
 
 _FAR: Final = 0.7
 """Share of the way from rest to the far end beyond which ranges are compared. Nearer to rest, reduced and full range hardly differ."""
@@ -51,23 +49,25 @@ def least_range_percent(motion: Motion, phase: NDArray[np.uint8], path_s: Floats
 
 
 def widen(
-    motors: Sequence[MotorTrackingRow], motions: Sequence[MotionTrackingRow], lessened_deg: Floats, side: str
+    motors: Sequence[dict[str, Any]], motions: Sequence[dict[str, Any]], lessened_deg: Floats, side: Side
 ) -> None:
-    """Extend the reached angles by those that were reached with reduced range, ``lessened_deg`` ``(n, 5)``. The latter are not compared."""
+    """Extend the reached angles by those that were reached with reduced range, ``lessened_deg`` ``(n, 5)``. The latter are not compared.
+
+    ``motors`` and ``motions``: columns of the rows of motors and motions.
+    """
     if len(lessened_deg) == 0:
         return
     for motor in motors:
-        _widen(motor, lessened_deg[:, motor.motor - 1])
+        _widen(motor, lessened_deg[:, motor["motor"] - 1])
     if motions:
         try:
-            poses = pose_deg(lessened_deg.astype(np.float64), side_of(side))
+            poses = pose_deg(lessened_deg.astype(np.float64), side)
         except OutOfReachError:
             return
         for motion in motions:
-            _widen(motion, poses[:, BASIC_MOTIONS[motion.motion - 1].axis - 1])
+            _widen(motion, poses[:, BASIC_MOTIONS[motion["motion"] - 1].axis - 1])
 
 
-def _widen(tracking: MotorTrackingRow | MotionTrackingRow, angles_deg: Floats) -> None:
-    low, high = float(angles_deg.min()), float(angles_deg.max())
-    tracking.played_min_deg = low if tracking.played_min_deg is None else min(tracking.played_min_deg, low)
-    tracking.played_max_deg = high if tracking.played_max_deg is None else max(tracking.played_max_deg, high)
+def _widen(columns: dict[str, Any], angles_deg: Floats) -> None:
+    columns["played_min_deg"] = min(columns["played_min_deg"], float(angles_deg.min()))
+    columns["played_max_deg"] = max(columns["played_max_deg"], float(angles_deg.max()))

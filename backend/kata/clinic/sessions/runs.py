@@ -3,20 +3,18 @@
 import logging
 from dataclasses import asdict, dataclass, replace
 from datetime import datetime, timedelta
-from functools import cached_property
 from uuid import UUID, uuid4
 
 import msgspec
-import numpy as np
 from sqlalchemy import ColumnElement, select, update
 from sqlalchemy.orm import Session as DatabaseSession
 
 from kata.clinic import texts
-from kata.clinic.programmes import played as counting
 from kata.clinic.recordings import service as recordings
 from kata.clinic.recordings.tables import RecordingRow
-from kata.clinic.sessions import compared, end_feel, end_range, ending, learning, phases, plans
+from kata.clinic.sessions import end_feel, end_range, ending, learning, phases, plans
 from kata.clinic.sessions.patient_angles import PatientAngles
+from kata.clinic.sessions.run_results import EndedPlayback, PlaybackResults, calculate
 from kata.clinic.sessions.schemas import (
     Comparison,
     LearningNote,
@@ -31,6 +29,8 @@ from kata.clinic.sessions.tables import (
     SAMPLE_COLUMNS,
     SAMPLES,
     MotionTrackingRow,
+    MotorTrackingRow,
+    RunCorrectionRow,
     RunRow,
     SessionRow,
     SessionStopRow,
@@ -39,13 +39,12 @@ from kata.database.base import utc_now
 from kata.database.series import Series, pack, unpack
 from kata.device.config import StationConfig
 from kata.device.ipc_messages import RESISTANCE_LEVELS
-from kata.device.journal import PHASE_PLAYING, PHASE_REDUCED_RANGE, Journal
+from kata.device.journal import Journal
 from kata.errors import ProblemError, not_found
 from kata.messages import text_of
 from kata.motion import edit
 from kata.motion.linkage import Floats
 from kata.motion.method import Method
-from kata.plotting import downsampling
 from kata.plotting.figures import Clock, RunFigureSamples, Window
 from kata.types import side_of
 
@@ -146,27 +145,6 @@ def new(id_: UUID, started_at: datetime, request: RunRequest) -> RunRow:
     )
 
 
-class RunMotions:
-    """The recording of a run as a motion, and the run's motion. Each is computed on first access."""
-
-    def __init__(self, session: DatabaseSession, row: RunRow) -> None:
-        self._session = session
-        self._row = row
-
-    @cached_property
-    def taught(self) -> edit.Motion:
-        """:raises ProblemError: 404; 410 when the recording's samples are damaged."""
-        return taught(self._session, self._row.recording_id)
-
-    @cached_property
-    def motion(self) -> edit.Motion:
-        """Return the motion that the run requests from the motors.
-
-        :raises ProblemError: as for ``taught``; 422 when the recording cannot be played with these settings.
-        """
-        return with_settings(self.taught, settings_of(self._row))
-
-
 def motion_of(session: DatabaseSession, row: RunRow, *, once: bool = False) -> edit.Motion:
     """Return the motion that a run requests from the motors: its recording with the run's settings.
 
@@ -204,15 +182,43 @@ def settings_of(row: RunRow | PlaybackSettings) -> edit.PlaybackSettings:
     return edit.PlaybackSettings(row.speed_percent, row.repetitions, row.pause_s, row.range_percent)
 
 
-def complete(session: DatabaseSession, journal: Journal, config: StationConfig) -> RunRow | None:
-    """Complete a run from its journal, and learn from it. A run that is already complete is not changed; one that was given up too early is
-    completed.
+def ended_playback(session: DatabaseSession, journal: Journal, config: StationConfig) -> EndedPlayback | None:
+    """Return the data from which the results of a journal's run are calculated.
 
+    :returns: None if the run is unknown, already complete, or an end-feel run.
+    :raises ProblemError: 404 when the recording is missing.
+    """
+    row = session.get(RunRow, UUID(journal.id))
+    if row is None or row.rate_hz is not None or row.end_feel:
+        return None
+    learns = row.method == "learned"
+    return EndedPlayback(
+        run_id=journal.id,
+        journal=journal,
+        recording=recordings.stored_samples(session, row.recording_id),
+        settings=settings_of(row),
+        side=side_of(row.recording.side),
+        outcome=outcome_of(journal),
+        config=config,
+        end_range=end_range.thresholds_of(plans.end_range_of(session, row)),
+        learns=learns,
+        correction=learning.correction(session, row.corrected_by) if learns else None,
+        resistance_share=(row.load_level or RESISTANCE_LEVELS) / RESISTANCE_LEVELS,
+    )
+
+
+def complete(
+    session: DatabaseSession, journal: Journal, config: StationConfig, results: PlaybackResults | None = None
+) -> RunRow | None:
+    """Complete a run from its journal. A run that is already complete is not changed; one that was given up too early is completed.
+
+    :param results: results of :func:`ended_playback` if they were calculated before; otherwise they are calculated here.
     :returns: the run, or None if it is unknown.
     """
     row = session.get(RunRow, UUID(journal.id))
     if row is None or row.rate_hz is not None:
         return row
+    ended = None if results else ended_playback(session, journal, config)
     lasted_ns = int(journal.t_ns[-1]) - journal.started_ns if len(journal.t_ns) else 0
     row.ended_at = journal.started_at + timedelta(seconds=lasted_ns / 1e9)
     row.outcome = outcome_of(journal)
@@ -220,35 +226,28 @@ def complete(session: DatabaseSession, journal: Journal, config: StationConfig) 
     row.stop_message = journal.end.cause_message if journal.end else None
     row.stop_key = msgspec.to_builtins(journal.end.cause_key) if journal.end else None
     row.rate_hz = journal.rate_hz
-    seen: bytes | None = None
     if row.end_feel:
         _complete_end_feel(session, row, journal)
-    else:
-        seen = _complete_playback(session, row, journal, config)
+    elif results := results or (calculate(ended) if ended else None):
+        _store_results(session, row, results, config)
     if len(journal.t_ns):
-        SAMPLES.store(session, row.id, _series(journal), seen)
+        SAMPLES.store(session, row.id, _series(journal), results.overview if results else None)
     if row.outcome == "stopped":
         _store_stop(session, row)
     session.flush()
     return row
 
 
-def _complete_playback(session: DatabaseSession, row: RunRow, journal: Journal, config: StationConfig) -> bytes | None:
-    """Compare a playback with its motion, and learn from it. Return the overview of the comparison."""
-    made = RunMotions(session, row)
-    counting.count_repetitions(row, journal, lambda: (made.taught, made.motion))
-    if len(journal.t_ns):
-        _complete_phases(row, journal, made)
-    if not np.any((journal.phase == PHASE_PLAYING) | (journal.phase == PHASE_REDUCED_RANGE)):
-        return None
-    motion = made.motion
-    whole = edit.without_range(motion, made.taught, row.range_percent)
-    result = compared.compare_run(row, journal, motion, whole)
-    if result is None:
-        return None
-    end_range.count(row, journal, made.taught, config, plans.end_range_of(session, row))
-    learning.learn_from_run(session, row, journal, motion, config)
-    return downsampling.of_run(motion, result)
+def _store_results(session: DatabaseSession, row: RunRow, results: PlaybackResults, config: StationConfig) -> None:
+    for name, value in results.run.items():
+        setattr(row, name, value)
+    row.tracking = [MotorTrackingRow(**columns) for columns in results.motors]
+    row.motions = [MotionTrackingRow(**columns) for columns in results.motions]
+    if row.tracking and not row.partial:
+        row.worst_rmse_deg = max(motor.rmse_deg for motor in row.tracking)
+        row.worst_peak_deg = max(abs(motor.peak_deg) for motor in row.tracking)
+    if results.correction:
+        session.add(RunCorrectionRow(run_id=row.id, station=config.name, data=results.correction))
 
 
 def _complete_end_feel(session: DatabaseSession, row: RunRow, journal: Journal) -> None:
@@ -264,14 +263,6 @@ def outcome_of(journal: Journal) -> RunOutcome:
     """Return the outcome that the journal shows for its run."""
     reason = journal.end.reason if journal.end else None
     return "interrupted" if reason is None or reason == "finished" else reason
-
-
-def _complete_phases(row: RunRow, journal: Journal, made: RunMotions) -> None:
-    row.reversals = phases.reversals(journal.phase)
-    if np.any(journal.phase == PHASE_REDUCED_RANGE):
-        row.least_range_percent = phases.least_range_percent(
-            made.motion, journal.phase, journal.path_s, journal.measured_deg.astype(np.float64)
-        )
 
 
 def _series(journal: Journal) -> Series:

@@ -2,7 +2,12 @@ import { Button, Group } from "@mantine/core";
 import { IconDownload } from "@tabler/icons-react";
 import { t } from "../../lib/i18n";
 
-/** Links to download the measured samples as CSV, Parquet and MCAP. */
+const KINDS = {
+  recordings: ["csv", "parquet", "mcap"],
+  runs: ["csv", "parquet", "mcap", "lerobot"],
+} as const;
+
+/** Links to download the measured samples as CSV, Parquet and MCAP, and those of a run as a LeRobotDataset. */
 export function SampleLinks({
   of,
   id,
@@ -14,12 +19,12 @@ export function SampleLinks({
 }) {
   return (
     <Group gap="xs">
-      {(["csv", "parquet", "mcap"] as const).map((kind) => (
+      {KINDS[of].map((kind) => (
         <Button
           key={kind}
           component="a"
           variant="default"
-          href={`/api/${of}/${id}/samples.${kind}`}
+          href={`/api/${of}/${id}/samples.${kind === "lerobot" ? "lerobot.zip" : kind}`}
           leftSection={<IconDownload size={20} />}
           disabled={disabled}
         >

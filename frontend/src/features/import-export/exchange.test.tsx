@@ -69,13 +69,14 @@ afterEach(() => {
   vi.restoreAllMocks();
 });
 
-it("offers measurements as CSV, Parquet and MCAP", () => {
+it("offers measurements of a run as CSV, Parquet, MCAP and LeRobotDataset", () => {
   show(<SampleLinks of="runs" id="r" />);
   const addresses = screen.getAllByRole("link").map((link) => link.getAttribute("href"));
   expect(addresses).toEqual([
     "/api/runs/r/samples.csv",
     "/api/runs/r/samples.parquet",
     "/api/runs/r/samples.mcap",
+    "/api/runs/r/samples.lerobot.zip",
   ]);
 });
 

@@ -1,0 +1,114 @@
+"""Calculates what a run of the learned method teaches (:mod:`kata.motion.ilc`), as it is stored. The figure worker runs this."""
+
+import logging
+from dataclasses import dataclass
+from typing import Any, Final
+
+import numpy as np
+
+from kata.clinic import texts
+from kata.database import arrays
+from kata.device.config import StationConfig
+from kata.device.journal import Journal
+from kata.messages import Text, sent_key
+from kata.motion.axes import N_AXES
+from kata.motion.edit import Motion
+from kata.motion.ilc import STEP_S, Correction, Lesson, next_correction
+from kata.motion.method import reference
+from kata.motion.tracking import MOVES_DEG
+
+log = logging.getLogger(__name__)
+
+COLUMNS: Final = (
+    arrays.SampleColumn("time_s", "s", 1e-6),
+    arrays.SampleColumn("correction_deg", "deg", 1e-6),
+    arrays.SampleColumn("played_deg", "deg", 1e-6),
+    arrays.SampleColumn("error_deg", "deg", 1e-6),
+    arrays.SampleColumn("gain", "1", 1e-6),
+    arrays.SampleColumn("fell_back", "1", 1e-6),
+)
+"""The last three columns have the same value in each row. Corrections of earlier versions have only the first two or five columns."""
+
+
+@dataclass(frozen=True)
+class Learner:
+    """The station that learns, and the share of its axes' torque that the run's resistance level allows."""
+
+    config: StationConfig
+    resistance_share: float
+
+
+@dataclass(frozen=True)
+class Learned:
+    """Columns of the run by name, and the correction as it is stored; None if nothing was learned."""
+
+    run: dict[str, Any]
+    data: bytes | None = None
+
+
+def learn(
+    run_id: str, before: Correction | None, motion: Motion, journal: Journal, outcome: str, learner: Learner
+) -> Learned:
+    """Learn from a run that was played to its end on this station.
+
+    :param before: correction that the run played.
+    """
+    config = learner.config
+    if outcome != "completed":
+        return _nothing(texts.NOT_LEARNED_NOT_COMPLETED())
+    if journal.station != config.name:
+        return _nothing(texts.NOT_LEARNED_OTHER_STATION())
+    try:
+        found = next_correction(
+            before,
+            reference("learned", motion.times_s, motion.angles_deg),
+            journal.repetition,
+            config.servo_model,
+            np.array([axis.max_torque_nm * learner.resistance_share for axis in config.axes]),
+            np.array(config.mechanism_deg),
+        )
+    except ValueError as error:
+        log.warning("nothing is learned from run %s: %s", run_id, error)
+        return _nothing(texts.NOT_LEARNED_NO_FIT())
+    lesson = found.lesson
+    assert lesson is not None
+    if lesson.fell_back:
+        log.warning("the error of motors %s grew in run %s: the earlier correction is used", lesson.fell_back, run_id)
+    count = len(found.angles_deg)
+    stored = {
+        "time_s": np.arange(count) * STEP_S,
+        "correction_deg": found.angles_deg,
+        "played_deg": lesson.played_deg,
+        "error_deg": np.tile(lesson.error_deg, (count, 1)),
+        "gain": np.tile(lesson.gain, (count, 1)),
+        "fell_back": np.tile(np.isin(np.arange(N_AXES) + 1, lesson.fell_back).astype(np.float64), (count, 1)),
+    }
+    run = {
+        "learning": _stored(fall_back(lesson) + _not_compared(lesson, motion)),
+        "learned_rms_deg": float(np.sqrt(np.mean(found.angles_deg**2, axis=0)).max()),
+    }
+    return Learned(run, arrays.encode(stored, COLUMNS))
+
+
+def fall_back(lesson: Lesson) -> list[Text]:
+    """Return why motors use an earlier correction; empty if none does."""
+    return [texts.LEARNING_FELL_BACK(motors=_numbers(lesson.fell_back))] if lesson.fell_back else []
+
+
+def _not_compared(lesson: Lesson, motion: Motion) -> list[Text]:
+    """Return which motors could not be compared with the previous playback. A motor that hardly moves has nothing to learn."""
+    moves = np.ptp(motion.angles_deg, axis=0) >= MOVES_DEG
+    motors = tuple(int(axis) + 1 for axis in np.flatnonzero(np.isnan(lesson.error_deg) & moves))
+    return [texts.LEARNING_DISTURBED(motors=_numbers(motors))] if motors else []
+
+
+def _numbers(motors: tuple[int, ...]) -> str:
+    return ", ".join(str(motor) for motor in motors)
+
+
+def _nothing(reason: Text) -> Learned:
+    return Learned({"learning": _stored([reason])})
+
+
+def _stored(found: list[Text]) -> list[dict[str, Any]]:
+    return [{"message": str(text), "message_key": sent_key(text)} for text in found]
