@@ -89,7 +89,7 @@ def test_draft_keeps_the_other_shoulder_apart() -> None:
 
 def test_draft_of_a_simulated_session_says_so() -> None:
     assert "Simulated apparatus" in draft(session(run(), simulated=True))
-    assert "シミュレーション装置" in draft(session(run(), simulated=True), "ja")
+    assert "模擬装置" in draft(session(run(), simulated=True), "ja")
     assert "Simulated" not in draft(session(run()))
 
 

@@ -1,9 +1,9 @@
 """``python -m tests.e2e.screenshots --out FOLDER``: screenshots of every page of a seeded clinic, to be looked at.
 
-Both schemes, both languages, four sizes. Besides the pages: the home page of each role, the dialogs, the station during the checklist,
+Both schemes, both languages, five sizes. Besides the pages: the home page of each role, the dialogs, the station during the checklist,
 playback and a stop, the patient's questionnaire, the components, and reports. Some pages of the desktop are also printed.
 A file is called ``page-language-scheme-size.png``. ``--page``, ``--language``, ``--scheme`` and ``--size`` choose some of them; each may be
-repeated. Build the page first; ``KATA_CHROMIUM`` names the browser.
+repeated. Errors and warnings of the browser's console are printed. Build the page first; ``KATA_CHROMIUM`` names the browser.
 """
 
 import os

@@ -1,6 +1,8 @@
 """Desk work in a real browser, by keyboard alone: assess, edit a motion, prescribe, look up, administer."""
 
+import csv
 import re
+from io import StringIO
 
 import pytest
 from playwright.sync_api import Page, expect
@@ -129,4 +131,12 @@ def test_the_work_at_a_desk_is_done_by_keyboard_alone(page: Page, clinic: Clinic
     expect(page.get_by_role("link", name="Administration")).to_have_attribute("aria-current", "page")
     choose(page, page.get_by_role("combobox", name="Outcome"), "Done")
     expect(page.get_by_role("row").nth(1)).to_be_visible(timeout=LONG_MS)
+    number = page.get_by_role("columnheader", name="No.")
+    press(page, number.get_by_role("button"))
+    expect(number).to_have_attribute("aria-sort", "ascending")
+    with page.expect_download() as download:
+        press(page, page.get_by_role("button", name="Save as CSV"))
+    entries = list(csv.reader(StringIO(download.value.path().read_text("utf-8-sig"))))
+    assert entries[0][:3] == ["No.", "Time", "User"]
+    assert [int(entry[0]) for entry in entries[1:]] == sorted(int(entry[0]) for entry in entries[1:])
     assert wrong == []

@@ -8,6 +8,7 @@ from typing import Any, Final
 import pytest
 
 from docs.clinical import GLOSSARY, Term
+from kata.reporting import note_draft_phrases
 from kata.reporting.phrases import PHRASES
 from tests.support.paths import ROOT
 
@@ -36,6 +37,8 @@ def _both() -> Iterator[tuple[str, str, str]]:
         yield f"server.{key}", english, japanese[key]
     for key, (english, translated) in PHRASES.items():
         yield f"report.{key}", english, translated
+    for key, (english, translated) in note_draft_phrases.PHRASES.items():
+        yield f"note_draft.{key}", english, translated
 
 
 PAIRS: Final = tuple(_both())

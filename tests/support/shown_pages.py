@@ -7,14 +7,16 @@ from dataclasses import dataclass
 from functools import partial
 from typing import Any, Final, Literal
 
-from playwright.sync_api import Browser, Error, expect
+from playwright.sync_api import Browser, ConsoleMessage, Error, expect
 
 from kata.auth.login_session import COOKIE
 from tests.support.accessibility import SIGN_IN_PAGES, addresses
 from tests.support.browser_clinic import LONG_MS, Clinic
 from tests.support.shown_station import ShownStation
 
-SIZES: Final = {"telephone": (360, 740), "tablet": (800, 1280), "desktop": (1280, 800), "wall": (2560, 1440)}
+SIZES: Final = {
+    "telephone": (360, 740), "landscape": (740, 360), "tablet": (800, 1280), "desktop": (1280, 800), "wall": (2560, 1440),
+}  # fmt: skip
 LOCALES: Final = {"en": "en-GB", "ja": "ja-JP"}
 SCHEMES: Final[tuple[Literal["light", "dark"], ...]] = ("light", "dark")
 _DIALOGS: Final = {"search": "Control+K", "shortcuts": "Control+/"}
@@ -43,6 +45,11 @@ class View:
     size: str
 
 
+def _report(message: ConsoleMessage) -> None:
+    if message.type in ("error", "warning"):
+        sys.stderr.write(f"{message.location.get('url')} {message.text}\n")
+
+
 class ShownPages:
     """One browser page that shows them one after the other."""
 
@@ -64,6 +71,8 @@ class ShownPages:
         context.add_init_script("localStorage.setItem('kata.first-steps-hidden', 'true')")
         self.page = context.new_page()
         self.page.set_default_timeout(LONG_MS)
+        self.page.on("console", _report)
+        self.page.on("pageerror", self._report_error)
         self._sign_in(clinic.cookie)
         station.make_idle()
 
@@ -117,8 +126,8 @@ class ShownPages:
         expect(self.page.get_by_role("dialog")).to_be_visible(timeout=LONG_MS)
 
     def _menus(self) -> dict[str, str]:
-        """Return the icons of the header's menus. Only a telephone has a menu of pages."""
-        return _MENUS | ({"page-menu": "menu-2"} if self.view.size == "telephone" else {})
+        """Return the icons of the header's menus. Only telephones have a menu of pages."""
+        return _MENUS | ({"page-menu": "menu-2"} if self.view.size in ("telephone", "landscape") else {})
 
     def _open(self, icon: str) -> None:
         """Open a menu of the header on the home page."""
@@ -209,6 +218,9 @@ class ShownPages:
             name: f"{self._clinic.url}/api{path}/report.html?language={self.view.language}"
             for name, path in (("report-session", session), ("report-episode", progress))
         }
+
+    def _report_error(self, error: Error) -> None:
+        sys.stderr.write(f"{self.page.url} {error}\n")
 
     def _sign_in(self, cookie: str) -> None:
         self.page.context.clear_cookies()

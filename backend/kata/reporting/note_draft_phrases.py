@@ -18,7 +18,7 @@ PHRASES: Final[dict[str, tuple[str, str]]] = {
     ),
     "simulated": (
         "Simulated apparatus: the measured values are not those of a patient.",
-        "シミュレーション装置：測定値は患者のものではない。",
+        "模擬装置：測定値は患者のものではない。",
     ),
     "other_shoulder.left": ("{name}, left shoulder", "{name}・左肩"),
     "other_shoulder.right": ("{name}, right shoulder", "{name}・右肩"),

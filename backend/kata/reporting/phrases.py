@@ -82,9 +82,9 @@ PHRASES: Final[dict[str, tuple[str, str]]] = {
     "signature_line": ("Date, signature: ______________________________", "日付・署名：______________________________"),
     "simulated": (
         "SIMULATED APPARATUS: the measured values are not those of a patient",
-        "シミュレーション装置：測定値は架空であり、患者のものではない",
+        "模擬装置：測定値は架空であり、患者のものではない",
     ),
-    "simulated_session": ("simulated", "シミュレーション"),
+    "simulated_session": ("simulated", "模擬装置"),
     # The session
     "session_report": ("Session report", "治療セッション報告書"),
     "session": ("Session", "セッション"),

@@ -21,6 +21,7 @@ const COLUMNS: Column<Row>[] = [
     value: ({ stops }) => stops,
     cell: ({ stops }) => stops ?? "–",
   },
+  { key: "open", head: "Open", always: true, cell: ({ name }) => <button type="button">Open {name}</button> },
 ];
 const names = () =>
   screen
@@ -69,4 +70,12 @@ it("saves the columns and the order that are shown, and remembers hidden columns
   expect(localStorage.getItem("kata.columns.stops")).toContain("stops");
   // The column that identifies a row cannot be hidden.
   expect(screen.queryByRole("checkbox", { name: "Name" })).toBeNull();
+});
+
+it("does not sort by a column of buttons, and leaves it out of the file", () => {
+  expect(screen.getByRole("columnheader", { name: "Open" }).getAttribute("aria-sort")).toBeNull();
+  expect(screen.queryByRole("button", { name: "Open" })).toBeNull();
+  const saved = vi.spyOn(csv, "saveFile").mockImplementation(() => undefined);
+  fireEvent.click(screen.getByRole("button", { name: "Save as CSV" }));
+  expect(saved).toHaveBeenLastCalledWith("stops.csv", expect.not.stringContaining("Open"));
 });

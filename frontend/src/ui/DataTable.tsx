@@ -87,6 +87,7 @@ function Head<Row>(props: { column: Column<Row>; sorting: Sorting; onSort: () =>
   const { column, sorting } = props;
   const direction = sorting?.key === column.key ? sorting.direction : null;
   const Icon = direction === "descending" ? IconArrowDown : IconArrowUp;
+  if (!column.value) return <Table.Th {...(column.right && { ta: "right" })}>{column.head}</Table.Th>;
   return (
     <Table.Th aria-sort={direction ?? "none"} {...(column.right && { ta: "right" })}>
       <UnstyledButton className={classes.head ?? ""} onClick={props.onSort}>
@@ -101,7 +102,7 @@ function Head<Row>(props: { column: Column<Row>; sorting: Sorting; onSort: () =>
 function Totals<Row>({ columns, rows }: { columns: Column<Row>[]; rows: Row[] }) {
   if (rows.length < 2 || !columns.some(({ total }) => total)) return null;
   const cell = (column: Column<Row>, place: number): ReactNode => {
-    if (column.total) return rows.reduce((sum, row) => sum + Number(column.value(row) ?? 0), 0);
+    if (column.total) return rows.reduce((sum, row) => sum + Number(column.value?.(row) ?? 0), 0);
     return place === 0 ? t("ui:table.total") : null;
   };
   return (

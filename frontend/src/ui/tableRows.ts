@@ -2,11 +2,14 @@ import type { ReactNode } from "react";
 import type { Schemas } from "../lib/api/client";
 import { LANGUAGE } from "../lib/language";
 
-/** One column of a table. Rows are sorted by `value`, and the CSV file contains it; null: the cell is empty. */
+/**
+ * One column of a table. Rows are sorted by `value`, and the CSV file contains it; null: the cell is empty. A column of
+ * buttons has no `value`.
+ */
 export interface Column<Row> {
   key: string;
   head: string;
-  value: (row: Row) => string | number | null;
+  value?: (row: Row) => string | number | null;
   cell: (row: Row) => ReactNode;
   right?: boolean;
   /** True if the table shows the sum of the column. */
@@ -28,11 +31,11 @@ export function turned(sorting: Sorting, key: string): Sorting {
 
 /** Return the rows in order. Rows without a value come last in both directions. */
 export function sortedRows<Row>(rows: Row[], columns: Column<Row>[], sorting: Sorting): Row[] {
-  const column = columns.find(({ key }) => key === sorting?.key);
-  if (!column) return rows;
+  const value = columns.find(({ key }) => key === sorting?.key)?.value;
+  if (!value) return rows;
   const sign = sorting?.direction === "descending" ? -1 : 1;
   return [...rows].sort((one, other) => {
-    const [left, right] = [column.value(one), column.value(other)];
+    const [left, right] = [value(one), value(other)];
     if (left === null || right === null) return Number(left === null) - Number(right === null);
     if (typeof left === "number" && typeof right === "number") return sign * (left - right);
     return sign * collator.compare(String(left), String(right));
@@ -40,8 +43,11 @@ export function sortedRows<Row>(rows: Row[], columns: Column<Row>[], sorting: So
 }
 
 /** Return the shown content of a table, for a file. */
-export const shownTable = <Row>(rows: Row[], columns: Column<Row>[]): Schemas["ProgressTable"] => ({
-  columns: columns.map(({ head }) => ({ name: head, kind: "text", digits: 0 })),
-  rows: rows.map((row) => columns.map(({ value }) => value(row))),
-  texts: [],
-});
+export function shownTable<Row>(rows: Row[], columns: Column<Row>[]): Schemas["ProgressTable"] {
+  const filled = columns.flatMap(({ head, value }) => (value ? [{ head, value }] : []));
+  return {
+    columns: filled.map(({ head }) => ({ name: head, kind: "text", digits: 0 })),
+    rows: rows.map((row) => filled.map(({ value }) => value(row))),
+    texts: [],
+  };
+}

@@ -41,7 +41,7 @@ class ProgrammeVersionRow(Base):
     programme_id: Mapped[UUID] = mapped_column(ForeignKey("programmes.id"))
     number: Mapped[int]
     """Number of the version, from 1."""
-    made_at: Mapped[datetime] = mapped_column(UtcDateTime)
+    made_at: Mapped[datetime] = mapped_column(UtcDateTime, index=True)
     made_by: Mapped[str] = mapped_column(String(100))
     note: Mapped[str] = mapped_column(Text)
     timer_minutes: Mapped[float | None]

@@ -45,6 +45,7 @@ class SessionRow(Base):
         Index("ix_sessions_started_at_id", "started_at", "id"),
         # The home page counts the sessions of the last weeks by episode without reading their rows.
         Index("ix_sessions_started_at_episode_id", "started_at", "episode_id", "run_count"),
+        Index("ix_sessions_episode_id_started_at", "episode_id", "started_at", "run_count"),
         Index("ix_sessions_patient_id_started_at", "patient_id", "started_at", "id"),
         Index("ix_sessions_therapist_started_at", "therapist", "started_at", "id"),
         Index("ix_sessions_station_started_at", "station", "started_at", "id"),
@@ -67,7 +68,7 @@ class SessionRow(Base):
 
     id: Mapped[UUID] = mapped_column(primary_key=True)
     patient_id: Mapped[UUID] = mapped_column(ForeignKey("patients.id"))
-    episode_id: Mapped[UUID | None] = mapped_column(ForeignKey("episodes.id"), index=True)
+    episode_id: Mapped[UUID | None] = mapped_column(ForeignKey("episodes.id"))
     programme_version_id: Mapped[UUID | None] = mapped_column(ForeignKey("programme_versions.id"))
     """The plan; None if recordings were chosen one by one."""
     therapist: Mapped[str] = mapped_column(String(100), default="")

@@ -7,12 +7,11 @@ from the total, the next smallest group of the same kind is also hidden.
 from collections import Counter
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, fields
-from datetime import timedelta
-from typing import Any, Final, Literal
-from uuid import UUID
+from datetime import datetime, timedelta
+from typing import Any, Final, Literal, NamedTuple
 
 import numpy as np
-from sqlalchemy import Label, String, cast, func, select
+from sqlalchemy import ColumnElement, Label, String, cast, func, select
 from sqlalchemy.orm import InstrumentedAttribute, Session
 
 from kata.clinic.episodes.tables import EpisodeRow, StageRow
@@ -41,21 +40,17 @@ _By = Literal["stage", "programme"]
 
 def outcomes(session: Session, span: Span, adherence: ProgrammeAdherence) -> Outcomes:
     """Return the outcomes of the episodes whose last assessment is within the time. The station of ``span`` is ignored."""
-    rows = session.execute(
-        select(
-            _text(EpisodeOutcomeRow.episode_id), EpisodeOutcomeRow.measure, EpisodeOutcomeRow.first_at, EpisodeOutcomeRow.first,
-            EpisodeOutcomeRow.last, EpisodeOutcomeRow.important_at, _text(EpisodeRow.patient_id),
-        ).join(EpisodeRow, EpisodeRow.id == EpisodeOutcomeRow.episode_id)
-        .where(
-            EpisodeOutcomeRow.last_at >= span.since, EpisodeOutcomeRow.last_at < span.until,
-            EpisodeOutcomeRow.last_at > EpisodeOutcomeRow.first_at,
-        )
-    ).all()  # fmt: skip
-    compared = _compared(rows)
-    stage_of, programme_of = _stages(session, span), _programmes(session, span)
+    row = EpisodeOutcomeRow
+    query = select(
+        _text(row.episode_id), row.measure, _text(row.first_at), row.first, row.last, _text(row.important_at)
+    ).where(*_within(span), row.last_at > row.first_at)
+    rows = session.connection().execute(query).all()
+    found = _episodes(session, span)
+    episodes = found.values()
+    compared = _compared(rows, found)
     groups = [_group("all", "", compared)]
-    groups += _groups("stage", compared, [stage_of.get(row.episode_id, "") for row in rows], _STAGES)
-    groups += _groups("programme", compared, [programme_of.get(row.episode_id, "") for row in rows])
+    groups += _groups("stage", compared, [episode.stage for episode in episodes], _STAGES)
+    groups += _groups("programme", compared, [episode.programme for episode in episodes])
     return Outcomes(
         limits={name: [measure.important, measure.detectable] for name, measure in MEASURES.items()},
         least_patients=LEAST_SHOWN,
@@ -64,51 +59,62 @@ def outcomes(session: Session, span: Span, adherence: ProgrammeAdherence) -> Out
     )
 
 
-def _text(column: InstrumentedAttribute[UUID]) -> Label[str]:
-    """Return an id as text. Making, hashing and comparing thousands of UUID objects takes longer than the queries."""
+def _text(column: InstrumentedAttribute[Any]) -> Label[str]:
+    """Return ids and times as text. Making thousands of UUIDs and times takes longer than the queries."""
     return cast(column, String).label(column.key)
 
 
-def _stages(session: Session, span: Span) -> dict[str, str]:
-    """Return the stage of each episode at its first assessment."""
-    first = _episodes(span)
-    query = (
-        select(_text(StageRow.episode_id), StageRow.stage, StageRow.since, first.c.first_at)
-        .join(first, first.c.episode_id == StageRow.episode_id)
-        .order_by(StageRow.since, StageRow.noted_at)
-    )
-    # The last stage of an episode replaces the earlier ones.
-    return {
-        row.episode_id: row.stage
-        for row in session.execute(query)
-        if row.since <= row.first_at.astimezone(span.zone).date()
-    }
+def _within(span: Span) -> tuple[ColumnElement[bool], ColumnElement[bool]]:
+    return EpisodeOutcomeRow.last_at >= span.since, EpisodeOutcomeRow.last_at < span.until
 
 
-def _programmes(session: Session, span: Span) -> dict[str, str]:
-    """Return the name of each episode's newest programme. An archived programme is used only if there is no other."""
-    first = _episodes(span)
-    query = (
-        select(_text(ProgrammeRow.episode_id), ProgrammeRow.name)
-        .join(first, first.c.episode_id == ProgrammeRow.episode_id)
-        .order_by(ProgrammeRow.archived_at.is_(None), ProgrammeRow.created_at)
-    )
-    return {row.episode_id: row.name for row in session.execute(query)}
+class _Episode(NamedTuple):
+    """By what an episode is grouped."""
+
+    patient: str
+    stage: str
+    """Stage at the first assessment; empty if none was recorded."""
+    programme: str
+    """Name of the newest programme; empty if there is none. An archived programme is used only if there is no other."""
 
 
-def _episodes(span: Span) -> Any:
-    return (
+def _episodes(session: Session, span: Span) -> dict[str, _Episode]:
+    """Return the episodes by id."""
+    first = (
         select(EpisodeOutcomeRow.episode_id, func.min(EpisodeOutcomeRow.first_at).label("first_at"))
-        .where(EpisodeOutcomeRow.last_at >= span.since, EpisodeOutcomeRow.last_at < span.until)
+        .where(*_within(span))
         .group_by(EpisodeOutcomeRow.episode_id)
         .subquery()
     )
+    programme = (
+        select(ProgrammeRow.name)
+        .where(ProgrammeRow.episode_id == EpisodeRow.id)
+        .order_by(ProgrammeRow.archived_at.is_(None).desc(), ProgrammeRow.created_at.desc())
+        .limit(1)
+        .scalar_subquery()
+    )
+    query = (
+        select(_text(EpisodeRow.id), _text(EpisodeRow.patient_id), first.c.first_at, StageRow.stage, StageRow.since, programme)
+        .join(first, first.c.episode_id == EpisodeRow.id)
+        .outerjoin(StageRow, StageRow.episode_id == EpisodeRow.id)
+        .order_by(StageRow.since, StageRow.noted_at)
+    )  # fmt: skip
+    episodes: dict[str, _Episode] = {}
+    # An episode has a row for each of its stages, the earliest first.
+    for episode_id, patient, first_at, stage, since, name in session.connection().execute(query).all():
+        if since is not None and since <= first_at.astimezone(span.zone).date():
+            episodes[episode_id] = _Episode(patient, stage, name or "")
+        elif episode_id not in episodes:
+            episodes[episode_id] = _Episode(patient, "", name or "")
+    return episodes
 
 
 @dataclass(frozen=True)
 class _Compared:
     """Values of measures in episodes, as columns, because loops over thousands of rows take longer than the queries."""
 
+    episode: Any
+    """Numbers of the episodes, in the order of :func:`_episodes`."""
     measure: Any
     """Numbers of the measures in :data:`MEASURES`."""
     patient: Any
@@ -123,19 +129,25 @@ class _Compared:
     @property
     def patients(self) -> int:
         """Return the number of persons. A patient may have an episode of each shoulder."""
-        return len(np.unique(self.patient))
+        return int(np.count_nonzero(np.bincount(self.patient)))
 
     def where(self, chosen: Any) -> "_Compared":
-        """Return the rows for which ``chosen`` is true."""
+        """Return these rows: their numbers, or true for each."""
         return _Compared(*(getattr(self, column.name)[chosen] for column in fields(self)))
 
 
-def _compared(rows: Sequence[_Row]) -> _Compared:
-    first, last = (np.array([getattr(row, name) for row in rows], dtype=float) for name in ("first", "last"))
-    weeks = [(row.important_at - row.first_at) / _WEEK if row.important_at else np.nan for row in rows]
+def _compared(rows: Sequence[_Row], episodes: dict[str, _Episode]) -> _Compared:
+    ids, measures, first_at, first_values, last_values, important_at = zip(*rows, strict=True) if rows else ((),) * 6
+    first, last = np.array(first_values, dtype=float), np.array(last_values, dtype=float)
+    weeks = [
+        (datetime.fromisoformat(important) - datetime.fromisoformat(begin)) / _WEEK if important else np.nan
+        for begin, important in zip(first_at, important_at, strict=True)
+    ]
+    episode = _numbered(ids, episodes)
     return _Compared(
-        measure=_numbered([row.measure for row in rows], MEASURES),
-        patient=_numbered([row.patient_id for row in rows]),
+        episode=episode,
+        measure=_numbered(measures, MEASURES),
+        patient=_numbered([one.patient for one in episodes.values()])[episode],
         first=first,
         last=last,
         fall=np.array([as_shown(fall) for fall in (first - last).tolist()], dtype=float),
@@ -143,24 +155,31 @@ def _compared(rows: Sequence[_Row]) -> _Compared:
     )
 
 
-def _numbered(names: Iterable[str], known: Iterable[str] = ()) -> Any:
+def _numbered(names: Sequence[str], known: Iterable[str] = ()) -> Any:
     """Return the number of each name: its place in ``known``, or else in the order of its first appearance."""
-    places = {name: place for place, name in enumerate(known)}
-    return np.array([places.setdefault(name, len(places)) for name in names], dtype=int)
+    places = {name: place for place, name in enumerate(dict.fromkeys((*known, *names)))}
+    return np.array([places[name] for name in names], dtype=int)
 
 
 def _groups(by: _By, rows: _Compared, names: Sequence[str], order: Sequence[str] = ()) -> list[OutcomeGroup]:
-    """Return a group for each name, in this order or else from the largest to the smallest. ``names``: one for each row."""
-    found = Counter(names)
-    listed = [name for name in order if name in found] or [name for name, _ in found.most_common()]
-    numbers = _numbered(names, listed)
-    return [_group(by, name, rows.where(numbers == number)) for number, name in enumerate(listed)]
+    """Return a group for each name, in this order or else from the largest to the smallest. ``names``: one for each episode."""
+    known = list(dict.fromkeys((*order, *names)))
+    numbers = _numbered(names, known)[rows.episode]
+    counts = np.bincount(numbers, minlength=len(known))
+    listed = range(len(known)) if order else np.argsort(-counts, kind="stable").tolist()
+    return [_group(by, known[n], rows.where(np.flatnonzero(numbers == n))) for n in listed if counts[n]]
 
 
 def _group(by: Literal["all", "stage", "programme"], name: str, rows: _Compared) -> OutcomeGroup:
-    of_measure = [(measure, rows.where(rows.measure == number)) for number, measure in enumerate(MEASURES)]
+    patients = rows.patients
+    # A small group is hidden, and has no measure that is not.
+    of_measure = [
+        (measure, rows.where(np.flatnonzero(rows.measure == number)))
+        for number, measure in enumerate(MEASURES)
+        if patients >= LEAST_SHOWN
+    ]
     changes = [_change(measure, of) for measure, of in of_measure if of.patients >= LEAST_SHOWN]
-    return OutcomeGroup(by=by, name=name, patients=rows.patients, changes=changes)
+    return OutcomeGroup(by=by, name=name, patients=patients, changes=changes)
 
 
 def _change(measure: OutcomeMeasure, rows: _Compared) -> OutcomeChange:

@@ -38,7 +38,13 @@ class EpisodeOutcomeRow(Base):
     """First and last value of one measure in an episode of care."""
 
     __tablename__ = "episode_outcomes"
-    __table_args__ = (Index("ix_episode_outcomes_last_at", "last_at", "episode_id"),)
+    # The outcomes read all columns of this index and no row.
+    __table_args__ = (
+        Index(
+            "ix_episode_outcomes_last_at",
+            "last_at", "episode_id", "measure", "first_at", "first", "last", "important_at",
+        ),
+    )  # fmt: skip
 
     episode_id: Mapped[UUID] = mapped_column(ForeignKey("episodes.id"), primary_key=True)
     measure: Mapped[str] = mapped_column(String(32), primary_key=True)

@@ -6,7 +6,7 @@ from datetime import datetime, timedelta, tzinfo
 from typing import Any, Final, Literal
 from uuid import UUID
 
-from sqlalchemy import Select, case, func, select, union
+from sqlalchemy import ColumnElement, Select, func, select, union
 from sqlalchemy.orm import Session, aliased
 
 from kata.actor import Actor
@@ -17,7 +17,6 @@ from kata.clinic.patients.tables import PatientRow
 from kata.clinic.programmes.tables import ProgrammeRow, ProgrammeVersionRow
 from kata.clinic.restricted import service as restricted
 from kata.clinic.sessions import lists
-from kata.clinic.sessions.lists import SessionSummary
 from kata.clinic.sessions.schemas import SessionPatient
 from kata.clinic.sessions.tables import SessionRow
 from kata.clinic.statistics.schemas import DuePatient, PatientChange, ProgrammeAdherence, Worklist
@@ -60,18 +59,13 @@ def worklist(session: Session, actor: Actor, now: datetime, zone: tzinfo | None)
     today, tomorrow = midnight(day, zone), midnight(day + timedelta(days=1), zone)
     due, count = _due(session, followed(session, now, hidden), tomorrow)
     visible = SessionRow.patient_id.not_in(hidden)
-    of_day = union(
-        select(SessionRow.id).where(SessionRow.started_at >= today),
-        select(SessionRow.id).where(SessionRow.ended_at.is_(None)),
-    )
     mine = (SessionRow.signed_at.is_(None), SessionRow.ended_at.is_not(None), SessionRow.therapist == actor.name)
+    unsigned = select(SessionRow.id).where(visible, *mine).order_by(SessionRow.started_at).limit(_MOST)
     return Worklist(
-        sessions=_summaries(
-            session, select(SessionRow.id).where(visible, SessionRow.id.in_(of_day)), newest_first=True
-        ),
+        sessions=lists.summaries(session, _of_day(visible, today), SessionRow.started_at.desc()),
         due=due,
         due_count=count,
-        unsigned=_summaries(session, select(SessionRow.id).where(visible, *mine), newest_first=False),
+        unsigned=lists.summaries(session, unsigned, SessionRow.started_at.asc()),
         changes=_changes(session, actor, now, hidden),
     )
 
@@ -83,45 +77,34 @@ def followed(session: Session, now: datetime, hidden: Select[UUID] | None = None
     ``hidden``: query of the ids of patients to leave out.
     """
     since = now - RECENT
-    # Materialized, because SQLite would otherwise read every session of the clinic in the order of the episodes.
-    recent = (
-        select(SessionRow.episode_id, SessionRow.started_at)
-        .where(SessionRow.started_at >= since, SessionRow.run_count > 0)
-        .cte("recent")
-        .prefix_with("MATERIALIZED")
-    )
-    held_sessions = (
-        select(recent.c.episode_id, func.max(recent.c.started_at).label("last_at"), func.count().label("held"))
-        .group_by(recent.c.episode_id)
-        .cte("held_sessions")
-    )
+    held = select(SessionRow.episode_id).where(SessionRow.started_at >= since, SessionRow.run_count > 0)
     new = select(ProgrammeRow.episode_id).join(ProgrammeVersionRow).where(ProgrammeVersionRow.made_at >= since)
-    among = union(select(held_sessions.c.episode_id), new).subquery("among")
+    among = union(held, new).subquery("among")
     other = aliased(ProgrammeVersionRow)
     newest = select(func.max(other.number)).where(other.programme_id == ProgrammeRow.id).scalar_subquery()
+    of_episode = (
+        SessionRow.episode_id == EpisodeRow.id,
+        SessionRow.started_at >= since,
+        SessionRow.run_count > 0,
+    )
+    last_at = select(func.max(SessionRow.started_at)).where(*of_episode).scalar_subquery()
     # Sessions are prescribed from the version's date on, so that earlier ones do not make up for them.
-    held_since_made = (
+    count = (
         select(func.count())
-        .where(
-            SessionRow.episode_id == EpisodeRow.id,
-            SessionRow.run_count > 0,
-            SessionRow.started_at >= ProgrammeVersionRow.made_at,
-        )
+        .where(*of_episode, SessionRow.started_at >= ProgrammeVersionRow.made_at)
         .correlate(EpisodeRow, ProgrammeVersionRow)
         .scalar_subquery()
     )
-    held = case((ProgrammeVersionRow.made_at > since, held_since_made), else_=func.coalesce(held_sessions.c.held, 0))
     query = (
         select(
             ProgrammeRow.episode_id, EpisodeRow.patient_id, ProgrammeVersionRow.sessions_per_week, ProgrammeVersionRow.made_at,
-            held_sessions.c.last_at, held,
+            last_at, count,
         )
         .select_from(among)
         .join(EpisodeRow, EpisodeRow.id == among.c.episode_id)
         .join(PatientRow, PatientRow.id == EpisodeRow.patient_id)
         .join(ProgrammeRow, ProgrammeRow.episode_id == EpisodeRow.id)
         .join(ProgrammeVersionRow, ProgrammeVersionRow.programme_id == ProgrammeRow.id)
-        .outerjoin(held_sessions, held_sessions.c.episode_id == EpisodeRow.id)
         .where(
             EpisodeRow.closed_at.is_(None),
             PatientRow.archived_at.is_(None),
@@ -133,7 +116,9 @@ def followed(session: Session, now: datetime, hidden: Select[UUID] | None = None
     )  # fmt: skip
     if hidden is not None:
         query = query.where(EpisodeRow.patient_id.not_in(hidden))
-    return list({row.episode_id: FollowedProgramme(*row) for row in session.execute(query)}.values())
+    # Rows of the connection cost less than those of the session.
+    rows = session.connection().execute(query).all()
+    return list({row.episode_id: FollowedProgramme(*row) for row in rows}.values())
 
 
 def adherence(programmes: list[FollowedProgramme], now: datetime) -> ProgrammeAdherence:
@@ -177,41 +162,38 @@ def _patients(session: Session, ids: list[UUID]) -> dict[UUID, SessionPatient]:
 
 
 def _therapists(session: Session, programmes: list[FollowedProgramme]) -> dict[UUID, str]:
-    """Return the therapist of each programme's last session."""
-    last_at = {programme.patient_id: programme for programme in programmes if programme.last_session_at}
+    """Return the therapist of each programme's last session, by episode."""
+    last_at = {programme.episode_id: at for programme in programmes if (at := programme.last_session_at)}
     if not last_at:
         return {}
-    oldest = min(programme.last_session_at for programme in last_at.values() if programme.last_session_at)
-    query = select(SessionRow.patient_id, SessionRow.started_at, SessionRow.therapist).where(
-        SessionRow.patient_id.in_(last_at), SessionRow.started_at >= oldest
+    other = aliased(SessionRow)
+    newest = select(func.max(other.started_at)).where(other.episode_id == SessionRow.episode_id, other.run_count > 0)
+    query = select(SessionRow.episode_id, SessionRow.therapist).where(
+        SessionRow.episode_id.in_(last_at),
+        SessionRow.started_at >= min(last_at.values()),
+        SessionRow.started_at == newest.scalar_subquery(),
     )
-    return {
-        last_at[row.patient_id].episode_id: row.therapist
-        for row in session.execute(query)
-        if row.started_at == last_at[row.patient_id].last_session_at
-    }
+    return {row.episode_id: row.therapist for row in session.execute(query)}
 
 
-def _summaries(session: Session, wanted: Select[UUID], *, newest_first: bool) -> list[SessionSummary]:
-    order = SessionRow.started_at.desc() if newest_first else SessionRow.started_at.asc()
-    return lists.summaries(session, wanted.order_by(order).limit(_MOST), order)
+def _of_day(visible: ColumnElement[bool], today: datetime) -> Select[UUID]:
+    """Return the query of the newest sessions that began today or are open."""
+    # Each part is read in the order of its index and ends with its limit.
+    parts = [
+        select(SessionRow.id, SessionRow.started_at)
+        .where(visible, chosen)
+        .order_by(SessionRow.started_at.desc())
+        .limit(_MOST)
+        .subquery()
+        for chosen in (SessionRow.started_at >= today, SessionRow.ended_at.is_(None))
+    ]
+    both = union(*(select(part) for part in parts)).subquery()
+    return select(both.c.id).order_by(both.c.started_at.desc()).limit(_MOST)
 
 
 def _changes(session: Session, actor: Actor, now: datetime, hidden: Select[UUID]) -> list[PatientChange]:
     """Return the changes between the last two assessments of the actor's last patients."""
-    last = func.max(SessionRow.started_at).label("last_at")
-    held_sessions = session.execute(
-        select(SessionRow.patient_id, SessionRow.episode_id, EpisodeRow.side, last)
-        .join(EpisodeRow, EpisodeRow.id == SessionRow.episode_id)
-        .where(
-            SessionRow.therapist == actor.name,
-            SessionRow.started_at >= now - RECENT,
-            SessionRow.patient_id.not_in(hidden),
-        )
-        .group_by(SessionRow.patient_id, SessionRow.episode_id, EpisodeRow.side)
-        .order_by(last.desc())
-        .limit(_CHANGED)
-    ).all()
+    held_sessions = _last_sessions(session, actor, now - RECENT, hidden)
     assessed = select(
         AssessmentRow.episode_id, AssessmentRow.assessed_at, AssessmentRow.spadi_score, AssessmentRow.pain_average
     ).where(
@@ -231,6 +213,28 @@ def _changes(session: Session, actor: Actor, now: datetime, hidden: Select[UUID]
             if len(of) > 1 and of[-1][0] >= now - RECENT:
                 changes.append(_change(patients[held_session.patient_id], held_session, measure, of))
     return changes
+
+
+def _last_sessions(session: Session, actor: Actor, since: datetime, hidden: Select[UUID]) -> list[Any]:
+    """Return the last session of each of the actor's last episodes, the newest first."""
+    query = (
+        select(SessionRow.patient_id, SessionRow.episode_id, EpisodeRow.side, SessionRow.started_at.label("last_at"))
+        .join(EpisodeRow, EpisodeRow.id == SessionRow.episode_id)
+        .where(
+            SessionRow.therapist == actor.name,
+            SessionRow.started_at >= since,
+            SessionRow.patient_id.not_in(hidden),
+        )
+        .order_by(SessionRow.started_at.desc())
+    )
+    last: dict[UUID | None, Any] = {}
+    # Few rows name enough episodes, so that the others are not read.
+    with session.execute(query, execution_options={"yield_per": _MOST}) as rows:
+        for row in rows:
+            last.setdefault(row.episode_id, row)
+            if len(last) == _CHANGED:
+                break
+    return list(last.values())
 
 
 _MEASURES: Final[tuple[Literal["spadi", "pain"], ...]] = ("spadi", "pain")

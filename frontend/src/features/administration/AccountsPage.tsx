@@ -1,12 +1,14 @@
 import "./catalogue";
-import { Badge, Button, Group, Modal, Skeleton, Stack, Switch, Table, Text, Title } from "@mantine/core";
+import { Badge, Button, Group, Modal, Skeleton, Stack, Switch, Text, Title } from "@mantine/core";
 import { IconUserPlus } from "@tabler/icons-react";
 import { useMutation, useQuery, useQueryClient } from "@tanstack/react-query";
 import { useState } from "react";
 import { useTitle } from "../../app/title";
 import { type Account, api, type Schemas } from "../../lib/api/client";
 import { t } from "../../lib/i18n";
+import { DataTable } from "../../ui/DataTable";
 import { ProblemNote } from "../../ui/ProblemNote";
+import type { Column } from "../../ui/tableRows";
 import { AccessTokenList } from "../auth/AccessTokenList";
 import { useMe } from "../auth/hooks";
 import { AccountForm } from "./AccountForm";
@@ -31,7 +33,16 @@ export function AccountsPage() {
       </Group>
       <ProblemNote error={accounts.error} />
       {accounts.isPending && <Skeleton h={200} />}
-      {items.length > 0 && <AccountTable accounts={items} onCode={setOneTimeCode} />}
+      {items.length > 0 && (
+        <DataTable
+          name="accounts"
+          label={t("administration:accounts.title")}
+          columns={[...COLUMNS, actionsColumn(setOneTimeCode)]}
+          rows={items}
+          rowKey={({ id }) => id}
+          isDimmed={({ disabled_at }) => disabled_at !== null}
+        />
+      )}
       <AllAccessTokens />
       <Modal
         opened={creating}
@@ -77,52 +88,48 @@ function AllAccessTokens() {
 
 type OnCode = (code: Schemas["OneTimeCode"]) => void;
 
-function AccountTable({ accounts, onCode }: { accounts: Account[]; onCode: OnCode }) {
-  return (
-    <Table.ScrollContainer minWidth={736}>
-      <Table verticalSpacing="md" highlightOnHover>
-        <Table.Thead>
-          <Table.Tr>
-            <Table.Th>{t("administration:accounts.name")}</Table.Th>
-            <Table.Th>{t("administration:accounts.role")}</Table.Th>
-            <Table.Th>{t("administration:accounts.stations")}</Table.Th>
-            <Table.Th>{t("administration:accounts.signsInWith")}</Table.Th>
-            <Table.Th>
-              <span style={{ position: "absolute", left: -9999 }}>
-                {t("administration:accounts.actions")}
-              </span>
-            </Table.Th>
-          </Table.Tr>
-        </Table.Thead>
-        <Table.Tbody>
-          {accounts.map((account) => (
-            <AccountRow key={account.id} account={account} onCode={onCode} />
-          ))}
-        </Table.Tbody>
-      </Table>
-    </Table.ScrollContainer>
-  );
-}
+const COLUMNS: Column<Account>[] = [
+  {
+    key: "name",
+    head: t("administration:accounts.name"),
+    always: true,
+    value: ({ name }) => name,
+    cell: ({ name, username, disabled_at }) => (
+      <>
+        <Text fw={600}>{name}</Text>
+        <Text size="sm">{username}</Text>
+        {disabled_at && <Badge color="gray">{t("administration:accounts.disabled")}</Badge>}
+      </>
+    ),
+  },
+  {
+    key: "role",
+    head: t("administration:accounts.role"),
+    value: ({ role }) => t(`auth:roles.${role}.name`),
+    cell: ({ role }) => t(`auth:roles.${role}.name`),
+  },
+  {
+    key: "stations",
+    head: t("administration:accounts.stations"),
+    value: stationWords,
+    cell: stationWords,
+  },
+  {
+    key: "signsInWith",
+    head: t("administration:accounts.signsInWith"),
+    value: signsInWith,
+    cell: signsInWith,
+  },
+];
 
-function AccountRow({ account, onCode }: { account: Account; onCode: OnCode }) {
-  return (
-    <Table.Tr {...(account.disabled_at && { c: "dimmed" })}>
-      <Table.Td>
-        <Text fw={600}>{account.name}</Text>
-        <Text size="sm">{account.username}</Text>
-        {account.disabled_at && <Badge color="gray">{t("administration:accounts.disabled")}</Badge>}
-      </Table.Td>
-      <Table.Td>{t(`auth:roles.${account.role}.name`)}</Table.Td>
-      <Table.Td>
-        {t("common:format.list", { words: account.stations }) || t("administration:accounts.all")}
-      </Table.Td>
-      <Table.Td>{signsInWith(account)}</Table.Td>
-      <Table.Td>
-        <AccountActions account={account} onCode={onCode} />
-      </Table.Td>
-    </Table.Tr>
-  );
-}
+/** The column with the buttons of an account. */
+const actionsColumn = (onCode: OnCode): Column<Account> => ({
+  key: "actions",
+  head: t("administration:accounts.actions"),
+  right: true,
+  always: true,
+  cell: (account) => <AccountActions account={account} onCode={onCode} />,
+});
 
 /** Changes, resets, disables or enables the account. Administrators can only change their own account. */
 function AccountActions({ account, onCode }: { account: Account; onCode: OnCode }) {
@@ -229,6 +236,10 @@ function ResetDialog(props: { account: Account; opened: boolean; onClose: () => 
       </Stack>
     </Modal>
   );
+}
+
+function stationWords({ stations }: Account): string {
+  return t("common:format.list", { words: stations }) || t("administration:accounts.all");
 }
 
 function signsInWith(account: Account): string {

@@ -1,5 +1,5 @@
 import "./catalogue";
-import { Button, Code, Group, Select, Skeleton, Stack, Table, Text, TextInput, Title } from "@mantine/core";
+import { Button, Code, Group, Select, Skeleton, Stack, Text, TextInput, Title } from "@mantine/core";
 import { useQuery } from "@tanstack/react-query";
 import { useNavigate, useSearch } from "@tanstack/react-router";
 import { useTitle } from "../../app/title";
@@ -7,12 +7,16 @@ import { type Account, api, type Schemas } from "../../lib/api/client";
 import { formatClock, formatDayOf } from "../../lib/format";
 import { t } from "../../lib/i18n";
 import { usePagedQuery } from "../../lib/usePagedQuery";
+import { DataTable } from "../../ui/DataTable";
 import { LoadMoreButton } from "../../ui/LoadMoreButton";
 import { PageLink } from "../../ui/links";
 import { ProblemNote } from "../../ui/ProblemNote";
+import type { Column } from "../../ui/tableRows";
 import { type AuditFilters, toAuditQuery } from "./auditFilters";
 import { actionChoices, describeAction, describeDetail, describeSubject } from "./describeAuditEntry";
 import { HeadStorage } from "./HeadStorage";
+
+type Entry = Schemas["AuditEntry"];
 
 /** The audit trail, newest entry first. The address contains the filters. */
 export function AuditPage() {
@@ -20,6 +24,7 @@ export function AuditPage() {
   const filters = useSearch({ from: "/administration/audit" });
   const accounts = useQuery({ queryKey: ["accounts"], queryFn: api.accounts });
   const entries = usePagedQuery(["audit", filters], (after) => api.audit(toAuditQuery(filters), after));
+  const names = new Map(accounts.data?.items.map(({ id, name }) => [id, name]));
   const heads = entries.data?.pages[0]?.heads;
   return (
     <Stack component="section" aria-label={t("administration:audit.title")}>
@@ -34,9 +39,14 @@ export function AuditPage() {
       {entries.isPending && <Skeleton h={300} />}
       {entries.items?.length === 0 && <Text>{t("administration:audit.noMatch")}</Text>}
       {entries.items && entries.items.length > 0 && (
-        <Rows
-          items={entries.items}
-          names={new Map(accounts.data?.items.map((account) => [account.id, account.name]))}
+        <DataTable
+          name="audit"
+          label={t("administration:audit.title")}
+          columns={[...NUMBER_AND_TIME, userColumn(names), ...ACTION_TO_SOURCE]}
+          rows={entries.items}
+          rowKey={({ number }) => String(number)}
+          more={entries.hasNextPage}
+          dense
         />
       )}
       <LoadMoreButton list={entries} />
@@ -103,80 +113,113 @@ function FilterFields({ filters, accounts }: { filters: AuditFilters; accounts: 
   );
 }
 
-/** Shows the entries. `names` maps account ids to names, for failed logins. */
-function Rows({ items, names }: { items: Schemas["AuditEntry"][]; names: Map<string, string> }) {
-  return (
-    <Table.ScrollContainer minWidth={900}>
-      <Table verticalSpacing="xs">
-        <Table.Thead>
-          <Table.Tr>
-            <Table.Th ta="right">{t("administration:audit.number")}</Table.Th>
-            <Table.Th>{t("administration:audit.time")}</Table.Th>
-            <Table.Th>{t("administration:audit.user")}</Table.Th>
-            <Table.Th>{t("administration:audit.performed")}</Table.Th>
-            <Table.Th>{t("administration:audit.subject")}</Table.Th>
-            <Table.Th>{t("administration:audit.source")}</Table.Th>
-          </Table.Tr>
-        </Table.Thead>
-        <Table.Tbody>
-          {items.map((entry) => (
-            <EntryRow key={entry.number} entry={entry} names={names} />
-          ))}
-        </Table.Tbody>
-      </Table>
-    </Table.ScrollContainer>
-  );
-}
+/** Maps account ids to names, for failed logins. */
+type Names = Map<string, string>;
 
-function EntryRow({ entry, names }: { entry: Schemas["AuditEntry"]; names: Map<string, string> }) {
-  return (
-    <Table.Tr>
-      <Table.Td ta="right">{entry.number}</Table.Td>
-      <Table.Td style={{ whiteSpace: "nowrap" }}>
-        {formatDayOf(entry.at)} {formatClock(new Date(entry.at))}
-      </Table.Td>
-      <Table.Td>
-        {entry.who || t("administration:audit.notSignedIn")}
-        <Text size="sm" c="dimmed">
-          {roleOf(entry.role) ||
-            (entry.account_id &&
-              t("administration:audit.triedAs", {
-                name: names.get(entry.account_id) ?? t("administration:audit.anAccount"),
-              }))}
-        </Text>
-      </Table.Td>
-      <Table.Td>
+const NUMBER_AND_TIME: Column<Entry>[] = [
+  {
+    key: "number",
+    head: t("administration:audit.number"),
+    right: true,
+    always: true,
+    value: ({ number }) => number,
+    cell: ({ number }) => number,
+  },
+  {
+    key: "time",
+    head: t("administration:audit.time"),
+    value: ({ at }) => at,
+    cell: ({ at }) => (
+      <span style={{ whiteSpace: "nowrap" }}>
+        {formatDayOf(at)} {formatClock(new Date(at))}
+      </span>
+    ),
+  },
+];
+
+const userColumn = (names: Names): Column<Entry> => ({
+  key: "user",
+  head: t("administration:audit.user"),
+  value: (entry) => joined([userWords(entry), roleWords(entry, names)]),
+  cell: (entry) => (
+    <>
+      {userWords(entry)}
+      <Text size="sm" c="dimmed">
+        {roleWords(entry, names)}
+      </Text>
+    </>
+  ),
+});
+
+const ACTION_TO_SOURCE: Column<Entry>[] = [
+  {
+    key: "performed",
+    head: t("administration:audit.performed"),
+    value: (entry) => joined([describeAction(entry.action), outcomeWords(entry), ...describeDetail(entry)]),
+    cell: (entry) => (
+      <>
         <Text title={entry.action}>{describeAction(entry.action)}</Text>
-        {entry.outcome !== "done" && <Text fw={600}>{t(`administration:outcomes.${entry.outcome}`)}</Text>}
+        <Text fw={600}>{outcomeWords(entry)}</Text>
         {describeDetail(entry).map((line) => (
           <Text key={line} size="sm" c="dimmed">
             {line}
           </Text>
         ))}
         <RawEntry entry={entry} />
-      </Table.Td>
-      <Table.Td>
-        {entry.patient_id && (
-          <PageLink to="/patients/$patientId" params={{ patientId: entry.patient_id }}>
+      </>
+    ),
+  },
+  {
+    key: "subject",
+    head: t("administration:audit.subject"),
+    value: ({ subject }) => describeSubject(subject) || null,
+    cell: ({ patient_id, subject }) => (
+      <>
+        {patient_id && (
+          <PageLink to="/patients/$patientId" params={{ patientId: patient_id }}>
             {t("administration:audit.patient")}
           </PageLink>
         )}
         <Text size="sm" style={{ overflowWrap: "anywhere" }}>
-          {describeSubject(entry.subject)}
+          {describeSubject(subject)}
         </Text>
-      </Table.Td>
-      <Table.Td>
-        {entry.station}
+      </>
+    ),
+  },
+  {
+    key: "source",
+    head: t("administration:audit.source"),
+    value: ({ station, address }) => joined([station, address]),
+    cell: ({ station, address }) => (
+      <>
+        {station}
         <Text size="sm" c="dimmed">
-          {entry.address}
+          {address}
         </Text>
-      </Table.Td>
-    </Table.Tr>
-  );
+      </>
+    ),
+  },
+];
+
+const joined = (lines: (string | null)[]): string | null => lines.filter(Boolean).join("\n") || null;
+
+const userWords = ({ who }: Entry): string => who || t("administration:audit.notSignedIn");
+
+/** Return the user's role; for a failed login whose account is known, that account. */
+function roleWords({ role, account_id }: Entry, names: Names): string {
+  const name = roleOf(role);
+  if (name || !account_id) return name;
+  return t("administration:audit.triedAs", {
+    name: names.get(account_id) ?? t("administration:audit.anAccount"),
+  });
 }
 
+/** Return the outcome in words, or null if the action was done. */
+const outcomeWords = ({ outcome }: Entry): string | null =>
+  outcome === "done" ? null : t(`administration:outcomes.${outcome}`);
+
 /** The entry's raw codes and ids, in the form in which `kata audit` prints them. */
-function RawEntry({ entry }: { entry: Schemas["AuditEntry"] }) {
+function RawEntry({ entry }: { entry: Entry }) {
   const { action, subject, detail } = entry;
   return (
     <details>

@@ -1,5 +1,5 @@
 import "./catalogue";
-import { Alert, Badge, Button, Group, List, Skeleton, Stack, Table, Text, Title } from "@mantine/core";
+import { Alert, Badge, Button, Group, List, Skeleton, Stack, Text, Title } from "@mantine/core";
 import { IconCircleCheck, IconDatabaseExport, IconFileZip, IconInfoCircle } from "@tabler/icons-react";
 import { useMutation, useQuery, useQueryClient } from "@tanstack/react-query";
 import { useTitle } from "../../app/title";
@@ -7,7 +7,11 @@ import { api, type Schemas } from "../../lib/api/client";
 import { formatMoment } from "../../lib/format";
 import { t } from "../../lib/i18n";
 import { replaceData } from "../../lib/replaceData";
+import { DataTable } from "../../ui/DataTable";
 import { ProblemNote } from "../../ui/ProblemNote";
+import type { Column } from "../../ui/tableRows";
+
+type Backup = Schemas["Backup"];
 
 const POLL_WHILE_RUNNING_MS = 2_000;
 
@@ -46,7 +50,16 @@ export function BackupsPage() {
           <LastVerifiedBackup list={list} />
           <BackupSettings list={list} />
           {list.running && <Text role="status">{t("administration:backups.making")}</Text>}
-          {list.items.length > 0 && <Rows items={list.items} />}
+          {list.items.length > 0 && (
+            <DataTable
+              name="backups"
+              label={t("administration:backups.title")}
+              columns={COLUMNS}
+              rows={list.items}
+              rowKey={({ id }) => id}
+              dense
+            />
+          )}
         </>
       )}
       <Support />
@@ -114,63 +127,76 @@ function BackupSettings({ list }: { list: Schemas["BackupList"] }) {
   );
 }
 
-function Rows({ items }: { items: Schemas["Backup"][] }) {
-  return (
-    <Table verticalSpacing="sm">
-      <Table.Thead>
-        <Table.Tr>
-          <Table.Th>{t("administration:backups.made")}</Table.Th>
-          <Table.Th>{t("administration:backups.tried")}</Table.Th>
-          <Table.Th ta="right">{t("administration:backups.size")}</Table.Th>
-          <Table.Th>{t("administration:backups.file")}</Table.Th>
-        </Table.Tr>
-      </Table.Thead>
-      <Table.Tbody>
-        {items.map((backup) => (
-          <Table.Tr key={backup.id}>
-            <Table.Td>
-              {formatMoment(backup.at)}
-              <Text size="sm" c="dimmed">
-                {backup.kind === "nightly"
-                  ? t("administration:backups.automatic")
-                  : t("administration:backups.manual")}
-              </Text>
-            </Table.Td>
-            <Table.Td>
-              {verificationText(backup)}
-              {backup.audit_rows !== null && (
-                <Text size="sm" {...(backup.audit_problem ? { fw: 600 } : { c: "dimmed" })}>
-                  {backup.audit_problem
-                    ? t("administration:backups.auditBroken", { problem: backup.audit_problem })
-                    : t("administration:backups.auditWhole", { rows: backup.audit_rows })}
-                </Text>
-              )}
-            </Table.Td>
-            <Table.Td ta="right">{backup.problem ? "–" : formatSize(backup.bytes)}</Table.Td>
-            <Table.Td>
-              <Text size="sm" style={{ overflowWrap: "anywhere" }}>
-                {backup.file}
-              </Text>
-              {backup.file && !backup.there && (
-                <Badge color="gray" tt="none">
-                  {t("administration:backups.notHere")}
-                </Badge>
-              )}
-            </Table.Td>
-          </Table.Tr>
-        ))}
-      </Table.Tbody>
-    </Table>
-  );
-}
+const COLUMNS: Column<Backup>[] = [
+  {
+    key: "made",
+    head: t("administration:backups.made"),
+    always: true,
+    value: ({ at }) => at,
+    cell: (backup) => (
+      <>
+        {formatMoment(backup.at)}
+        <Text size="sm" c="dimmed">
+          {backup.kind === "nightly"
+            ? t("administration:backups.automatic")
+            : t("administration:backups.manual")}
+        </Text>
+      </>
+    ),
+  },
+  {
+    key: "tried",
+    head: t("administration:backups.tried"),
+    value: (backup) => [verificationText(backup), auditText(backup)].filter(Boolean).join(" "),
+    cell: (backup) => (
+      <>
+        {verificationText(backup)}
+        <Text size="sm" {...(backup.audit_problem ? { fw: 600 } : { c: "dimmed" })}>
+          {auditText(backup)}
+        </Text>
+      </>
+    ),
+  },
+  {
+    key: "size",
+    head: t("administration:backups.size"),
+    right: true,
+    value: (backup) => (backup.problem ? null : toMegabytes(backup.bytes)),
+    cell: (backup) => (backup.problem ? "–" : toMegabytes(backup.bytes).toFixed(1)),
+  },
+  {
+    key: "file",
+    head: t("administration:backups.file"),
+    value: ({ file }) => file || null,
+    cell: (backup) => (
+      <>
+        <Text size="sm" style={{ overflowWrap: "anywhere" }}>
+          {backup.file}
+        </Text>
+        {backup.file && !backup.there && (
+          <Badge color="gray" tt="none">
+            {t("administration:backups.notHere")}
+          </Badge>
+        )}
+      </>
+    ),
+  },
+];
 
-function verificationText(backup: Schemas["Backup"]): string {
+function verificationText(backup: Backup): string {
   if (backup.problem) return t("administration:backups.failed", { problem: backup.problem });
   if (backup.test_problem) return t("administration:backups.notRestorable", { problem: backup.test_problem });
   if (!backup.tested_at) return t("administration:backups.notTried");
   return t("administration:backups.verified", { moment: formatMoment(backup.tested_at) });
 }
 
-/** Return a size in words: 1234567 bytes as 1.2 MB. */
-const formatSize = (bytes: number): string =>
-  bytes < 1_000_000 ? `${Math.ceil(bytes / 1_000)} kB` : `${(bytes / 1_000_000).toFixed(1)} MB`;
+/** Return in words whether the restored audit trail was intact, or null without a test. */
+function auditText(backup: Backup): string | null {
+  if (backup.audit_rows === null) return null;
+  return backup.audit_problem
+    ? t("administration:backups.auditBroken", { problem: backup.audit_problem })
+    : t("administration:backups.auditWhole", { rows: backup.audit_rows });
+}
+
+/** Return the size in MB, rounded up to 0.1 MB. */
+const toMegabytes = (bytes: number): number => Math.ceil(bytes / 100_000) / 10;

@@ -87,7 +87,6 @@ const filesColumn = (onOpen: (record: Entry) => void): Column<Entry> => ({
   head: t("commissioning:records.open"),
   right: true,
   always: true,
-  value: () => null,
   cell: (record) => (
     <>
       <Button variant="default" size="sm" mr="xs" onClick={() => onOpen(record)}>

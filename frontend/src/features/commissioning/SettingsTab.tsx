@@ -334,7 +334,6 @@ const HISTORY_COLUMNS: Column<Version>[] = [
     key: "what",
     head: t("commissioning:history.what"),
     always: true,
-    value: () => null,
     cell: ({ number }) =>
       number > 1 ? (
         <ButtonLink

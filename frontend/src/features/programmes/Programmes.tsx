@@ -1,12 +1,14 @@
-import { Badge, Group, Stack, Table, Text, Title } from "@mantine/core";
+import { Badge, Group, Stack, Text, Title } from "@mantine/core";
 import { IconPlus } from "@tabler/icons-react";
 import { useQuery } from "@tanstack/react-query";
 import { api, type Schemas } from "../../lib/api/client";
 import { utcOffsetMinutes } from "../../lib/days";
 import { formatMoment } from "../../lib/format";
 import { t } from "../../lib/i18n";
+import { DataTable } from "../../ui/DataTable";
 import { ButtonLink, PageLink } from "../../ui/links";
 import { ProblemNote } from "../../ui/ProblemNote";
+import type { Column } from "../../ui/tableRows";
 import { RequirePermission } from "../auth/RequirePermission";
 import { prescriptionWords, versionWords } from "./describeProgramme";
 import { EndRangeAdherence } from "./EndRangeAdherence";
@@ -40,30 +42,27 @@ export function Programmes({ patientId }: { patientId: string }) {
       {programmes.data && items.length === 0 && <Text>{t("programmes:programme.none")}</Text>}
       {present && <Regularity episodeId={present.episode_id} />}
       {items.length > 0 && (
-        <Table verticalSpacing="md" highlightOnHover>
-          <Table.Thead>
-            <Table.Tr>
-              <Table.Th>{t("programmes:programme.nameColumn")}</Table.Th>
-              <Table.Th>{t("programmes:programme.contents")}</Table.Th>
-              <Table.Th>{t("programmes:programme.since")}</Table.Th>
-            </Table.Tr>
-          </Table.Thead>
-          <Table.Tbody>
-            {items.map((programme) => (
-              <Row key={programme.id} programme={programme} />
-            ))}
-          </Table.Tbody>
-        </Table>
+        <DataTable
+          name="programmes"
+          label={t("programmes:programme.programmes")}
+          columns={COLUMNS}
+          rows={items}
+          rowKey={({ id }) => id}
+          isDimmed={({ archived_at }) => archived_at !== null}
+        />
       )}
     </Stack>
   );
 }
 
-function Row({ programme }: { programme: Schemas["Programme"] }) {
-  const { current } = programme;
-  return (
-    <Table.Tr {...(programme.archived_at && { c: "dimmed" })}>
-      <Table.Td>
+const COLUMNS: Column<Schemas["Programme"]>[] = [
+  {
+    key: "name",
+    head: t("programmes:programme.nameColumn"),
+    always: true,
+    value: ({ name }) => name,
+    cell: (programme) => (
+      <>
         <PageLink to="/programmes/$programmeId" params={{ programmeId: programme.id }}>
           {programme.name}
         </PageLink>
@@ -72,28 +71,45 @@ function Row({ programme }: { programme: Schemas["Programme"] }) {
             {t("programmes:programme.archived")}
           </Badge>
         )}
-      </Table.Td>
-      <Table.Td>
+      </>
+    ),
+  },
+  {
+    key: "contents",
+    head: t("programmes:programme.contents"),
+    value: ({ current }) => [...current.items.map(itemLine), versionWords(current)].join("\n"),
+    cell: ({ current }) => (
+      <>
         {current.items.map((item) => (
-          <Text key={item.position}>
-            {t(item.recording_archived ? "programmes:programme.itemArchived" : "programmes:programme.item", {
-              recording: item.recording_name,
-              played: prescriptionWords(item),
-            })}
-          </Text>
+          <Text key={item.position}>{itemLine(item)}</Text>
         ))}
         <Text size="sm" c="dimmed">
           {versionWords(current)}
         </Text>
-      </Table.Td>
-      <Table.Td>
+      </>
+    ),
+  },
+  {
+    key: "since",
+    head: t("programmes:programme.since"),
+    value: ({ current }) => current.made_at,
+    cell: ({ current }) => (
+      <>
         {t("programmes:versions.since", { number: current.number, moment: formatMoment(current.made_at) })}
         <Text size="sm" c="dimmed">
           {current.made_by}
         </Text>
-      </Table.Td>
-    </Table.Tr>
-  );
+      </>
+    ),
+  },
+];
+
+/** Return in words what an item plays. */
+function itemLine(item: Schemas["ProgrammeItem"]): string {
+  return t(item.recording_archived ? "programmes:programme.itemArchived" : "programmes:programme.item", {
+    recording: item.recording_name,
+    played: prescriptionWords(item),
+  });
 }
 
 /** Query the weeks of an episode with the sessions held and prescribed, oldest first. */

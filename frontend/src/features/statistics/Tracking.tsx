@@ -1,9 +1,11 @@
-import { Badge, Skeleton, Stack, Table, Text } from "@mantine/core";
+import { Badge, Skeleton, Stack, Text } from "@mantine/core";
 import { useQuery } from "@tanstack/react-query";
 import { api, type Schemas } from "../../lib/api/client";
 import { formatDeg, formatList } from "../../lib/format";
 import { t } from "../../lib/i18n";
+import { DataTable } from "../../ui/DataTable";
 import { ProblemNote } from "../../ui/ProblemNote";
+import type { Column } from "../../ui/tableRows";
 import { ChartCard } from "./ChartCard";
 import { spanWords, trackingFigure, trackingTable } from "./charts";
 import { daysOf, type FiguresSearch, spanOf } from "./figuresSearch";
@@ -42,47 +44,77 @@ export function Tracking({ search }: { search: FiguresSearch }) {
   );
 }
 
-function Drift({ drift }: { drift: Schemas["StationDrift"][] }) {
+type Station = Schemas["StationDrift"];
+
+function Drift({ drift }: { drift: Station[] }) {
   return (
-    <Table.ScrollContainer minWidth={640}>
-      <Table verticalSpacing="xs" aria-label={t("clinic:tiles.trackingDetail")} data-testid="drift">
-        <Table.Thead>
-          <Table.Tr>
-            <Table.Th>{t("clinic:figures.station")}</Table.Th>
-            <Table.Th>{t("clinic:figures.drift")}</Table.Th>
-            <Table.Th ta="right">{t("clinic:figures.before")}</Table.Th>
-            <Table.Th ta="right">{t("clinic:figures.recent")}</Table.Th>
-            <Table.Th ta="right">{t("clinic:figures.driftChange")}</Table.Th>
-            <Table.Th ta="right">{t("clinic:figures.playbacks")}</Table.Th>
-          </Table.Tr>
-        </Table.Thead>
-        <Table.Tbody>
-          {drift.map((station) => (
-            <Table.Tr key={station.station}>
-              <Table.Td>{station.station}</Table.Td>
-              <Table.Td>
-                <Badge
-                  miw="max-content"
-                  variant={station.drifting ? "filled" : "light"}
-                  color={station.drifting ? "grape" : "gray"}
-                  tt="none"
-                >
-                  {stateWords(station)}
-                </Badge>
-              </Table.Td>
-              <Table.Td ta="right">{formatDeg(station.before_deg, 2)}</Table.Td>
-              <Table.Td ta="right">{formatDeg(station.rmse_deg, 2)}</Table.Td>
-              <Table.Td ta="right">{changeWords(station.change_deg)}</Table.Td>
-              <Table.Td ta="right">{station.playbacks}</Table.Td>
-            </Table.Tr>
-          ))}
-        </Table.Tbody>
-      </Table>
-    </Table.ScrollContainer>
+    <div data-testid="drift">
+      <DataTable
+        name="drift"
+        label={t("clinic:tiles.trackingDetail")}
+        columns={DRIFT_COLUMNS}
+        rows={drift}
+        rowKey={({ station }) => station}
+        dense
+      />
+    </div>
   );
 }
 
-function stateWords(station: Schemas["StationDrift"]): string {
+const DRIFT_COLUMNS: Column<Station>[] = [
+  {
+    key: "station",
+    head: t("clinic:figures.station"),
+    always: true,
+    value: ({ station }) => station,
+    cell: ({ station }) => station,
+  },
+  {
+    key: "drift",
+    head: t("clinic:figures.drift"),
+    value: stateWords,
+    cell: (station) => (
+      <Badge
+        miw="max-content"
+        variant={station.drifting ? "filled" : "light"}
+        color={station.drifting ? "grape" : "gray"}
+        tt="none"
+      >
+        {stateWords(station)}
+      </Badge>
+    ),
+  },
+  {
+    key: "before",
+    head: t("clinic:figures.before"),
+    right: true,
+    value: ({ before_deg }) => before_deg,
+    cell: ({ before_deg }) => formatDeg(before_deg, 2),
+  },
+  {
+    key: "recent",
+    head: t("clinic:figures.recent"),
+    right: true,
+    value: ({ rmse_deg }) => rmse_deg,
+    cell: ({ rmse_deg }) => formatDeg(rmse_deg, 2),
+  },
+  {
+    key: "change",
+    head: t("clinic:figures.driftChange"),
+    right: true,
+    value: ({ change_deg }) => change_deg?.value ?? null,
+    cell: ({ change_deg }) => changeWords(change_deg),
+  },
+  {
+    key: "playbacks",
+    head: t("clinic:figures.playbacks"),
+    right: true,
+    value: ({ playbacks }) => playbacks,
+    cell: ({ playbacks }) => playbacks,
+  },
+];
+
+function stateWords(station: Station): string {
   if (station.drifting) return t("clinic:figures.drifting");
   return station.change_deg ? t("clinic:figures.steady") : t("clinic:figures.unknown");
 }

@@ -1,0 +1,266 @@
+"""Worklist and outcomes of random clinics agree with plain loops over all records."""
+
+import random
+from collections import defaultdict
+from collections.abc import Iterator
+from contextlib import ExitStack, closing
+from datetime import UTC, datetime, timedelta
+from typing import Any
+from uuid import UUID
+from zoneinfo import ZoneInfo
+
+import numpy as np
+import pytest
+from sqlalchemy import select
+from sqlalchemy.orm import Session
+
+from kata.actor import Actor
+from kata.clinic.episodes.tables import EpisodeRow, StageRow
+from kata.clinic.patients.tables import PatientRow
+from kata.clinic.programmes.tables import ProgrammeRow, ProgrammeVersionRow
+from kata.clinic.restricted import service as restricted
+from kata.clinic.sessions.tables import SessionRow
+from kata.clinic.statistics import outcomes, worklist
+from kata.clinic.statistics.schemas import LEAST_SHOWN, ProgrammeAdherence
+from kata.clinic.statistics.tables import EpisodeOutcomeRow
+from kata.clinic.statistics.usage import Span
+from kata.database.engine import Database
+from kata.database.upgrade import upgrade
+from tests.support.databases import emptied_afterwards, upgraded_file
+
+NOW = datetime(2026, 11, 20, 6, 0, tzinfo=UTC)
+TOKYO = ZoneInfo("Asia/Tokyo")
+TODAY = datetime(2026, 11, 19, 15, 0, tzinfo=UTC)
+"""Begin of the day in Tokyo."""
+RECENT = timedelta(weeks=4)
+THERAPISTS = ("Sato", "Ito")
+ACTOR = Actor(UUID(int=1), UUID(int=2), "Sato", "therapist", frozenset())
+NO_PROGRAMMES = ProgrammeAdherence(programmes=0, overdue=0, prescribed=0, held=0)
+
+
+class RandomClinic:
+    """Records of a random clinic. Times differ from each other, so that every order is certain."""
+
+    def __init__(self, seed: int) -> None:
+        self.random = random.Random(seed)
+        self._numbers = iter(range(1, 1_000_000))
+
+    def fill(self, session: Session, patients: int) -> None:
+        for _ in range(patients):
+            self._patient(session)
+
+    def _patient(self, session: Session) -> None:
+        chance = self.random.random
+        patient = PatientRow(
+            id=self._id(), clinic_number=str(next(self._numbers)), name="N", sex="female", notes="", created_at=NOW,
+            updated_at=NOW, restricted=chance() < 0.2, archived_at=NOW if chance() < 0.1 else None,
+        )  # fmt: skip
+        session.add(patient)
+        session.flush()
+        for side in ("left", "right")[: self.random.choice((1, 1, 2))]:
+            self._episode(session, patient.id, side)
+
+    def _episode(self, session: Session, patient_id: UUID, side: str) -> None:
+        episode = EpisodeRow(
+            id=self._id(), patient_id=patient_id, side=side, limits_by="", opened_at=self._time(90), updated_at=NOW,
+            closed_at=NOW if self.random.random() < 0.2 else None,
+        )  # fmt: skip
+        session.add(episode)
+        session.flush()
+        for _ in range(self.random.randrange(3)):
+            self._programme(session, episode.id)
+        for stage in self.random.sample(("freezing", "frozen", "thawing"), self.random.randrange(4)):
+            at = self._time(90)
+            session.add(StageRow(id=self._id(), episode_id=episode.id, stage=stage, since=at.date(), noted_at=at))
+        for measure in self.random.sample(("spadi", "pain", "flexion"), self.random.randrange(4)):
+            self._outcome(session, episode.id, measure)
+        for _ in range(self.random.randrange(12)):
+            self._session(session, patient_id, episode.id)
+
+    def _programme(self, session: Session, episode_id: UUID) -> None:
+        programme = ProgrammeRow(
+            id=self._id(), episode_id=episode_id, name=self.random.choice("AB"), created_at=self._time(90), updated_at=NOW,
+            archived_at=NOW if self.random.random() < 0.3 else None,
+        )  # fmt: skip
+        session.add(programme)
+        session.flush()
+        for number in range(1, self.random.randrange(2, 4)):
+            session.add(
+                ProgrammeVersionRow(
+                    id=self._id(), programme_id=programme.id, number=number, made_at=self._time(60), made_by="", note="",
+                    sessions_per_week=self.random.choice((None, 0, 1, 3)),
+                )
+            )  # fmt: skip
+
+    def _outcome(self, session: Session, episode_id: UUID, measure: str) -> None:
+        first_at, last_at = sorted((self._time(200), self._time(200)))
+        if self.random.random() < 0.2:
+            last_at = first_at
+        first, last = (round(self.random.uniform(0, 90), 2) for _ in range(2))
+        important = measure != "flexion" and self.random.random() < 0.5
+        session.add(
+            EpisodeOutcomeRow(
+                episode_id=episode_id, measure=measure, first_at=first_at, first=first, last_at=last_at, last=last,
+                important_at=last_at if important else None,
+            )
+        )  # fmt: skip
+
+    def _session(self, session: Session, patient_id: UUID, episode_id: UUID) -> None:
+        at = self._time(self.random.choice((1, 60)))
+        session.add(
+            SessionRow(
+                id=self._id(), patient_id=patient_id, episode_id=self.random.choice((episode_id, episode_id, None)),
+                therapist=self.random.choice(THERAPISTS), station="Kata 1", started_at=at, updated_at=at, note="", checks=[],
+                ended_at=self.random.choice((None, at, at, at)), signed_at=self.random.choice((None, at)),
+                run_count=self.random.randrange(3),
+            )
+        )  # fmt: skip
+
+    def _id(self) -> UUID:
+        return UUID(int=self.random.getrandbits(128), version=4)
+
+    def _time(self, days: int) -> datetime:
+        """Return a time before now."""
+        return NOW - timedelta(seconds=self.random.randrange(days * 86_400), microseconds=next(self._numbers))
+
+
+@pytest.fixture(scope="module", params=["sqlite", "postgresql"])
+def session(request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFactory) -> Iterator[Session]:
+    """Return a session of a database with a random clinic, another one on each kind of database."""
+    with ExitStack() as stack:
+        if request.param == "sqlite":
+            url = upgraded_file(tmp_path_factory.mktemp("counts") / "kata.db")
+        else:
+            url = stack.enter_context(emptied_afterwards(request.getfixturevalue("postgresql_url")))
+        database = stack.enter_context(closing(Database(url)))
+        upgrade(database)
+        with database.write() as writing:
+            RandomClinic(seed=len(request.param)).fill(writing, 150)
+        with database.read() as reading:
+            yield reading
+
+
+def rows(session: Session, table: Any) -> list[Any]:
+    return list(session.scalars(select(table)))
+
+
+def followed_programmes(session: Session, *, hidden: bool) -> dict[UUID, tuple[datetime, datetime | None, int]]:
+    """Return date, last session and held sessions of the newest followed programme of each episode."""
+    patients = {row.id: row for row in rows(session, PatientRow)}
+    programmes = {row.id: row for row in rows(session, ProgrammeRow)}
+    episodes = {row.id: row for row in rows(session, EpisodeRow)}
+    newest: dict[UUID, Any] = {}
+    recent = set()
+    for version in sorted(rows(session, ProgrammeVersionRow), key=lambda row: row.number):
+        newest[version.programme_id] = version
+        if version.made_at >= NOW - RECENT:
+            recent.add(programmes[version.programme_id].episode_id)
+    held = defaultdict(list)
+    for row in rows(session, SessionRow):
+        if row.run_count and row.started_at >= NOW - RECENT:
+            held[row.episode_id].append(row.started_at)
+    found: dict[UUID, tuple[datetime, datetime | None, int]] = {}
+    for version in sorted(newest.values(), key=lambda row: row.made_at):
+        programme = programmes[version.programme_id]
+        episode = episodes[programme.episode_id]
+        patient = patients[episode.patient_id]
+        if patient.archived_at or programme.archived_at or episode.closed_at or not version.sessions_per_week:
+            continue
+        if (hidden and patient.restricted) or (episode.id not in recent and not held[episode.id]):
+            continue
+        since_made = [at for at in held[episode.id] if at >= version.made_at]
+        found[episode.id] = (version.made_at, max(held[episode.id], default=None), len(since_made))
+    return found
+
+
+@pytest.mark.parametrize("hidden", [False, True])
+def test_followed_programmes(session: Session, hidden: bool) -> None:
+    query = restricted.hidden(ACTOR) if hidden else None
+    found = worklist.followed(session, NOW, query)
+    assert found
+    assert {one.episode_id: (one.made_at, one.last_session_at, one.held) for one in found} == followed_programmes(
+        session, hidden=hidden
+    )
+
+
+def test_work_of_the_day(session: Session) -> None:
+    work = worklist.worklist(session, ACTOR, NOW, TOKYO)
+    visible = [row for row in rows(session, SessionRow) if not row.patient.restricted]
+    by_time = sorted(visible, key=lambda row: row.started_at)
+    of_day = [row.id for row in reversed(by_time) if row.started_at >= TODAY or not row.ended_at]
+    assert len(of_day) > 50
+    assert [row.id for row in work.sessions] == of_day[:50]
+    unsigned = [row.id for row in by_time if row.ended_at and not row.signed_at and row.therapist == ACTOR.name]
+    assert [row.id for row in work.unsigned] == unsigned[:50]
+    last = {row.started_at: row.therapist for row in by_time if row.episode_id and row.run_count}
+    assert any(due.last_session_at for due in work.due)
+    assert [due.therapist for due in work.due] == [last.get(due.last_session_at or NOW, "") for due in work.due]
+
+
+def test_last_sessions_of_a_therapist(session: Session) -> None:
+    found = worklist._last_sessions(session, ACTOR, NOW - RECENT, restricted.hidden(ACTOR))
+    last = {}
+    for row in sorted(rows(session, SessionRow), key=lambda row: row.started_at):
+        if (
+            row.therapist == ACTOR.name
+            and row.episode_id
+            and not row.patient.restricted
+            and row.started_at >= NOW - RECENT
+        ):
+            last[row.episode_id] = row.started_at
+    newest = sorted(last.items(), key=lambda item: item[1], reverse=True)
+    assert len(newest) > 12
+    assert [(row.episode_id, row.last_at) for row in found] == newest[:12]
+
+
+@pytest.mark.parametrize("days", [60, 300])
+def test_outcomes(session: Session, days: int) -> None:
+    span = Span(NOW - timedelta(days=days), NOW, TOKYO)
+    found = outcomes.outcomes(session, span, NO_PROGRAMMES)
+    assert sum(bool(group.changes) for group in found.groups) > 1
+    groups = counted(session, span)
+    assert {(group.by, group.name) for group in found.groups} == set(groups)
+    for group in found.groups:
+        values = groups[group.by, group.name]
+        patients = {patient for of_measure in values.values() for patient, *_ in of_measure}
+        if group.patients is None:
+            continue
+        assert group.patients == len(patients)
+        for change in group.changes:
+            of = values[change.measure]
+            assert change.patients == len({patient for patient, *_ in of})
+            assert change.shoulders == len(of)
+            assert [change.first, change.last] == pytest.approx([np.mean([row[n] for row in of]) for n in (1, 2)])
+            assert change.change
+            assert change.change.value == pytest.approx(np.mean([last - first for _, first, last, _ in of]))
+            weeks = [row[3] for row in of if row[3] is not None]
+            improved = {patient for patient, *_, week in of if week is not None}
+            quartiles = np.percentile(weeks, (25, 50, 75)) if len(improved) >= LEAST_SHOWN else None
+            assert change.weeks_to_important == (None if quartiles is None else pytest.approx(quartiles))
+        shown = {measure for measure, of in values.items() if len({patient for patient, *_ in of}) >= LEAST_SHOWN}
+        assert {change.measure for change in group.changes} == shown
+
+
+def counted(session: Session, span: Span) -> dict[tuple[str, str], dict[str, list[Any]]]:
+    """Return the patient, the first and the last value, and the weeks until an improvement, by group and measure."""
+    episodes = {row.id: row.patient_id for row in rows(session, EpisodeRow)}
+    within = [row for row in rows(session, EpisodeOutcomeRow) if span.since <= row.last_at < span.until]
+    begun: dict[UUID, datetime] = {}
+    for row in within:
+        begun[row.episode_id] = min(begun.get(row.episode_id, NOW), row.first_at)
+    stages, programmes = {}, {}
+    for stage in sorted(rows(session, StageRow), key=lambda row: (row.since, row.noted_at)):
+        if stage.episode_id in begun and stage.since <= begun[stage.episode_id].astimezone(TOKYO).date():
+            stages[stage.episode_id] = stage.stage
+    for programme in sorted(rows(session, ProgrammeRow), key=lambda row: (row.archived_at is None, row.created_at)):
+        programmes[programme.episode_id] = programme.name
+    groups: dict[tuple[str, str], dict[str, list[Any]]] = defaultdict(lambda: defaultdict(list))
+    for row in within:
+        if row.last_at == row.first_at:
+            continue
+        weeks = (row.important_at - row.first_at) / timedelta(weeks=1) if row.important_at else None
+        of = (episodes[row.episode_id], row.first, row.last, weeks)
+        stage, programme = stages.get(row.episode_id, ""), programmes.get(row.episode_id, "")
+        for group in (("all", ""), ("stage", stage), ("programme", programme)):
+            groups[group][row.measure].append(of)
+    return groups
