@@ -543,7 +543,7 @@ def test_exports_have_prescribed_and_counted_end_range_times(clinic: Clinic) -> 
         ("2026-11-22T23:00:00Z", "Europe/Berlin", "final"),
     ],
 )
-def test_a_week_is_preliminary_until_it_has_ended_in_the_clinics_zone(
+def test_a_week_is_preliminary_until_its_local_end(
     clinic: Clinic, monkeypatch: pytest.MonkeyPatch, now: str, zone: str, status: str
 ) -> None:
     with_end_range_times(clinic)
