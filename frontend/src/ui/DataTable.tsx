@@ -87,7 +87,13 @@ function Head<Row>(props: { column: Column<Row>; sorting: Sorting; onSort: () =>
   const { column, sorting } = props;
   const direction = sorting?.key === column.key ? sorting.direction : null;
   const Icon = direction === "descending" ? IconArrowDown : IconArrowUp;
-  if (!column.value) return <Table.Th {...(column.right && { ta: "right" })}>{column.head}</Table.Th>;
+  if (!column.value) {
+    return (
+      <Table.Th {...(column.right && { ta: "right" })} fz="md">
+        {column.head}
+      </Table.Th>
+    );
+  }
   return (
     <Table.Th aria-sort={direction ?? "none"} {...(column.right && { ta: "right" })}>
       <UnstyledButton className={classes.head ?? ""} onClick={props.onSort}>
