@@ -83,7 +83,7 @@ def test_gains_are_compared_and_taken_back(page: Page) -> None:
     tuning = page.get_by_test_id("gain-tuning")
     measure = tuning.get_by_role("button", name="Measure with the new gains (motors move)")
     expect(measure).to_be_disabled()
-    field = tuning.get_by_role("textbox", name="Motor 3, Derivative gain, next measurement")
+    field = tuning.get_by_role("textbox", name="Motor 3, Derivative gain (no unit), next measurement")
     present = int(field.input_value())
     field.fill(str(2 * present + 1))
     expect(measure).to_be_disabled()

@@ -185,7 +185,7 @@ describe("the tuning of gains", () => {
   it("fills in the proposal and measures with it", () => {
     const answers = shown(review);
     expect(screen.getByText(/proposes other gains for motors 3\./)).toBeTruthy();
-    expect(field("Motor 3, Derivative gain, next measurement").value).toBe("500");
+    expect(field("Motor 3, Derivative gain (no unit), next measurement").value).toBe("500");
     expect(screen.queryByRole("button", { name: "Take back" })).toBeNull();
     fireEvent.click(button("Measure with the new gains (motors move)"));
     expect(answers).toEqual([
@@ -196,7 +196,7 @@ describe("the tuning of gains", () => {
   it("refuses gains outside the limits, and unchanged gains", () => {
     shown({ ...review, motors: review.motors.map((motor) => ({ ...motor, proposed: gains })) });
     expect(button("Measure with the new gains (motors move)").disabled).toBe(true);
-    const p = field("Motor 2, Proportional gain, next measurement");
+    const p = field("Motor 2, Proportional gain (no unit), next measurement");
     fireEvent.change(p, { target: { value: "3201" } });
     expect(screen.getByText("Outside 800 to 3200")).toBeTruthy();
     expect(button("Measure with the new gains (motors move)").disabled).toBe(true);
