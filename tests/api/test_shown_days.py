@@ -52,7 +52,7 @@ STATION: Final = "Station 1"
 WITHOUT_RECORD: Final = {
     "get_drive_trend", "get_simulator", "get_station", "get_commissioning_run", "get_patient_questionnaire",
     "get_teaching_checklist", "get_support_bundle", "get_metrics", "get_session_filter_options",
-    "get_health_idle", "get_run_rhythm", "get_run_figures",
+    "get_health_idle", "get_health_ready", "get_run_rhythm", "get_run_figures",
 }  # fmt: skip
 """Routes of a running apparatus or of the computer, which show no day of a record."""
 MEASURED_FILES: Final = ("/samples.parquet", "/samples.mcap", "/samples.lerobot.zip")
