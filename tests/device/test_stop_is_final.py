@@ -251,7 +251,7 @@ def test_drives_with_torque_are_never_configured(playing: Stepped) -> None:
 
 
 def test_inputs_of_a_held_arm_are_configured(playing: Stepped) -> None:
-    """An exchanged inputs' drive left the emergency stop unread until somebody released the arm."""
+    """An exchanged inputs' drive left the emergency stop unread until the therapist released the arm."""
     playing.apparatus.gone = True
     playing.forward(0.2)
     playing.apparatus.torque[0] = playing.apparatus.torque[1] = False
