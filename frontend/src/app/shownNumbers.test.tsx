@@ -9,7 +9,7 @@ import { cleanup, fireEvent, render, screen, waitFor } from "@testing-library/re
 import type { ReactElement } from "react";
 import { afterEach, beforeAll, describe, expect, it, vi } from "vitest";
 import bareNumbers from "../../../tests/support/bare_numbers.js";
-import type { Patient, Schemas } from "../lib/api/client";
+import { ERASURE, PATIENT, UNDERSTOOD } from "../features/import-export/testData";
 
 vi.mock("../ui/links", () => ({
   PageLink: ({ children }: { children: string }) => <span>{children}</span>,
@@ -23,38 +23,6 @@ const WORDS: Record<Language, Record<string, string & string[]>> = JSON.parse(
 );
 
 const MOMENT = "2026-11-21T09:30:00Z";
-const MARGIN = {
-  margin_deg: 12.5,
-  at_s: 3.2,
-  quantity: "plane of elevation",
-  quantity_key: null,
-  value_deg: 117.5,
-  limit_deg: 130,
-};
-const UNDERSTOOD: Schemas["UnderstoodMotion"] = {
-  layout: "poses",
-  separator: "comma",
-  left_alone: ["remark"],
-  side: "left",
-  samples: 401,
-  duration_s: 4,
-  rate_hz: 100,
-  ranges: [{ motor: 3, min_deg: 10, max_deg: 90, max_speed_deg_s: 31 }],
-  margin: MARGIN,
-  simulated: true,
-};
-const PATIENT = { id: "p", name: "Yamada Hanako", clinic_number: "K-7", erased_at: null } as Patient;
-const ERASURE: Schemas["Erasure"] = {
-  id: "e",
-  patient_id: "p",
-  asked_at: MOMENT,
-  reason: "By letter",
-  noted_by: "Ito Mai",
-  decided_at: null,
-  decided_by: "",
-  decision: null,
-  explanation: "",
-};
 const RECORD = {
   id: "c",
   kind: "full",

@@ -3,49 +3,18 @@ import { QueryClient, QueryClientProvider } from "@tanstack/react-query";
 import { cleanup, fireEvent, render, screen, waitFor } from "@testing-library/react";
 import type { ReactElement } from "react";
 import { afterEach, describe, expect, it, vi } from "vitest";
-import { api, type Patient, ProblemError, type Schemas } from "../../lib/api/client";
+import { api, ProblemError, type Schemas } from "../../lib/api/client";
 import { authStore } from "../auth/authState";
 import { ME } from "../auth/testUsers";
 import { ErasureRequests } from "./ErasureRequests";
 import { ImportMotion } from "./ImportMotion";
 import { ImportPatients } from "./ImportPatients";
 import { SampleLinks } from "./SampleLinks";
+import { ERASURE, PATIENT, UNDERSTOOD } from "./testData";
 
 vi.mock("../../ui/links", () => ({
   PageLink: ({ children }: { children: string }) => <span>{children}</span>,
 }));
-
-const PATIENT = { id: "p", name: "Yamada Hanako", clinic_number: "K-7", erased_at: null } as Patient;
-const UNDERSTOOD: Schemas["UnderstoodMotion"] = {
-  layout: "poses",
-  separator: "comma",
-  left_alone: ["remark"],
-  side: "left",
-  samples: 401,
-  duration_s: 4,
-  rate_hz: 100,
-  ranges: [{ motor: 3, min_deg: 10, max_deg: 90, max_speed_deg_s: 31 }],
-  margin: {
-    margin_deg: 12.5,
-    at_s: 3.2,
-    quantity: "plane of elevation",
-    quantity_key: null,
-    value_deg: 117.5,
-    limit_deg: 130,
-  },
-  simulated: true,
-};
-const REQUEST: Schemas["Erasure"] = {
-  id: "e",
-  patient_id: "p",
-  asked_at: "2026-11-21T09:30:00Z",
-  reason: "By letter",
-  noted_by: "Ito Mai",
-  decided_at: null,
-  decided_by: "",
-  decision: null,
-  explanation: "",
-};
 
 const show = (element: ReactElement) =>
   render(
@@ -165,7 +134,7 @@ it("imports patients after file and shoulder are chosen", async () => {
 describe("erasure", () => {
   it("is requested with a reason in the user's name", async () => {
     vi.spyOn(api, "erasures").mockResolvedValue({ items: [], next: null });
-    const note = vi.spyOn(api, "requestErasure").mockResolvedValue(REQUEST);
+    const note = vi.spyOn(api, "requestErasure").mockResolvedValue(ERASURE);
     show(<ErasureRequests patient={PATIENT} />);
     fireEvent.click(await screen.findByRole("button", { name: "Record an erasure request" }));
     await screen.findByRole("dialog");
@@ -179,15 +148,15 @@ describe("erasure", () => {
       ...ME,
       permissions: ME.permissions.filter((permission) => permission !== "administer"),
     });
-    vi.spyOn(api, "erasures").mockResolvedValue({ items: [REQUEST], next: null });
+    vi.spyOn(api, "erasures").mockResolvedValue({ items: [ERASURE], next: null });
     show(<ErasureRequests patient={PATIENT} />);
     expect(await screen.findByText("An administrator decides.")).toBeTruthy();
     expect(screen.queryByRole("button")).toBeNull();
   });
 
   it("needs the clinic number, and a refusal an explanation", async () => {
-    vi.spyOn(api, "erasures").mockResolvedValue({ items: [REQUEST], next: null });
-    const erase = vi.spyOn(api, "erasePatient").mockResolvedValue(REQUEST);
+    vi.spyOn(api, "erasures").mockResolvedValue({ items: [ERASURE], next: null });
+    const erase = vi.spyOn(api, "erasePatient").mockResolvedValue(ERASURE);
     show(<ErasureRequests patient={PATIENT} />);
     fireEvent.click(await screen.findByRole("button", { name: "Decide on the erasure" }));
     await screen.findByRole("dialog");
