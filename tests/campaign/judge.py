@@ -263,7 +263,7 @@ class Judge:
     @property
     def a_setting_of_the_inputs_differs(self) -> bool:
         """True if the inputs' drive has other registers than the configured ones."""
-        return bool(self._differing([axis.id for axis in self.config.axes].index(self.config.inputs.drive_id) + 1))
+        return bool(self._differing(self.config.inputs_axis + 1))
 
     def rotated_registers(self, motor: int) -> list[tuple[int, bytes]]:
         """Return address and factory content of the configured registers that no status carries.

@@ -313,6 +313,11 @@ class StationConfig(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fi
         load = LoadModel(damping, inertia, coulomb, share, self.arm, self.side)
         return ServoModel(first_s, second_s2, friction_deg, integral_s, droop_deg_nm, load)
 
+    @property
+    def inputs_axis(self) -> int:
+        """Index (0-4) of the axis whose drive reads the inputs."""
+        return [axis.id for axis in self.axes].index(self.inputs.drive_id)
+
     def resistance_thresholds_nm(self, load_level: int) -> list[float]:
         """Return for each axis the torque in N m that counts as resistance at a patient's level."""
         return [axis.max_torque_nm * load_level * _LEAST_SHARE for axis in self.axes]

@@ -55,7 +55,6 @@ class ControlLoop(LoopTelemetry):
         self._state_builder = CycleStateBuilder(config)
         usb = config.inputs.usb_pedal
         self._pedal = UsbPedal(Path(usb), now_ns) if usb else None
-        self._inputs_axis = [axis.id for axis in config.axes].index(config.inputs.drive_id)
         self._connected = False
         self._try_open_at_ns = 0
         self._try_configure_at_ns = 0
@@ -207,7 +206,7 @@ class ControlLoop(LoopTelemetry):
         answering = [n for n, age_ms in enumerate(state.drive_age_ms) if age_ms <= self._config.silence_ms]
         wanted = [n for n in answering if state.mismatch[n]]
         if machine.torque_inherited or any(state.torque[n] != "off" for n in answering):
-            wanted = [n for n in wanted if n == self._inputs_axis and state.torque[n] == "off"]
+            wanted = [n for n in wanted if n == self._config.inputs_axis and state.torque[n] == "off"]
         if not wanted:
             return
         self._deadline_void = True

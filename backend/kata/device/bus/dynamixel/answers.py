@@ -54,7 +54,7 @@ class DynamixelAnswers(DynamixelConfiguration):
         """Position in counts that each drive (by id) reports at motor angle 0, whole turns included."""
         self._nm_per_unit = {axis.id: nm_per_unit(axis) for axis in config.axes}
         self._registers = [configured_registers(config, axis) for axis in config.axes]
-        self._ports = (self._ids.index(config.inputs.drive_id), PORTS_BLOCK)
+        self._ports = (config.inputs_axis, PORTS_BLOCK)
         """Index of the drive and of the block that contain the modes of the input ports."""
         self._port_modes = frozenset(port_mode(port) for port in config.inputs.ports)
         self._verification = Verification(
