@@ -156,6 +156,7 @@ _NAMES: Final = (
     "note",
     "noted_by",
     "notes",
+    "notification_ids",
     "number",
     "offset",
     "old_password",
