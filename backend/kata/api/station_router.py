@@ -354,7 +354,10 @@ async def pause(station: TheStation, here: Operator) -> Accepted:
 
 @router.post("/reduce-range", responses=_COMMAND, summary="Reduce the range of motion")
 async def reduce_range(station: TheStation, here: Operator) -> Accepted:
-    """Reduce the range by a tenth during playback, towards the middle of the range. The range grows back slowly with each repetition."""
+    """Reduce the range by a tenth during playback, towards the recording's rest posture.
+
+    The reduced range recovers slowly with each repetition.
+    """
     return await _send(station, ipc_messages.ReduceRange(), here)
 
 

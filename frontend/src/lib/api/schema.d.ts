@@ -2732,7 +2732,9 @@ export interface paths {
         put?: never;
         /**
          * Reduce the range of motion
-         * @description Reduce the range by a tenth during playback, towards the middle of the range. The range grows back slowly with each repetition.
+         * @description Reduce the range by a tenth during playback, towards the recording's rest posture.
+         *
+         *     The reduced range recovers slowly with each repetition.
          */
         post: operations["reduce_range"];
         delete?: never;
