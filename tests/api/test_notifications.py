@@ -22,11 +22,16 @@ from tests.support.treatment import Texts, treat
 NOW = utc_now()
 
 
-def add_backup(session: Session, hours_ago: int, problem: str = "") -> None:
+def add_backup(
+    session: Session, hours_ago: int, problem: str = "", *, test_problem: str = "", tested: bool = True
+) -> None:
     at = NOW - timedelta(hours=hours_ago)
     session.add(
-        BackupRow(id=uuid4(), at=at, kind="nightly", file="", bytes=1, problem=problem, tested_at=at, audit_problem="")
-    )
+        BackupRow(
+            id=uuid4(), at=at, kind="nightly", file="", bytes=1, problem=problem, tested_at=at if tested else None,
+            test_problem=test_problem, audit_problem="",
+        )
+    )  # fmt: skip
 
 
 def add_alarm(session: Session, code: str, days_ago: int = 0, *, patient_id: UUID | None = None) -> None:
@@ -79,6 +84,15 @@ def test_every_role_gets_what_concerns_it(database: Database) -> None:
         only_alarm = notifications(database, signed_in_actor(database, role))
         assert kinds(only_alarm) == [("alarm", "estop_pressed")], role
         assert (only_alarm[0].session_id is not None) == (role != "technician")
+
+
+def test_backup_that_fails_its_restore_test_is_a_notification(database: Database) -> None:
+    with database.write() as session:
+        add_backup(session, 4)
+        add_backup(session, 3, test_problem="A table is missing.")
+        add_backup(session, 2, test_problem="The key is elsewhere.", tested=False)
+    administrator = signed_in_actor(database, "administrator")
+    assert kinds(notifications(database, administrator)) == [("unrestorable_backup", "A table is missing.")]
 
 
 def test_session_of_a_restricted_record_stays_unnamed(database: Database) -> None:

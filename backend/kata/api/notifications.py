@@ -39,9 +39,9 @@ class Notification(Schema):
 
     id: UUID
     at: Moment
-    kind: Literal["erasure", "emergency_access", "failed_backup", "alarm"]
+    kind: Literal["erasure", "emergency_access", "failed_backup", "unrestorable_backup", "alarm"]
     name: str = Field("", description="The user's name, for an emergency access.", examples=["Sato Ken"])
-    problem: str = Field("", description="Why the backup failed, for a failed backup.")
+    problem: str = Field("", description="Why the backup or its restore test failed.")
     station: str = Field("", description="Station of an alarm.", examples=["Station 1"])
     code: str = Field("", description="Cause of an alarm.", examples=["estop_pressed"])
     patient_id: UUID | None = Field(None, description="Patient of a request for erasure.")
@@ -61,7 +61,8 @@ class NotificationsRead(Schema):
 def list_notifications(database: TheDatabase, actor: TheActor) -> Page[Notification]:
     """Return your notifications, newest first, at most 50 of each kind. Every user gets the alarms of the last seven days.
 
-    Administrators also get undecided erasures, emergency accesses without a review, and backups that failed after the last good one.
+    Administrators also get undecided erasures, emergency accesses without a review, and backups since the last good one that failed or
+    did not pass their restore test.
     """
     with database.read() as session:
         return Page[Notification].complete(_find(session, actor))
@@ -116,5 +117,6 @@ def _accesses(session: Session) -> Iterator[Notification]:
 def _failed_backups(session: Session) -> Iterator[Notification]:
     good = catalogue.last_good(session)
     for row in catalogue.newest(session, _MOST)[0]:
-        if row.problem and (good is None or row.at > good.at):
-            yield Notification(id=row.id, at=row.at, kind="failed_backup", problem=row.problem)
+        if row.failure and (good is None or row.at > good.at):
+            kind: Literal["failed_backup", "unrestorable_backup"] = "failed_backup" if row.problem else "unrestorable_backup"
+            yield Notification(id=row.id, at=row.at, kind=kind, problem=row.failure)

@@ -63,12 +63,9 @@ def import_records(settings: Settings, database: Database) -> None:
         else:
             with database.write() as session:
                 row = session.merge(BackupRow(**msgspec.structs.asdict(record)))
-                failed = row.problem or (row.tested_at and row.test_problem)
+                result = "failed" if row.failure else "done"
                 entries.add_entry(
-                    session,
-                    entries.entry(
-                        f"backup_{record.kind}", "failed" if failed else "done", subject=f"backup {record.id}"
-                    ),
+                    session, entries.entry(f"backup_{record.kind}", result, subject=f"backup {record.id}")
                 )
         file.unlink()
 

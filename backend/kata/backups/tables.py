@@ -28,3 +28,11 @@ class BackupRow(Base):
     """Number of rows of the audit trail that the restore test verified; None if it verified none."""
     audit_problem: Mapped[str] = mapped_column(Text, default="")
     """Where that audit trail was damaged."""
+
+    @property
+    def failure(self) -> str:
+        """Why the backup was not made, or why its restore test failed; empty otherwise.
+
+        A backup that could not be tested here, because its key is elsewhere, has no failure.
+        """
+        return self.problem or (self.test_problem if self.tested_at else "")

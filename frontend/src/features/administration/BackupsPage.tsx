@@ -185,7 +185,8 @@ const COLUMNS: Column<Backup>[] = [
 
 function verificationText(backup: Backup): string {
   if (backup.problem) return t("administration:backups.failed", { problem: backup.problem });
-  if (backup.test_problem) return t("administration:backups.notRestorable", { problem: backup.test_problem });
+  if (backup.failure) return t("administration:backups.testFailed", { problem: backup.failure });
+  if (backup.test_problem) return t("administration:backups.notVerified", { problem: backup.test_problem });
   if (!backup.tested_at) return t("administration:backups.notTried");
   return t("administration:backups.verified", { moment: formatMoment(backup.tested_at) });
 }

@@ -119,7 +119,7 @@ export function EmergencyAccessTile() {
 
 export function BackupTile() {
   const { data, isError } = useQuery({ queryKey: ["backups", "tile"], queryFn: () => api.backups() });
-  const failed = Boolean(data?.items[0]?.problem);
+  const failed = Boolean(data?.items[0]?.failure);
   const next = data?.next_at ? t("clinic:tiles.backupNext", { moment: formatMoment(data.next_at) }) : "";
   return (
     <MetricLink

@@ -21,12 +21,14 @@ it("leads each notification to the page behind it", () => {
     notification({ kind: "erasure", patient_id: "p" }),
     notification({ kind: "emergency_access", name: "Sato" }),
     notification({ kind: "failed_backup", problem: "Disk full." }),
+    notification({ kind: "unrestorable_backup", problem: "A table is missing." }),
     notification({ kind: "alarm", session_id: "s" }),
     notification({ kind: "alarm" }),
   ].map((notice) => toNotice(notice).target);
   expect(targets).toEqual([
     { to: "/patients/p", search: { tab: "data" } },
     { to: "/administration/emergency-access" },
+    { to: "/administration/backups" },
     { to: "/administration/backups" },
     { to: "/sessions/s" },
     { to: "/stations" },

@@ -34,6 +34,11 @@ function wordsAndTarget(notification: Schemas["Notification"]): Pick<Notice, "wo
         words: t("notifications:kinds.backup", { problem: notification.problem }),
         target: { to: "/administration/backups" },
       };
+    case "unrestorable_backup":
+      return {
+        words: t("notifications:kinds.unrestorable", { problem: notification.problem }),
+        target: { to: "/administration/backups" },
+      };
     case "alarm":
       return {
         words: t("notifications:kinds.alarm", {

@@ -3169,7 +3169,8 @@ export interface paths {
          * List notifications
          * @description Return your notifications, newest first, at most 50 of each kind. Every user gets the alarms of the last seven days.
          *
-         *     Administrators also get undecided erasures, emergency accesses without a review, and backups that failed after the last good one.
+         *     Administrators also get undecided erasures, emergency accesses without a review, and backups since the last good one that failed or
+         *     did not pass their restore test.
          */
         get: operations["list_notifications"];
         put?: never;
@@ -4213,6 +4214,11 @@ export interface components {
              * @description Why the backup may not be restorable; empty if the restored copy was complete and equal.
              */
             test_problem: string;
+            /**
+             * Failure
+             * @description Why the backup was not made, or why its restore test failed; empty otherwise.
+             */
+            failure: string;
             /**
              * Audit Rows
              * @description Rows of the audit trail that the restore test verified; null: it verified none.
@@ -7382,7 +7388,7 @@ export interface components {
              * Kind
              * @enum {string}
              */
-            kind: "erasure" | "emergency_access" | "failed_backup" | "alarm";
+            kind: "erasure" | "emergency_access" | "failed_backup" | "unrestorable_backup" | "alarm";
             /**
              * Name
              * @description The user's name, for an emergency access.
@@ -7392,7 +7398,7 @@ export interface components {
             name: string;
             /**
              * Problem
-             * @description Why the backup failed, for a failed backup.
+             * @description Why the backup or its restore test failed.
              * @default
              */
             problem: string;

@@ -1,0 +1,33 @@
+import { MantineProvider } from "@mantine/core";
+import { QueryClient, QueryClientProvider } from "@tanstack/react-query";
+import { createMemoryHistory, createRootRoute, createRouter, RouterProvider } from "@tanstack/react-router";
+import { cleanup, render, screen } from "@testing-library/react";
+import { afterEach, expect, it, vi } from "vitest";
+import { api, type Schemas } from "../../lib/api/client";
+import { BackupTile } from "./serviceTiles";
+
+const GOOD = { at: "2026-11-20T02:00:00Z", failure: "" };
+
+async function textOfTile(newest: Pick<Schemas["Backup"], "at" | "failure">) {
+  vi.spyOn(api, "backups").mockResolvedValue({ items: [newest], last_good: GOOD, next_at: null } as never);
+  const routeTree = createRootRoute({ component: BackupTile });
+  const router = createRouter({ routeTree, history: createMemoryHistory() });
+  render(
+    <MantineProvider env="test">
+      <QueryClientProvider client={new QueryClient()}>
+        <RouterProvider router={router} />
+      </QueryClientProvider>
+    </MantineProvider>,
+  );
+  return (await screen.findByRole("link", { name: /2026/ })).textContent;
+}
+
+afterEach(cleanup);
+
+it("the tile says when the newest backup or its test restore failed", async () => {
+  expect(await textOfTile({ at: "2026-11-21T02:00:00Z", failure: "A table is missing." })).toMatch(/failed/);
+});
+
+it("the tile is quiet after a good backup", async () => {
+  expect(await textOfTile(GOOD)).not.toMatch(/failed/);
+});
