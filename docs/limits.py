@@ -1,6 +1,7 @@
 """Makes the reference page of limits and timeouts: each value is read from the source file that defines it."""
 
 import ast
+import itertools
 import re
 from collections.abc import Iterator
 from pathlib import Path
@@ -147,7 +148,9 @@ _SUBJECTS: Final[dict[str, tuple[tuple[str, str, str], ...]]] = {
 """File, constant (or class and field), and what the value limits."""
 
 _SKIPPED: Final = re.compile(r"^(simulator|bench|evaluation|cli/seed|cli/demo|device/bus/dynamixel/registers)")
-_UNIT: Final = re.compile(r"_(S|MS|NS|HZ|DEG|DEG_S|BYTES|MINUTES|HOURS|DAYS)$|MOST|LONGEST|LARGEST|SHORTEST|^_?MAX_")
+_UNIT: Final = re.compile(
+    r"_(S|MS|NS|HZ|DEG|DEG_S|NM|BYTES|PERCENT|MINUTES|HOURS|DAYS)$|MOST|LONGEST|LARGEST|SHORTEST|^_?MAX_"
+)
 
 
 def limits() -> str:
@@ -214,9 +217,26 @@ def _assigned(body: list[ast.stmt]) -> Iterator[tuple[str, str]]:
 
 
 _UNITS: Final = {
-    "_S": "s", "_PER_S": "a second", "_MS": "ms", "_HZ": "Hz", "_DEG": "deg", "_BYTES": "bytes", "_S2": "deg/s²", "_NM": "Nm", "_V": "V", "_C": "°C", "_NS": "ms", "_MINUTES": "minutes",
-    "_HOURS": "hours", "_DEG_S": "deg/s", "KEEP_EVERY_BACKUP_DAYS": "days", "KEEP_MONTHLY_BACKUP_MONTHS": "months", "_CYCLES": "cycles",
+    "": "", "S": "s", "MS": "ms", "NS": "ms", "MINUTES": "minutes", "HOURS": "hours", "DAYS": "days", "MONTHS": "months", "CYCLES": "cycles", "HZ": "Hz", "PER_S": "1/s",
+    "PER_S2": "1/s²", "S2": "s²", "DEG": "deg", "DEG_S": "deg/s", "DEG_S2": "deg/s²", "NM": "Nm", "N": "N", "V": "V", "C": "°C", "DEG_NM": "deg/Nm", "NM_RAD": "Nm/rad", "DEG_S_NM": "deg/(s·Nm)",
+    "NM_S_DEG": "Nm·s/deg", "NM_S2_DEG": "Nm·s²/deg", "PERCENT": "%", "BYTES": "bytes", "BYTES_PER_S": "bytes/s", "MESSAGES_PER_S": "messages/s",
 }  # fmt: skip
+"""Unit by the last words of a constant's name. Nanoseconds are shown in ms."""
+_UNIT_WORDS: Final = {word for words in _UNITS for word in words.split("_")} | {"KG", "M", "MM", "M2", "A", "RAD"}
+
+
+def _unit(name: str) -> str:
+    """Return the unit that the last words of a constant's name state, or "" if it has none.
+
+    :raises ValueError: when the words are not in :data:`_UNITS`.
+    """
+    words = name.upper().rpartition(".")[2].strip("_").split("_")
+    # A single word such as DAYS is a name.
+    unit_words = list(itertools.takewhile(_UNIT_WORDS.__contains__, reversed(words if "PER" in words else words[1:])))
+    unit = "_".join(reversed(unit_words))
+    if unit not in _UNITS:
+        raise ValueError(f"{name}: add the unit {unit} to _UNITS")
+    return _UNITS[unit]
 
 
 def _shown(name: str, value: str) -> str:
@@ -226,9 +246,7 @@ def _shown(name: str, value: str) -> str:
     span = re.fullmatch(r"timedelta\((\w+)=([\d.]+)\)", value)
     if span:
         return f"1 {span[1].removesuffix('s')}" if span[2] == "1" else f"{span[2]} {span[1]}"
-    unit = next(
-        (unit for end, unit in sorted(_UNITS.items(), reverse=True, key=_length) if name.upper().endswith(end)), ""
-    )
+    unit = _unit(name)
     try:
         number = _number(ast.parse(value, mode="eval").body)
     except (ValueError, SyntaxError):
@@ -237,10 +255,6 @@ def _shown(name: str, value: str) -> str:
         number /= 1_000_000
     shown = f"{number:,.10g}" if isinstance(number, float) else f"{number:,}"
     return f"{shown} {unit}".strip()
-
-
-def _length(ending: tuple[str, str]) -> int:
-    return len(ending[0])
 
 
 def _number(node: ast.expr) -> int | float:

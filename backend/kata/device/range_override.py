@@ -18,12 +18,12 @@ RECOVERY_DEG: Final = 2.5
 """Increase of the range in each repetition, measured at the motor with the largest range. It is the same step as in a
 warm-up.
 """
-_MAX_RATE_S: Final = 0.25
+_MAX_RATE_PER_S: Final = 0.25
 """Highest rate of change of the share, in 1/s. One step takes less than 1 s. At 60 deg from rest the rate is 15 deg/s."""
 _MAX_RATE_DEG_S: Final = 15.0
 """Highest speed that the change of range adds to a motor's own speed. It equals the default of
 ``StationConfig.approach_speed_deg_s``, and does not follow a station's own value."""
-_MAX_ACCELERATION_S2: Final = 1.0
+_MAX_ACCELERATION_PER_S2: Final = 1.0
 """Highest acceleration of the share, in 1/s^2. At 60 deg from rest this is 60 deg/s^2."""
 
 
@@ -105,7 +105,7 @@ class RangeOverride:
         """Move the share towards its target. Limit the rate so that the share can still stop at the target."""
         if passed_s == 0.0:
             return
-        second_difference = _MAX_ACCELERATION_S2 * passed_s**2
+        second_difference = _MAX_ACCELERATION_PER_S2 * passed_s**2
         left = self._wanted - self.share
         most = min(fastest_s * passed_s, float(longest_step(abs(left), second_difference)))
         before = self._rate_s * passed_s
@@ -117,5 +117,5 @@ class RangeOverride:
         """Return how fast the share may change (1/s) without a motor exceeding its speed limit."""
         room = np.clip(self.max_speed_deg_s - self.share * np.abs(motion.speed_deg_s), 0.0, _MAX_RATE_DEG_S)
         away = np.abs(from_rest_deg)
-        fastest = np.divide(room, away, out=np.full_like(away, _MAX_RATE_S), where=away > 0)
-        return min(_MAX_RATE_S, float(np.min(fastest)))
+        fastest = np.divide(room, away, out=np.full_like(away, _MAX_RATE_PER_S), where=away > 0)
+        return min(_MAX_RATE_PER_S, float(np.min(fastest)))
