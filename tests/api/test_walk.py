@@ -54,7 +54,7 @@ OWN: Final = ENROLLING | {
     "list_own_access_tokens", "create_access_token", "revoke_own_access_token", "mark_notifications_read",
 }  # fmt: skip
 LEAVES_LESS: Final = {"lock_screen", "start_patient_mode"}
-"""After it the user may do less; tests/api/test_accounts.py asks for it."""
+"""These routes reduce the user's permissions. tests/api/test_accounts.py tests them."""
 STATION: Final = {
     "get_station", "get_drive_trend", "list_stations", "list_events", "stop", "get_commissioning_status",
     "list_notifications",
@@ -148,7 +148,7 @@ class Asker:
     role: Role | None = None
     here: bool = True
     gone: str = ""
-    """Why the sign-in is none any more."""
+    """Why the login session is invalid."""
     locked: bool = False
     enrolling: bool = False
     by_token: bool = False

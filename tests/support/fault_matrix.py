@@ -13,8 +13,8 @@ Kind = Literal["off", "stuck", "garbage", "wrong", "slow", "delayed", "intermitt
 KINDS: Final[tuple[Kind, ...]] = ("off", "stuck", "garbage", "wrong", "slow", "delayed", "intermittent")
 """off: nothing, or zero. stuck: the last value forever. garbage: impossible values, or invalid bytes. wrong: valid, plausible and
 false. slow: one in five cycles. delayed: correct, but late (angles and currents
-by 100 ms, replies by 150 ms, heartbeats by 600 ms). intermittent: every other cycle. Values of a drive's status, its registers
-and its report of torque, are slow, late or intermittent with the status."""
+by 100 ms, replies by 150 ms, heartbeats by 600 ms). intermittent: every other cycle. Registers and torque
+reports arrive with the status, so they have its delays."""
 
 SIGNALS: Final = (
     *(f"position {motor}" for motor in range(1, 6)),
@@ -94,13 +94,13 @@ def _row(
 
 
 def _always(cause: str, within_ms: int, *, offline: Expected) -> Row:
-    """In every mode, including stopped, where it becomes a further cause."""
+    """Return a row that stops in every mode. In ``stopped`` the fault becomes a further cause."""
     stops = Stops(cause, within_ms)
     return _row(offline=offline, resting=stops, moving=stops, paused=stops, stopped=stops)
 
 
 def _energised(cause: str, within_ms: int, *, paused: bool = True, resting: Expected | None = None) -> Row:
-    """In every mode with torque; at rest some faults only show at the next movement."""
+    """Return a row that stops in every mode with torque. At rest some faults only show at the next movement."""
     stops = Stops(cause, within_ms)
     return _row(resting=resting, moving=stops, paused=stops if paused else None)
 

@@ -221,7 +221,7 @@ class CommissioningRun:
                 self._child.stdin.write(json.dumps(message).encode() + b"\n")
 
     async def _follow(self, child: asyncio.subprocess.Process, file: Path) -> None:
-        """Take the lines of the process until it ends; then give the drives back."""
+        """Read the messages of the process until it ends, then return the drives to the control process."""
         assert child.stdout is not None and self.progress is not None
         try:
             async for line in child.stdout:

@@ -29,7 +29,7 @@ router = APIRouter()
 _PERIOD_S: Final = 0.1
 PING_S: Final = 0.5
 PONG_S: Final = 1.0
-"""Longest time without an answer to a ping, which is sent every half second. Then the listener counts as gone, and the lease's grace
+"""Longest time without an answer to a ping, which is sent every half second. Then the browser counts as absent, and the lease's grace
 time begins.
 """
 

@@ -118,5 +118,7 @@ def _failed_backups(session: Session) -> Iterator[Notification]:
     good = catalogue.last_good(session)
     for row in catalogue.newest(session, _MOST)[0]:
         if row.failure and (good is None or row.at > good.at):
-            kind: Literal["failed_backup", "unrestorable_backup"] = "failed_backup" if row.problem else "unrestorable_backup"
+            kind: Literal["failed_backup", "unrestorable_backup"] = (
+                "failed_backup" if row.problem else "unrestorable_backup"
+            )
             yield Notification(id=row.id, at=row.at, kind=kind, problem=row.failure)

@@ -50,7 +50,9 @@ all other permissions are recorded.
 COMMANDS: Final[frozenset[Permission]] = frozenset({"stop", "operate"})
 """Permissions of commands to the apparatus. The answer to a command does not wait for the audit trail."""
 TOKEN_PERMISSIONS: Final[frozenset[Permission]] = frozenset({"see_station", "see_operation", "read_records"})
-"""Permissions of its owner that an access token has. With them a program only reads, and neither accounts nor the audit trail."""
+"""Permissions that an access token has, if its owner has them. A program with a token can only read. It cannot read accounts or the audit
+trail.
+"""
 
 
 @dataclass(frozen=True, slots=True)

@@ -63,9 +63,11 @@ def import_records(settings: Settings, database: Database) -> None:
         else:
             with database.write() as session:
                 row = session.merge(BackupRow(**msgspec.structs.asdict(record)))
-                result = "failed" if row.failure else "done"
                 entries.add_entry(
-                    session, entries.entry(f"backup_{record.kind}", result, subject=f"backup {record.id}")
+                    session,
+                    entries.entry(
+                        f"backup_{record.kind}", "failed" if row.failure else "done", subject=f"backup {record.id}"
+                    ),
                 )
         file.unlink()
 

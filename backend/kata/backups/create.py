@@ -60,7 +60,10 @@ def create_backup(settings: Settings, kind: Kind) -> BackupRecord:
 
 
 def expired_backups(folder: Path, now: datetime) -> list[Path]:
-    """Return the backups to delete. Every backup of the last 14 days and the first backup of each of the last 12 months are kept."""
+    """Return the backups to delete.
+
+    Every backup of :data:`KEEP_EVERY_BACKUP_DAYS` and the first backup of each of :data:`KEEP_MONTHLY_BACKUP_MONTHS` are kept.
+    """
     months: set[tuple[int, int]] = set()
     expired: list[Path] = []
     for at, file in sorted(_list_backups(folder)):

@@ -16,8 +16,8 @@ from kata.database.base import utc_now
 from kata.settings import Settings
 
 _KEY_FILE_TEMPLATE: Final = """\
-# The key of this clinic's backups, made {day}. Without it nobody can read a backup, the makers of Kata included.
-# Keep a copy of this file away from this computer: printed, or on a stick in a safe. Whoever has it can read every backup.
+# The key of this clinic's backups, made {day}. Without it a backup cannot be read, not even by the makers of Kata.
+# Store a copy of this file outside this computer: printed, or on a stick in a safe. Anyone with the key can read every backup.
 # public key: {public}
 {secret}
 """

@@ -63,9 +63,7 @@ class Backup(Schema):
     test_problem: str = Field(
         description="Why the backup may not be restorable; empty if the restored copy was complete and equal."
     )
-    failure: str = Field(
-        description="Why the backup was not made, or why its restore test failed; empty otherwise."
-    )
+    failure: str = Field(description="Why the backup was not made, or why its restore test failed; empty otherwise.")
     audit_rows: int | None = Field(
         ge=0, description="Rows of the audit trail that the restore test verified; null: it verified none."
     )

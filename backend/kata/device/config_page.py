@@ -42,7 +42,7 @@ lost port mode, a short circuit or a welded contact is noticed only when the two
 | Field | Default | Values |
 |---|---|---|
 | `name` | `Station 1` | 1 to 100 printable characters |
-| `side` | `right` | `left`, `right`: the shoulder that the apparatus stands for |
+| `side` | `right` | `left`, `right`: the shoulder for which the apparatus is set up |
 | `port` | `/dev/ttyUSB0` | the path of the serial port; prefer `/dev/serial/by-id/...` |
 | `protocol` | `dynamixel` | `dynamixel`, `modbus`, or the name of an installed driver ([write a driver](../how-to/write-a-driver.md)) |
 | `inputs.usb_pedal` | none | an absolute path, as `/dev/input/by-id/...-event-kbd` |

@@ -187,7 +187,7 @@ RANGES: Final[tuple[Range, ...]] = (
         low=1.0,
         high=45.0,
         unit="deg/s",
-        reason="a slower move takes minutes; a move faster than the paper's motions (40 deg/s) is not gentle",
+        reason="a slower move takes minutes; the paper's motions reach 40 deg/s, and a much faster move is not gentle",
     ),
     Range(
         field="following_error_deg",

@@ -133,7 +133,7 @@ def _features(samples: Mapping[str, NDArray[np.float64]], rate_hz: int) -> list[
     found += [
         _Feature(name, dtype, samples[column].astype(dtype))
         for name, column, dtype in _SCALARS
-        # A run that ended on its way to the motion has no place on it.
+        # A run that ended during the approach has no position on the motion.
         if not np.all(np.isnan(samples[column]))
     ]
     number = np.arange(count)

@@ -30,24 +30,24 @@ from kata.interop.sample_file import Origin
 from kata.plotting.figures import FigureWorker
 
 _PIECE: Final = 1 << 18
-_README: Final = """Everything that Kata keeps of one patient.
+_README: Final = """All data that Kata stores about one patient.
 
 patient.json      who it is; contraindications; episodes of care with stages and limits, programmes with versions, assessments, requests
 sessions.json     every session: checklist, pain, note, signature and addenda, stops, runs with their tracking error
-events.json       what the apparatus record while it worked for this patient
+events.json       events of the apparatus during this patient's sessions
 fhir.json         the same as an HL7 FHIR R4 transaction, for other systems
-recordings.csv    what was taught, imported or made of that, a line each, with the file of its samples
-recordings/       samples: time and the five motors' angles (Apache Parquet; units and clock stand in each file)
+recordings.csv    taught, imported and derived recordings, a line each, with the file of the samples
+recordings/       samples: time and the five motors' angles (Apache Parquet; units and clock are in each file)
 goniometer.csv    goniometer readings: patient_deg beside apparatus_deg, the apparatus angle of the same motion at that moment
-runs.csv          what was played, a line each, with the file of its samples
-                  worst_peak_deg and worst_rmse_deg are following: played minus the taught motion with the settings of the run.
+runs.csv          playbacks, a line each, with the file of the samples
+                  worst_peak_deg and worst_rmse_deg are tracking errors: played minus requested motion.
                   They are empty where compared_percent, the share of the playing time that was compared, is below 90
                   change_by_settings_deg is requested minus taught: what range and Reduce range changed, not an error
                   clock_offset_s is how far the wall clock is ahead of the motion's clock, by which the errors are compared
 end-range.csv     end-range times, a line for each motion of a session and of a week: counted and prescribed seconds. A week begins on Monday
 end-feel.csv      end-feel tests and their baselines, a line each: figures with half of their 95 % intervals, or why there are none
                   range_deg and onset_deg count outwards; times outward (1 or -1) they are the apparatus angle of the motion
-runs/             samples: time, phase, place on the motion, setpoint, measured angle and torque of each motor
+runs/             samples: time, phase, position on the motion, setpoint, measured angle and torque of each motor
 
 Where "simulated" is true or 1 (column, metadata, file name), the apparatus was simulated and the values are invented.
 Angles are degrees, torques newton metres, times seconds; moments are UTC. Motors are counted 1 to 5: two of the scapula,

@@ -36,8 +36,8 @@ _PHASES: Final = ", ".join(
         (journal.PHASE_PAUSED, "paused"),
         (journal.PHASE_RETURNING, "returning"),
         (journal.PHASE_STOPPING, "stopping"),
-        (journal.PHASE_REVERSING, "going back before resistance"),
-        (journal.PHASE_REDUCED_RANGE, "playing with less range"),
+        (journal.PHASE_REVERSING, "moving back after resistance"),
+        (journal.PHASE_REDUCED_RANGE, "playing with reduced range"),
     )
 )
 
@@ -119,18 +119,18 @@ def _metadata(origin: Origin) -> dict[str, str]:
         "station": origin.station,
         "rate_hz": "" if origin.rate_hz is None else str(origin.rate_hz),
         "axis_order": "motors 1 to 5: scapula 1, scapula 2, shoulder abduction, shoulder flexion, external rotation",
-        "clock": "time_s counts from the first sample by the device's monotonic clock, as each motor's answer came in",
+        "clock": "time_s counts from the first sample, by the device's monotonic clock at the arrival of the motors' answers",
         "begins_at": origin.begins_at,
         "simulated": "yes: the apparatus was simulated, the values are invented" if origin.simulated else "no",
         "angles": "motor angles; neither the apparatus angle of a motion nor the patient's angle",
     }
     if origin.kind == "run":
-        metadata["path_s"] = "place on the motion that was asked for; missing where the arm was on its way to it"
+        metadata["path_s"] = "position on the requested motion, in seconds; empty while the arm moves to the start"
         metadata["wall_s"] = (
-            "real time on the motion: set to path_s where a playback began or went on; missing where nothing was played"
+            "wall-clock time on the motion. It equals path_s when a playback starts or resumes. Empty outside playback"
         )
         metadata["errors"] = (
-            "following is measured minus the taught samples as the settings of the run change them; change by settings is these minus "
-            "the taught samples. This table has neither: compare by path_s, not by setpoint"
+            "The tracking error is measured minus requested angle. The change by settings is requested minus taught angle. This table has "
+            "neither: compare by path_s, not by setpoint"
         )
     return metadata

@@ -4,7 +4,7 @@ A receiver keeps what it was sent. An export therefore withdraws what was remove
 the same id has the status entered-in-error and no value (FHIR R4, Observation.status). A Flag becomes inactive, because a contraindication
 or a limit that was taken back need not have been an error.
 
-A value that was final and has changed is amended, and stays so, also when it is changed back. FHIR R4 defines amended as "modified subsequent
+A value that was final and has changed gets the status amended. It keeps the status even if the value is changed back. FHIR R4 defines amended as "modified subsequent
 to being final", with new information or with a correction; corrected would claim an error, which the record does not tell. A value that
 follows a withdrawal is amended too. Resources other than an Observation or a QuestionnaireResponse have no such status.
 """
@@ -36,7 +36,7 @@ _AMENDED: Final = "amended"
 _KEPT: Final = (
     "resourceType", "id", "meta", "partOf", "category", "code", "bodySite", "subject", "effectiveDateTime", "effectivePeriod", "authored",
 )  # fmt: skip
-"""Elements that say of what a statement was. A Condition has no code then, because the code is the statement."""
+"""Elements that identify a withdrawn resource. A Condition is withdrawn without its code, because the code is the statement."""
 _COMPARED: Final = (
     "effectiveDateTime", "effectivePeriod", "authored", "performer", "bodySite", "method", "valueQuantity", "valueString", "dataAbsentReason",
     "component", "item",

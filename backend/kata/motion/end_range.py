@@ -85,7 +85,8 @@ class EndRange:
 def end_range_time_s(times_s: ArrayLike, angle_deg: ArrayLike, torque_nm: ArrayLike, counted: EndRange) -> float:
     """Return the seconds that count, from samples ``(n,)`` of time, angle and torque at the shoulder.
 
-    A time between two samples counts whole if both are in the end range, half if one is. So the parts of a run add up to the run.
+    An interval between two samples counts fully if both are in the end range, and half if only one is. The times of a run's parts
+    therefore add up to the time of the run.
     """
     times, angle, torque = (np.asarray(values, dtype=np.float64) for values in (times_s, angle_deg, torque_nm))
     near = counted.outward * (counted.end_deg - angle) <= counted.threshold.band_deg

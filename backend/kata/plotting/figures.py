@@ -33,7 +33,7 @@ _PLAYED_COLOUR: Final = "#e07b00"
 _ERROR: Final = "#5e9c76"
 _PIECE: Final = 1 << 18
 Clock = Literal["path", "wall"]
-"""Clock of a run's comparison: the place on the motion, or the real time since the motion began."""
+"""Clock of a run's comparison: the position on the motion, or the wall-clock time since it began."""
 Window = tuple[float, float]
 """Start and end of a time window, in seconds on the figure's clock."""
 _Layout = dict[str, Any]

@@ -50,7 +50,7 @@ def _simulated(phrases: NotePhrases, session: Session) -> list[str]:
 
 
 def _is_other_shoulder(session: Session, run: Run) -> bool:
-    """True if the recording is of the shoulder that the session does not treat. Its angles are none of the treated one."""
+    """True if the recording is of the shoulder that the session does not treat. Its angles do not describe the treated shoulder."""
     return None not in (session.side, run.side) and session.side != run.side
 
 

@@ -62,9 +62,9 @@ MODELS: Final = {
     1120: ServoKind(10.6 / 4.4, 12.0, (95, 160), 2047, 128),  # XM540-W270
     1140: ServoKind(9.2 / 2.4, 24.0, (110, 300), 2047, 128),  # XH540-V270
 }
-"""Models by model number."""
-UNKNOWN_MODEL: Final = MODELS[1120]
-"""Used for model numbers that no servo has. Tests use such numbers."""
+"""Simulated models by model number. The driver knows more (``kata.device.bus.dynamixel.models``)."""
+OTHER_MODEL: Final = MODELS[1120]
+"""Used for every other model number: models that only the driver knows, and numbers that no servo has."""
 FIRMWARE_VERSION: Final = 48
 
 
@@ -149,7 +149,7 @@ ITEM_OF: Final = {address: item for item in _ITEMS for address in range(item.add
 
 def factory_table(model: int) -> bytearray:
     """Return the table of a new servo."""
-    kind = MODELS.get(model, UNKNOWN_MODEL)
+    kind = MODELS.get(model, OTHER_MODEL)
     table = bytearray(END)
     for item in _ITEMS:
         table[item.address : item.address + item.size] = item.initial.to_bytes(item.size, "little", signed=item.low < 0)
@@ -167,7 +167,7 @@ def factory_table(model: int) -> bytearray:
 
 def range_of(item: RegisterItem, model: int) -> tuple[int, int]:
     """Return the lowest and the highest value that a model accepts."""
-    kind = MODELS.get(model, UNKNOWN_MODEL)
+    kind = MODELS.get(model, OTHER_MODEL)
     if item.address in (MAX_VOLTAGE, MIN_VOLTAGE):
         return kind.voltage_limits
     if item.address == CURRENT_LIMIT:

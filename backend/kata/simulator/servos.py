@@ -222,7 +222,7 @@ class Servo(_Inspected):
     def exchange(self, drive_id: int, model: int | None = None) -> None:
         """Replace the drive with another drive that has default registers, except id and baud rate."""
         self._model = _MODEL if model is None else model
-        kind = ct.MODELS.get(self._model, ct.UNKNOWN_MODEL)
+        kind = ct.MODELS.get(self._model, ct.OTHER_MODEL)
         self._volt, self._nm_a_unit = kind.volt, AMPERE_A_UNIT * kind.nm_a
         self.table[:] = ct.factory_table(self._model)
         self.table[ct.ID] = drive_id

@@ -19,8 +19,8 @@ from kata.messages import sent_key
 from kata.motion.axes import BASIC_MOTIONS
 
 COMPARED_PERCENT: Final = 90.0
-"""If a smaller share of the playing time was compared, a run's errors are partial. The value comes from issue 22, not from a
-publication.
+"""If a smaller share of the playing time was compared, a run's errors are partial. The value is our choice. No publication
+states one.
 """
 
 SAMPLE_COLUMNS = (
