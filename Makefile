@@ -26,7 +26,7 @@ SITE := docs/_build/index.html
 SITE_SOURCES := $(shell find docs -type f -not -path "docs/_build/*" -not -name "*.pyc" 2>/dev/null)
 PAGE_SOURCES := $(shell find frontend/src frontend/public -type f 2>/dev/null) frontend/index.html frontend/vite.config.ts
 
-.PHONY: help run seed test test-fast dev docs campaign check audit lock dist deb bundle clean
+.PHONY: help run seed test test-fast dev docs campaign check generate audit lock dist deb bundle clean
 .DELETE_ON_ERROR:
 # Page, browser and validators are fetched side by side; recipes run their lines in order as always.
 MAKEFLAGS += --jobs=3
@@ -97,6 +97,12 @@ check: $(PACKAGES) $(NODE_MODULES) ## formatting, lint, types and import rules, 
 	$(BIN)/lint-imports
 	cd frontend && npm run lint --silent
 	cd frontend && npm run types --silent
+
+generate: $(PACKAGES) $(NODE_MODULES) ## rewrite the generated files: API description and its client, list of messages, reference pages
+	@$(BIN)/kata openapi --out frontend/openapi.json
+	@$(BIN)/kata messages --out frontend/server-messages.json
+	@cd frontend && npm run client --silent && npm run types --silent
+	@$(BIN)/python -m docs.generate
 
 # Asks the advisory databases over the network. Without one, tests/repo_checks/lowest_safe.toml lists the lowest safe versions.
 audit: $(PACKAGES) $(NODE_MODULES) ## known vulnerabilities of our packages (needs a network)
