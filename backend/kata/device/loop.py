@@ -56,6 +56,10 @@ class ControlLoop(LoopTelemetry):
         usb = config.inputs.usb_pedal
         self._pedal = UsbPedal(Path(usb), now_ns) if usb else None
         self._connected = False
+        self._loss_unseen = False
+        """True from a loss of the connection until a cycle has run without it. Until then the port is not opened again, because no
+        cycle would see the loss.
+        """
         self._try_open_at_ns = 0
         self._try_configure_at_ns = 0
         self._deadline_ns = now_ns()
@@ -107,6 +111,7 @@ class ControlLoop(LoopTelemetry):
         """Run one cycle. Return False when the service is gone and every run and teaching has ended."""
         self._cycles += 1
         sample = self._read()
+        self._loss_unseen &= sample is not None
         state = self._state_builder.build(t_ns, sample, self._loop_context(t_ns, late_ms))
         torque_was_on = self._machine.torque_on
         try:
@@ -181,7 +186,7 @@ class ControlLoop(LoopTelemetry):
     # -- the bus --------------------------------------------------------------------------------------------------
 
     def _open(self) -> None:
-        if self._now_ns() < self._try_open_at_ns:
+        if self._loss_unseen or self._now_ns() < self._try_open_at_ns:
             return
         self._deadline_void = True
         # Automatic garbage collection is off (see :mod:`kata.system.realtime`). Collect now, while no cycle is due.
@@ -234,6 +239,7 @@ class ControlLoop(LoopTelemetry):
     def _connection_lost(self, error: BusError) -> None:
         self._bus.close()
         self._connected = False
+        self._loss_unseen = True
         self._try_open_at_ns = self._now_ns() + _RECONNECT_NS
         if str(error) != self._connection_problem:
             self._connection_problem = text_of(error)
