@@ -1,14 +1,18 @@
 """Runs the device process: requests real-time scheduling, runs the control loop, and ends with torque off."""
 
 import argparse
+import contextlib
 import logging
+import logging.handlers
+import queue
 import signal
 import socket
 import sys
 import threading
 import time
+from collections.abc import Iterator
 from pathlib import Path
-from typing import Final
+from typing import Final, TextIO
 
 from kata.device.bus.drivers import make_bus
 from kata.device.config import ConfigError, StationConfig, read
@@ -35,7 +39,30 @@ def main() -> int:
         "--no-real-time", action="store_true", help="ask for no real-time privileges, as if none were granted"
     )
     arguments = parser.parse_args()
-    logging.basicConfig(level=logging.INFO, stream=sys.stderr, format="%(asctime)s device %(levelname)s %(message)s")
+    with log_thread(sys.stderr):
+        return _run_station(arguments)
+
+
+@contextlib.contextmanager
+def log_thread(stream: TextIO) -> Iterator[None]:
+    """Let a thread write the log to ``stream``, until the end of the context. The control thread then never waits for a slow disk."""
+    records: queue.SimpleQueue[logging.LogRecord] = queue.SimpleQueue()
+    handler = logging.StreamHandler(stream)
+    handler.setFormatter(logging.Formatter("%(asctime)s device %(levelname)s %(message)s"))
+    listener = logging.handlers.QueueListener(records, handler)
+    enqueue = logging.handlers.QueueHandler(records)
+    root = logging.getLogger()
+    root.setLevel(logging.INFO)
+    root.addHandler(enqueue)
+    listener.start()
+    try:
+        yield
+    finally:
+        listener.stop()
+        root.removeHandler(enqueue)
+
+
+def _run_station(arguments: argparse.Namespace) -> int:
     try:
         config = read(arguments.station)
         arguments.journal.mkdir(parents=True, exist_ok=True)
