@@ -10,7 +10,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from kata.device import journal
-from kata.device.config import REFERENCE_SHARE, StationConfig
+from kata.device.config import REFERENCE_SHARE, StationConfig, simulated
 from kata.device.faults import FAULTS
 from kata.device.ipc_messages import Approach, Command, Pause, Play, ReduceRange, Refusal, Return
 from kata.device.references import build
@@ -20,6 +20,7 @@ from kata.motion.method import Method, reference
 from kata.motion.trajectory import Trajectory, ZeroOrderHold
 from tests.support.examples import examples
 from tests.support.playback import METHODS, MOVING, load, place_s, sent, station, until_place
+from tests.support.simulated_loop import SimulatedLoop, load_of
 from tests.support.stepped import REST_DEG, Stepped
 
 SECONDS = 4.0
@@ -332,13 +333,13 @@ def test_paper_method_sends_only_one_sample_per_100_ms(paper: Stepped, cycles_be
     trajectory = reference("paper", TIMES_S, rows(from_deg=5.0))
     assert isinstance(trajectory, ZeroOrderHold)
     setpoints = sent(paper)[before:]
-    assert setpoints[:39] == pytest.approx(trajectory._samples[:39, MOVING])
+    assert setpoints[:39] == pytest.approx(trajectory.samples[:39, MOVING])
     assert recorded.rate_hz == 10
     path_s = recorded.path_s[playing]
     assert path_s[1:39] == pytest.approx(0.1 * np.arange(1, 39))
     assert np.diff(recorded.t_ns[playing])[:38] == pytest.approx([100_000_000] * 38)
     # The angle measured with a sample is the result of the sample before: 0.1 s late.
-    assert recorded.setpoint_deg[playing][1:39, MOVING] == pytest.approx(trajectory._samples[:38, MOVING], abs=1e-4)
+    assert recorded.setpoint_deg[playing][1:39, MOVING] == pytest.approx(trajectory.samples[:38, MOVING], abs=1e-4)
     paper.until("idle")
     assert paper.causes() == []
 
@@ -464,6 +465,29 @@ def test_paper_method_begins_or_is_refused(
     assert refusal is None or refusal.code == "too_far_from_start"
     stepped.forward(1.0)
     assert not OF_OUR_OWN.intersection(stepped.causes())
+
+
+@pytest.mark.parametrize(("step_deg", "refused"), [(7.9, False), (8.1, True)])
+@pytest.mark.parametrize("motor", [3, 4, 5])
+@pytest.mark.parametrize("protocol", ["dynamixel", "modbus"])
+def test_paper_method_leaves_a_hold_or_is_refused(
+    tmp_path: Path, protocol: Literal["dynamixel", "modbus"], motor: int, step_deg: float, refused: bool
+) -> None:
+    """The drive has not moved yet in the cycle after a step, and must not count as frozen."""
+    config = msgspec.structs.replace(simulated("memory"), protocol=protocol)
+    station = SimulatedLoop(tmp_path, config)
+    times = np.arange(0.0, 4.01, 0.1)
+    angles = np.tile(station.world.angles_deg, (len(times), 1))
+    angles[:, motor - 1] += (-1.0 if motor == 5 else 1.0) * np.clip((times - 1.9) * 10.0 * step_deg, 0.0, 3 * step_deg)
+    recording = load_of(times, angles, method="paper")
+    if refused:
+        refusal = station.send(recording)
+        assert refusal is not None
+        assert refusal.code == "unusable"
+        assert f"motor {motor} moves by 8.1 deg in one step at 2." in refusal.message
+        return
+    station.play(recording, 3.5)
+    assert station.causes() == []
 
 
 @pytest.mark.parametrize("method", ["smooth", "learned"])

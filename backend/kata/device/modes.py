@@ -36,6 +36,7 @@ from kata.device.journal import JournalEnd
 from kata.device.machine_state import MachineState
 from kata.device.movement import RAMP_S, Movement
 from kata.device.refusals import (
+    angles_not_current,
     no_torque_found,
     not_in_this_mode,
     not_verified,
@@ -247,7 +248,7 @@ class StateMachine(MachineState):
             return no_torque_found(state)
         if name == "approach":
             assert self._run is not None
-            refusal = outside_range(state, self._config)
+            refusal = angles_not_current(state) or outside_range(state, self._config)
             if self._run.zero_order_hold:
                 refusal = refusal or too_far_from_start(state, self._run)
             return refusal

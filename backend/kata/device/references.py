@@ -18,6 +18,7 @@ import numpy as np
 
 from kata.device import texts
 from kata.device.config import ConfigError, StationConfig
+from kata.device.faults import MAX_FROZEN_SETPOINT_DEG
 from kata.device.ipc_messages import RESISTANCE_LEVELS, SAMPLE_FIELDS, Load, LoadPart, Refusal, Request
 from kata.device.resistance import RESISTS_NS
 from kata.messages import Text, text_of
@@ -28,7 +29,7 @@ from kata.motion.ilc import MAX_CORRECTION_DEG, Correction
 from kata.motion.linkage import Floats
 from kata.motion.method import rate_hz, reference
 from kata.motion.reach import POSE_ROUNDING_DEG, check_poses_of, doctors_set
-from kata.motion.trajectory import AxisLimits, OverloadError, Trajectory, TrajectoryError, ZeroOrderHold
+from kata.motion.trajectory import HOLD_S, AxisLimits, OverloadError, Trajectory, TrajectoryError, ZeroOrderHold
 
 log = logging.getLogger(__name__)
 
@@ -118,8 +119,28 @@ def _trajectory(load: Load, config: StationConfig) -> Trajectory:
     if not 0 <= load.repetition_s < math.inf:
         raise TrajectoryError(texts.NOT_PLAYABLE_REPETITION())
     config.check_reference(load.method, trajectory, load.side)
+    if isinstance(trajectory, ZeroOrderHold):
+        _check_steps(trajectory)
     _check_patients_limits(load, config, trajectory)
     return trajectory
+
+
+def _check_steps(trajectory: ZeroOrderHold) -> None:
+    """Refuse a sample so far from the one before that a drive which has not moved yet would count as frozen.
+
+    :raises _UnusableError: naming motor, time and step.
+    """
+    steps_deg = np.abs(np.diff(trajectory.samples, axis=0))
+    row, axis = np.unravel_index(int(np.argmax(steps_deg)), steps_deg.shape)
+    if steps_deg[row, axis] > MAX_FROZEN_SETPOINT_DEG:
+        raise _UnusableError(
+            texts.NOT_PLAYABLE_PAPER_STEP(
+                motor=int(axis) + 1,
+                at_s=(int(row) + 1) * HOLD_S,
+                step_deg=float(steps_deg[row, axis]),
+                largest_deg=MAX_FROZEN_SETPOINT_DEG,
+            )
+        )
 
 
 def _check_patients_limits(load: Load, config: StationConfig, trajectory: Trajectory) -> None:

@@ -153,6 +153,20 @@ def whole_range_only(end_feel: EndFeelTest | None) -> Refusal | None:
     return Refusal.of(code="is_end_feel_test", message=texts.RANGE_IS_MEASURED(), next_step=texts.PAUSE_OR_STOP())
 
 
+def angles_not_current(state: CycleState) -> Refusal | None:
+    """Refuse to switch torque on unless every drive has answered in this cycle. A hand may have led the arm on since an older answer,
+    and a drive that does not answer may have lost its settings.
+    """
+    if state.measured_t_ns is not None:
+        return None
+    ages_ms = state.drive_age_ms
+    return Refusal.of(
+        code="angles_not_current",
+        message=texts.MOTOR_DID_NOT_ANSWER(motor=ages_ms.index(max(ages_ms)) + 1),
+        next_step=texts.LOOK_AT_ARM_AND_TRY_AGAIN(),
+    )
+
+
 def outside_range(state: CycleState, config: StationConfig) -> Refusal | None:
     """Refuse to switch torque on if a measured angle is outside the range by more than the tolerance, which would be a fault."""
     tolerance = config.limit_tolerance_deg

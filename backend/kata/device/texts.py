@@ -136,6 +136,10 @@ DRIVE_ANSWERS_DAMAGED: Final = message(
 NOT_PLAYABLE_PAPER_RATE: Final = message(
     "not_playable_paper_rate", "this station's cycle rate is not a multiple of the paper's 10 Hz"
 )
+NOT_PLAYABLE_PAPER_STEP: Final = message(
+    "not_playable_paper_step",
+    "motor {motor:d} moves by {step_deg:.1f} deg in one step at {at_s:.1f} s; the paper's method allows {largest_deg:.0f} deg",
+)
 NOT_PLAYABLE_LOAD_LEVEL: Final = message("not_playable_load_level", "its resistance level must be 1 to {levels:d}")
 NOT_PLAYABLE_SOME_LIMITS: Final = message("not_playable_some_limits", "it has limits for some motors only")
 NOT_PLAYABLE_CORRECTION_METHOD: Final = message(
@@ -247,6 +251,7 @@ TURN_APPARATUS_OR_CHOOSE: Final = message(
 RANGE_IS_LEAST: Final = message("range_is_least", "The range cannot be less than {least_percent:.0f} %.")
 PAUSE_OR_STOP: Final = message("pause_or_stop", "Pause, or stop.")
 STILL_STOPPING: Final = message("still_stopping", "The arm is slowing down.")
+MOTOR_DID_NOT_ANSWER: Final = message("motor_did_not_answer", "Motor {motor:d} did not answer just now.")
 OUTSIDE_RANGE: Final = message("outside_range", "Motor {motor:d} is at {angle_deg:.0f} deg, outside its range.")
 MOVE_BACK_BY_HAND: Final = message("move_back_by_hand", "Move the arm back by hand.")
 TOO_FAR_FROM_START: Final = message(

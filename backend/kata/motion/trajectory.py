@@ -248,8 +248,9 @@ class ZeroOrderHold(Trajectory):
         self._times_s = times
         # A recording of another rate is interpolated without overshoot.
         places = np.arange(int(self.duration_s / HOLD_S + _ROUNDING) + 1) * HOLD_S
-        self._samples: Floats = PchipInterpolator(times, angles)(np.minimum(places, self.duration_s))
-        self._set_range(self._samples)
+        self.samples: Floats = PchipInterpolator(times, angles)(np.minimum(places, self.duration_s))
+        """Held angles ``(m, 5)`` in degrees, :data:`HOLD_S` apart."""
+        self._set_range(self.samples)
         self.rmse_deg = rmse(self.along(times), angles)
 
     def motion_at(self, time_s: float) -> PathPoint:
@@ -258,7 +259,7 @@ class ZeroOrderHold(Trajectory):
 
     def along(self, times_s: Floats) -> Floats:
         """Return the samples that are held at the times ``(m,)``."""
-        held: Floats = self._samples[(np.clip(times_s, 0.0, self.duration_s) / HOLD_S + _ROUNDING).astype(int)]
+        held: Floats = self.samples[(np.clip(times_s, 0.0, self.duration_s) / HOLD_S + _ROUNDING).astype(int)]
         return held
 
     def motions(self, times_s: Floats) -> PathPoint:
@@ -267,11 +268,11 @@ class ZeroOrderHold(Trajectory):
         return PathPoint(held, np.zeros_like(held), np.zeros_like(held))
 
     def _extremes(self) -> tuple[Floats, Floats]:
-        times = np.arange(len(self._samples)) * HOLD_S
-        return np.tile(times[:, None], N_AXES), self._samples
+        times = np.arange(len(self.samples)) * HOLD_S
+        return np.tile(times[:, None], N_AXES), self.samples
 
     def _second_differences(self) -> tuple[Floats, Floats]:
-        second_differences = np.abs(np.diff(self._samples, 2, axis=0)) / HOLD_S**2
+        second_differences = np.abs(np.diff(self.samples, 2, axis=0)) / HOLD_S**2
         times = np.arange(len(second_differences), dtype=np.float64)
         return (times + 1) * HOLD_S, second_differences
 
