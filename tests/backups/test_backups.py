@@ -544,7 +544,7 @@ def test_key_is_made_once_and_may_be_moved_elsewhere(small: Settings) -> None:
     key = small.backup_key_file.read_text()
     assert not make_key(small)
     assert small.backup_key_file.read_text() == key
-    assert "Keep a copy of this file away from this computer" in key
+    assert "Store a copy of this file outside this computer" in key
     away = small.data / "in-the-safe.txt"
     small.backup_key_file.rename(away)
     note = create_backup(small, "asked")

@@ -588,8 +588,9 @@ def do(stepped: Stepped, act: Act) -> None:
     st.sampled_from([(0.0, 0.0, 0.0), (0.054, 0.0015, 0.08), (0.127, 0.0043, 0.28), (0.3, 0.02, 5.0)]),
     st.sampled_from([(100, 150.0), (100, 56.0), (50, 56.0), (10, 56.0)]),
     st.lists(st.tuples(st.integers(1, 120), st.sampled_from(get_args(Act))), max_size=5),
+    st.sampled_from([None, 0.0, 0.1, 1.0, 5.0]),
 )
-@examples(few=40, many=150)
+@examples(few=60, many=300)
 def test_whatever_load_accepts_plays_without_a_fault_of_our_own(
     tmp_path_factory: pytest.TempPathFactory,
     recording: tuple[Floats, Floats],
@@ -597,14 +598,21 @@ def test_whatever_load_accepts_plays_without_a_fault_of_our_own(
     lag: tuple[float, float, float],
     station_is: tuple[int, float],
     acts: list[tuple[int, Act]],
+    beyond_deg: float | None,
 ) -> None:
-    """Approach, play, pause, reduce the range, reverse and return, with drives without a fault."""
+    """Approach, play, pause, reduce the range, reverse and return, with drives without a fault.
+
+    ``beyond_deg``: distance of the doctor's limits beyond the recording, or None for no limits.
+    """
     rate_hz, speed_deg_s = station_is
     config = of_little_acceleration(station(*lag, rate_hz=rate_hz), speed_deg_s)
     times, angles = recording
     command = load(
         method, times_s=times.astype("<f8").tobytes(), angles_deg=angles.astype("<f8").tobytes(), load_level=20
     )
+    if beyond_deg is not None:
+        ends = zip(angles.min(axis=0) - beyond_deg - 0.01, angles.max(axis=0) + beyond_deg + 0.01, strict=True)
+        command = msgspec.structs.replace(command, limits_deg=tuple((float(low), float(high)) for low, high in ends))
     built = build(command, config)
     if isinstance(built, Refusal):
         return

@@ -5,6 +5,8 @@ from typing import Literal
 
 import numpy as np
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
 
 from kata.device.movement import RAMP_S, Movement, longest_step
 from kata.motion.path import PathPoint
@@ -198,6 +200,17 @@ def test_a_changing_speed_override_is_acceleration_too() -> None:
     assert movement.override_rate == 0.0
     movement.advance(DT_S)
     assert movement.override_rate == 0.0
+
+
+@given(st.floats(0.0, 100.0), st.floats(1e-3, 10.0))
+def test_movement_of_the_longest_step_stops_within_the_distance(left: float, second_difference: float) -> None:
+    moved, step = 0.0, float(longest_step(left, second_difference))
+    while step > 0.0:
+        moved += step
+        following = float(longest_step(max(left - moved, 0.0), second_difference))
+        assert following >= step - second_difference - 1e-9
+        step -= second_difference
+    assert moved <= left + 1e-9
 
 
 @pytest.mark.parametrize("second_difference", [0.1, 2.0])

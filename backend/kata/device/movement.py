@@ -20,7 +20,9 @@ def longest_step(left: Floats | float, second_difference: Floats | float) -> Flo
 
     ``left``: remaining distance. Both parameters have the same unit and any shape.
     """
-    step: Floats = np.sqrt(second_difference * (second_difference / 4 + 2 * left)) - second_difference / 2
+    # From a step between m and m + 1 second differences the movement stops after m more steps.
+    more = np.floor((np.sqrt(1 + 8 * left / second_difference) - 1) / 2)
+    step: Floats = (left + second_difference * more * (more + 1) / 2) / (more + 1)
     return step
 
 

@@ -33,6 +33,7 @@ _STEP_SHARE: Final = 0.8
 """Share of the feed-forward in the difference between the setpoint gate's step limit and the step at an axis' highest speed.
 Overspeed is judged from averages over 0.1 s, so single steps may exceed the highest speed.
 """
+_ROUNDING_DEG: Final = 1e-9
 _SAME_PLACE_S: Final = 1.0
 """Two places of resistance that are at most this far apart on the recording's clock count as the same place."""
 
@@ -62,6 +63,12 @@ class Run:
     """Change of the feed-forward in the last setpoint period."""
     _speed_deg_s: Floats = field(init=False)
     """Speed of the reference over the last setpoint period."""
+    _setpoint_deg: Floats = field(init=False)
+    """The last setpoint."""
+    _setpoint_change_deg: Floats = field(init=False)
+    """Change of the setpoint in the last setpoint period."""
+    _wanted_deg: Floats = field(init=False)
+    """The last setpoint before it was braked."""
     _reversal_torque_nm: float = 0.0
     """Torque of the resisting axis when the backward movement began."""
 
@@ -122,6 +129,8 @@ class Run:
         limits.
         """
         self.start_path(here_deg)
+        self._setpoint_deg = self._wanted_deg = here_deg
+        self._setpoint_change_deg = np.zeros(len(here_deg))
         inside_deg = _clip(here_deg, self._lowest_deg, self._highest_deg)
         self.return_to_deg = np.array(self._held(inside_deg, self._lowest_deg, self._highest_deg))
         self._limits.widen(here_deg.tolist())
@@ -171,8 +180,8 @@ class Run:
         """Return the next setpoint: the reference plus the feed-forward for the drives' lag.
 
         The reference is not clipped. If it is beyond a limit, the setpoint gate refuses it. The feed-forward stays within the
-        limits and never jumps. While an arm comes from outside the patient's limits, the setpoint itself is limited: it leads
-        the reference inwards and never moves outwards again.
+        limits and never jumps. A setpoint that leads the reference brakes before a limit. While an arm comes from outside the
+        patient's limits, the setpoint itself is limited: it leads the reference inwards and never moves outwards again.
         """
         before_deg = self.reference_deg
         wanted = np.zeros(len(before_deg))
@@ -201,7 +210,34 @@ class Run:
         )
         # The reference may leave the pose's limits on a straight line between two poses or with a reduced range.
         setpoint = _clip(self.reference_deg + self._feed_forward_deg, lowest, highest)
-        return tuple(self._held(setpoint, lowest, highest))
+        setpoint = np.array(self._held(setpoint, lowest, highest))
+        if not self.zero_order_hold:
+            setpoint = self._braked(setpoint, lowest, highest)
+        self._setpoint_change_deg, self._setpoint_deg = setpoint - self._setpoint_deg, setpoint
+        return tuple(setpoint.tolist())
+
+    def _braked(self, wanted_deg: Floats, lowest_deg: Floats, highest_deg: Floats) -> Floats:
+        """Return the setpoint, or the nearest one from which it can still stop at the limits, within the axes' acceleration limit.
+
+        A setpoint that has fallen behind comes back to the wanted one as fast as the acceleration limit allows.
+        """
+        second_difference, last_deg = self._max_second_difference_deg, self._setpoint_deg
+        behind_deg = self._wanted_deg - last_deg
+        # A wanted setpoint that jerks by itself is not smoothed here: the setpoint gate refuses it.
+        unbounded = np.where(behind_deg == 0.0, np.inf, second_difference)
+        most_deg = np.minimum(
+            longest_step(np.maximum(highest_deg - last_deg, 0.0), second_difference),
+            self._setpoint_change_deg + unbounded,
+        )
+        least_deg = np.maximum(
+            -longest_step(np.maximum(last_deg - lowest_deg, 0.0), second_difference),
+            self._setpoint_change_deg - unbounded,
+        )
+        caught_up_deg = longest_step(np.abs(behind_deg), second_difference)
+        change_deg = wanted_deg - self._wanted_deg + _clip(behind_deg, -caught_up_deg, caught_up_deg)
+        self._wanted_deg = wanted_deg
+        braked_deg = last_deg + _clip(change_deg, least_deg, most_deg)
+        return np.where(np.abs(braked_deg - wanted_deg) < _ROUNDING_DEG, wanted_deg, braked_deg)
 
     def _advance_reference(self, movement: Movement) -> Floats:
         """Advance the reference along the path. Return the feed-forward that the drives' lag needs, ``(5,)``."""
