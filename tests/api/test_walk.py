@@ -25,7 +25,7 @@ from kata.auth.permissions import RULES, UNAUDITED_VIEWS, audit_action
 from kata.auth.tables import AccountRow, LoginSessionRow
 from kata.clinic import tables
 from kata.clinic.patients.tables import ErasureRow
-from kata.clinic.restricted.objects import OF_A_PATIENT, OF_NOBODY
+from kata.clinic.restricted.objects import OF_A_PATIENT, WITHOUT_PATIENT
 from kata.clinic.restricted.tables import BreakGlassAccessRow, CareTeamRow
 from kata.database.base import utc_now
 from kata.database.engine import Database
@@ -576,7 +576,7 @@ def test_a_request_that_cannot_be_read_is_refused_first(service: TestClient) -> 
 
 def test_every_id_in_a_request_leads_to_its_patient(service: TestClient) -> None:
     named = {name for operation in operations(_document(service)) for name in operation.ids}
-    assert named <= set(OF_A_PATIENT) | OF_NOBODY
+    assert named <= set(OF_A_PATIENT) | WITHOUT_PATIENT
     assert set(OF_A_PATIENT) <= named
 
 

@@ -18,7 +18,7 @@ from kata.database.samples import SampleBlockColumns, SamplesColumns, SampleTabl
 from kata.messages import sent_key
 from kata.motion.axes import BASIC_MOTIONS
 
-COMPARED_PERCENT: Final = 90.0
+MIN_COMPARED_PERCENT: Final = 90.0
 """If a smaller share of the playing time was compared, a run's errors are partial. The value is our choice. No publication
 states one.
 """
@@ -238,7 +238,7 @@ class RunRow(Base):
         """
         if self.compared_percent is None:
             return self.least_range_percent is not None
-        return self.compared_percent < COMPARED_PERCENT
+        return self.compared_percent < MIN_COMPARED_PERCENT
 
 
 class _TrackingColumns:
