@@ -58,7 +58,7 @@ class VerifiedBackup:
     audit_rows: int | None = None
     """Number of verified rows of the audit trail; None if the backup has no trail or the restored copy is different."""
     audit_problem: str = ""
-    """Where that audit trail is damaged; empty if it is intact. A backup with a damaged trail can still be used."""
+    """Damage of that audit trail; empty if it is intact. A backup with a damaged trail can still be used."""
 
     def recorded(self, record: BackupRecord) -> BackupRecord:
         """Return the record with this result."""

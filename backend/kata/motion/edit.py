@@ -273,7 +273,7 @@ def stretch(
 
 @dataclass(frozen=True)
 class PlaybackSettings:
-    """How to play a recording. The default is once, as taught."""
+    """Playback settings of a recording. The default is once, as taught."""
 
     speed_percent: float = 100.0
     repetitions: int = 1

@@ -350,7 +350,7 @@ class RunCorrectionRow(Base):
 
 
 class EndFeelRow(Base):
-    """What an end-feel run asks of the apparatus, and its result (:mod:`kata.clinic.sessions.end_feel`)."""
+    """Request of an end-feel run to the apparatus, and its result (:mod:`kata.clinic.sessions.end_feel`)."""
 
     __tablename__ = "end_feel_runs"
 
@@ -365,7 +365,7 @@ class EndFeelRow(Base):
     """Sign of the motor's angle on the way out. Angles and torques of the result are positive outwards."""
     speed_deg_s: Mapped[float]
     further_deg: Mapped[float]
-    """How far the way goes beyond the end of the recorded motion."""
+    """Distance that the way goes beyond the end of the recorded motion."""
     torque_nm: Mapped[float]
     """The chosen torque."""
     baseline_run_id: Mapped[UUID | None]
