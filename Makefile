@@ -44,8 +44,8 @@ seed: $(PACKAGES) ## sixty invented patients with two years of history for `make
 # are processors. Tests that move an arm in the test's own process or through a pseudo-terminal, and tests that measure, run apart from those
 # that keep both processors busy: the device stops when the service or the bytes come too late, as it must.
 MEASURED := tests/bench tests/evaluation/test_real_time.py tests/simulator/test_wire.py tests/simulator/test_modbus.py
-TIMED := tests/integration $(addprefix tests/api/test_,begin_away.py cli.py contraindications.py crash.py demo.py derived.py end_feel.py episodes.py \
-	guarded.py json_bombs.py lease.py operations.py outage.py restricted_live.py station.py stopping.py teaching_checklist.py visit.py \
+TIMED := tests/integration $(addprefix tests/api/test_,cli.py contraindications.py crash.py demo.py derived.py end_feel.py episodes.py \
+	guarded.py json_bombs.py lease.py offline_session.py operations.py outage.py restricted_live.py station.py stopping.py teaching_checklist.py visit.py \
 	watchdog.py)
 # Tests of the device that reach every line and branch of the modules that coverage counts. Counting takes more than twice the time, so
 # the others run without it.

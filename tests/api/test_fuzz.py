@@ -107,7 +107,7 @@ def asked() -> Counter[str]:
 def cookies(request: pytest.FixtureRequest, service: TestClient) -> list[str]:
     """Return a cookie for each identity, first none. They are new for each operation, because some end a login session or an account.
 
-    test_walk.py proves the refusals of every role.
+    test_route_permissions.py proves the refusals of every role.
     """
     app: Any = service.app
     roles = _ROLES if request.node.get_closest_marker("campaign") else _ROLES[-1:]

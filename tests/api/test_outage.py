@@ -273,16 +273,16 @@ def test_changes_made_elsewhere_during_an_outage_are_reported(client: TestClient
     with app.state.services.database.write() as database:
         database.get_one(EpisodeRow, UUID(visit["episode_id"])).max_load_level = 10
         contraindications.add(database, UUID(visit["patient"]["id"]), ContraindicationCreate(code="fracture"))
-    assert app.state.services.event_spool.put_offline_event(found.begun, LIMIT_S)
+    assert app.state.services.event_spool.put_offline_event(found.started, LIMIT_S)
     assert app.state.services.event_spool.until_taken(LIMIT_S)
-    run = client.get(f"/api/runs/{found.begun.id}").json()
+    run = client.get(f"/api/runs/{found.started.id}").json()
     assert (run["load_level"], run["outcome"]) == (25, "loaded")
     events = client.get("/api/events", params={"session_id": visit["id"], "kind": "alarm"}).json()["items"]
     messages = {event["message"] for event in events if event["code"] == CHANGED_MEANWHILE}
     assert messages == {CHANGED["limits"], CHANGED["contraindicated"]}
-    app.state.services.event_spool.put_not_begun("run", found.begun.id)
+    app.state.services.event_spool.put_not_begun("run", found.started.id)
     assert app.state.services.event_spool.until_taken(LIMIT_S)
-    assert client.get(f"/api/runs/{found.begun.id}").status_code == 404
+    assert client.get(f"/api/runs/{found.started.id}").status_code == 404
 
 
 def test_a_contraindication_forbids_a_run_without_the_database_too(client: TestClient, visit: dict[str, Any]) -> None:

@@ -33,7 +33,7 @@ from kata.database.engine import Database
 SATO = Actor(uuid4(), uuid4(), "Sato", "therapist", frozenset())
 
 
-def somebody(number: str = "K-1") -> PatientRow:
+def new_patient(number: str = "K-1") -> PatientRow:
     now = utc_now()
     return PatientRow(
         id=uuid4(), clinic_number=number, name="Yamada Hanako", sex="unknown", notes="Sleeps badly.",
@@ -75,7 +75,7 @@ def trail_of(database: Database, folder: Path, **given: Any) -> Iterator[AuditLo
         spool.close()
 
 
-async def told_in_time(audit_log: AuditLog, entry: chain.Entry) -> None:
+async def recorded_in_time(audit_log: AuditLog, entry: chain.Entry) -> None:
     async with asyncio.timeout(5.0):
         await audit_log.record(entry)
 
@@ -92,7 +92,7 @@ def verified(database: Database, folder: Path | None = None, known_head: chain.H
 
 class TestWhatIsWritten:
     def test_audit_row_names_who_where_what_whose_but_no_values(self, chained: Database) -> None:
-        patient = somebody()
+        patient = new_patient()
         with request("create_patient", station="Station 1") as context, chained.write() as session:
             session.add(patient)
         with request("update_patient", patient_id=patient.id), chained.write() as session:
@@ -115,7 +115,7 @@ class TestWhatIsWritten:
         def half_done() -> None:
             with chained.write() as session:
                 entries.add_entry(session, entries.entry("half"))
-                session.add(somebody())
+                session.add(new_patient())
                 session.flush()
                 raise RuntimeError
 
@@ -124,7 +124,7 @@ class TestWhatIsWritten:
                 half_done()
             assert context.audited == set()
             with chained.write() as session:
-                session.add(somebody())
+                session.add(new_patient())
         assert [(row.number, row.action) for row in rows(chained)] == [(1, "create_patient")]
 
     def test_change_without_its_audit_row_is_not_made(self, chained: Database, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -133,7 +133,7 @@ class TestWhatIsWritten:
 
         monkeypatch.setattr(chain, "append", broken)
         with request("create_patient"), pytest.raises(OperationalError), chained.write() as session:
-            session.add(somebody())
+            session.add(new_patient())
         with chained.read() as session:
             assert session.query(PatientRow).count() == 0
 
@@ -162,7 +162,7 @@ class TestWhatIsWritten:
 
     def test_unrequested_change_is_recorded_as_the_programs(self, chained: Database) -> None:
         with request("turn") as context, by_program("import_journal"), chained.write() as session:
-            session.add(somebody())
+            session.add(new_patient())
         (row,) = rows(chained)
         assert (row.who, row.role, row.account_id, row.address, row.action) == ("Kata", "", None, "", "import_journal")
         assert context.audited == set()
@@ -190,7 +190,7 @@ class TestWhatIsWritten:
 
     def test_bulk_changes_are_recorded_by_table_and_row_count(self, chained: Database) -> None:
         with request("erase_patient"), chained.write() as session:
-            session.add_all([somebody(f"K-{n}") for n in range(9)])
+            session.add_all([new_patient(f"K-{n}") for n in range(9)])
             session.flush()
             session.execute(update(PatientRow).values(notes=""))
         assert json.loads(rows(chained)[0].detail) == {"added": {"patients": 9}, "changed_many": ["patients"]}
@@ -215,7 +215,7 @@ class TestOneChain:
                 ready.wait(10)
                 for n in range(10):
                     with which.write() as session:
-                        session.add(somebody(f"{name}-{n}"))
+                        session.add(new_patient(f"{name}-{n}"))
             except Exception as error:
                 failed.append(error)
 
@@ -337,7 +337,7 @@ class TestQueue:
         with trail_of(database, tmp_path, retry_s=0.01) as audit_log:
             away.set()
             for n in range(20):
-                asyncio.run(told_in_time(audit_log, entries.entry(f"look {n}", "done")))
+                asyncio.run(recorded_in_time(audit_log, entries.entry(f"look {n}", "done")))
             away.clear()
             assert audit_log.until_written()
         answer = [row.action for row in rows(database)]
@@ -367,7 +367,7 @@ class TestAnchor:
             assert audit_log.until_written()
             for n in range(3):
                 with database.write() as session:
-                    session.add(somebody(f"K-{n}"))
+                    session.add(new_patient(f"K-{n}"))
                 assert audit_log.until_written()
         lines = anchor.read(tmp_path / "audit.anchor")
         assert [line.head.number for line in lines] == [1, 2, 3, 4, 5]
@@ -381,7 +381,7 @@ class TestAnchor:
             pass
         AuditHook(database)
         with database.write() as session:
-            session.add(somebody())
+            session.add(new_patient())
         assert verified(database, tmp_path).intact
         with trail_of(database, tmp_path):
             pass
@@ -411,7 +411,7 @@ class TestAnchor:
             with monkeypatch.context() as patch:
                 patch.setattr(anchor.Anchor, "add", full)
                 with database.write() as session:
-                    session.add(somebody())
+                    session.add(new_patient())
                 assert audit_log.until_written()
         assert "anchor cannot be written" in caplog.text
         assert verified(database, tmp_path).intact

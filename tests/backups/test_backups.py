@@ -38,7 +38,7 @@ from kata.clinic.patients.tables import PatientRow
 from kata.database.base import utc_now
 from kata.database.database_copy import copy
 from kata.database.engine import Database
-from kata.database.table_checksums import Tally, tallies
+from kata.database.table_checksums import TableChecksum, checksums
 from kata.settings import Settings
 from tests.support.databases import upgraded_file
 from tests.support.login import signed_in
@@ -67,11 +67,11 @@ def small(tmp_path: Path) -> Settings:
     return Settings(data=tmp_path, database_url="")
 
 
-def counted(settings: Settings) -> dict[str, Tally]:
+def counted(settings: Settings) -> dict[str, TableChecksum]:
     database = Database(settings.effective_database_url)
     try:
         with database.reader.connect() as connection:
-            return tallies(connection)
+            return checksums(connection)
     finally:
         database.close()
 
@@ -101,7 +101,7 @@ def test_backup_restores_the_database_unchanged(settings: Settings, database: Da
 
     assert clinic_numbers(database) == ["K-1"]
     assert restored.contents.tables == before
-    changed = {name for name, tally in counted(settings).items() if tally != before[name]}
+    changed = {name for name, checksum in counted(settings).items() if checksum != before[name]}
     assert changed <= {"sign_ins", "accounts", "audit"}
     assert (settings.journal / "run-1.journal").read_bytes() == b"measured"
     assert not (settings.journal / "run-2.journal").exists()

@@ -70,7 +70,7 @@ class _Motor:
     goal: tuple[int, float] | None = None
     outside_deg: float | None = None
     """Distance beyond the patient's limits of the innermost goal since torque switched on."""
-    been_deg: deque[float] = field(default_factory=lambda: deque(maxlen=_KNOWN_CYCLES))
+    recent_angles_deg: deque[float] = field(default_factory=lambda: deque(maxlen=_KNOWN_CYCLES))
     """Angles of the shaft in the last cycles."""
     over_since_ns: int | None = None
     answered: object = None
@@ -98,7 +98,7 @@ class _Test:
 
 @dataclass
 class Judge:
-    """Raises AssertionError when a safety rule is broken. Call :meth:`look` after every cycle."""
+    """Raises AssertionError when a safety rule is broken. Call :meth:`check` after every cycle."""
 
     world: RecordingWorld
     config: StationConfig
@@ -139,7 +139,7 @@ class Judge:
     def port_lost(self, *, pressed: bool) -> None:
         """Note that the adapter was unplugged, or the device process ended. ``pressed``: the emergency stop reads as pressed."""
         # The poll of the emergency stop between two cycles came before.
-        self._look_at_drives()
+        self._check_drives()
         for known, drive in zip(self._motors, self.world.apparatus.drives, strict=True):
             known.energised_at_loss = known.energised_at_loss or drive.torque_on
         self.released = pressed
@@ -167,24 +167,24 @@ class Judge:
 
     # -- after each cycle -----------------------------------------------------------------------------------------------
 
-    def look(self, snapshots: list[Snapshot]) -> None:
+    def check(self, snapshots: list[Snapshot]) -> None:
         """Check everything since the last call."""
-        self._look_at_drives()
+        self._check_drives()
         for snapshot in snapshots[self._shown :]:
             self._torque_shown(snapshot)
             self._own_faults(snapshot)
         self._shown = len(snapshots)
         newest = snapshots[-1]
-        self._stop_ended_it(newest)
+        self._check_stop_ends_activity(newest)
         self._hardware_error()
         self._end_feel(newest)
         for n, angle_deg in enumerate(self.world.angles_deg):
-            self._motors[n].been_deg.append(angle_deg)
+            self._motors[n].recent_angles_deg.append(angle_deg)
             self._registers(n)
             self._resistance(n, newest)
         self._angles(newest)
 
-    def _look_at_drives(self) -> None:
+    def _check_drives(self) -> None:
         for seen in self.world.seen[self._judged :]:
             known = self._motors[seen.motor - 1]
             if seen.what == "goal":
@@ -234,8 +234,8 @@ class Judge:
             # The first goal is the arm's last measured angle.
             innermost_deg = outside_deg if known.outside_deg is None else known.outside_deg
             # A goal that is not further out than the arm's last known angle does not push it outwards.
-            been_deg = (*known.been_deg, self.world.angles_deg[motor - 1])
-            allowed_deg = max(low - min(been_deg), max(been_deg) - high, innermost_deg)
+            recent_angles_deg = (*known.recent_angles_deg, self.world.angles_deg[motor - 1])
+            allowed_deg = max(low - min(recent_angles_deg), max(recent_angles_deg) - high, innermost_deg)
             assert outside_deg <= allowed_deg + _LIMIT_TOLERANCE_DEG, f"motor {motor} was moved away from its limits"
             known.outside_deg = min(outside_deg, innermost_deg)
 
@@ -302,7 +302,7 @@ class Judge:
             "torque is shown off and is on"
         )
 
-    def _stop_ended_it(self, newest: Snapshot) -> None:
+    def _check_stop_ends_activity(self, newest: Snapshot) -> None:
         """Uses the snapshot's mode: after a Stop nothing is loaded that an approach could begin with."""
         just_stopped = 0 <= self.last_stop_ns <= newest.t_ns <= self.last_stop_ns + self._period_ns
         if just_stopped and self.begun_ns < self.last_stop_ns:

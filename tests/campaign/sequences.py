@@ -49,7 +49,7 @@ from kata.system.realtime import Granted
 from kata.testing.world import RecordingWorld
 from tests.campaign.judge import COMMAND_LIFE_NS, Judge, Start
 from tests.campaign.stations import stations
-from tests.support.stepped import SteppedExchange
+from tests.support.stepped import SteppedServiceLink
 
 _NOTICED_NS: Final = 15_000_000
 """Added to the cycles that an input may be old: the transmission time of a cycle."""
@@ -255,13 +255,13 @@ class Sequences(RuleBasedStateMachine):
         self._run(0.3)
 
     def _start_device(self) -> None:
-        self.exchange = SteppedExchange(Path(self._folder.name))
+        self.link = SteppedServiceLink(Path(self._folder.name))
         self._answered = 0
         self._sent.clear()
         self.loop = ControlLoop(
             self.world.config,
             make_bus(self.world.config, self.world.open_transport),
-            self.exchange,
+            self.link,
             Granted(scheduling=False, memory_lock=False),
             now_ns=lambda: self.world.t_ns,
         )
@@ -494,17 +494,17 @@ class Sequences(RuleBasedStateMachine):
     @rule(silent_ms=st.sampled_from([0.0, 300.0, 700.0]))
     def the_service_hangs(self, silent_ms: float) -> None:
         """Stop the control loop, as by SIGSTOP and SIGCONT."""
-        self.exchange.service_silent_ms = silent_ms
+        self.link.service_silent_ms = silent_ms
 
     @rule(naming=st.sampled_from([None, "", "another"]))
     def the_service_believes(self, naming: str | None) -> None:
-        self.exchange.naming = naming
+        self.link.naming = naming
 
     @rule()
     def the_device_process_restarts(self) -> None:
         """Kill the device process, as by SIGKILL: nothing is switched off, and a new process finds the drives as they are."""
         self._disturb()
-        self._journals += self.exchange.journals
+        self._journals += self.link.journals
         self.world.wait(_ON_THE_WIRE_S)
         self.judge.port_lost(pressed=self._looks_pressed)
         self.world.wait(0.3)
@@ -517,7 +517,7 @@ class Sequences(RuleBasedStateMachine):
 
     @rule(ok=st.booleans())
     def the_disk(self, ok: bool) -> None:
-        self.exchange.journal_ok = ok
+        self.link.journal_ok = ok
 
     @rule(milliseconds=st.sampled_from([15, 120, 400]))
     def the_computer_stands_still(self, milliseconds: int) -> None:
@@ -575,7 +575,7 @@ class Sequences(RuleBasedStateMachine):
         self.release()
         self.world.lose_requests(0, 0)
         self.pedal(False)
-        self.exchange.service_silent_ms, self.exchange.naming, self.exchange.journal_ok = 0.0, None, True
+        self.link.service_silent_ms, self.link.naming, self.link.journal_ok = 0.0, None, True
         # The verification finds lost settings of a drive within one round.
         self._run(ROUND_S if self.judge.a_setting_differs else 0.1)
         self._until(lambda: self._snapshot.torque != "unknown" and self._snapshot.mode != "offline")
@@ -591,7 +591,7 @@ class Sequences(RuleBasedStateMachine):
         self._until(lambda: self._snapshot.mode == "idle" and not any(self.world.torque))
 
     def _nothing_was_recorded_with_the_pedal_up(self) -> None:
-        for writer in self._journals + self.exchange.journals:
+        for writer in self._journals + self.link.journals:
             writer.write()
             journal = read(writer.path)
             if journal.kind != "teaching":
@@ -603,7 +603,7 @@ class Sequences(RuleBasedStateMachine):
 
     @property
     def _snapshot(self) -> Snapshot:
-        return self.exchange.snapshots[-1]
+        return self.link.snapshots[-1]
 
     def _may_go_on(self, command: CommandName) -> bool:
         """Return True if a command is accepted or has nothing to do."""
@@ -690,10 +690,10 @@ class Sequences(RuleBasedStateMachine):
             _, number, what, pressed_ns = heapq.heappop(self._travelling)
             if isinstance(what, str):
                 self.judge.last_stop_ns = self.world.t_ns
-                self.exchange.request_stop("operator_stop")
+                self.link.request_stop("operator_stop")
             else:
                 self._sent[number] = (what, pressed_ns)
-                self.exchange.request(number, what, self.world.config)
+                self.link.request(number, what, self.world.config)
 
     def _run(self, seconds: float) -> None:
         until_ns = self._deadline_ns + int(seconds * 1e9)
@@ -712,14 +712,14 @@ class Sequences(RuleBasedStateMachine):
         self._deliver()
         assert self.loop.cycle(self._deadline_ns, late_ns / 1e6)
         self._note_answers()
-        self.judge.look(self.exchange.snapshots)
+        self.judge.check(self.link.snapshots)
         half_ns = self._deadline_ns + self._period_ns // 2
         if self.world.t_ns < half_ns:
             self.world.wait((half_ns - self.world.t_ns) / 1e9)
             self.loop.poll_estop()
 
     def _note_answers(self) -> None:
-        for reply in self.exchange.replies[self._answered :]:
+        for reply in self.link.replies[self._answered :]:
             if reply.refusal is not None or reply.id not in self._sent:
                 continue
             command, pressed_ns = self._sent[reply.id]
@@ -735,4 +735,4 @@ class Sequences(RuleBasedStateMachine):
                     self.judge.released = True
                 case _:
                     pass
-        self._answered = len(self.exchange.replies)
+        self._answered = len(self.link.replies)

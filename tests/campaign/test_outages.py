@@ -51,7 +51,7 @@ def test_fifty_outages_under_five_stations(tmp_path: Path) -> None:
                 "outage %d of %d; services hold %s MB",
                 number + 1,
                 OUTAGES,
-                _told(station.clinic.service_mb for station in stations),
+                _report(station.clinic.service_mb for station in stations),
             )
         over.set()
         for station in stations:
@@ -59,7 +59,7 @@ def test_fifty_outages_under_five_stations(tmp_path: Path) -> None:
         growth_mb = [station.clinic.service_mb - mb for station, mb in zip(stations, settled_mb, strict=True)]
         log.info(
             "%s; services grew by %s MB; missed: %s",
-            judge(stations, url), _told(growth_mb), ", ".join(station.missed for station in stations),
+            judge(stations, url), _report(growth_mb), ", ".join(station.missed for station in stations),
         )  # fmt: skip
         assert max(growth_mb) <= 10.0
 
@@ -83,5 +83,5 @@ def test_ten_failovers_under_five_stations(tmp_path: Path) -> None:
         log.info("%s; missed: %s", judge(stations, servers.url), ", ".join(station.missed for station in stations))
 
 
-def _told(held_mb: Iterable[float]) -> str:
+def _report(held_mb: Iterable[float]) -> str:
     return ", ".join(f"{mb:.1f}" for mb in held_mb)

@@ -56,9 +56,9 @@ def written_texts(session: Session) -> list[str]:
 def test_erasure_removes_every_identifier_and_preserves_every_figure(database: Database) -> None:
     patient_id = treated(database, sessions=3)
     with database.write() as session:
-        asked = erasures.note(session, patient_id, ErasureRequest(reason="Mrs Yamada asked.", noted_by="S"))
-        erasures.refuse(session, asked.id, ErasureRefusal(explanation="Mrs Yamada owes us.", decided_by="K"))
-        asked = erasures.note(session, patient_id, ErasureRequest(reason="Mrs Yamada paid.", noted_by="S"))
+        requested = erasures.request(session, patient_id, ErasureRequest(reason="Mrs Yamada asked.", noted_by="S"))
+        erasures.refuse(session, requested.id, ErasureRefusal(explanation="Mrs Yamada owes us.", decided_by="K"))
+        requested = erasures.request(session, patient_id, ErasureRequest(reason="Mrs Yamada paid.", noted_by="S"))
     with database.read() as session:
         assert {line.partition(":")[0] for line in written_texts(session)} == {
             "patients", "episodes", "programmes", "programme_versions", "assessments", "sessions", "teachings", "recordings",
@@ -66,7 +66,9 @@ def test_erasure_removes_every_identifier_and_preserves_every_figure(database: D
         }  # fmt: skip
         before = {table: rows(session, table) for table in FIGURES}
     with database.write() as session:
-        erasures.erase(session, asked.id, ErasureConsent(clinic_number=NUMBER, explanation="Granted.", decided_by="K"))
+        erasures.erase(
+            session, requested.id, ErasureConsent(clinic_number=NUMBER, explanation="Granted.", decided_by="K")
+        )
     with database.read() as session:
         assert written_texts(session) == []
         assert {table: rows(session, table) for table in FIGURES} == before
@@ -76,8 +78,10 @@ def test_erasure_removes_every_identifier_and_preserves_every_figure(database: D
 def test_nothing_is_written_any_more_about_who_was_erased(database: Database) -> None:
     patient_id = treated(database, sessions=1)
     with database.write() as session:
-        asked = erasures.note(session, patient_id, ErasureRequest(reason="Asked.", noted_by="S"))
-        erasures.erase(session, asked.id, ErasureConsent(clinic_number=NUMBER, explanation="Granted.", decided_by="K"))
+        requested = erasures.request(session, patient_id, ErasureRequest(reason="Asked.", noted_by="S"))
+        erasures.erase(
+            session, requested.id, ErasureConsent(clinic_number=NUMBER, explanation="Granted.", decided_by="K")
+        )
     with database.read() as session:
         keys = {table: session.scalars(select(table.id)).one() for table in (RecordingRow, EpisodeRow, ProgrammeRow)}
         found = session.scalars(select(AssessmentRow)).one()
@@ -99,9 +103,9 @@ def test_erasure_affects_only_the_requested_patient(database: Database, tmp_path
     for patient_id in (first, second):
         exported(database, patient_id, tmp_path / "bundle.json")
     with database.write() as session:
-        asked = erasures.note(session, first, ErasureRequest(reason="By letter.", noted_by="S"))
-        erasures.note(session, second, ErasureRequest(reason="By letter.", noted_by="S"))
-        erasures.erase(session, asked.id, ErasureConsent(clinic_number=NUMBER, decided_by="K"))
+        requested = erasures.request(session, first, ErasureRequest(reason="By letter.", noted_by="S"))
+        erasures.request(session, second, ErasureRequest(reason="By letter.", noted_by="S"))
+        erasures.erase(session, requested.id, ErasureConsent(clinic_number=NUMBER, decided_by="K"))
     with database.read() as session:
         assert [
             row.patient_id for row in erasures.undecided(session, hidden=select(ErasureRow.patient_id).where(false()))

@@ -45,7 +45,7 @@ SPOOLED: list[tuple[str, OfflineEvent | NotBegun]] = [
         '"corrected_by":null,"allowed":"{}","station":"Station 1"}',
         RunStarted(
             id=RUN, session_id=SESSION, recording_id=RECORDING, programme_position=1, started_at=AT, load_level=8,
-            asked=PlaybackSettings(80.0, 2, 1.0, 90.0), method="smooth", corrected_by=None, allowed="{}", station="Station 1",
+            settings=PlaybackSettings(80.0, 2, 1.0, 90.0), method="smooth", corrected_by=None, allowed="{}", station="Station 1",
         ),
     ),
     (

@@ -189,7 +189,7 @@ def test_estop_poll_counts_like_a_reading_of_the_cycle(watched: Watched) -> None
     unheard = msgspec.structs.replace(watched.reading(40), inputs=None)
     assert watched.hear(40, unheard).estop == "unknown"
     for opened, estop in ((False, "closed"), (True, "open")):
-        watched.observer.poll_estop(InputSample(START_NS + 35 * MS, estop_open=opened, pedal_down=False))
+        watched.observer.record_polled_inputs(InputSample(START_NS + 35 * MS, estop_open=opened, pedal_down=False))
         assert watched.hear(40, unheard).estop == estop
 
 

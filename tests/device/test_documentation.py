@@ -25,5 +25,5 @@ def test_every_active_mode_can_be_stopped() -> None:
 
 
 def test_torque_only_comes_on_on_the_way_to_approaching(playing: Stepped) -> None:
-    modes = [event.message for event in playing.exchange.events if event.code in ("mode", "torque")]
+    modes = [event.message for event in playing.link.events if event.code in ("mode", "torque")]
     assert modes == ["idle", "ready", "Torque is on.", "approaching", "paused", "playing"]

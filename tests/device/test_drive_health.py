@@ -58,7 +58,7 @@ def test_warning_names_motor_value_and_limit_and_is_one_event(playing: Stepped) 
     (warning,) = playing.snapshot.warnings
     assert warning.message == "Motor 3 has reached 72 °C. It switches off above 80 °C."
     assert warning.message_key is not None and warning.next_step_key is not None
-    assert [event.message for event in playing.exchange.events if event.code == "drive_warning"] == [warning.message]
+    assert [event.message for event in playing.link.events if event.code == "drive_warning"] == [warning.message]
 
 
 def test_a_warning_is_no_stop(playing: Stepped) -> None:
@@ -80,7 +80,7 @@ def test_warning_remains_for_a_while_after_its_condition(stepped: Stepped) -> No
     # The next time is another event.
     stepped.apparatus.health = {2: structs.replace(WELL, voltage_v=9.8)}
     stepped.forward(0.1)
-    assert [event.code for event in stepped.exchange.events].count("drive_warning") == 2
+    assert [event.code for event in stepped.link.events].count("drive_warning") == 2
 
 
 def test_warnings_of_several_drives_are_in_axis_order(stepped: Stepped) -> None:

@@ -56,7 +56,7 @@ class Shoulder:
                 return
             self.cycle()
             if n % 1000 == 0:
-                self._stepped.exchange.journals[-1].write()
+                self._stepped.link.journals[-1].write()
         raise AssertionError(f"{mode} was not reached; the mode is {self._stepped.mode}")
 
     def forward(self, seconds: float) -> None:

@@ -1,12 +1,12 @@
 """A stop from its first cause until it is acknowledged."""
 
-from kata.device.faults import Key
+from kata.device.faults import FaultKey
 from kata.device.latched_stop import LatchedStop
 
-ESTOP: Key = ("estop_pressed", None)
-SILENT: Key = ("drive_silent", 2)
-OPERATOR: Key = ("operator_stop", None)
-HELD: Key = ("load_repeated", 3)
+ESTOP: FaultKey = ("estop_pressed", None)
+SILENT: FaultKey = ("drive_silent", 2)
+OPERATOR: FaultKey = ("operator_stop", None)
+HELD: FaultKey = ("load_repeated", 3)
 
 
 def test_first_cause_stays_first_and_later_ones_are_appended() -> None:

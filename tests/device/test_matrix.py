@@ -68,27 +68,27 @@ def _reach(stepped: Stepped, mode: Mode) -> None:
         assert stepped.send(Return()) is None
         stepped.forward(0.5)
         return
-    stepped.exchange.request_stop()
+    stepped.link.request_stop()
     stepped.forward(0.5)
 
 
 def _ail_service(stepped: Stepped, kind: Kind, cycle: int) -> None:
-    """Inject the service's faults into the exchange."""
-    exchange = stepped.exchange
+    """Inject the service's faults into the link."""
+    link = stepped.link
     match kind:
         case "off" | "garbage":
-            exchange.closing = True
-            exchange.service_silent_ms = float("inf")
+            link.closing = True
+            link.service_silent_ms = float("inf")
         case "stuck":
-            exchange.service_silent_ms += 10.0
+            link.service_silent_ms += 10.0
         case "wrong":
-            exchange.naming = "another"
+            link.naming = "another"
         case "slow":
-            exchange.service_silent_ms = cycle * 10.0 % 300.0
+            link.service_silent_ms = cycle * 10.0 % 300.0
         case "delayed":
-            exchange.service_silent_ms = min(600.0, exchange.service_silent_ms + 10.0)
+            link.service_silent_ms = min(600.0, link.service_silent_ms + 10.0)
         case "intermittent":
-            exchange.naming = "another" if cycle % 2 else None
+            link.naming = "another" if cycle % 2 else None
 
 
 @pytest.fixture(scope="module")

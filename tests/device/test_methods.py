@@ -172,7 +172,7 @@ def test_reversing_a_fast_arm_does_not_drop_it_for_jerk(tmp_path: Path, rate_hz:
     assert stepped.causes() == []
     stepped.send(Play())
     stepped.forward(0.3)
-    stepped.exchange.request_stop()
+    stepped.link.request_stop()
     stepped.forward(0.5)
     assert stepped.causes() == ["operator_stop"]
 
@@ -390,7 +390,7 @@ def test_the_way_back_in_the_papers_way_is_gentle(paper: Stepped, before_playing
 def test_stop_in_the_paper_method_ramps_down_before_torque_off(paper: Stepped) -> None:
     paper.send(Play())
     until_place(paper, 1.0)
-    paper.exchange.request_stop()
+    paper.link.request_stop()
     paper.forward(0.15)
     assert paper.torque
     paper.forward(0.1)

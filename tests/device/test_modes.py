@@ -102,7 +102,7 @@ def bring(stepped: Stepped, mode: Mode) -> Stepped:
 
 
 def events(stepped: Stepped, code: str) -> list[str]:
-    return [event.message for event in stepped.exchange.events if event.code == code]
+    return [event.message for event in stepped.link.events if event.code == code]
 
 
 # -- sides ------------------------------------------------------------------------------------------------------------
@@ -120,7 +120,7 @@ def test_only_the_current_sides_shoulder_is_taught_or_played(tmp_path: Path, sta
             == f"This is for the {wanted} shoulder, but the apparatus is set up for the {stands_for} shoulder."
         )
     assert stepped.mode == "idle"
-    assert stepped.exchange.journals == []
+    assert stepped.link.journals == []
     assert stepped.send(msgspec.structs.replace(load, side=stands_for), a_trajectory()) is None
 
 
@@ -161,7 +161,7 @@ def test_a_refused_command_changes_nothing(stepped: Stepped) -> None:
     refusal = stepped.send(LOAD, a_trajectory())
     assert refusal is not None
     assert refusal.code == "is_ready"
-    assert len(stepped.exchange.journals) == 1
+    assert len(stepped.link.journals) == 1
 
 
 def test_invalid_mode_transition_stops_at_once(playing: Stepped, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -181,7 +181,7 @@ def test_invalid_mode_transition_stops_at_once(playing: Stepped, monkeypatch: py
 def test_every_event_is_numbered_without_gaps(stepped: Stepped) -> None:
     bring(stepped, "playing")
     stepped.until("idle")
-    numbered = stepped.exchange.events
+    numbered = stepped.link.events
     assert [event.number for event in numbered] == list(range(1, len(numbered) + 1))
     assert events(stepped, "mode") == ["idle", "ready", "approaching", "paused", "playing", "returning", "idle"]
     assert events(stepped, "torque") == ["Torque is on.", "Torque is off."]
@@ -196,7 +196,7 @@ def test_every_event_is_numbered_without_gaps(stepped: Stepped) -> None:
 @pytest.mark.parametrize("mode", WITH_TORQUE)
 def test_stop_ramps_down_while_torque_is_on_and_cuts_it(stepped: Stepped, mode: Mode) -> None:
     bring(stepped, mode)
-    stepped.exchange.request_stop()
+    stepped.link.request_stop()
     stepped.cycle()
     assert stepped.mode == "stopped"
     assert stepped.causes() == ["operator_stop"]
@@ -215,7 +215,7 @@ def test_stop_ramps_down_while_torque_is_on_and_cuts_it(stepped: Stepped, mode: 
 
 def test_a_stop_in_idle_latches_nothing_and_counts(stepped: Stepped) -> None:
     before = stepped.snapshot.stops
-    stepped.exchange.request_stop()
+    stepped.link.request_stop()
     stepped.forward(0.1)
     assert stepped.mode == "idle"
     assert stepped.causes() == []
@@ -224,7 +224,7 @@ def test_a_stop_in_idle_latches_nothing_and_counts(stepped: Stepped) -> None:
 
 def test_a_stop_in_ready_ends_the_run(stepped: Stepped) -> None:
     bring(stepped, "ready")
-    stepped.exchange.request_stop()
+    stepped.link.request_stop()
     stepped.forward(0.1)
     assert stepped.mode == "stopped"
     assert stepped.causes() == ["operator_stop"]
@@ -238,7 +238,7 @@ def test_a_stop_in_ready_ends_the_run(stepped: Stepped) -> None:
 def test_further_stop_is_another_cause_and_is_reported_once(stepped: Stepped) -> None:
     bring(stepped, "stopped")
     for _ in range(3):
-        stepped.exchange.request_stop()
+        stepped.link.request_stop()
         stepped.cycle()
     assert stepped.causes() == ["estop_pressed", "operator_stop"]
     assert len(events(stepped, "fault")) == 2
@@ -251,7 +251,7 @@ def test_the_emergency_stop_stops_every_mode_in_its_cycle(stepped: Stepped, mode
     stepped.cycle()
     assert stepped.mode == "stopped"
     assert not stepped.torque
-    for writer in stepped.exchange.journals:
+    for writer in stepped.link.journals:
         writer.write()
         assert stepped.journal().end is not None
     stepped.apparatus.estop_open = False
@@ -266,7 +266,7 @@ def test_the_emergency_stop_stops_every_mode_in_its_cycle(stepped: Stepped, mode
 
 def test_ramp_that_does_not_settle_is_cut_at_double_time(playing: Stepped, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(Movement, "at_rest", False)  # as an internal defect would
-    playing.exchange.request_stop()
+    playing.link.request_stop()
     playing.cycle()
     playing.forward(0.4)
     assert playing.torque
@@ -275,7 +275,7 @@ def test_ramp_that_does_not_settle_is_cut_at_double_time(playing: Stepped, monke
 
 
 def test_a_stop_that_is_still_ramping_down_is_not_acknowledged(playing: Stepped) -> None:
-    playing.exchange.request_stop()
+    playing.link.request_stop()
     playing.cycle()
     refusal = playing.send(Acknowledge())
     assert refusal is not None
@@ -286,7 +286,7 @@ def test_a_stop_that_is_still_ramping_down_is_not_acknowledged(playing: Stepped)
 
 
 def test_jump_during_the_ramp_cuts_torque_early(playing: Stepped) -> None:
-    playing.exchange.request_stop()
+    playing.link.request_stop()
     playing.forward(0.05)
     assert playing.torque
     movement = playing.loop._machine._movement
@@ -321,7 +321,7 @@ def test_an_error_of_the_programs_own_ends_a_teaching_too(stepped: Stepped, monk
 def test_error_stops_its_cycle_and_keeps_an_earlier_cause_first(
     playing: Stepped, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    playing.exchange.request_stop()
+    playing.link.request_stop()
     playing.cycle()
     stop = playing.snapshot.stop
     assert stop is not None
@@ -340,7 +340,7 @@ def test_error_stops_its_cycle_and_keeps_an_earlier_cause_first(
 
 def test_persistent_fault_stays_uncleared_when_the_program_fails(stepped: Stepped) -> None:
     bring(stepped, "paused")
-    stepped.exchange.journal_ok = False
+    stepped.link.journal_ok = False
     stepped.cycle()
     machine = stepped.loop._machine
     state = stepped.loop._state_builder.build(stepped._t_ns, None, stepped.loop._loop_context(stepped._t_ns, 0.0))
@@ -376,13 +376,13 @@ def test_apparatus_starts_only_with_at_most_the_estop_pressed(tmp_path: Path, co
 
 def test_two_disagreements_are_forgiven_by_a_heartbeat_that_agrees(playing: Stepped) -> None:
     for _ in range(10):
-        playing.exchange.naming = "another"
+        playing.link.naming = "another"
         playing.forward(0.02)
-        playing.exchange.naming = "run"
+        playing.link.naming = "run"
         playing.cycle()
     assert playing.causes() == []
 
-    playing.exchange.naming = "another"
+    playing.link.naming = "another"
     playing.forward(0.03)
     assert playing.causes() == ["other_run"]
 
@@ -395,7 +395,7 @@ def test_activity_has_the_name_that_the_service_gave(stepped: Stepped, mode: Mod
 @pytest.mark.parametrize(("mode", "reason"), [("ready", "unloaded"), ("teaching", "finished")])
 def test_lost_service_ends_activities_without_torque_at_once(stepped: Stepped, mode: Mode, reason: str) -> None:
     bring(stepped, mode)
-    stepped.exchange.closing = True
+    stepped.link.closing = True
     assert not stepped.cycle()
     end = stepped.journal().end
     assert end is not None
@@ -403,10 +403,10 @@ def test_lost_service_ends_activities_without_torque_at_once(stepped: Stepped, m
 
 
 def test_shutdown_request_waits_until_torque_is_off(playing: Stepped) -> None:
-    playing.exchange.closing = True  # and it still takes Stops
+    playing.link.closing = True  # and it still takes Stops
     assert playing.cycle()
     assert playing.torque
-    playing.exchange.request_stop()
+    playing.link.request_stop()
     for _ in range(30):
         if not playing.cycle():
             break
@@ -417,7 +417,7 @@ def test_shutdown_request_waits_until_torque_is_off(playing: Stepped) -> None:
 def test_a_sample_that_found_no_room_is_a_fault(stepped: Stepped, mode: Mode) -> None:
     bring(stepped, mode)
     assert stepped.loop._machine.journal_ok
-    stepped.exchange.journals[-1].lost = 1
+    stepped.link.journals[-1].lost = 1
     assert not stepped.loop._machine.journal_ok
     stepped.cycle()
     assert stepped.causes() == ["journal_fault"]

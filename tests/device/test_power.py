@@ -14,7 +14,7 @@ from kata.device.journal import PHASE_PLAYING, JournalEnd, JournalError, Journal
 from kata.device.journal_set import JournalSet, next_sync_ns
 from tests.support.cut_disk import CutDisk
 from tests.support.journals import HEADER, MS, give, values
-from tests.support.stepped import Stepped, SteppedExchange
+from tests.support.stepped import Stepped, SteppedServiceLink
 from tests.support.trajectories import LOAD, a_trajectory
 
 PERIOD_NS = 10 * MS
@@ -207,7 +207,7 @@ def test_passing_error_is_reported_and_the_retry_leaves_no_gap(tmp_path: Path, w
 
 
 @dataclass
-class OnThatDisk(SteppedExchange):
+class OnThatDisk(SteppedServiceLink):
     """Writes in every cycle and syncs at once, as the two journal threads would."""
 
     disk: CutDisk = field(default_factory=CutDisk)
@@ -236,9 +236,9 @@ def _break_once(disk: CutDisk) -> None:
 def test_failing_disk_stops_the_playback_along_its_path(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, happen: Callable[[CutDisk], None]
 ) -> None:
-    monkeypatch.setattr("tests.support.stepped.SteppedExchange", OnThatDisk)
+    monkeypatch.setattr("tests.support.stepped.SteppedServiceLink", OnThatDisk)
     stepped = Stepped(tmp_path)
-    link = stepped.exchange
+    link = stepped.link
     assert isinstance(link, OnThatDisk)
     assert stepped.send(LOAD, a_trajectory()) is None
     assert stepped.send(Approach()) is None

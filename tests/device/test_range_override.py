@@ -265,7 +265,7 @@ def test_less_makes_the_strokes_smaller_and_they_grow_again(tmp_path: Path, meth
     assert np.diff(peaks[1:5]) == pytest.approx(RECOVERY_DEG, abs=0.1)
     stepped.until("idle", 60.0)
     assert stepped.causes() == []
-    assert any("The range was reduced at 3.0 s" in event.message for event in stepped.exchange.events)
+    assert any("The range was reduced at 3.0 s" in event.message for event in stepped.link.events)
 
 
 def test_snapshot_reports_the_played_share_of_the_range(tmp_path: Path) -> None:

@@ -86,7 +86,7 @@ def test_resistance_above_the_patients_level_reverses_the_stroke_and_waits(strok
     assert stroke.causes() == []
     # Two seconds back from the place of detection, 0.1 s after the push began.
     assert position_s(stroke) == pytest.approx(met_at_s + 0.1 - 2.0, abs=0.03)
-    messages = [event.message for event in stroke.exchange.events if event.code == "load_reversal"]
+    messages = [event.message for event in stroke.link.events if event.code == "load_reversal"]
     assert messages == ["Motor 4 met resistance at 3.1 s; the arm is moved back."]
     recorded = stroke.journal()
     back = recorded.path_s[recorded.phase == journal.PHASE_REVERSING]
@@ -281,7 +281,7 @@ def test_arm_slowing_down_to_be_held_is_not_released(stroke: Stepped) -> None:
 
 def test_any_stop_that_requires_it_cuts_a_held_arms_torque(held: Stepped) -> None:
     held.forward(1.0)
-    held.exchange.request_stop()
+    held.link.request_stop()
     held.forward(0.05)
 
     assert held.causes() == ["load_repeated", "operator_stop"]
@@ -290,7 +290,7 @@ def test_any_stop_that_requires_it_cuts_a_held_arms_torque(held: Stepped) -> Non
 
 def test_lost_browser_releases_a_held_arm_with_its_reason(held: Stepped) -> None:
     held.forward(1.0)
-    held.exchange.request_stop("browser_lost")
+    held.link.request_stop("browser_lost")
     held.forward(0.05)
 
     assert held.causes() == ["load_repeated", "browser_lost"]
@@ -383,7 +383,7 @@ def test_a_push_that_outlasts_the_turn_holds_the_arm(stroke: Stepped) -> None:
     """A reversal inside a hold leads nowhere: a push that continues after it stops the run."""
     times = np.arange(0.0, 12.01, 0.01)
     angles = np.tile(np.array(REST_DEG), (len(times), 1))
-    stroke.exchange.request_stop()
+    stroke.link.request_stop()
     stroke.forward(0.5)
     assert stroke.send(Acknowledge()) is None
     load = msgspec.structs.replace(LOAD, load_level=LEVEL, run_id="hold")

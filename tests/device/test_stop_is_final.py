@@ -36,12 +36,12 @@ def test_a_stop_discards_an_approach_that_waits(stepped: Stepped) -> None:
     """[Approach, Stop] in one cycle ended in ``approaching``."""
     ready(stepped)
     stops = stepped.snapshot.stops
-    stepped.exchange.request(7, stamped(Approach(), stops, NEVER_NS), stepped.config)
-    stepped.exchange.request_stop()
+    stepped.link.request(7, stamped(Approach(), stops, NEVER_NS), stepped.config)
+    stepped.link.request_stop()
     stepped.forward(0.2)
     assert stepped.mode == "stopped"
     assert not stepped.torque
-    assert [(reply.id, reply.refusal and reply.refusal.code) for reply in stepped.exchange.replies][-1] == (
+    assert [(reply.id, reply.refusal and reply.refusal.code) for reply in stepped.link.replies][-1] == (
         7,
         "stopped_meanwhile",
     )
@@ -52,11 +52,11 @@ def test_a_command_from_before_a_stop_is_refused(stepped: Stepped, command: Comm
     """A Stop overtook an Approach that waited for the database: the Approach was carried out."""
     ready(stepped)
     delayed = stamped(command, stepped.snapshot.stops, NEVER_NS)
-    stepped.exchange.request_stop()
+    stepped.link.request_stop()
     stepped.cycle()
-    stepped.exchange.request(7, delayed, stepped.config)
+    stepped.link.request(7, delayed, stepped.config)
     stepped.forward(0.2)
-    refusal = stepped.exchange.replies[-1].refusal
+    refusal = stepped.link.replies[-1].refusal
     assert refusal is not None
     assert refusal.code == "stopped_meanwhile"
     assert stepped.mode == "stopped"
@@ -71,7 +71,7 @@ def test_a_command_from_before_a_fault_is_refused(stepped: Stepped) -> None:
     stepped.forward(0.1)
     assert stepped.send(Acknowledge()) is None
     ready(stepped)
-    stepped.exchange.request(7, delayed, stepped.config)
+    stepped.link.request(7, delayed, stepped.config)
     stepped.forward(0.1)
     assert stepped.mode == "ready"
 
@@ -95,7 +95,7 @@ def test_each_stop_counts(stepped: Stepped) -> None:
     counts = [stepped.snapshot.stops]
     for _ in range(2):
         ready(stepped)
-        stepped.exchange.request_stop()
+        stepped.link.request_stop()
         stepped.forward(0.1)
         counts.append(stepped.snapshot.stops)
         assert stepped.send(Acknowledge()) is None
@@ -157,8 +157,8 @@ def test_new_process_holds_the_arm_that_it_finds(tmp_path: Path) -> None:
     assert stepped.torque
     assert stepped.mode == "stopped"
     assert stepped.causes()[0] == "torque_found"
-    assert stepped.loop._link is stepped.exchange
-    stepped.exchange.closing = True
+    assert stepped.loop._link is stepped.link
+    stepped.link.closing = True
     stepped.loop._torque_off_on_exit()
     assert stepped.torque
 
@@ -226,7 +226,7 @@ def test_stop_lasts_until_the_drive_is_verified_again(stepped: Stepped) -> None:
 
 def test_an_unverified_drive_cannot_be_acknowledged(playing: Stepped) -> None:
     """A drive that reconnects is read again before the stop can be acknowledged."""
-    playing.exchange.request_stop()
+    playing.link.request_stop()
     playing.forward(0.5)
     playing.apparatus.verified[1] = False
     playing.forward(0.1)

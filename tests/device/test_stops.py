@@ -122,7 +122,7 @@ def test_stopped_run_records_its_cause_in_its_journal(playing: Stepped) -> None:
 
 
 def test_operators_stop_ramps_along_the_path_and_then_cuts_torque(playing: Stepped) -> None:
-    playing.exchange.request_stop()
+    playing.link.request_stop()
     playing.cycle()
     assert playing.mode == "stopped"
     assert playing.torque
@@ -137,7 +137,7 @@ def test_operators_stop_ramps_along_the_path_and_then_cuts_torque(playing: Stepp
 
 
 def test_emergency_stop_during_the_ramp_cuts_it_short(playing: Stepped) -> None:
-    playing.exchange.request_stop()
+    playing.link.request_stop()
     playing.forward(0.05)
     playing.apparatus.estop_open = True
     playing.cycle()
@@ -147,7 +147,7 @@ def test_emergency_stop_during_the_ramp_cuts_it_short(playing: Stepped) -> None:
 
 
 def test_stop_with_nothing_active_is_accepted_and_latches_nothing(stepped: Stepped) -> None:
-    stepped.exchange.request_stop()
+    stepped.link.request_stop()
     stepped.forward(0.1)
     assert stepped.mode == "idle"
 
@@ -206,7 +206,7 @@ def _garble(stepped: Stepped) -> None:
 
 
 def _mean_another_run(stepped: Stepped) -> None:
-    stepped.exchange.naming = "another"
+    stepped.link.naming = "another"
 
 
 def _stop_planning(stepped: Stepped) -> None:
@@ -220,11 +220,11 @@ def _run_away(stepped: Stepped) -> None:
 
 
 def _silence_service(stepped: Stepped) -> None:
-    stepped.exchange.service_silent_ms = 600.0
+    stepped.link.service_silent_ms = 600.0
 
 
 def _fill_disk(stepped: Stepped) -> None:
-    stepped.exchange.journal_ok = False
+    stepped.link.journal_ok = False
 
 
 @pytest.mark.parametrize(
@@ -326,8 +326,8 @@ def test_a_silent_drive_without_torque_is_a_stop_too(stepped: Stepped) -> None:
 
 
 def test_lost_service_ends_a_playback_without_torque(playing: Stepped) -> None:
-    playing.exchange.closing = True
-    playing.exchange.service_silent_ms = float("inf")
+    playing.link.closing = True
+    playing.link.service_silent_ms = float("inf")
     cycles = 0
     while playing.cycle():
         cycles += 1

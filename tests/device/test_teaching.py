@@ -125,7 +125,7 @@ def test_emergency_stop_ends_teaching_and_keeps_what_was_taught(stepped: Stepped
 
 def test_stop_in_teaching_latches(stepped: Stepped) -> None:
     stepped.send(TEACH)
-    stepped.exchange.request_stop()
+    stepped.link.request_stop()
     stepped.forward(0.1)
 
     assert stepped.mode == "stopped"
@@ -134,7 +134,7 @@ def test_stop_in_teaching_latches(stepped: Stepped) -> None:
 
 def test_each_take_is_reported_at_its_start_and_end(stepped: Stepped) -> None:
     def messages() -> list[str]:
-        return [event.message for event in stepped.exchange.events if event.code.startswith("take_")]
+        return [event.message for event in stepped.link.events if event.code.startswith("take_")]
 
     stepped.send(TEACH)
     stepped.forward(0.1)
@@ -156,7 +156,7 @@ def test_teaching_ended_between_takes_reports_no_further_take(stepped: Stepped) 
     stepped.send(TEACH)
     stepped.forward(0.1)
     stepped.send(FinishTeaching())
-    assert [event.code for event in stepped.exchange.events if event.code.startswith("take_")] == []
+    assert [event.code for event in stepped.link.events if event.code.startswith("take_")] == []
 
 
 def test_snapshot_reports_the_current_take(stepped: Stepped) -> None:

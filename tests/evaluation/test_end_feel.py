@@ -8,18 +8,18 @@ from typer.testing import CliRunner
 
 from kata.cli.main import app
 from kata.evaluation import end_feel
-from kata.evaluation.end_feel import GOALS, EndFeelCase, Judged, cases, judge, summary
+from kata.evaluation.end_feel import GOALS, EndFeelCase, EndFeelErrors, cases, judge, summary
 from kata.simulator.independent.plant import IndependentPlant
 
 CASE = EndFeelCase("simple", 0, "healthy", 3)
 
 
 @pytest.fixture(scope="module")
-def relaxed() -> Judged:
+def relaxed() -> EndFeelErrors:
     return judge(CASE)
 
 
-def test_relaxed_shoulder_is_measured_within_the_goals(relaxed: Judged) -> None:
+def test_relaxed_shoulder_is_measured_within_the_goals(relaxed: EndFeelErrors) -> None:
     assert relaxed.outcome == "measured"
     for goal in GOALS:
         assert goal.size(getattr(relaxed, goal.field)) <= goal.limit, goal.name
@@ -29,7 +29,7 @@ def test_guarding_patient_is_refused() -> None:
     assert judge(replace(CASE, kind="guarding")).outcome == "guarding"
 
 
-def test_summary_shows_each_goal_beside_its_figures(relaxed: Judged) -> None:
+def test_summary_shows_each_goal_beside_its_figures(relaxed: EndFeelErrors) -> None:
     table = summary([relaxed, replace(relaxed, range_error_deg=-3.0)])
     shown = {str(column.header): str(next(iter(column.cells))) for column in table.columns}
     assert shown["outcomes"] == "2 measured"

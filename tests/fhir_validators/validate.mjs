@@ -13,15 +13,15 @@ for (const file of ["profiles-types.json", "profiles-resources.json"]) {
 const lantana = new fhir.Fhir();
 
 function medplum(resource) {
-  const told = [];
+  const issues = [];
   for (const one of [resource, ...(resource.entry ?? []).map((entry) => entry.resource)]) {
     try {
-      told.push(...validateResource(one));
+      issues.push(...validateResource(one));
     } catch (error) {
-      told.push(...(error.outcome?.issue ?? [{ severity: "error", details: { text: String(error) } }]));
+      issues.push(...(error.outcome?.issue ?? [{ severity: "error", details: { text: String(error) } }]));
     }
   }
-  return told
+  return issues
     .filter((issue) => issue.severity === "error" || issue.severity === "fatal")
     .map((issue) => `${(issue.expression ?? []).join(", ")}: ${issue.details?.text ?? issue.diagnostics ?? issue.code}`);
 }
@@ -34,7 +34,7 @@ function strict(resource) {
 }
 
 const cases = JSON.parse(readFileSync(0, "utf-8"));
-const told = Object.fromEntries(
+const verdicts = Object.fromEntries(
   Object.entries(cases).map(([name, resource]) => [
     name,
     {
@@ -43,4 +43,4 @@ const told = Object.fromEntries(
     },
   ]),
 );
-console.log(JSON.stringify(told));
+console.log(JSON.stringify(verdicts));

@@ -130,7 +130,7 @@ def main(modules: Sequence[str]) -> int:
         for done, (mutant, noticed) in enumerate(_each(every, survey, scratch), start=1):
             if not noticed:
                 survived.append(mutant)
-                console.print(f"survived: {_told(mutant)}", markup=False)
+                console.print(f"survived: {_describe(mutant)}", markup=False)
             if done % 100 == 0:
                 console.print(f"{done} tried, {len(survived)} survived")
     finally:
@@ -144,7 +144,7 @@ def _verdict(console: Console, modules: Sequence[str], tried: int, survived: lis
     gone = [name for name in known if name not in {m.name for m in survived} and name[0][:-3] in modules]
     console.print(f"{tried} changes, {tried - len(survived)} noticed, {len(survived)} survived")
     for mutant in unexplained:
-        console.print(f"no reason is given for {_told(mutant)}", markup=False)
+        console.print(f"no reason is given for {_describe(mutant)}", markup=False)
     for name in gone:
         console.print(f"in survivors.toml, but does not survive: {name}", markup=False)
     return 1 if unexplained or gone or len(survived) > ALLOWED else 0
@@ -155,7 +155,7 @@ def _known() -> list[dict[str, Any]]:
     return survivors
 
 
-def _told(mutant: Mutant) -> str:
+def _describe(mutant: Mutant) -> str:
     return f"{mutant.file.name}, {mutant.place or 'module'}:\n    {mutant.was}\n    {mutant.becomes}"
 
 

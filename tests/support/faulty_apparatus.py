@@ -50,14 +50,14 @@ class FaultyApparatus(SteppedApparatus):
                 )
                 return structs.replace(true, drives=tuple(drives), corrupt=corrupt, statuses=statuses)
             case "registers" | "torque":
-                return structs.replace(true, statuses=tuple(self._told(what, int(motor) - 1, true.statuses)))
+                return structs.replace(true, statuses=tuple(self._reported(what, int(motor) - 1, true.statuses)))
             case "e-stop" | "second" | "pedal":
                 return structs.replace(true, inputs=self._inputs(what, true.inputs))
             case "bus":
                 return self._whole(true)
         return true
 
-    def _told(self, what: str, faulty: int, statuses: Iterable[DriveStatus]) -> Iterator[DriveStatus]:
+    def _reported(self, what: str, faulty: int, statuses: Iterable[DriveStatus]) -> Iterator[DriveStatus]:
         """Values of the faulty drive's status."""
         for status in statuses:
             if status.axis != faulty:

@@ -98,7 +98,7 @@ def _there_and_hold(axis: int, speed_deg_s: float) -> Trajectory:
 
 def _answers(stepped: Stepped) -> list[str]:
     """Return all reactions to resistance so far."""
-    return [event.code for event in stepped.exchange.events if event.code == "load_reversal"] + stepped.causes()
+    return [event.code for event in stepped.link.events if event.code == "load_reversal"] + stepped.causes()
 
 
 def _reach(stepped: Stepped, phase: Phase, trajectory: Trajectory, axis: int, strong_nm: float) -> int:

@@ -139,7 +139,7 @@ class SteppedApparatus:
 
 
 @dataclass
-class SteppedExchange:
+class SteppedServiceLink:
     """Replaces the I/O thread's queues; journals are written to a folder when they are read."""
 
     folder: Path
@@ -220,12 +220,12 @@ class Stepped:
     ) -> None:
         self.config = config or StationConfig()
         self.apparatus = apparatus or SteppedApparatus()
-        self.exchange = SteppedExchange(folder)
+        self.link = SteppedServiceLink(folder)
         self._t_ns = 1_000_000_000
         self.loop = ControlLoop(
             self.config,
             self.apparatus,
-            self.exchange,
+            self.link,
             Granted(scheduling=False, memory_lock=False),
             now_ns=self._now_ns,
         )
@@ -240,8 +240,8 @@ class Stepped:
     def copied(self, folder: Path) -> "Stepped":
         """Return a copy that writes its journals to another folder. To copy takes less time than to reach the mode again."""
         made = copy.deepcopy(self)
-        made.exchange.folder = folder
-        for writer in made.exchange.journals:
+        made.link.folder = folder
+        for writer in made.link.journals:
             writer.path = folder / writer.path.name
         return made
 
@@ -270,9 +270,9 @@ class Stepped:
         self, command: Command, trajectory: Trajectory | None = None, correction: Correction | None = None
     ) -> Refusal | None:
         """Send a command with its own counter and expiry, and run the cycle that takes it."""
-        self.exchange.commands.append(QueuedCommand(len(self.exchange.replies), command, trajectory, None, correction))
+        self.link.commands.append(QueuedCommand(len(self.link.replies), command, trajectory, None, correction))
         self.cycle()
-        return self.exchange.replies[-1].refusal
+        return self.link.replies[-1].refusal
 
     def until(self, mode: str, within_s: float = 30.0) -> None:
         """Let time pass until a mode is reached."""
@@ -284,12 +284,12 @@ class Stepped:
 
     @property
     def mode(self) -> str:
-        return self.exchange.snapshots[-1].mode
+        return self.link.snapshots[-1].mode
 
     @property
     def snapshot(self) -> Snapshot:
         """The newest snapshot; advance first to see a value that changes without an event."""
-        return self.exchange.snapshots[-1]
+        return self.link.snapshots[-1]
 
     @property
     def estop(self) -> str:
@@ -305,6 +305,6 @@ class Stepped:
 
     def journal(self, number: int = -1) -> Journal:
         """Return a journal as it is on disk after all queued writes."""
-        writer = self.exchange.journals[number]
+        writer = self.link.journals[number]
         writer.write()
         return read(writer.path)

@@ -40,7 +40,7 @@ RunKind = Literal["full", "check"]
 
 @dataclass
 class RunProgress:
-    """What the procedure has reported so far."""
+    """Progress of the procedure, as reported so far."""
 
     kind: RunKind
     by: str
@@ -51,7 +51,7 @@ class RunProgress:
     step: str = ""
     """Key of the step that is running or, if none is, that ran last."""
     instruction: dict[str, Any] | None = None
-    """What the technician is asked to do now."""
+    """The present instruction to the technician."""
     ended: list[dict[str, Any]] = field(default_factory=list)
     """Finished steps, in the form of the commissioning record."""
     passed: bool | None = None

@@ -48,7 +48,7 @@ class CommissioningConfirmation(Schema):
 
 
 class CommissioningInstruction(Schema):
-    """What the technician is asked to do."""
+    """An instruction to the technician."""
 
     number: int = Field(ge=1, description="Number of the instruction within this run.")
     kind: str = Field(examples=["press_estop"])

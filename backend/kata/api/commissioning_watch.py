@@ -27,7 +27,7 @@ class CommissioningWatch:
         self._database, self._config, self._file = database, config, station_file
         self._simulated = simulated
         self._seen: object = None
-        self.status = self._judge()
+        self.status = self._evaluate()
         self.on_change: Callable[[Refusal | None], None] = lambda refusal: None
 
     @property
@@ -42,11 +42,11 @@ class CommissioningWatch:
         )
 
     def use(self, config: StationConfig) -> None:
-        """Judge the record against another configuration from now on."""
+        """Evaluate the record against another configuration from now on."""
         self._config, self._seen = config, None
 
-    def look(self) -> None:
-        """Judge and import the records if a file has changed since the last call. Call it from one thread, at any interval.
+    def check(self) -> None:
+        """Evaluate and import the records if a file has changed since the last call. Call it from one thread, at any interval.
 
         :raises DatabaseUnavailableError: when the database does not answer. The next call imports the records.
         """
@@ -55,12 +55,12 @@ class CommissioningWatch:
         seen = [(path, path.stat().st_mtime_ns, path.stat().st_size) for path in record_paths(self._file)]
         if seen == self._seen:
             return
-        self.status = self._judge()
+        self.status = self._evaluate()
         self.on_change(self.refusal)
         import_records(self._database, self._config.name, self._file)
         self._seen = seen
 
-    def _judge(self) -> CommissioningStatus | None:
+    def _evaluate(self) -> CommissioningStatus | None:
         """Return the commissioning status; None if no commissioning is needed."""
         if self._simulated or self._file is None:
             return None

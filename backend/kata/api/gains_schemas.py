@@ -56,7 +56,7 @@ class GainTuningReview(Schema):
 
 
 class GainsAnswer(Schema):
-    """What the technician chooses: keep the gains, take them back, or measure with other gains."""
+    """Choice of the technician: keep the gains, take them back, or measure with other gains."""
 
     action: Literal["keep", "take_back", "measure"]
     gains: list[DriveGains] = Field(

@@ -50,7 +50,7 @@ class BegunRun:
 
 @dataclass(frozen=True)
 class RunStores:
-    """Where runs are recorded."""
+    """Stores of runs: the database, the spool and the offline sessions."""
 
     database: Database
     event_spool: EventSpool

@@ -389,7 +389,7 @@ def set_up_delivery_round(event_spool: EventSpool, at_station: StationServices) 
     def each_round() -> None:
         at_station.importer.run_due()
         at_station.offline_cache.refresh()
-        at_station.commissioning.look()
+        at_station.commissioning.check()
 
     event_spool.delivery.each_round = each_round
 

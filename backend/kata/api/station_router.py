@@ -518,9 +518,9 @@ def _begin_without_database(
         return None
     for event in found.new_answers:
         event_spool.put_offline_event(event)
-    if not event_spool.put_offline_event(found.begun):
-        event_spool.put_not_begun("run", found.begun.id)
-        offline_sessions.finish_run(found.begun.id, None)
+    if not event_spool.put_offline_event(found.started):
+        event_spool.put_not_begun("run", found.started.id)
+        offline_sessions.finish_run(found.started.id, None)
         return None
     return BegunRun(
         found.run,

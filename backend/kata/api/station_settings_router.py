@@ -28,7 +28,7 @@ State = Literal["not_needed", "commissioned", "due", "not_commissioned"]
 
 
 class CommissioningState(Schema):
-    """Whether the station is commissioned."""
+    """Commissioning state of the station."""
 
     state: State = Field(description="not_needed: the apparatus is simulated. due: the periodic check is due.")
     reason: str = Field(description="Why the station is not commissioned, else empty.")
@@ -81,7 +81,7 @@ class StationFile(Schema):
 
 
 class SettingsPreview(Schema):
-    """What an import would change."""
+    """Changes that an import would make."""
 
     changes: list[SettingChange]
     recommission: bool = Field(description="True if the station must be commissioned again with this configuration.")

@@ -25,7 +25,7 @@ class _Window:
     first: Entry
     until_s: float
     last_at: datetime
-    again: int = 0
+    repetitions: int = 0
 
 
 class Deduplicator:
@@ -41,14 +41,14 @@ class Deduplicator:
         """
         due = self.expire(now_s)
         # Without a login only the address counts, because otherwise every invented id would be remembered.
-        what = (entry.patient_id, entry.subject) if entry.account_id else None
-        who = (entry.account_id, entry.sign_in_id, entry.address, entry.role)
-        key = (*who, entry.action, what, entry.outcome, entry.detail)
+        subject = (entry.patient_id, entry.subject) if entry.account_id else None
+        requester = (entry.account_id, entry.sign_in_id, entry.address, entry.role)
+        key = (*requester, entry.action, subject, entry.outcome, entry.detail)
         window = self._windows.get(key)
         if window is None:
             self._windows[key] = _Window(entry, now_s + WINDOW_S, entry.at)
             return [*due, entry]
-        window.again += 1
+        window.repetitions += 1
         window.last_at = entry.at
         return due
 
@@ -59,8 +59,8 @@ class Deduplicator:
         counted = []
         while (ends_s := self.next_s) is not None and (ends_s <= now_s or len(self._windows) > _MAX_WINDOWS):
             window = self._windows.pop(next(iter(self._windows)))
-            if window.again and window.first.outcome != "done":
-                detail = json.loads(window.first.detail or "{}") | {"again": window.again}
+            if window.repetitions and window.first.outcome != "done":
+                detail = json.loads(window.first.detail or "{}") | {"again": window.repetitions}
                 counted.append(replace(window.first, at=window.last_at, detail=as_json(detail)))
         return counted
 

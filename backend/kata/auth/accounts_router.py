@@ -68,7 +68,7 @@ class Account(Schema):
 
 
 class AccountReset(Schema):
-    """What to reset in addition to the password."""
+    """Resets in addition to the password."""
 
     second_factor: StrictBool = Field(False, description="True also removes the second factor.")
 

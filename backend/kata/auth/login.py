@@ -127,7 +127,7 @@ class SessionRevocations:
 
 @dataclass(frozen=True)
 class Authentication:
-    """What authentication needs besides the database: passwords, throttle, links, limits and the clock."""
+    """Dependencies of authentication besides the database: passwords, throttle, links, limits and the clock."""
 
     passwords: Passwords
     links: DemonstrationLinks

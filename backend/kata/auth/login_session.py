@@ -24,7 +24,7 @@ EndReason = Literal["signed_out", "disabled", "role", "password", "reset", "open
 _CLOCK_TOLERANCE: Final = timedelta(minutes=1)
 _RECENT: Final = timedelta(minutes=10)
 _FORMER_SECRET_VALIDITY: Final = timedelta(seconds=10)
-"""How long a replaced secret stays valid, because a browser may send several requests at once, and one may be a Stop."""
+"""Time for which a replaced secret stays valid, because a browser may send several requests at once, and one may be a Stop."""
 _ACTIVITY_PERIOD: Final = timedelta(seconds=30)
 """Shortest time between two stored user activities."""
 

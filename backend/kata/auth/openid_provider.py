@@ -35,7 +35,7 @@ _CONNECT_S: Final = 3.0
 _ANSWER_S: Final = 5.0
 _MAX_THREADS: Final = 4
 _METADATA_VALID_S: Final = 600.0
-"""How long the provider's metadata are cached. The provider's keys are fetched at each login."""
+"""Time for which the provider's metadata are cached. The provider's keys are fetched at each login."""
 _CLOCK_TOLERANCE_S: Final = 60
 _ALGORITHMS: Final = (
     "RS256",

@@ -57,7 +57,7 @@ trail.
 
 @dataclass(frozen=True, slots=True)
 class RouteRule:
-    """What a user needs to use a route."""
+    """Permission rule of a route."""
 
     needs: Permission
     own_station_only: bool = False

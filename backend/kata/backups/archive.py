@@ -23,7 +23,7 @@ from pyrage.x25519 import Identity, Recipient
 from kata.backups.catalogue import Kind
 from kata.backups.key import BackupError
 from kata.database.database_copy import DatabaseKind
-from kata.database.table_checksums import Tally
+from kata.database.table_checksums import TableChecksum
 from kata.system.sync import sync_folder
 
 SUFFIX: Final = ".kata-backup"
@@ -52,7 +52,7 @@ class Contents(msgspec.Struct, frozen=True, kw_only=True):
     database: DatabaseKind
     schema: str
     """Revision of the database schema."""
-    tables: dict[str, Tally]
+    tables: dict[str, TableChecksum]
     """Row count and checksum of each table at the time of the backup."""
     anchored: int = 0
     """Number of lines in the audit trail's anchor when the backup began."""

@@ -34,14 +34,14 @@ class BackupRecord(msgspec.Struct, frozen=True, kw_only=True):
     file: str
     bytes: int = 0
     problem: str = ""
-    """Why the backup failed; empty if it was created."""
+    """Reason for which the backup failed; empty if it was created."""
     tested_at: datetime | None = None
     test_problem: str = ""
-    """Why the backup may not be restorable; empty if the restored copy was complete and equal."""
+    """Reason for which the backup may not be restorable; empty if the restored copy was complete and equal."""
     audit_rows: int | None = None
     """Number of verified rows of the audit trail in the restored copy."""
     audit_problem: str = ""
-    """Where that audit trail is damaged; empty if it is intact."""
+    """Damage of that audit trail; empty if it is intact."""
 
 
 def write_record(settings: Settings, record: BackupRecord) -> None:

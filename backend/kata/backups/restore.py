@@ -38,7 +38,7 @@ from kata.backups.key import BackupError, adopt_key, identities
 from kata.database.base import utc_now
 from kata.database.database_copy import DatabaseKind, found_damaged, kind_of, replaced, schema_aside, scratch
 from kata.database.engine import Database
-from kata.database.table_checksums import differences, tallies
+from kata.database.table_checksums import checksums, differences
 from kata.database.upgrade import migrations, upgrade
 from kata.settings import Settings
 from kata.system.sync import sync_folder
@@ -58,7 +58,7 @@ class VerifiedBackup:
     audit_rows: int | None = None
     """Number of verified rows of the audit trail; None if the backup has no trail or the restored copy is different."""
     audit_problem: str = ""
-    """Where that audit trail is damaged; empty if it is intact. A backup with a damaged trail can still be used."""
+    """Damage of that audit trail; empty if it is intact. A backup with a damaged trail can still be used."""
 
     def recorded(self, record: BackupRecord) -> BackupRecord:
         """Return the record with this result."""
@@ -198,7 +198,7 @@ def _contents_check(settings: Settings, database: Database) -> Callable[[Content
 
 def _find_problems(copy: Database, contents: Contents) -> list[str]:
     with copy.writer.connect() as connection:
-        return found_damaged(connection) or differences(contents.tables, tallies(connection))
+        return found_damaged(connection) or differences(contents.tables, checksums(connection))
 
 
 def _with_audit_result(copy: Database, contents: Contents, anchor: Path) -> VerifiedBackup:

@@ -27,11 +27,11 @@ class BackupRow(Base):
     audit_rows: Mapped[int | None] = mapped_column(BigInteger)
     """Number of rows of the audit trail that the restore test verified; None if it verified none."""
     audit_problem: Mapped[str] = mapped_column(Text, default="")
-    """Where that audit trail was damaged."""
+    """Damage of that audit trail; empty if it was intact."""
 
     @property
     def failure(self) -> str:
-        """Why the backup was not made, or why its restore test failed; empty otherwise.
+        """Reason why the backup was not made, or why its restore test failed; empty otherwise.
 
         A backup that could not be tested here, because its key is elsewhere, has no failure.
         """

@@ -52,7 +52,7 @@ class PatientBanner(Schema):
 
 def of_patient(session: Session, patient: PatientRow, today: date) -> PatientBanner:
     """Return the banner of a patient. ``today``: in the clinic's time zone."""
-    going_on = [episode for episode in patient.episodes if episode.closed_at is None]
+    open_episodes = [episode for episode in patient.episodes if episode.closed_at is None]
     return PatientBanner(
         patient_id=patient.id,
         name=patient.name,
@@ -60,8 +60,8 @@ def of_patient(session: Session, patient: PatientRow, today: date) -> PatientBan
         birth_date=patient.birth_date,
         age_years=age_years(patient.birth_date, today) if patient.birth_date else None,
         clinic_number=patient.clinic_number,
-        shoulders=[_shoulder(episode) for episode in going_on],
-        contraindications=contraindications.present(session, patient.id, [episode.id for episode in going_on]),
+        shoulders=[_shoulder(episode) for episode in open_episodes],
+        contraindications=contraindications.present(session, patient.id, [episode.id for episode in open_episodes]),
     )
 
 

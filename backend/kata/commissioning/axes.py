@@ -46,7 +46,7 @@ class PositionWatch:
         """Movement of each axis in the encoder's direction."""
         self.largest_jump_deg = 0.0
 
-    def look(self) -> Floats:
+    def read_positions(self) -> Floats:
         """Read the positions. Return the movement of each drive since the last call."""
         now = read_counts(self._line, self._axes)
         step = np.array([wrapped_deg(value) for value in (now - self._last) * DEG_PER_COUNT])
@@ -91,7 +91,7 @@ def _moved_by_hand(workbench: Workbench, line: DriveLine, motor: int) -> Floats:
 
     def is_done() -> bool:
         nonlocal still
-        step = watch.look()
+        step = watch.read_positions()
         still = still + 1 if np.max(np.abs(step)) < _STILL_DEG else 0
         return float(np.max(np.abs(watch.moved_deg))) > _SEEN_DEG and still > _STILL_LOOKS
 

@@ -25,7 +25,11 @@ def check_inputs(workbench: Workbench) -> None:
         workbench.watch(ManualAction("release_estop", texts.RELEASE_ESTOP()), contacts.estop(pressed=False), missing)
         workbench.watch(ManualAction("press_estop", texts.PRESS_ESTOP()), contacts.estop(pressed=True), missing)
         workbench.watch(ManualAction("release_estop", texts.RELEASE_ESTOP()), contacts.estop(pressed=False), missing)
-        workbench.watch(ManualAction("unplug_estop", texts.UNPLUG_ESTOP()), lambda: not contacts.first(), missing)
+        workbench.watch(
+            ManualAction("unplug_estop", texts.UNPLUG_ESTOP()),
+            lambda: not contacts.is_normally_closed_contact_closed(),
+            missing,
+        )
         plugged_in = contacts.estop(pressed=False, steady_s=_PLUG_IN_S)
         workbench.watch(ManualAction("plug_in_estop", texts.PLUG_IN_ESTOP()), plugged_in, missing)
         workbench.add_value("emergency stop", after="pressed, released, unplugged: seen")
@@ -53,7 +57,7 @@ class _Contacts:
         self._inputs = workbench.draft.inputs
         self._steady: tuple[tuple[bool, bool | None], int] | None = None
 
-    def first(self) -> bool:
+    def is_normally_closed_contact_closed(self) -> bool:
         """Return True if the normally closed contact is closed."""
         return self._closed(self._inputs.estop_port)
 
@@ -69,9 +73,12 @@ class _Contacts:
         """
         self._steady = None
 
-        def look() -> bool:
+        def is_satisfied() -> bool:
             second_port = self._inputs.estop_second_port
-            state = (self.first(), None if second_port is None else self._closed(second_port))
+            state = (
+                self.is_normally_closed_contact_closed(),
+                None if second_port is None else self._closed(second_port),
+            )
             if state == (not pressed, None if second_port is None else pressed):
                 return True
             now_ns = self._workbench.now_ns()
@@ -81,7 +88,7 @@ class _Contacts:
                 raise StepError(_contradiction(state[0], pressed=pressed))
             return False
 
-        return look
+        return is_satisfied
 
     def _closed(self, port: int) -> bool:
         drive_id = self._inputs.drive_id

@@ -66,8 +66,8 @@ def _check_estop(workbench: Workbench, drives: LiveDrives) -> None:
 
 
 def _released(drives: LiveDrives) -> Callable[[], bool]:
-    def look() -> bool:
+    def is_closed() -> bool:
         drives.read_only()
         return drives.state.estop == "closed"
 
-    return look
+    return is_closed

@@ -60,7 +60,7 @@ def _ends(workbench: Workbench, motor: int) -> tuple[float, float]:
         reached = [begin]
         workbench.technician.instruct(ManualAction("sweep_axis", texts.SWEEP_AXIS(motor=motor), motor))
         while not workbench.technician.has_confirmed():
-            watch.look()
+            watch.read_positions()
             reached.append(begin + axis.direction * float(watch.moved_deg[motor - 1]))
             workbench.sleep(LOOK_S)
         if watch.largest_jump_deg > _JUMP_DEG:

@@ -41,7 +41,7 @@ class UnreadableError(ValueError):
 
 @dataclass(frozen=True)
 class SampleColumn:
-    """How one array is stored. ``resolution``: the smallest difference that is preserved, in ``unit``."""
+    """Storage of one array. ``resolution``: the smallest difference that is preserved, in ``unit``."""
 
     name: str
     unit: str

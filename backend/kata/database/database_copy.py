@@ -1,7 +1,7 @@
 """Copy the whole database as it is at one moment while other programs write, and restore such a copy.
 
 SQLite is copied through a read-only connection, because only the one writer of :mod:`kata.database.engine` may checkpoint. PostgreSQL is
-copied with ``pg_dump``. The tallies are taken in the same transaction or snapshot, so they describe exactly the copied data.
+copied with ``pg_dump``. The checksums are taken in the same transaction or snapshot, so they describe exactly the copied data.
 """
 
 import os
@@ -22,7 +22,7 @@ from sqlalchemy.exc import DBAPIError
 
 from kata.database.engine import Database, DatabaseError
 from kata.database.programs import postgresql_program
-from kata.database.table_checksums import Tally, tallies
+from kata.database.table_checksums import TableChecksum, checksums
 from kata.database.upgrade import schema_of
 
 DatabaseKind = Literal["sqlite", "postgresql"]
@@ -49,8 +49,8 @@ def size_bytes(database: Database) -> int:
     return size
 
 
-def copy(database: Database, file: Path) -> tuple[str, dict[str, Tally]]:
-    """Copy the database into ``file``. Return the revision of its schema, and the tallies of its tables.
+def copy(database: Database, file: Path) -> tuple[str, dict[str, TableChecksum]]:
+    """Copy the database into ``file``. Return the revision of its schema, and the checksums of its tables.
 
     :raises DatabaseError: when the database cannot be read, or PostgreSQL's programs are missing.
     """
@@ -65,13 +65,13 @@ def copy(database: Database, file: Path) -> tuple[str, dict[str, Tally]]:
                     raw = connection.connection.driver_connection
                     assert raw is not None
                     raw.backup(target)
-                    return schema, tallies(connection)
+                    return schema, checksums(connection)
             connection = connection.execution_options(isolation_level="REPEATABLE READ")
             with connection.begin():
                 snapshot = connection.exec_driver_sql("SELECT pg_export_snapshot()").scalar_one()
                 dump = ["--format=custom", "--compress=0", "--no-owner", "--no-privileges", f"--snapshot={snapshot}"]
                 _run_program("pg_dump", database.url, *dump, f"--exclude-schema={_ASIDE_PREFIX}*", f"--file={file}")
-                return schema_of(connection), tallies(connection)
+                return schema_of(connection), checksums(connection)
     except DBAPIError as error:
         raise DatabaseError(f"the database {_url_text(database)} cannot be read: {error.orig}") from error
 

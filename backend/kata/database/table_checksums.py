@@ -12,7 +12,7 @@ from sqlalchemy import ColumnClause, Connection, column, inspect, select, table
 _BATCH_ROWS: Final = 1000
 
 
-class Tally(msgspec.Struct, frozen=True):
+class TableChecksum(msgspec.Struct, frozen=True):
     """Row count and checksum of one table."""
 
     rows: int
@@ -20,14 +20,14 @@ class Tally(msgspec.Struct, frozen=True):
     """SHA-256 of the rows in the order of the primary key, in hexadecimal."""
 
 
-def tallies(connection: Connection) -> dict[str, Tally]:
-    """Return the tally of every table by name. This reads the whole database, which takes seconds for each gigabyte."""
+def checksums(connection: Connection) -> dict[str, TableChecksum]:
+    """Return the checksum of every table by name. This reads the whole database, which takes seconds for each gigabyte."""
     if connection.dialect.name == "postgresql":
         connection.exec_driver_sql("SET LOCAL TIME ZONE 'UTC'")
-    return {name: _tally_table(connection, name) for name in sorted(inspect(connection).get_table_names())}
+    return {name: _checksum_table(connection, name) for name in sorted(inspect(connection).get_table_names())}
 
 
-def differences(expected: dict[str, Tally], found: dict[str, Tally]) -> list[str]:
+def differences(expected: dict[str, TableChecksum], found: dict[str, TableChecksum]) -> list[str]:
     """Return one sentence for each difference; empty if there is none."""
     sentences = [f"missing table {name}" for name in expected.keys() - found.keys()]
     sentences += [f"unexpected table {name}" for name in found.keys() - expected.keys()]
@@ -40,7 +40,7 @@ def differences(expected: dict[str, Tally], found: dict[str, Tally]) -> list[str
     return sorted(sentences)
 
 
-def _tally_table(connection: Connection, name: str) -> Tally:
+def _checksum_table(connection: Connection, name: str) -> TableChecksum:
     inspector = inspect(connection)
     # The driver's own values are used, because SQLAlchemy's column types could hide a difference.
     columns: list[ColumnClause[Any]] = [column(described["name"]) for described in inspector.get_columns(name)]
@@ -50,7 +50,7 @@ def _tally_table(connection: Connection, name: str) -> Tally:
     for row in connection.execute(query.execution_options(stream_results=True, yield_per=_BATCH_ROWS)):
         rows += 1
         checksum.update(repr([_hash_if_binary(value) for value in row]).encode())
-    return Tally(rows, checksum.hexdigest())
+    return TableChecksum(rows, checksum.hexdigest())
 
 
 def _hash_if_binary(value: Any) -> Any:

@@ -247,7 +247,7 @@ class StationConfig(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fi
     """Bus cycles per second; a multiple of ``rate_hz``. The rate determines how soon the emergency stop is detected."""
     axes: tuple[Axis, ...] = msgspec.field(default_factory=_default_axes)
     arm: ArmLoad = ArmLoad()
-    """What the motors carry besides themselves."""
+    """Load that the motors carry besides themselves."""
     inputs: Inputs = Inputs()
     modbus: ModbusMap = ModbusMap()
     driver: dict[str, Any] = {}

@@ -55,9 +55,9 @@ RAMP_SHARE: Final = 0.35
 """Share of the acceleration limit that a change of the speed override at an axis' highest speed uses. The reference itself uses half of the
 limit. The rest is the margin for speeds that are checked as averages over 0.1 s and may be higher by a third within that time.
 """
-OVERSPEED: Final = 1.5
+OVERSPEED_FACTOR: Final = 1.5
 """A measured speed is a fault above this multiple of the limit."""
-OVERTORQUE: Final = 1.1
+OVERTORQUE_FACTOR: Final = 1.1
 """A measured torque is a fault above this multiple of the limit. The torque that a drive reports may slightly exceed its own limit."""
 _LARGEST_WORD: Final = 32_767
 """Largest value of a signed Modbus register."""
@@ -662,15 +662,15 @@ def _modbus_measures_faults(config: "StationConfig") -> Iterator[str]:
     fastest = _LARGEST_WORD / config.modbus.speed_per_deg_s
     strongest = _LARGEST_WORD / config.modbus.torque_per_nm
     for motor, axis in enumerate(config.axes, start=1):
-        if OVERSPEED * axis.max_speed_deg_s >= fastest:
+        if OVERSPEED_FACTOR * axis.max_speed_deg_s >= fastest:
             yield (
                 f"modbus.speed_per_deg_s: a register holds at most {fastest:g} deg/s, but the overspeed fault of motor {motor} occurs at "
-                f"{OVERSPEED * axis.max_speed_deg_s:g} deg/s"
+                f"{OVERSPEED_FACTOR * axis.max_speed_deg_s:g} deg/s"
             )
-        if OVERTORQUE * axis.max_torque_nm >= strongest:
+        if OVERTORQUE_FACTOR * axis.max_torque_nm >= strongest:
             yield (
                 f"modbus.torque_per_nm: a register holds at most {strongest:g} Nm, but the overtorque fault of motor {motor} occurs at "
-                f"{OVERTORQUE * axis.max_torque_nm:g} Nm"
+                f"{OVERTORQUE_FACTOR * axis.max_torque_nm:g} Nm"
             )
 
 

@@ -7,7 +7,7 @@ from msgspec import Struct, structs
 
 from kata.device.bus.port import BusSample, DriveSample, DriveStatus, InputSample
 from kata.device.config import Axis, StationConfig
-from kata.device.config_rules import OVERTORQUE
+from kata.device.config_rules import OVERTORQUE_FACTOR
 from kata.device.ipc_messages import TorqueState
 
 _TORQUE_SETTLING_NS: Final = 50_000_000
@@ -158,9 +158,10 @@ class CycleStateBuilder:
         self._setpoint_cycles = 0 if setpoint_t_ns != self._setpoint_t_ns else self._setpoint_cycles + 1
         self._setpoint, self._setpoint_t_ns = setpoint_deg, setpoint_t_ns
 
-    def poll_estop(self, inputs: InputSample) -> None:
-        """Record the inputs read between two cycles. If the switch was open, torque was cut, so the switch counts as open in the
-        next cycle too.
+    def record_polled_inputs(self, inputs: InputSample) -> None:
+        """Store the inputs of the poll between two cycles.
+
+        An open switch also counts as open in the next cycle, because the loop has switched torque off.
         """
         self._inputs = inputs
         if inputs.estop_open:
@@ -290,7 +291,7 @@ class CycleStateBuilder:
 
     def _exceeds_torque(self, n: int) -> bool:
         drive = self._drives[n]
-        return drive is not None and abs(drive.torque_nm) > self._axis(n).max_torque_nm * OVERTORQUE
+        return drive is not None and abs(drive.torque_nm) > self._axis(n).max_torque_nm * OVERTORQUE_FACTOR
 
     def _exceeds_acceleration(self, n: int) -> bool:
         previous, now = self._previous_drives[n], self._drives[n]

@@ -11,7 +11,7 @@ from typing import Final, Literal
 
 from kata.device import texts
 from kata.device.config import StationConfig
-from kata.device.config_rules import OVERSPEED
+from kata.device.config_rules import OVERSPEED_FACTOR
 from kata.device.cycle_state import CycleState
 from kata.messages import Template
 
@@ -27,7 +27,7 @@ _MAX_SETPOINT_PERIODS: Final = 3
 _MAX_STATUS_AGE_MS: Final = 1000.0
 _MAX_RUN_ID_MISMATCHES: Final = 3
 
-Key = tuple[str, int | None]
+FaultKey = tuple[str, int | None]
 """Fault code, and axis (0-4) or None."""
 
 Condition = Callable[[CycleState, StationConfig], Iterable[int | None]]
@@ -124,7 +124,7 @@ def _overspeed(state: CycleState, config: StationConfig) -> Iterable[int]:
     return (
         n
         for n, (axis, speed) in enumerate(zip(config.axes, state.speed_deg_s, strict=True))
-        if abs(speed) > OVERSPEED * axis.max_speed_deg_s
+        if abs(speed) > OVERSPEED_FACTOR * axis.max_speed_deg_s
     )
 
 
@@ -366,6 +366,6 @@ FAULTS: Final = (
 FAULT_BY_CODE: Final = {fault.code: fault for fault in FAULTS}
 
 
-def evaluate_faults(state: CycleState, config: StationConfig) -> list[Key]:
+def evaluate_faults(state: CycleState, config: StationConfig) -> list[FaultKey]:
     """Return every fault that holds in this cycle, in table order."""
     return [(fault.code, axis) for fault in FAULTS for axis in fault.holds(state, config)]

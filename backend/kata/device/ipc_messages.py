@@ -128,7 +128,7 @@ class EndFeel(_Message, frozen=True, kw_only=True, tag="end_feel"):
     back_nm: tuple[float, ...] = ()
     """The same on the way back; empty: as on the way out."""
     arm_nm: tuple[tuple[float, ...], ...] = ()
-    """How the torque grows with each factor of the arm's weight, as long as ``expected_nm`` each. The test finds the factors itself."""
+    """Change of the torque with each factor of the arm's weight, as long as ``expected_nm`` each. The test finds the factors itself."""
     weighed_s: tuple[float, float] = (0.0, 0.0)
     """Start and end of the part of the recording in which the shoulder is free and the arm is weighed."""
     repetitions: int = 3

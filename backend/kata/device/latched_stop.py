@@ -3,7 +3,7 @@
 from collections.abc import Iterable
 from dataclasses import dataclass, field
 
-from kata.device.faults import FAULT_BY_CODE, Fault, Key
+from kata.device.faults import FAULT_BY_CODE, Fault, FaultKey
 from kata.device.ipc_messages import StopCause, StopState
 
 
@@ -12,10 +12,10 @@ class LatchedStop:
     """A stop from its first cause until it is acknowledged. The causes are in the order in which they occurred."""
 
     at_ns: int
-    keys: list[Key] = field(default_factory=list)
-    holding: frozenset[Key] = frozenset()
+    keys: list[FaultKey] = field(default_factory=list)
+    holding: frozenset[FaultKey] = frozenset()
 
-    def update(self, holding: Iterable[Key], raised: Iterable[Key]) -> list[StopCause]:
+    def update(self, holding: Iterable[FaultKey], raised: Iterable[FaultKey]) -> list[StopCause]:
         """Add the faults that hold now and the faults that the code raised directly. Return the new causes."""
         self.holding = frozenset(holding)
         new = [key for key in (*holding, *raised) if key not in self.keys]

@@ -140,7 +140,7 @@ class ControlLoop(LoopTelemetry):
         try:
             inputs = self._bus.read_inputs()
             if inputs:
-                self._state_builder.poll_estop(inputs)
+                self._state_builder.record_polled_inputs(inputs)
                 if inputs.estop_open:
                     self._bus.torque_off()
         except BusError as error:

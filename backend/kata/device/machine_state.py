@@ -11,7 +11,7 @@ import numpy as np
 from kata.device import journal, texts
 from kata.device.config import StationConfig
 from kata.device.cycle_state import CycleState, Limits
-from kata.device.faults import Key
+from kata.device.faults import FaultKey
 from kata.device.ipc_messages import Event, Mode, PedalState, RunState, TeachingState
 from kata.device.journal import JournalEnd, JournalHeader, JournalWriter
 from kata.device.latched_stop import LatchedStop
@@ -104,7 +104,7 @@ class MachineState:
         """The setpoint of each axis. Without torque it equals the measured angles."""
         self.setpoint_t_ns: int
         """Time at which the setpoint was computed."""
-        self._pending_faults: list[Key] = []
+        self._pending_faults: list[FaultKey] = []
         """Faults that a step detected. The next cycle latches them."""
         self._period_s = 1.0 / config.cycle_hz
         self._cycles_on_path: int
@@ -142,7 +142,7 @@ class MachineState:
         """The tightest of the mechanism's and the run's limits, for each axis."""
         return self._run.limits_deg if self._run else self._mechanism_deg
 
-    def refused_pose(self) -> list[Key]:
+    def refused_pose(self) -> list[FaultKey]:
         """Return the fault if the setpoint's pose is beyond the run's limits. This is the last check before the setpoint is sent."""
         beyond_deg = self._run.pose_beyond_deg(self.setpoint_deg) if self._run else 0.0
         return [] if beyond_deg <= _POSE_TOLERANCE_DEG else [("setpoint_limit", _MOTOR_4)]

@@ -11,7 +11,7 @@ from typing import Final
 from kata.device import texts
 from kata.device.config_rules import TURN_S
 from kata.device.cycle_state import CycleState
-from kata.device.faults import Key
+from kata.device.faults import FaultKey
 from kata.device.ipc_messages import (
     COMMAND_NAMES,
     Acknowledge,
@@ -85,7 +85,7 @@ class StateMachine(MachineState):
 
     # -- one cycle ------------------------------------------------------------------------------------------------
 
-    def step(self, state: CycleState, holding: list[Key], stop_requested: StopCode | None) -> None:
+    def step(self, state: CycleState, holding: list[FaultKey], stop_requested: StopCode | None) -> None:
         """Run one cycle: evaluate the faults, then run the step of the mode."""
         self._t_ns = state.t_ns
         self._update_torque_inherited(state)
@@ -106,7 +106,7 @@ class StateMachine(MachineState):
         elif state.estop == "open" or all(reported is False for reported in state.torque_reported):
             self.torque_inherited = False
 
-    def _leave_offline(self, state: CycleState, holding: list[Key]) -> None:
+    def _leave_offline(self, state: CycleState, holding: list[FaultKey]) -> None:
         """Enter idle when everything has been read and no fault holds, or when a drive holds an arm. The emergency stop may be
         pressed or its contacts may disagree: these faults cause a stop in the same cycle.
         """
@@ -118,7 +118,7 @@ class StateMachine(MachineState):
         if arm_held or (state.complete and all(code in _SWITCH_FAULTS for code, _ in holding)):
             self._enter("idle")
 
-    def _supervise(self, state: CycleState, holding: list[Key], stop_requested: StopCode | None) -> None:
+    def _supervise(self, state: CycleState, holding: list[FaultKey], stop_requested: StopCode | None) -> None:
         """Latch the faults that hold. A Stop is latched if torque is on or a stop, a teaching or a run exists."""
         raised, self._pending_faults = self._pending_faults if self.torque_on else [], []
         if stop_requested and (self.stop or self.torque_on or self._teaching or self._run):
@@ -331,7 +331,7 @@ class StateMachine(MachineState):
             self._end_run(JournalEnd(reason="unloaded"))
         return True
 
-    def abort(self, state: CycleState, causes: list[Key]) -> None:
+    def abort(self, state: CycleState, causes: list[FaultKey]) -> None:
         """Cut torque at once because of an internal error, within a cycle in which :meth:`step` was called."""
         stop = self.stop or self._latch(state)
         for cause in stop.update(stop.holding, causes):

@@ -5,7 +5,7 @@ from typing import Final
 
 from kata.device.config import Axis, StationConfig
 from kata.device.cycle_state import Limits
-from kata.device.faults import Key
+from kata.device.faults import FaultKey
 
 _MAX_STEP_SHARE: Final = 1.5
 _STEP_TOLERANCE_DEG: Final = 1.0
@@ -23,7 +23,7 @@ def refused_setpoints(
     limits_deg: Limits,
     config: StationConfig,
     rate_hz: int,
-) -> list[Key]:
+) -> list[FaultKey]:
     """Check a setpoint before it is sent. Return the faults: beyond a limit, too far from the last setpoint, or too much
     acceleration. Empty if there is none.
 
@@ -33,7 +33,7 @@ def refused_setpoints(
     NaN violates every limit.
     """
     newest = last_deg[-1]
-    found: list[Key] = []
+    found: list[FaultKey] = []
     for n, (axis, angle, (low, high)) in enumerate(zip(config.axes, next_deg, limits_deg, strict=True)):
         if not low - _ROUNDING_DEG <= angle <= high + _ROUNDING_DEG:
             found.append(("setpoint_limit", n))

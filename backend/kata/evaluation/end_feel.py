@@ -1,4 +1,4 @@
-"""How well the end-feel test measures a simulated shoulder whose truth is known: ``kata evaluate --end-feel``.
+"""Accuracy of the end-feel test on simulated shoulders whose true values are known: ``kata evaluate --end-feel``.
 
 ``python -m kata.evaluation.end_feel`` judges single motors and kinds of patients. Each case: a test weight in the fixers (the day's baseline), then a patient's arm with the three repetitions, both by the control loop that
 treats patients, on virtual time. docs/explanation/end-feel.md has the figures.
@@ -84,8 +84,8 @@ class EndFeelCase:
 
 
 @dataclass(frozen=True)
-class Judged:
-    """What the test said beside the truth. Errors: measured minus true; None: not measured."""
+class EndFeelErrors:
+    """Errors of the test compared with the true values: measured minus true; None if not measured."""
 
     case: EndFeelCase
     outcome: str
@@ -217,15 +217,15 @@ def _config(plant: PlantName, seed: int) -> StationConfig:
 # -- one test ---------------------------------------------------------------------------------------------------------
 
 
-def judge(case: EndFeelCase) -> Judged:
+def judge(case: EndFeelCase) -> EndFeelErrors:
     """Run one test."""
     try:
-        return _judged(case)
+        return _evaluate(case)
     except PlaybackError as error:
-        return Judged(case, str(error))
+        return EndFeelErrors(case, str(error))
 
 
-def _judged(case: EndFeelCase) -> Judged:
+def _evaluate(case: EndFeelCase) -> EndFeelErrors:
     motor = case.motor
     station = PatientStation(case, _config(case.plant, case.seed))
     grid = np.arange(STARTS_DEG[motor], ENDS_DEG[motor], 0.1)
@@ -249,20 +249,20 @@ def _judged(case: EndFeelCase) -> Judged:
     try:
         found = measured(_curves(run, motor), baseline, growth, weighed_deg, CHOSEN_NM[motor])
     except GuardingError as error:
-        return Judged(case, "guarding", peak_over_nm, disagreement_nm=error.disagreement_nm)
+        return EndFeelErrors(case, "guarding", peak_over_nm, disagreement_nm=error.disagreement_nm)
     except TooFewWaysError as error:
-        return Judged(case, str(error), peak_over_nm)
+        return EndFeelErrors(case, str(error), peak_over_nm)
     return _compared(case, found, TorqueAngleCurve(grid, truth, truth), peak_over_nm)
 
 
-def _compared(case: EndFeelCase, found: EndFeelResult, truth: TorqueAngleCurve, peak_over_nm: float) -> Judged:
+def _compared(case: EndFeelCase, found: EndFeelResult, truth: TorqueAngleCurve, peak_over_nm: float) -> EndFeelErrors:
     disagreement_nm = found.disagreement_nm
     if found.figures is None or found.interval is None:
-        return Judged(case, str(found.unmeasured), peak_over_nm, disagreement_nm=disagreement_nm)
+        return EndFeelErrors(case, str(found.unmeasured), peak_over_nm, disagreement_nm=disagreement_nm)
     true = figures_of(truth, found.stated_nm, found.onset_nm)
     if isinstance(true, str):
-        return Judged(case, f"measured, but {true}", peak_over_nm, disagreement_nm=disagreement_nm)
-    return Judged(
+        return EndFeelErrors(case, f"measured, but {true}", peak_over_nm, disagreement_nm=disagreement_nm)
+    return EndFeelErrors(
         case,
         "measured",
         peak_over_nm,
@@ -341,9 +341,9 @@ class EndFeelGoal:
         """Return the absolute value. An excess below 0 is none."""
         return max(value, 0.0) if self.field == "peak_over_nm" else abs(value)
 
-    def shown(self, found: Sequence[Judged]) -> str:
+    def shown(self, found: Sequence[EndFeelErrors]) -> str:
         """Return the median and the worst absolute value, and the share within the goal."""
-        values = [value for judged in found if (value := getattr(judged, self.field)) is not None]
+        values = [value for errors in found if (value := getattr(errors, self.field)) is not None]
         if not values:
             return ""
         sizes = np.array([self.size(value) for value in values])
@@ -379,12 +379,12 @@ def cases(plant: PlantName, seeds: Sequence[int], kinds: Sequence[Kind], motors:
 def judge_many(chosen: Sequence[EndFeelCase], processes: int | None, json_out: Path | None) -> None:
     """Run the tests and print the figures beside the goals. The JSON file has the tests that have ended."""
     seeds = len({case.seed for case in chosen})
-    found: list[Judged] = []
+    found: list[EndFeelErrors] = []
     spawning = multiprocessing.get_context("spawn")
     with ProcessPoolExecutor(processes, mp_context=spawning, initializer=_settle) as pool:
         # The cases of a seed share the station's commissioning.
-        for judged in pool.map(_shown, chosen, chunksize=len(chosen) // seeds):
-            found.append(judged)
+        for errors in pool.map(_shown, chosen, chunksize=len(chosen) // seeds):
+            found.append(errors)
             if json_out:
                 json_out.write_text(json.dumps([asdict(each) for each in found], indent=1) + "\n")
     Console(width=120).print(summary(found))
@@ -411,34 +411,34 @@ def _settle() -> None:
     logging.disable(logging.INFO)
 
 
-def _shown(case: EndFeelCase) -> Judged:
-    judged = judge(case)
-    Console(stderr=True, width=200, highlight=False).print(_line(judged))
-    return judged
+def _shown(case: EndFeelCase) -> EndFeelErrors:
+    errors = judge(case)
+    Console(stderr=True, width=200, highlight=False).print(_line(errors))
+    return errors
 
 
-def _line(judged: Judged) -> str:
+def _line(errors: EndFeelErrors) -> str:
     figures = (
-        ("over", judged.peak_over_nm, "Nm"),
-        ("range", judged.range_error_deg, "deg"),
-        ("onset", judged.onset_error_deg, "deg"),
-        ("stiffness", judged.stiffness_error, ""),
-        ("last third", judged.last_third_error, ""),
-        ("repetitions differ", judged.disagreement_nm, "Nm"),
+        ("over", errors.peak_over_nm, "Nm"),
+        ("range", errors.range_error_deg, "deg"),
+        ("onset", errors.onset_error_deg, "deg"),
+        ("stiffness", errors.stiffness_error, ""),
+        ("last third", errors.last_third_error, ""),
+        ("repetitions differ", errors.disagreement_nm, "Nm"),
     )
     shown = ", ".join(f"{name} {value:+.2f} {unit}".rstrip() for name, value, unit in figures if value is not None)
-    case = judged.case
-    return f"{case.plant} seed {case.seed}, {case.patient}, motor {case.motor}, {case.kind}: {judged.outcome}; {shown}"
+    case = errors.case
+    return f"{case.plant} seed {case.seed}, {case.patient}, motor {case.motor}, {case.kind}: {errors.outcome}; {shown}"
 
 
-def summary(found: Sequence[Judged]) -> Table:
+def summary(found: Sequence[EndFeelErrors]) -> Table:
     """Return the figures beside the goals, for each motor."""
     table = Table("motor", "tests", "outcomes", *(f"{goal.name} (goal {goal.limit:g})" for goal in GOALS))
-    for motor in sorted({judged.case.motor for judged in found}):
+    for motor in sorted({errors.case.motor for errors in found}):
         for kind in get_args(Kind):
-            own = [judged for judged in found if (judged.case.motor, judged.case.kind) == (motor, kind)]
+            own = [errors for errors in found if (errors.case.motor, errors.case.kind) == (motor, kind)]
             if own:
-                outcomes = Counter(judged.outcome[:30] for judged in own)
+                outcomes = Counter(errors.outcome[:30] for errors in own)
                 shown = ", ".join(f"{count} {outcome}" for outcome, count in outcomes.most_common())
                 table.add_row(f"{motor} {kind}", str(len(own)), shown, *(goal.shown(own) for goal in GOALS))
     return table

@@ -43,10 +43,10 @@ def list_patient_erasures(database: TheDatabase, patient_id: UUID) -> Page[Erasu
     status_code=201,
     responses=PROBLEMS.of(404, 409, 422),
 )
-def request_erasure(database: TheDatabase, patient_id: UUID, asked: ErasureRequest) -> Erasure:
+def request_erasure(database: TheDatabase, patient_id: UUID, erasure_request: ErasureRequest) -> Erasure:
     """Record that a patient requests the erasure of the record. Nothing is erased yet."""
     with database.write() as session:
-        return Erasure.model_validate(erasures.note(session, patient_id, asked))
+        return Erasure.model_validate(erasures.request(session, patient_id, erasure_request))
 
 
 @router.post(

@@ -42,7 +42,7 @@ def undecided(session: Session, hidden: Select[UUID]) -> list[ErasureRow]:
     return list(session.scalars(query.order_by(ErasureRow.asked_at, ErasureRow.id)))
 
 
-def note(session: Session, patient_id: UUID, asked: ErasureRequest) -> ErasureRow:
+def request(session: Session, patient_id: UUID, erasure_request: ErasureRequest) -> ErasureRow:
     """Store a request.
 
     :raises ProblemError: 404; 409 when a request is already open, or the record is erased.
@@ -52,7 +52,11 @@ def note(session: Session, patient_id: UUID, asked: ErasureRequest) -> ErasureRo
     if any(row.decided_at is None for row in of_patient(session, patient_id)):
         raise ProblemError(409, "already_asked", texts.ERASURE_ALREADY_REQUESTED(), texts.DECIDE_THAT_REQUEST())
     row = ErasureRow(
-        id=uuid4(), patient_id=patient_id, asked_at=utc_now(), reason=asked.reason, noted_by=asked.noted_by
+        id=uuid4(),
+        patient_id=patient_id,
+        asked_at=utc_now(),
+        reason=erasure_request.reason,
+        noted_by=erasure_request.noted_by,
     )
     session.add(row)
     session.flush()
@@ -85,16 +89,16 @@ def erase(session: Session, erasure_id: UUID, consent: ErasureConsent) -> Erasur
             texts.COMPARE_NAME_AND_NUMBER(),
             [("#/clinic_number", texts.CLINIC_NUMBER_WRONG_FIELD())],
         )
-    going_on = select(SessionRow.id).where(SessionRow.patient_id == patient.id, SessionRow.ended_at.is_(None))
-    if session.scalars(going_on).first():
+    open_sessions = select(SessionRow.id).where(SessionRow.patient_id == patient.id, SessionRow.ended_at.is_(None))
+    if session.scalars(open_sessions).first():
         raise ProblemError(409, "session_open", texts.PATIENT_SESSION_OPEN(), clinic_texts.END_FIRST())
     now = utc_now()
-    _take_away(session, patient)
+    _remove_identifying_data(session, patient)
     patient.erased_at, patient.updated_at = now, now
     patient.archived_at = patient.archived_at or now
-    for asked in of_patient(session, patient.id):
+    for request_row in of_patient(session, patient.id):
         # The texts of a request may name the patient.
-        asked.reason = asked.explanation = ""
+        request_row.reason = request_row.explanation = ""
     row.decided_at, row.decided_by = now, consent.decided_by
     row.decision, row.explanation = "erased", consent.explanation
     session.flush()
@@ -110,7 +114,7 @@ def _open(session: Session, erasure_id: UUID) -> ErasureRow:
     return row
 
 
-def _take_away(session: Session, patient: PatientRow) -> None:
+def _remove_identifying_data(session: Session, patient: PatientRow) -> None:
     patient.name = ERASED_NAME
     patient.clinic_number = f"erased-{patient.id.hex[:24]}"
     patient.kana = patient.birth_date = None

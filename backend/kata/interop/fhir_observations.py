@@ -11,7 +11,7 @@ from kata.clinic.programmes.adherence import EndRangeSession, EndRangeTime
 from kata.clinic.questionnaires import definitions
 from kata.clinic.questionnaires.definitions import DEFINITIONS, SPADI
 from kata.clinic.sessions.patient_angles import PatientAngles
-from kata.clinic.sessions.tables import COMPARED_PERCENT, GoniometerReadingRow, RunRow, SessionRow
+from kata.clinic.sessions.tables import MIN_COMPARED_PERCENT, GoniometerReadingRow, RunRow, SessionRow
 from kata.interop.codes import (
     HL7,
     Resource,
@@ -135,7 +135,7 @@ def run_tracking(row: RunRow, patient_id: UUID) -> Resource:
             components.append(_component(f"motion-{motion.motion}-end-range-time", valueQuantity=seconds))
     value = quantity(row.worst_rmse_deg, "deg")
     absent = ("unknown", "Unknown") if row.partial else ("not-performed", "Not Performed")
-    why = f"Less than {COMPARED_PERCENT:g} % of the playing time was compared" if row.partial else ""
+    why = f"Less than {MIN_COMPARED_PERCENT:g} % of the playing time was compared" if row.partial else ""
     return without_empty(
         {
             "resourceType": "Observation",

@@ -51,7 +51,7 @@ _FLOATS: Final = {"float32": DataType.float32(), "float64": DataType.float64(), 
 
 @dataclass(frozen=True)
 class LeRobotEpisode:
-    """What the dataset says about its only episode."""
+    """Metadata of the dataset's only episode."""
 
     rate_hz: int
     task: str

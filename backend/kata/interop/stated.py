@@ -1,4 +1,4 @@
-"""What FHIR exports stated about a patient, compared with what the record states now.
+"""Statements of earlier FHIR exports about a patient, compared with the present record.
 
 A receiver keeps what it was sent. An export therefore withdraws what was removed from the record after an earlier export: the resource with
 the same id has the status entered-in-error and no value (FHIR R4, Observation.status). A Flag becomes inactive, because a contraindication

@@ -23,7 +23,7 @@ N_TERMS: Final = N_INERTIAL + 4
 
 
 class ArmLoad(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
-    """What one station's motors carry besides themselves. Only zeros: it has not been identified, and no motion is refused for its torque."""
+    """Load that one station's motors carry besides themselves. Only zeros: it has not been identified, and no motion is refused for its torque."""
 
     inertia: tuple[float, float, float, float, float, float, float, float, float, float] = (0.0,) * N_INERTIAL
     """Of the arm: second moments xx, yy, zz, xy, xz, yz (kg m2), first moments x, y, z (kg m), mass (kg). x is forward, y to the left and z up,

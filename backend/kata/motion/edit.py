@@ -42,9 +42,9 @@ slowed down would otherwise look as if samples were missing.
 """
 _EASE_S: Final = 0.4
 """Time from full speed to rest, and from rest to full speed. From 100 deg/s the acceleration reaches 375 deg/s^2."""
-_GOES_DEG_S: Final = 2.0
-"""A motion that is slower than this at its end counts as at rest there. One encoder count within ``_GOES_S`` is 1.8 deg/s."""
-_GOES_S: Final = 0.05
+_MOVING_SPEED_DEG_S: Final = 2.0
+"""A motion that is slower than this at its end counts as at rest there. One encoder count within ``_MOVING_WINDOW_S`` is 1.8 deg/s."""
+_MOVING_WINDOW_S: Final = 0.05
 
 
 class EditError(ValueError):
@@ -273,7 +273,7 @@ def stretch(
 
 @dataclass(frozen=True)
 class PlaybackSettings:
-    """How to play a recording. The default is once, as taught."""
+    """Playback settings of a recording. The default is once, as taught."""
 
     speed_percent: float = 100.0
     repetitions: int = 1
@@ -379,9 +379,9 @@ def _halves(motion: Motion, at_s: float) -> tuple[Motion | None, Motion | None]:
 
 def _goes(motion: Motion) -> bool:
     """Return True if the motion begins in full motion."""
-    soon_s = min(_GOES_S, motion.duration_s)
+    soon_s = min(_MOVING_WINDOW_S, motion.duration_s)
     way = np.abs(np.diff(motion.at(np.array([0.0, soon_s])), axis=0))
-    return bool(np.max(way) > _GOES_DEG_S * soon_s)
+    return bool(np.max(way) > _MOVING_SPEED_DEG_S * soon_s)
 
 
 def _set_going(motion: Motion) -> Motion:

@@ -74,7 +74,7 @@ USUAL: Final = EndRangeThreshold()
 
 @dataclass(frozen=True)
 class EndRange:
-    """When time counts: at most the band before the end, or beyond it, with at least the threshold's torque outwards."""
+    """Condition under which time counts: at most the band before the end, or beyond it, with at least the threshold's torque outwards."""
 
     end_deg: float
     outward: int

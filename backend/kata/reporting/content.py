@@ -301,7 +301,7 @@ class QuestionnaireSeries:
     detectable: PrintedThreshold
     readings: tuple[DatedValue, ...]
     meaning: str | None
-    """What the change from the first to the newest total means (:mod:`kata.clinic.questionnaires.changes`); None for a single total."""
+    """Meaning of the change from the first to the newest total (:mod:`kata.clinic.questionnaires.changes`); None for a single total."""
 
 
 @dataclass(frozen=True)
@@ -388,7 +388,7 @@ class Prescription:
 
 @dataclass(frozen=True)
 class RehabilitationPlanContent:
-    """What the record knows for a rehabilitation plan."""
+    """Data of the record for a rehabilitation plan."""
 
     episode: EpisodeContent
     prescriptions: tuple[Prescription, ...]

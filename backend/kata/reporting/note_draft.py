@@ -8,8 +8,8 @@ from kata.reporting.content import motor_of
 from kata.reporting.note_draft_phrases import NotePhrases
 from kata.reporting.phrases import Language
 
-_HARDLY_LESS: Final = 99.5
-_TOLD_METHODS: Final = ("learned", "paper")
+_FULL_RANGE_PERCENT: Final = 99.5
+_NAMED_METHODS: Final = ("learned", "paper")
 
 
 def draft(session: Session, language: Language = "en") -> str:
@@ -24,7 +24,7 @@ def draft(session: Session, language: Language = "en") -> str:
             *_reached(phrases, of_treated),
             *_patient_reached(phrases, of_treated),
             *_tracking(phrases, runs),
-            *_less(phrases, runs),
+            *_reduced_range(phrases, runs),
             *_reversals(phrases, runs),
             *_stops(phrases, runs),
         ]
@@ -32,11 +32,11 @@ def draft(session: Session, language: Language = "en") -> str:
         else [phrases.text("nothing_played")]
     )
     return phrases.join(
-        "between", [_what(phrases, session), *_simulated(phrases, session), *happened, *_pain(phrases, session)]
+        "between", [_programme(phrases, session), *_simulated(phrases, session), *happened, *_pain(phrases, session)]
     )
 
 
-def _what(phrases: NotePhrases, session: Session) -> str:
+def _programme(phrases: NotePhrases, session: Session) -> str:
     shoulder = phrases.text(f"shoulder.{session.side or ''}")
     if session.programme is None:
         return phrases.text("without_programme", shoulder=shoulder)
@@ -135,19 +135,19 @@ def _tracking(phrases: NotePhrases, runs: Sequence[Run]) -> list[str]:
     return [phrases.text("tracking", peak=abs(worst.peak_deg), motor=worst.motor, rmse=worst.rmse_deg)]
 
 
-def _less(phrases: NotePhrases, runs: Sequence[Run]) -> list[str]:
+def _reduced_range(phrases: NotePhrases, runs: Sequence[Run]) -> list[str]:
     return [
         phrases.text("less", name=run.recording_name, percent=run.least_range_percent)
         for run in runs
-        if run.least_range_percent is not None and run.least_range_percent < _HARDLY_LESS
+        if run.least_range_percent is not None and run.least_range_percent < _FULL_RANGE_PERCENT
     ]
 
 
 def _reversals(phrases: NotePhrases, runs: Sequence[Run]) -> list[str]:
-    how_often = {1: "reversed_once", 2: "reversed_twice"}
+    key_of_count = {1: "reversed_once", 2: "reversed_twice"}
     return [
         phrases.text(
-            how_often.get(run.reversals, "reversed"),
+            key_of_count.get(run.reversals, "reversed"),
             name=run.recording_name,
             count=run.reversals,
             level=run.load_level,
@@ -198,7 +198,7 @@ def _settings(phrases: NotePhrases, run: Run) -> list[str]:
         words.append(phrases.text("settings.speed", percent=run.speed_percent))
     if run.repetitions > 1 and run.pause_s:
         words.append(phrases.text("settings.pause", seconds=run.pause_s))
-    if run.method in _TOLD_METHODS:
+    if run.method in _NAMED_METHODS:
         words.append(phrases.text(f"settings.{run.method}"))
     return words
 

@@ -31,7 +31,7 @@ Content = SessionContent | EpisodeContent | RehabilitationPlanContent | Commissi
 
 @dataclass(frozen=True)
 class PrintOptions:
-    """How a report is printed: letterhead, language, time zone and time."""
+    """Print options of a report: letterhead, language, time zone and time."""
 
     letterhead: Letterhead
     language: Language

@@ -12,7 +12,7 @@ interface KeyFigure {
   unit?: string;
   note?: ReactNode;
   /** True if the figure needs attention. */
-  calls?: boolean;
+  needsAttention?: boolean;
   failed?: boolean;
 }
 
@@ -28,12 +28,17 @@ export function Metric({ testid, ...figure }: KeyFigure & { testid?: string }) {
 /** A key figure that links to the page behind it. It keeps its size while it loads. */
 export const MetricLink = createLink(
   forwardRef<HTMLAnchorElement, KeyFigure & ComponentPropsWithoutRef<"a">>(
-    ({ label, value, unit, note, calls, failed, ...link }, ref) => (
-      <a ref={ref} {...link} className={`${classes.metric} ${classes.leads}`} data-calls={calls}>
+    ({ label, value, unit, note, needsAttention, failed, ...link }, ref) => (
+      <a
+        ref={ref}
+        {...link}
+        className={`${classes.metric} ${classes.leads}`}
+        data-needsAttention={needsAttention}
+      >
         <Content
           {...{ label, value, note }}
           {...(unit && { unit })}
-          {...(calls && { calls })}
+          {...(needsAttention && { needsAttention })}
           {...(failed && { failed })}
         />
       </a>
@@ -41,7 +46,7 @@ export const MetricLink = createLink(
   ),
 );
 
-function Content({ label, value, unit, note, calls, failed }: KeyFigure) {
+function Content({ label, value, unit, note, needsAttention, failed }: KeyFigure) {
   const shown = failed ? t("ui:metric.unavailable") : value;
   return (
     <>
@@ -51,7 +56,7 @@ function Content({ label, value, unit, note, calls, failed }: KeyFigure) {
       {shown === undefined ? (
         <Skeleton h={32} my={4} w="60%" />
       ) : (
-        <Text component="div" className={classes.value ?? ""} {...(calls && { c: "grape" })}>
+        <Text component="div" className={classes.value ?? ""} {...(needsAttention && { c: "grape" })}>
           {shown}
           {unit && shown === value && <span className={classes.unit}> {unit}</span>}
         </Text>

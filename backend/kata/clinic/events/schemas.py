@@ -28,6 +28,6 @@ class DeviceEvent(Schema):
     run_id: UUID | None
     ended_at: Moment | None = Field(description="Time at which an alarm was acknowledged after its cause had cleared.")
 
-    def of_nobody(self) -> "DeviceEvent":
+    def without_patient(self) -> "DeviceEvent":
         """Return the event without patient, session and run."""
         return self.model_copy(update=dict.fromkeys(("patient_id", "session_id", "run_id")))

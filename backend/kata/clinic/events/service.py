@@ -65,7 +65,7 @@ def shown_to(session: Session, actor: Actor, rows: Sequence[DeviceEventRow]) -> 
     hidden = restricted.hidden_among(session, actor, (row.patient_id for row in rows if row.patient_id))
     reads_records = "read_records" in ROLE_PERMISSIONS[actor.role]
     items = [DeviceEvent.model_validate(row) for row in rows]
-    return [item if reads_records and item.patient_id not in hidden else item.of_nobody() for item in items]
+    return [item if reads_records and item.patient_id not in hidden else item.without_patient() for item in items]
 
 
 def estop_tested_at(session: Session, station: str, since: datetime) -> datetime | None:

@@ -52,8 +52,8 @@ class PatientRow(Base):
     @property
     def episode(self) -> EpisodeRow | None:
         """The newest open episode, or the last one if none is open."""
-        going_on = [episode for episode in self.episodes if episode.closed_at is None]
-        newest = going_on or self.episodes
+        open_episodes = [episode for episode in self.episodes if episode.closed_at is None]
+        newest = open_episodes or self.episodes
         return newest[-1] if newest else None
 
     @property

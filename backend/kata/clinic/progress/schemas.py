@@ -25,7 +25,7 @@ class ProgressTable(Schema):
 
 
 class ProgressNote(Schema):
-    """Which change of a questionnaire matters."""
+    """Note on the change of a questionnaire that matters."""
 
     title: str = Field(description="Title of the questionnaire.", examples=["QuickDASH"])
     sentence: str = Field(examples=["A change of 17.1 points or less may be chance."])

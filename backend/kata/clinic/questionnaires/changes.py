@@ -1,4 +1,4 @@
-"""What a change of a questionnaire's total means: important to patients, larger than chance, or neither."""
+"""Meaning of a change of a questionnaire's total: important to patients, larger than chance, or neither."""
 
 from typing import Final, Literal
 

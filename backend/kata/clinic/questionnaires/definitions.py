@@ -49,7 +49,7 @@ class Definition(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     code: Annotated[str, Meta(pattern=r"^[a-z][a-z0-9_]{0,31}$")]
     title: Annotated[str, Meta(min_length=1, max_length=200)]
     total: Literal["mean", "sum", "t_score"]
-    """How the total is computed from the scores of the scales. ``t_score``: from the sum of all answers by ``conversion``."""
+    """Method that computes the total from the scores of the scales. ``t_score``: from the sum of all answers by ``conversion``."""
     highest_total: float
     better: Literal["lower", "higher"]
     most_unanswered: int

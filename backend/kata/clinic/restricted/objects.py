@@ -45,7 +45,7 @@ OF_A_PATIENT: Final[Mapping[str, Callable[[UUID], _Owner]]] = MappingProxyType(
     }
 )
 """Query of the owner by the id's name in paths, queries and bodies."""
-OF_NOBODY: Final = frozenset(
+WITHOUT_PATIENT: Final = frozenset(
     {
         "access_token_id", "account_id", "account_ids", "backup_id", "commissioning_id", "glass_id", "notification_ids",
         "sign_in_id",

@@ -67,7 +67,7 @@ class RhythmCurve(Schema):
 
 
 class RhythmLead(Schema):
-    """How much more the scapula has turned since the start of the motion than that of the sound side at the same elevation, while the
+    """Additional turn of the scapula since the start of the motion, compared with the sound side at the same elevation, while the
     arm is raised.
     """
 

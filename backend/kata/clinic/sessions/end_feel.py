@@ -40,11 +40,11 @@ Unmeasured = Literal["torque_not_reached", "resistance_from_start", "guarding", 
 LEAST_RANGE_DEG: Final = 20.0
 """A motion with less range has no free part in which the arm can be weighed."""
 _FURTHER_DEG: Final = (15.0, 10.0, 5.0, 0.0)
-"""How far the way may go beyond the recorded end, the largest first. The limits decide."""
+"""Distances that the way may go beyond the recorded end, the largest first. The limits decide."""
 _FROM_LIMIT_DEG: Final = 1.0
 """Distance that the way keeps from the end of the apparatus' range."""
 _SHORT_DEG: Final = 3.0
-"""How far before the way's end a baseline may end, because friction and weight hold the arm back."""
+"""Distance before the way's end at which a baseline may end, because friction and weight hold the arm back."""
 _WEIGHED_AFTER_DEG: Final = 4.0
 _WEIGHED_SHARE: Final = 0.5
 """The arm is weighed from :data:`_WEIGHED_AFTER_DEG` after the start to this share of the recorded range, in which the shoulder is free."""

@@ -97,7 +97,7 @@ class EndFeelMotion(Schema):
 
 
 class EndFeelGuide(Schema):
-    """What can be measured in a session."""
+    """Possible measurements of a session."""
 
     speed_deg_s: float = Field(description="Usual speed of a way, deg/s.", examples=[5.0])
     motions: list[EndFeelMotion] = Field(description="Recordings of motions 3 to 6, the newest first.")

@@ -18,7 +18,14 @@ from kata.clinic.sessions.checklist import Answer, CheckName, CheckState
 from kata.clinic.sessions.identity import PatientIdentity
 from kata.clinic.sessions.offline_cache import OfflineCache
 from kata.clinic.sessions.prefetch import CachedPatient, CachedRecording
-from kata.clinic.sessions.replay import CheckAnswered, PainRecorded, RunStarted, SessionClosed, SessionOpened, written
+from kata.clinic.sessions.replay import (
+    CheckAnswered,
+    PainRecorded,
+    RunStarted,
+    SessionClosed,
+    SessionOpened,
+    serialize_limits,
+)
 from kata.clinic.sessions.schemas import (
     CheckAnswer,
     CheckConfirmation,
@@ -43,7 +50,7 @@ _PAIN: Final[tuple[PainWhen, ...]] = ("pain_before", "pain_during", "pain_after"
 class CheckedRun:
     """A run that has passed every check and can be loaded."""
 
-    begun: RunStarted
+    started: RunStarted
     new_answers: tuple[CheckAnswered, ...]
     """Checks that the apparatus has answered and that are not stored yet."""
     run: Run
@@ -201,24 +208,24 @@ class OfflineSessions:
         corrected_by, learned = (
             recording.learned.get(request.settings, (None, None)) if request.method == "learned" else (None, None)
         )
-        begun = RunStarted(
+        started = RunStarted(
             id=uuid4(),
             session_id=request.session_id,
             recording_id=request.recording_id,
             programme_position=request.programme_position,
             started_at=utc_now(),
             load_level=request.load_level,
-            asked=request.settings,
+            settings=request.settings,
             method=request.method,
             corrected_by=corrected_by,
-            allowed=written(recording.allowed),
+            allowed=serialize_limits(recording.allowed),
             station=self._station,
         )
         new_answers = tuple(
             CheckAnswered(request.session_id, answer.check, answer.subject, answer.at, answer.by)
             for answer in checks.newly_detected(checked, _answers(clinic_session))
         )
-        run = runs.as_run(begun.row, recording.name)
+        run = runs.as_run(started.row, recording.name)
         with self.cache.lock:
             if now := self.cache.find_session(request.session_id):
                 clinic_session = now.clinic_session or clinic_session
@@ -227,7 +234,7 @@ class OfflineSessions:
                 )
                 self.cache.store(replace(now, clinic_session=clinic_session))
         prescribed = next((item.end_range for item in items if item.position == request.programme_position), None)
-        return CheckedRun(begun, new_answers, run, recording, motion, learned, limits, known.patient, prescribed)
+        return CheckedRun(started, new_answers, run, recording, motion, learned, limits, known.patient, prescribed)
 
     def finish_run(self, run_id: UUID, outcome: RunOutcome | None, ended_at: datetime | None = None) -> None:
         """Store a run's outcome. If it is None, the device has refused the run, which is then removed."""

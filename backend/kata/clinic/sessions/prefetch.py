@@ -123,8 +123,8 @@ def fetch(
     of_patients = select(PatientRow).where(*there)
     of_patients = of_patients.options(selectinload(PatientRow.episodes).lazyload(EpisodeRow.stages))
     rows = {row.id: row for row in session.scalars(of_patients)}
-    going_on = select(SessionRow).where(SessionRow.patient_id.in_(rows), SessionRow.ended_at.is_(None))
-    clinic_sessions = {row.patient_id: row for row in session.scalars(going_on.order_by(SessionRow.started_at))}
+    open_sessions = select(SessionRow).where(SessionRow.patient_id.in_(rows), SessionRow.ended_at.is_(None))
+    clinic_sessions = {row.patient_id: row for row in session.scalars(open_sessions.order_by(SessionRow.started_at))}
     versions = programmes.of_patients(session, rows)
     found: dict[UUID, CachedPatient] = {}
     left = _MOST_SAMPLES

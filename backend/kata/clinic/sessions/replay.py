@@ -54,7 +54,7 @@ CHANGED: Final[dict[Change, Text]] = {
     "restricted": texts.BEGUN_FOR_RESTRICTED_PATIENT(),
     "ended_already": texts.ENDED_ALREADY(),
 }
-NOT_KEPT: Final[dict[PainWhen, Template]] = {
+PAIN_DIFFERS: Final[dict[PainWhen, Template]] = {
     "pain_before": texts.PAIN_BEFORE_DIFFERS,
     "pain_during": texts.WORST_PAIN_DIFFERS,
     "pain_after": texts.PAIN_AFTER_DIFFERS,
@@ -103,18 +103,19 @@ class RunStarted(msgspec.Struct, frozen=True, tag="begun"):
     programme_position: int | None
     started_at: datetime
     load_level: int
-    asked: edit.PlaybackSettings
+    settings: edit.PlaybackSettings = msgspec.field(name="asked")
+    """The spool stores the settings as ``asked``."""
     method: Method
     corrected_by: UUID | None
     allowed: str
-    """The doctor's limits with which the run was checked (:func:`written`)."""
+    """The doctor's limits with which the run was checked (:func:`serialize_limits`)."""
     station: str
 
     @property
     def row(self) -> RunRow:
         """Return the run's row in the database."""
         request = runs.RunRequest(
-            self.session_id, self.recording_id, self.load_level, self.asked, self.method, self.programme_position
+            self.session_id, self.recording_id, self.load_level, self.settings, self.method, self.programme_position
         )
         row = runs.new(self.id, self.started_at, request)
         row.corrected_by = self.corrected_by
@@ -154,7 +155,7 @@ def store(session: DatabaseSession, event: OfflineEvent) -> None:
             )
 
 
-def written(allowed: DoctorLimits) -> str:
+def serialize_limits(allowed: DoctorLimits) -> str:
     """Return the doctor's limits as a text that can be compared."""
     limits: dict[str, Any] = {
         "max_load_level": allowed.max_load_level,
@@ -183,14 +184,14 @@ def _store_session(session: DatabaseSession, opened: SessionOpened) -> None:
         _add_alarm(session, clinic_session, opened.station, opened.started_at, CHANGED[change])
 
 
-def _store_pain(session: DatabaseSession, said: PainRecorded) -> None:
-    clinic_session = _clinic_session(session, said.session_id)
-    if clinic_session.signed_at or getattr(clinic_session, said.when) not in (said.before, said.pain):
-        sentence = NOT_KEPT[said.when](pain="-" if said.pain is None else said.pain)
-        _add_alarm(session, clinic_session, said.station, said.at, sentence)
+def _store_pain(session: DatabaseSession, recorded: PainRecorded) -> None:
+    clinic_session = _clinic_session(session, recorded.session_id)
+    if clinic_session.signed_at or getattr(clinic_session, recorded.when) not in (recorded.before, recorded.pain):
+        sentence = PAIN_DIFFERS[recorded.when](pain="-" if recorded.pain is None else recorded.pain)
+        _add_alarm(session, clinic_session, recorded.station, recorded.at, sentence)
         return
-    setattr(clinic_session, said.when, said.pain)
-    clinic_session.updated_at = said.at
+    setattr(clinic_session, recorded.when, recorded.pain)
+    clinic_session.updated_at = recorded.at
 
 
 def _store_end(session: DatabaseSession, closed: SessionClosed) -> None:
@@ -201,16 +202,16 @@ def _store_end(session: DatabaseSession, closed: SessionClosed) -> None:
     clinic_session.ended_at, clinic_session.end_reason, clinic_session.updated_at = closed.at, closed.reason, closed.at
 
 
-def _store_run(session: DatabaseSession, begun: RunStarted) -> None:
-    clinic_session = _clinic_session(session, begun.session_id)
+def _store_run(session: DatabaseSession, started: RunStarted) -> None:
+    clinic_session = _clinic_session(session, started.session_id)
     try:
-        recording = recordings.get(session, begun.recording_id)
+        recording = recordings.get(session, started.recording_id)
     except ProblemError as error:
-        raise ValueError(f"run {begun.id}: {error}") from error
-    session.add(begun.row)
+        raise ValueError(f"run {started.id}: {error}") from error
+    session.add(started.row)
     clinic_session.run_count += 1
-    for change in _changed_of_run(session, clinic_session, recording, begun):
-        _add_alarm(session, clinic_session, begun.station, begun.started_at, CHANGED[change], begun.id)
+    for change in _changes_of_run(session, clinic_session, recording, started):
+        _add_alarm(session, clinic_session, started.station, started.started_at, CHANGED[change], started.id)
 
 
 def _clinic_session(session: DatabaseSession, session_id: UUID) -> SessionRow:
@@ -239,12 +240,12 @@ def _changes_of_session(
         yield "restricted"
 
 
-def _changed_of_run(
-    session: DatabaseSession, clinic_session: SessionRow, recording: RecordingRow, begun: RunStarted
+def _changes_of_run(
+    session: DatabaseSession, clinic_session: SessionRow, recording: RecordingRow, started: RunStarted
 ) -> Iterator[Change]:
-    if clinic_session.ended_at and clinic_session.ended_at <= begun.started_at:
+    if clinic_session.ended_at and clinic_session.ended_at <= started.started_at:
         yield "ended"
-    if recording.archived_at and recording.archived_at <= begun.started_at:
+    if recording.archived_at and recording.archived_at <= started.started_at:
         yield "archived"
     try:
         contraindications.require_none(session, clinic_session.patient_id, recording.side)
@@ -255,7 +256,7 @@ def _changed_of_run(
     except ProblemError:
         yield "closed"
     else:
-        if written(allowed) != begun.allowed:
+        if serialize_limits(allowed) != started.allowed:
             yield "limits"
 
 

@@ -27,7 +27,7 @@ what a session on the apparatus lasts.
 
 
 class PlaybackSettings(Schema):
-    """How a recording is played. By default it is played once, as taught."""
+    """Playback settings of a recording. By default it is played once, as taught."""
 
     speed_percent: float = Field(
         100.0,

@@ -18,7 +18,7 @@ from kata.database.samples import SampleBlockColumns, SamplesColumns, SampleTabl
 from kata.messages import sent_key
 from kata.motion.axes import BASIC_MOTIONS
 
-COMPARED_PERCENT: Final = 90.0
+MIN_COMPARED_PERCENT: Final = 90.0
 """If a smaller share of the playing time was compared, a run's errors are partial. The value is our choice. No publication
 states one.
 """
@@ -238,7 +238,7 @@ class RunRow(Base):
         """
         if self.compared_percent is None:
             return self.least_range_percent is not None
-        return self.compared_percent < COMPARED_PERCENT
+        return self.compared_percent < MIN_COMPARED_PERCENT
 
 
 class _TrackingColumns:
@@ -350,7 +350,7 @@ class RunCorrectionRow(Base):
 
 
 class EndFeelRow(Base):
-    """What an end-feel run asks of the apparatus, and its result (:mod:`kata.clinic.sessions.end_feel`)."""
+    """Request of an end-feel run to the apparatus, and its result (:mod:`kata.clinic.sessions.end_feel`)."""
 
     __tablename__ = "end_feel_runs"
 
@@ -365,7 +365,7 @@ class EndFeelRow(Base):
     """Sign of the motor's angle on the way out. Angles and torques of the result are positive outwards."""
     speed_deg_s: Mapped[float]
     further_deg: Mapped[float]
-    """How far the way goes beyond the end of the recorded motion."""
+    """Distance that the way goes beyond the end of the recorded motion."""
     torque_nm: Mapped[float]
     """The chosen torque."""
     baseline_run_id: Mapped[UUID | None]

@@ -173,7 +173,7 @@ class OutcomeGroup(Schema):
 
 
 class ProgrammeAdherence(Schema):
-    """How the present programmes with prescribed sessions were followed in the last four weeks."""
+    """Adherence to the present programmes with prescribed sessions in the last four weeks."""
 
     programmes: int = Field(
         ge=0, description="Programmes of open episodes, with a session or made in the last four weeks."

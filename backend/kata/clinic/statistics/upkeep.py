@@ -84,8 +84,8 @@ def _collect(session: Session, _: object) -> None:
 def refresh(session: Session, hours: set[tuple[str, datetime]], sessions: set[UUID], episodes: set[UUID]) -> None:
     """Compute the rows of these station hours, of the hours of these sessions, and of these episodes. The caller commits."""
     if sessions:
-        begun = select(SessionRow.station, SessionRow.started_at).where(SessionRow.id.in_(sessions))
-        hours = hours | {(station, hour_of(at)) for station, at in session.execute(begun)}
+        starts = select(SessionRow.station, SessionRow.started_at).where(SessionRow.id.in_(sessions))
+        hours = hours | {(station, hour_of(at)) for station, at in session.execute(starts)}
     # Rows are written in a fixed order, so that two services do not wait for each other's rows.
     for station, hour in sorted(hours):
         if station:
@@ -161,12 +161,12 @@ def _refresh_episode(session: Session, episode_id: UUID) -> None:
     for assessment_id, motion, position, angle_deg in session.execute(measured):
         if (motion, position) in names:
             values[names[motion, position]].append((at_of[assessment_id], angle_deg))
-    rows = [_outcome(episode_id, measure, sorted(of)) for measure, of in values.items() if of]
-    kept = [row["measure"] for row in rows]
-    gone = delete(EpisodeOutcomeRow).where(
-        EpisodeOutcomeRow.episode_id == episode_id, EpisodeOutcomeRow.measure.not_in(kept)
+    rows = [_outcome(episode_id, measure, sorted(points)) for measure, points in values.items() if points]
+    current_measures = [row["measure"] for row in rows]
+    delete_old = delete(EpisodeOutcomeRow).where(
+        EpisodeOutcomeRow.episode_id == episode_id, EpisodeOutcomeRow.measure.not_in(current_measures)
     )
-    session.connection().execute(gone)
+    session.connection().execute(delete_old)
     upsert(session, EpisodeOutcomeRow, rows)
 
 

@@ -8,13 +8,13 @@ import { ADMINISTRATION_PAGES } from "./administrationPages";
 
 /** The administrator's pages: accounts, audit trail, emergency access, backups, clinic, and the link to the station's settings. */
 export function AdministrationPage() {
-  const administers = useHasPermission("administer");
+  const canAdminister = useHasPermission("administer");
   return (
     <Stack>
       <Title order={1} size="h2">
         {t("administration:administration.title")}
       </Title>
-      {administers && (
+      {canAdminister && (
         <>
           <Group component="nav" gap={4} aria-label={t("administration:administration.sections")}>
             {ADMINISTRATION_PAGES.map(({ to, label }) => (
@@ -32,7 +32,7 @@ export function AdministrationPage() {
           <Outlet />
         </>
       )}
-      {!administers && <p>{t("administration:administration.administratorsOnly")}</p>}
+      {!canAdminister && <p>{t("administration:administration.administratorsOnly")}</p>}
     </Stack>
   );
 }

@@ -155,11 +155,12 @@ const ACTION_TO_SOURCE: Column<Entry>[] = [
   {
     key: "performed",
     head: t("administration:audit.performed"),
-    value: (entry) => joined([describeAction(entry.action), outcomeWords(entry), ...describeDetail(entry)]),
+    value: (entry) =>
+      joined([describeAction(entry.action), describeOutcome(entry), ...describeDetail(entry)]),
     cell: (entry) => (
       <>
         <Text title={entry.action}>{describeAction(entry.action)}</Text>
-        <Text fw={600}>{outcomeWords(entry)}</Text>
+        <Text fw={600}>{describeOutcome(entry)}</Text>
         {describeDetail(entry).map((line) => (
           <Text key={line} size="sm" c="dimmed">
             {line}
@@ -215,7 +216,7 @@ function roleWords({ role, account_id }: Entry, names: Names): string {
 }
 
 /** Return the outcome in words, or null if the action was done. */
-const outcomeWords = ({ outcome }: Entry): string | null =>
+const describeOutcome = ({ outcome }: Entry): string | null =>
   outcome === "done" ? null : t(`administration:outcomes.${outcome}`);
 
 /** The entry's raw codes and ids, in the form in which `kata audit` prints them. */

@@ -14,7 +14,7 @@ import { useMe } from "../auth/hooks";
 /** Emergency accesses to restricted records. Another administrator reviews each one. */
 export function EmergencyAccessPage() {
   useTitle(t("administration:emergencies.title"));
-  const accesses = usePagedQuery(["broken-glass"], api.breakGlassAccesses);
+  const accesses = usePagedQuery(["break-glass-accesses"], api.breakGlassAccesses);
   return (
     <Stack component="section" aria-label={t("administration:emergencies.title")}>
       <Title order={2} size="h3">
@@ -37,7 +37,7 @@ function AccessCard({ access }: { access: Schemas["BreakGlassAccess"] }) {
   const queries = useQueryClient();
   const review = useMutation({
     mutationFn: () => api.reviewBreakGlassAccess(access.id),
-    onSuccess: () => queries.invalidateQueries({ queryKey: ["broken-glass"] }),
+    onSuccess: () => queries.invalidateQueries({ queryKey: ["break-glass-accesses"] }),
   });
   return (
     <Card withBorder data-testid="opened">

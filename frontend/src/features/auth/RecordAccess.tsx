@@ -14,12 +14,12 @@ export const useRecordAccess = (patientId: string) =>
 
 /** Shows who may read this record. An administrator can restrict it to a care team. */
 export function RecordAccess({ patientId }: { patientId: string }) {
-  const administers = useHasPermission("administer");
+  const canAdminister = useHasPermission("administer");
   const [changing, dialog] = useDisclosure(false);
   const access = useRecordAccess(patientId);
   if (!access.data) return <ProblemNote error={access.error} />;
   const { restricted, team } = access.data;
-  if (!restricted && !administers) return null;
+  if (!restricted && !canAdminister) return null;
   return (
     <Stack gap="xs" component="section" aria-label={t("auth:record.whoSees")} data-testid="record-access">
       <Title order={2} size="h3">
@@ -34,7 +34,7 @@ export function RecordAccess({ patientId }: { patientId: string }) {
               ? t("auth:record.restrictedTo", { names: team.map((one) => one.name) })
               : t("auth:record.restrictedToNobody")}
         </Text>
-        {administers && (
+        {canAdminister && (
           <Button variant="default" onClick={dialog.open}>
             {restricted ? t("auth:record.change") : t("auth:record.restrict")}
           </Button>

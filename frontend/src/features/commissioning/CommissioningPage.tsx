@@ -26,14 +26,14 @@ const TABS: Record<CommissioningTab, string> = {
 export function CommissioningPage() {
   useTitle(t("commissioning:page.title"));
   const station = useStation();
-  const oversees = useHasPermission("see_operation");
+  const canSeeOperation = useHasPermission("see_operation");
   return (
     <Stack>
       <Title order={1} size="h2">
         {t("commissioning:page.title")}
       </Title>
       <CommissioningState />
-      {oversees ? (
+      {canSeeOperation ? (
         station ? (
           <Tabs station={station.name} />
         ) : (

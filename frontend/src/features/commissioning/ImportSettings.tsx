@@ -6,7 +6,7 @@ import { useState } from "react";
 import { api, type Schemas } from "../../lib/api/client";
 import { t } from "../../lib/i18n";
 import { ProblemNote } from "../../ui/ProblemNote";
-import { unitWords } from "./settingWords";
+import { describeUnit } from "./describeSetting";
 
 const LARGEST_FILE_BYTES = 100_000;
 
@@ -94,7 +94,7 @@ function Changes({ preview }: { preview: Schemas["SettingsPreview"] }) {
               <Table.Td ta="right" fw={700} translate="no">
                 {change.after || "–"}
               </Table.Td>
-              <Table.Td>{unitWords(change.unit)}</Table.Td>
+              <Table.Td>{describeUnit(change.unit)}</Table.Td>
             </Table.Tr>
           ))}
         </Table.Tbody>

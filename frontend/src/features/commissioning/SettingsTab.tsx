@@ -13,8 +13,8 @@ import { ButtonLink } from "../../ui/links";
 import { ProblemNote } from "../../ui/ProblemNote";
 import type { Column } from "../../ui/tableRows";
 import { RequirePermission } from "../auth/RequirePermission";
+import { describeAcceptedValues, describeField, describeFieldUnit } from "./describeSetting";
 import { ImportSettings } from "./ImportSettings";
-import { acceptedWords, fieldUnitWords, fieldWords } from "./settingWords";
 
 type Version = Schemas["StationVersion"];
 
@@ -160,7 +160,7 @@ function columnsOf(other: number | undefined): Column<Row>[] {
       value: (row) => row.name,
       cell: (row) => (
         <>
-          {fieldWords(row.name)} <FileText text={row.name} small />
+          {describeField(row.name)} <FileText text={row.name} small />
         </>
       ),
     },
@@ -176,14 +176,14 @@ function columnsOf(other: number | undefined): Column<Row>[] {
     {
       key: "unit",
       head: t("commissioning:settings.unit"),
-      value: fieldUnitWords,
-      cell: fieldUnitWords,
+      value: describeFieldUnit,
+      cell: describeFieldUnit,
     },
     {
       key: "accepted",
       head: t("commissioning:settings.accepted"),
-      value: (row) => acceptedWords(row.accepted),
-      cell: (row) => acceptedWords(row.accepted),
+      value: (row) => describeAcceptedValues(row.accepted),
+      cell: (row) => describeAcceptedValues(row.accepted),
     },
   ];
 }
@@ -205,7 +205,7 @@ export function motorRows(fields: Schemas["SettingField"][]): MotorRow[] {
 
 /** Return the accepted values of a field if they are the same for every motor, else "". */
 function sharedRange({ settings }: MotorRow): string {
-  const ranges = new Set([...settings.values()].map(({ accepted }) => acceptedWords(accepted)));
+  const ranges = new Set([...settings.values()].map(({ accepted }) => describeAcceptedValues(accepted)));
   return ranges.size === 1 ? ([...ranges][0] ?? "") : "";
 }
 
@@ -214,7 +214,7 @@ function motorColumns(rows: MotorRow[]): Column<MotorRow>[] {
   const first = ({ settings }: MotorRow) => [...settings.values()][0];
   const unit = (row: MotorRow) => {
     const setting = first(row);
-    return setting ? fieldUnitWords(setting) : "";
+    return setting ? describeFieldUnit(setting) : "";
   };
   return [
     {
@@ -224,7 +224,7 @@ function motorColumns(rows: MotorRow[]): Column<MotorRow>[] {
       value: (row) => row.field,
       cell: (row) => (
         <>
-          {fieldWords(`axes.${row.field}`)} <FileText text={row.field} small />
+          {describeField(`axes.${row.field}`)} <FileText text={row.field} small />
         </>
       ),
     },
@@ -250,7 +250,7 @@ function motorColumns(rows: MotorRow[]): Column<MotorRow>[] {
 /** Shows a motor's value, and below it the accepted values if they differ between the motors. */
 function MotorValue({ row, motor }: { row: MotorRow; motor: number }) {
   const setting = row.settings.get(motor);
-  const range = setting && !sharedRange(row) ? acceptedWords(setting.accepted) : "";
+  const range = setting && !sharedRange(row) ? describeAcceptedValues(setting.accepted) : "";
   return (
     <>
       <FileText text={setting?.value ?? ""} />

@@ -3,7 +3,7 @@ import { Badge, Table, Text } from "@mantine/core";
 import type { Schemas } from "../../lib/api/client";
 import { t } from "../../lib/i18n";
 import { translateServerText } from "../../lib/serverText";
-import { recordedWords } from "./settingWords";
+import { describeRecordedValue } from "./describeSetting";
 
 type Result = { passed: boolean; fault: string; fault_key?: Schemas["TextKey"] | null };
 
@@ -28,7 +28,7 @@ const STEPS: Partial<{ [step: string]: string }> = t("commissioning:steps", { re
 export const stepName = (step: string) => STEPS[step] ?? step;
 
 const recordedValue = (value: number | string | null) =>
-  typeof value === "string" ? recordedWords(value) : (value ?? "–");
+  typeof value === "string" ? describeRecordedValue(value) : (value ?? "–");
 
 /** Shows the values before and after a step. */
 export function Values({ values }: { values: Schemas["CommissioningValue"][] }) {
@@ -46,7 +46,7 @@ export function Values({ values }: { values: Schemas["CommissioningValue"][] }) 
         {values.map((value) => (
           <Table.Tr key={`${value.motor} ${value.name}`}>
             <Table.Td>{value.motor || "–"}</Table.Td>
-            <Table.Td>{recordedWords(value.name)}</Table.Td>
+            <Table.Td>{describeRecordedValue(value.name)}</Table.Td>
             <Table.Td ta="right">{recordedValue(value.before)}</Table.Td>
             <Table.Td ta="right">{recordedValue(value.after)}</Table.Td>
           </Table.Tr>

@@ -7,11 +7,11 @@ import type { Schemas } from "../../lib/api/client";
 import { api } from "../../lib/api/client";
 import { CommissioningState, stateWords } from "./CommissioningState";
 import { readCommissioningSearch } from "./commissioningTabs";
+import { describeAcceptedValues, describeField, describeRecordedValue } from "./describeSetting";
 import { driftFigure, driftTable, type Entry, measured } from "./driftCharts";
 import { GainTuning } from "./GainTuning";
 import { comparisons, newest, type Response } from "./responseCharts";
 import { comparedRows, HistoryTab, motorRows } from "./SettingsTab";
-import { acceptedWords, fieldWords, recordedWords } from "./settingWords";
 
 vi.mock("../../ui/links", () => ({
   ButtonLink: ({ search, children }: { search: object; children: ReactNode }) => (
@@ -112,26 +112,26 @@ describe("the words of a station's file", () => {
   const accepted = { low: 0, high: 508, choices: [], step: null, none: null };
 
   it("say which values a field accepts", () => {
-    expect(acceptedWords(null)).toBe("");
-    expect(acceptedWords({ ...accepted, low: -9600.5 })).toBe("-9,600.5 to 508");
-    expect(acceptedWords({ ...accepted, step: 2 })).toBe("0 to 508 in steps of 2");
-    expect(acceptedWords({ ...accepted, none: -1 })).toBe("0 to 508, or -1 for none");
-    expect(acceptedWords({ ...accepted, choices: [-1, 1] })).toBe("One of -1, 1");
+    expect(describeAcceptedValues(null)).toBe("");
+    expect(describeAcceptedValues({ ...accepted, low: -9600.5 })).toBe("-9,600.5 to 508");
+    expect(describeAcceptedValues({ ...accepted, step: 2 })).toBe("0 to 508 in steps of 2");
+    expect(describeAcceptedValues({ ...accepted, none: -1 })).toBe("0 to 508, or -1 for none");
+    expect(describeAcceptedValues({ ...accepted, choices: [-1, 1] })).toBe("One of -1, 1");
   });
 
   it("explain a field of an axis and a driver's own setting", () => {
-    expect(fieldWords("axes[2].lag_s")).toBe("Lag");
-    expect(fieldWords("inputs.estop_port")).toBe("Input of the emergency stop");
-    expect(fieldWords("driver.speed")).toBe("Setting of the driver");
-    expect(fieldWords("later")).toBe("");
+    expect(describeField("axes[2].lag_s")).toBe("Lag");
+    expect(describeField("inputs.estop_port")).toBe("Input of the emergency stop");
+    expect(describeField("driver.speed")).toBe("Setting of the driver");
+    expect(describeField("later")).toBe("");
   });
 
   it("name what a record contains, with its varying parts", () => {
-    expect(recordedWords("motion 3, weight: peak error deg")).toBe(
+    expect(describeRecordedValue("motion 3, weight: peak error deg")).toBe(
       "Motion 3, with the test weight: peak error, deg",
     );
-    expect(recordedWords("weight at 60 deg, Nm")).toBe("Weight at 60 deg, Nm");
-    expect(recordedWords("of a later version")).toBe("of a later version");
+    expect(describeRecordedValue("weight at 60 deg, Nm")).toBe("Weight at 60 deg, Nm");
+    expect(describeRecordedValue("of a later version")).toBe("of a later version");
   });
 });
 

@@ -73,17 +73,17 @@ export function ApparatusView({ side, limits, real, ghost, label, compact = fals
           />
         )}
       </div>
-      <Beside compact={compact}>
+      <DetailsWhenCompact compact={compact}>
         {compact && <CameraButtons view={view} onView={look} />}
         <MotorButtons only={only} onOnly={setOnly} />
         <TextAlternative source={real ?? ghost} side={side} limits={limits} />
-      </Beside>
+      </DetailsWhenCompact>
     </Stack>
   );
 }
 
 /** Shows, in a compact view, its content only on request. */
-function Beside({ compact, children }: { compact: boolean; children: ReactNode }) {
+function DetailsWhenCompact({ compact, children }: { compact: boolean; children: ReactNode }) {
   if (!compact) return children;
   return (
     <details>

@@ -9,7 +9,7 @@ import { translateServerText } from "../../lib/serverText";
 import { ProblemNote } from "../../ui/ProblemNote";
 import { CommandButton } from "../station/CommandButton";
 import { PreflightChecklist, useChecklist } from "../station/session-wizard/PreflightChecklist";
-import { figureWords } from "./figureWords";
+import { describeResult } from "./describeResult";
 import { untilMode } from "./untilMode";
 
 type Motion = Schemas["EndFeelMotion"];
@@ -95,7 +95,7 @@ function MotionToMeasure({ motion, session, torque, speed, level }: ToMeasure) {
       {complete === false && (
         <PreflightChecklist sessionId={session.id} recordingId={motion.recording_id} onlyOpen />
       )}
-      {last && <Text data-testid="end-feel-last">{figureWords(last)}</Text>}
+      {last && <Text data-testid="end-feel-last">{describeResult(last)}</Text>}
       {motion.baseline_run_id ? (
         <>
           <Text>{t("endFeel:armIn")}</Text>

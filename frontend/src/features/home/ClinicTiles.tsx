@@ -15,24 +15,24 @@ import {
 
 /** Key figures of the clinic. Each tile links to the page behind its figure. */
 export function ClinicTiles() {
-  const reads = useHasPermission("read_records");
-  const oversees = useHasPermission("see_operation");
-  const administers = useHasPermission("administer");
+  const canReadRecords = useHasPermission("read_records");
+  const canSeeOperation = useHasPermission("see_operation");
+  const canAdminister = useHasPermission("administer");
   return (
     <Stack component="section" aria-label={t("clinic:home.clinic")} gap="sm">
       <Title order={2} size="h4">
         {t("clinic:home.clinic")}
       </Title>
       <div className={classes.tiles}>
-        {reads && <ImprovedTile />}
-        {reads && <AdherenceTile />}
-        {oversees && <UsageTile />}
-        {oversees && <StopsTile />}
-        {oversees && <TrackingTile />}
-        {administers && <EmergencyAccessTile />}
-        {administers && <BackupTile />}
-        {oversees && <CommissioningTile />}
-        {oversees && <StorageTile />}
+        {canReadRecords && <ImprovedTile />}
+        {canReadRecords && <AdherenceTile />}
+        {canSeeOperation && <UsageTile />}
+        {canSeeOperation && <StopsTile />}
+        {canSeeOperation && <TrackingTile />}
+        {canAdminister && <EmergencyAccessTile />}
+        {canAdminister && <BackupTile />}
+        {canSeeOperation && <CommissioningTile />}
+        {canSeeOperation && <StorageTile />}
       </div>
     </Stack>
   );

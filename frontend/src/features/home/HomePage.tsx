@@ -22,17 +22,17 @@ import { Worklist } from "./Worklist";
 export function HomePage() {
   useTitle(t("clinic:home.title"));
   const known = useSyncExternalStore(stations.subscribe, stations.get);
-  const reads = useHasPermission("read_records");
-  const administers = useHasPermission("administer");
-  const oversees = useHasPermission("see_operation");
+  const canReadRecords = useHasPermission("read_records");
+  const canAdminister = useHasPermission("administer");
+  const canSeeOperation = useHasPermission("see_operation");
   const databaseUnavailable = useDatabaseUnavailable();
   const router = useRouter();
   useEffect(() => {
     // The station's page loads while the user reads this one, so that it opens at once, even without the network.
     void router.preloadRoute({ to: "/station" }).catch(() => undefined);
   }, [router]);
-  const figures = (reads || oversees) && !databaseUnavailable && <ClinicTiles />;
-  const figuresFirst = administers || !reads;
+  const figures = (canReadRecords || canSeeOperation) && !databaseUnavailable && <ClinicTiles />;
+  const figuresFirst = canAdminister || !canReadRecords;
   return (
     <Stack>
       <Group justify="space-between" align="baseline">
@@ -51,13 +51,13 @@ export function HomePage() {
         <Stack gap="lg">
           {figuresFirst && figures}
           <Grid gap="lg">
-            {reads && !databaseUnavailable && (
+            {canReadRecords && !databaseUnavailable && (
               <Grid.Col span={{ base: 12, lg: 8 }}>
                 <Worklist />
               </Grid.Col>
             )}
-            <Grid.Col span={{ base: 12, lg: reads && !databaseUnavailable ? 4 : 12 }}>
-              <Stations narrow={reads && !databaseUnavailable} />
+            <Grid.Col span={{ base: 12, lg: canReadRecords && !databaseUnavailable ? 4 : 12 }}>
+              <Stations narrow={canReadRecords && !databaseUnavailable} />
             </Grid.Col>
           </Grid>
           {!figuresFirst && figures}

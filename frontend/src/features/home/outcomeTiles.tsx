@@ -3,7 +3,7 @@ import { api } from "../../lib/api/client";
 import { midnight, today, utcOffsetMinutes } from "../../lib/days";
 import { t } from "../../lib/i18n";
 import { MetricLink } from "../../ui/Metric";
-import { changeOfAll, wholePercent } from "../statistics/outcomeWords";
+import { changeOfAll, wholePercent } from "../statistics/outcomeFormat";
 
 /** The outcomes of this year. */
 function useOutcomes() {

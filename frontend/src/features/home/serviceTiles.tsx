@@ -6,7 +6,7 @@ import { translateServerText } from "../../lib/serverText";
 import { MetricLink } from "../../ui/Metric";
 import { useHasPermission } from "../auth/hooks";
 import { useCommissioningStatus } from "../commissioning/CommissioningState";
-import { stopWords } from "../sessions/stopWords";
+import { describeStop } from "../sessions/describeStop";
 import { lastDays } from "../statistics/figuresSearch";
 
 const GIGA = 1e9;
@@ -61,7 +61,7 @@ export function StopsTile() {
       note={
         data
           ? most
-            ? t("clinic:tiles.stopsDetail", { cause: stopWords(most.code) })
+            ? t("clinic:tiles.stopsDetail", { cause: describeStop(most.code) })
             : t("clinic:tiles.stopsNone")
           : ""
       }
@@ -90,7 +90,7 @@ export function TrackingTile() {
           : t("clinic:tiles.trackingSteady"))
       }
       note={t("clinic:tiles.trackingDetail")}
-      calls={drifting.length > 0}
+      needsAttention={drifting.length > 0}
       failed={isError}
     />
   );
@@ -99,7 +99,7 @@ export function TrackingTile() {
 export function EmergencyAccessTile() {
   // Accesses that wait for a review come first. If the first page is full of them, there may be more.
   const { data, isError } = useQuery({
-    queryKey: ["broken-glass", "tile"],
+    queryKey: ["break-glass-accesses", "tile"],
     queryFn: () => api.breakGlassAccesses(),
   });
   const waiting = (data?.items ?? []).filter((access) => access.reviewed_at === null).length;
@@ -111,7 +111,7 @@ export function EmergencyAccessTile() {
       value={data && (more ? t("clinic:tiles.emergenciesMore", { count: waiting }) : String(waiting))}
       {...(!more && { unit: t("clinic:tiles.emergenciesUnit", { count: waiting }) })}
       note={t("clinic:tiles.emergenciesDetail")}
-      calls={waiting > 0}
+      needsAttention={waiting > 0}
       failed={isError}
     />
   );
@@ -127,7 +127,7 @@ export function BackupTile() {
       label={t("clinic:tiles.backup")}
       value={data && (data.last_good ? formatMoment(data.last_good.at) : t("clinic:tiles.backupNone"))}
       note={failed ? t("clinic:tiles.backupFailed") : next}
-      calls={failed || data?.last_good === null}
+      needsAttention={failed || data?.last_good === null}
       failed={isError}
     />
   );
@@ -143,19 +143,19 @@ export function CommissioningTile() {
       label={t("clinic:tiles.commissioning")}
       value={data && t(`clinic:tiles.commissioningStates.${data.state}`)}
       note={data?.reason ? translateServerText(data.reason, data.reason_key) : detail}
-      calls={data?.state === "due" || data?.state === "not_commissioned"}
+      needsAttention={data?.state === "due" || data?.state === "not_commissioned"}
       failed={isError}
     />
   );
 }
 
 export function StorageTile() {
-  const administers = useHasPermission("administer");
+  const canAdminister = useHasPermission("administer");
   const { data, isError } = useQuery({ queryKey: ["operation"], queryFn: () => api.operation() });
   const share = data ? data.disk_free_bytes / data.disk_bytes : 1;
   return (
     <MetricLink
-      to={administers ? "/administration/backups" : "/stations"}
+      to={canAdminister ? "/administration/backups" : "/stations"}
       label={t("clinic:tiles.storage")}
       value={data && size(data.disk_free_bytes)}
       note={
@@ -167,7 +167,7 @@ export function StorageTile() {
             })
           : ""
       }
-      calls={share < LITTLE_SPACE}
+      needsAttention={share < LITTLE_SPACE}
       failed={isError}
     />
   );

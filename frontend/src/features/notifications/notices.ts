@@ -1,6 +1,6 @@
 import type { Schemas } from "../../lib/api/client";
 import { t } from "../../lib/i18n";
-import { stopWords } from "../sessions/stopWords";
+import { describeStop } from "../sessions/describeStop";
 
 /** Something that the user should know, with a link to the page behind it. `at` is in UTC. */
 export interface Notice {
@@ -43,7 +43,7 @@ function wordsAndTarget(notification: Schemas["Notification"]): Pick<Notice, "wo
       return {
         words: t("notifications:kinds.alarm", {
           station: notification.station,
-          cause: stopWords(notification.code),
+          cause: describeStop(notification.code),
         }),
         target: { to: notification.session_id ? `/sessions/${notification.session_id}` : "/stations" },
       };

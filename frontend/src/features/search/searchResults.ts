@@ -41,12 +41,12 @@ export function typedDay(typed: string): string | null {
 /** Search patients, sessions and recordings that the user may read, and pages. */
 export function useSearchResults(typed: string, permissions: readonly Permission[]) {
   const [words] = useDebouncedValue(typed.trim(), DEBOUNCE_MS);
-  const reads = permissions.includes("read_records");
+  const canReadRecords = permissions.includes("read_records");
   const day = typedDay(words);
   const patients = useQuery({
     queryKey: ["patients", words, false, "first"],
     queryFn: () => api.patients(words, false),
-    enabled: reads && words !== "",
+    enabled: canReadRecords && words !== "",
     placeholderData: keepPreviousData,
   });
   const found = words === "" ? [] : (patients.data?.items ?? []);
@@ -57,12 +57,12 @@ export function useSearchResults(typed: string, permissions: readonly Permission
       day
         ? api.sessions({ since: midnight(day, 0), until: midnight(day, 1) })
         : api.patientSessions(best?.id ?? "", null, OF_PATIENT),
-    enabled: reads && (day !== null || best !== undefined),
+    enabled: canReadRecords && (day !== null || best !== undefined),
   });
   const recordings = useQuery({
     queryKey: ["recordings", best?.id],
     queryFn: () => api.recordings(best?.id ?? ""),
-    enabled: reads && best !== undefined,
+    enabled: canReadRecords && best !== undefined,
   });
   const sessionResults = (sessions.data?.items ?? []).slice(0, SESSIONS).map(
     ({ id, started_at, patient }): Result => ({

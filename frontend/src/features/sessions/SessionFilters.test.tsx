@@ -1,9 +1,9 @@
 import { MantineProvider } from "@mantine/core";
 import { cleanup, fireEvent, render, screen } from "@testing-library/react";
 import { afterEach, describe, expect, it, vi } from "vitest";
+import { describeStop } from "./describeStop";
 import { SessionFilters } from "./SessionFilters";
 import { type Filters, readFilters, toQuery } from "./sessionFilters";
-import { stopWords } from "./stopWords";
 
 afterEach(cleanup);
 
@@ -72,4 +72,4 @@ describe("the address", () => {
 it.each([
   ["estop_pressed", "Emergency stop pressed"],
   ["drive_silent", "Motor does not answer"],
-])("the stop cause %s reads %s", (code, words) => expect(stopWords(code)).toBe(words));
+])("the stop cause %s reads %s", (code, words) => expect(describeStop(code)).toBe(words));

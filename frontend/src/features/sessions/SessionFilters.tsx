@@ -1,8 +1,8 @@
 import { Button, Group, Select, TextInput } from "@mantine/core";
 import type { Schemas } from "../../lib/api/client";
 import { t } from "../../lib/i18n";
+import { describeStop } from "./describeStop";
 import type { Filters } from "./sessionFilters";
-import { stopWords } from "./stopWords";
 
 const named = (values: string[]) => values.map((value) => ({ value, label: value }));
 
@@ -41,7 +41,7 @@ export function SessionFilters(props: {
       />
     );
   };
-  const stops = (choices?.stops ?? []).map((code) => ({ value: code, label: stopWords(code) }));
+  const stops = (choices?.stops ?? []).map((code) => ({ value: code, label: describeStop(code) }));
   return (
     <Group align="end">
       {day(t("sessions:sessions.from"), "from")}

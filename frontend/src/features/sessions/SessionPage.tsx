@@ -48,7 +48,7 @@ export function SessionPage() {
 function SessionView({ session }: { session: Session }) {
   const { tab = "playback", run = 1 } = useSearch({ from: "/sessions/$sessionId" });
   const navigate = useNavigate({ from: "/sessions/$sessionId" });
-  const place = Math.min(run, session.runs.length) - 1;
+  const runIndex = Math.min(run, session.runs.length) - 1;
   const open = (next: SessionTab) =>
     void navigate({ search: (before) => readSessionView({ ...before, tab: next }) });
   return (
@@ -56,7 +56,7 @@ function SessionView({ session }: { session: Session }) {
       <PatientBanner patientId={session.patient.id} name={session.patient.name} link />
       <Heading session={session} />
       <ResultMetrics session={session} />
-      <SessionTimeline session={session} chosen={place} />
+      <SessionTimeline session={session} chosen={runIndex} />
       <PageTabs
         label={t("sessions:session.title")}
         value={tab}
@@ -65,8 +65,8 @@ function SessionView({ session }: { session: Session }) {
       >
         {(shown) => (
           <Stack>
-            {PER_PLAYBACK.includes(shown) && <PlaybackPicker session={session} place={place} />}
-            <TabContent session={session} tab={shown} place={place} />
+            {PER_PLAYBACK.includes(shown) && <PlaybackPicker session={session} runIndex={runIndex} />}
+            <TabContent session={session} tab={shown} runIndex={runIndex} />
           </Stack>
         )}
       </PageTabs>
@@ -77,18 +77,18 @@ function SessionView({ session }: { session: Session }) {
 /** The tabs that show one playback. */
 const PER_PLAYBACK: SessionTab[] = ["playback", "motion", "rhythm", "numbers"];
 
-function TabContent({ session, tab, place }: { session: Session; tab: SessionTab; place: number }) {
-  const run = session.runs[place];
+function TabContent({ session, tab, runIndex }: { session: Session; tab: SessionTab; runIndex: number }) {
+  const run = session.runs[runIndex];
   if (PER_PLAYBACK.includes(tab) && !run) return <Text>{t("sessions:session.nothingPlayed")}</Text>;
   switch (tab) {
     case "playback":
-      return run && <RunCard run={run} number={place + 1} />;
+      return run && <RunCard run={run} number={runIndex + 1} />;
     case "motion":
       return run && <RunPlayback key={run.id} runId={run.id} />;
     case "rhythm":
       return run && <RunRhythm key={run.id} runId={run.id} />;
     case "numbers":
-      return run && <RunNumbers run={run} number={place + 1} />;
+      return run && <RunNumbers run={run} number={runIndex + 1} />;
     case "goniometer":
       return <GoniometerCard session={session} />;
     case "plan":
@@ -112,7 +112,7 @@ function TabContent({ session, tab, place }: { session: Session; tab: SessionTab
 }
 
 /** Chooses the playback that the tabs show. */
-function PlaybackPicker({ session, place }: { session: Session; place: number }) {
+function PlaybackPicker({ session, runIndex }: { session: Session; runIndex: number }) {
   const navigate = useNavigate({ from: "/sessions/$sessionId" });
   if (session.runs.length < 2) return null;
   return (
@@ -120,7 +120,7 @@ function PlaybackPicker({ session, place }: { session: Session; place: number })
       <SegmentedControl
         size="md"
         aria-label={t("sessions:session.chosen")}
-        value={String(place + 1)}
+        value={String(runIndex + 1)}
         onChange={(chosen) =>
           void navigate({ search: (before) => ({ ...before, run: Number(chosen) }), replace: true })
         }

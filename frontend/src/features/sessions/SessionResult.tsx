@@ -88,7 +88,7 @@ export function ResultMetrics({ session }: { session: Session }) {
       <Metric
         label={t("sessions:result.worst")}
         value={worst ? `${formatDeg(worst.peak_deg)}°` : "–"}
-        note={worst && t("sessions:result.worstOf", { motor: worst.motor, number: worst.place + 1 })}
+        note={worst && t("sessions:result.worstOf", { motor: worst.motor, number: worst.runIndex + 1 })}
         testid="result-worst"
       />
       {endRange && (

@@ -48,8 +48,15 @@ export function SessionTimeline({ session, chosen }: { session: Session; chosen:
       </VisuallyHidden>
       <svg className={ui.chart} width={width} height={HEIGHT} viewBox={`0 0 ${width} ${HEIGHT}`} aria-hidden>
         <line className={ui.grid} x1={MARGIN} x2={right} y1={BAR + BAR_HEIGHT} y2={BAR + BAR_HEIGHT} />
-        {session.runs.map((run, place) => (
-          <Playback key={run.id} run={run} place={place} chosen={place === chosen} x={x} right={right} />
+        {session.runs.map((run, runIndex) => (
+          <Playback
+            key={run.id}
+            run={run}
+            runIndex={runIndex}
+            chosen={runIndex === chosen}
+            x={x}
+            right={right}
+          />
         ))}
         {marks.map((mark) => (
           <MarkShape key={mark.id} mark={mark} x={x(mark.at)} />
@@ -93,19 +100,19 @@ const momentsOf = (session: Session, marks: Mark[]) => [
   ...marks.map(({ at }) => at),
 ];
 
-function Playback(props: { run: Run; place: number; chosen: boolean; x: TimeScale; right: number }) {
-  const { run, place, chosen, x, right } = props;
+function Playback(props: { run: Run; runIndex: number; chosen: boolean; x: TimeScale; right: number }) {
+  const { run, runIndex, chosen, x, right } = props;
   const width = Math.max(LEAST, x(run.ended_at ?? run.started_at) - x(run.started_at));
   const start = Math.min(x(run.started_at), right - width);
   return (
     <Link
       from="/sessions/$sessionId"
       to="."
-      search={(before) => ({ ...before, run: place + 1 })}
+      search={(before) => ({ ...before, run: runIndex + 1 })}
       replace
       tabIndex={-1}
     >
-      <title>{runWords(run, place)}</title>
+      <title>{runWords(run, runIndex)}</title>
       <rect
         className={classes.playback}
         data-outcome={run.outcome}
@@ -116,7 +123,7 @@ function Playback(props: { run: Run; place: number; chosen: boolean; x: TimeScal
         height={BAR_HEIGHT}
       />
       <text className={classes.number} x={start + width / 2} y={BAR + 18} textAnchor="middle">
-        {place + 1}
+        {runIndex + 1}
       </text>
     </Link>
   );
@@ -139,15 +146,19 @@ function MarkShape({ mark, x }: { mark: Mark; x: number }) {
 /** Return every entry of the timeline in words, in order. */
 function describe(session: Session, marks: Mark[]) {
   return [
-    ...session.runs.map((run, place) => ({ key: run.id, at: run.started_at, words: runWords(run, place) })),
+    ...session.runs.map((run, runIndex) => ({
+      key: run.id,
+      at: run.started_at,
+      words: runWords(run, runIndex),
+    })),
     ...marks.map(({ id, at, words }) => ({ key: id, at, words })),
   ].sort((a, b) => Date.parse(a.at) - Date.parse(b.at));
 }
 
-const runWords = (run: Run, place: number) =>
+const runWords = (run: Run, runIndex: number) =>
   t("sessions:timeline.playback", {
     at: formatClock(new Date(run.started_at)),
-    number: place + 1,
+    number: runIndex + 1,
     recording: run.recording_name,
     outcome: t(`sessions:outcomes.${run.outcome}`),
   });

@@ -34,7 +34,7 @@ describe("the verdict", () => {
 describe("the largest error", () => {
   it("is the largest by magnitude, with its motor and playback", () => {
     expect(worstError([run({}, [0.5, -1.5]), run({}, [1.2, 0.1])])).toEqual({
-      place: 0,
+      runIndex: 0,
       motor: 2,
       peak_deg: -1.5,
     });

@@ -16,17 +16,17 @@ export function verdictOf({ runs, ended_at, end_reason }: Session): VerdictName 
 }
 
 /** The largest absolute error of the session, with its motor and the index of its playback. */
-export type WorstError = { place: number; motor: number; peak_deg: number };
+export type WorstError = { runIndex: number; motor: number; peak_deg: number };
 
 /**
  * Return the largest error, or null if nothing was compared. Partial comparisons are ignored, as in the
  * progress charts.
  */
 export function worstError(runs: Run[]): WorstError | null {
-  const errors = runs.flatMap((run, place) =>
+  const errors = runs.flatMap((run, runIndex) =>
     run.partial
       ? []
-      : (run.comparison?.motors ?? []).map(({ motor, peak_deg }) => ({ place, motor, peak_deg })),
+      : (run.comparison?.motors ?? []).map(({ motor, peak_deg }) => ({ runIndex, motor, peak_deg })),
   );
   return errors.reduce<WorstError | null>(
     (worst, error) => (worst && Math.abs(worst.peak_deg) >= Math.abs(error.peak_deg) ? worst : error),

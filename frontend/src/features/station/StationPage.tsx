@@ -36,7 +36,7 @@ export function StationPage() {
   const run = useLive("run");
   const teaching = useLive("teaching");
   const stop = useLive("stop");
-  const reads = useHasPermission("read_records");
+  const canReadRecords = useHasPermission("read_records");
   const search = useSearch({ from: "/station" });
   // The patient on the apparatus takes precedence over the one in the address.
   const onApparatus = run?.patient ?? teaching?.patient;
@@ -49,7 +49,7 @@ export function StationPage() {
       <Title order={1} size="h2" style={{ position: "absolute", left: -9999 }}>
         {title}
       </Title>
-      {reads && patientId && <PatientBanner patientId={patientId} {...(name && { name })} />}
+      {canReadRecords && patientId && <PatientBanner patientId={patientId} {...(name && { name })} />}
       <RevealWhenLoaded waits={!station} now={run !== null || teaching !== null || stop !== null}>
         <div className={classes.page} data-stopped={stop !== null}>
           <div className={classes.controls}>
@@ -83,7 +83,7 @@ export function StationPage() {
 function PatientColumn() {
   const station = useStation();
   const me = useMe();
-  const reads = useHasPermission("read_records");
+  const canReadRecords = useHasPermission("read_records");
   const operates = useMayOperate();
   const search = useSearch({ from: "/station" });
   const run = useLive("run");
@@ -96,7 +96,7 @@ function PatientColumn() {
   const patient = useQuery({
     queryKey: ["patient", patientId],
     queryFn: () => api.patient(patientId ?? ""),
-    enabled: reads && patientId !== null && !databaseUnavailable,
+    enabled: canReadRecords && patientId !== null && !databaseUnavailable,
   });
   const ready = useReadyPatients();
   const readyPatient = databaseUnavailable
@@ -106,14 +106,14 @@ function PatientColumn() {
   const choice = { disabled: onApparatus !== undefined, onChange: choose };
   return (
     <>
-      {station?.simulated && reads && operates && <FirstSteps patientId={patientId} />}
+      {station?.simulated && canReadRecords && operates && <FirstSteps patientId={patientId} />}
       <LeaseBar />
       {me && station && !worksAt(me, station.name) && (
         <Alert color="gray" variant="outline">
           {t("station:station.notAssigned", { station: station.name })}
         </Alert>
       )}
-      {reads &&
+      {canReadRecords &&
         (databaseUnavailable ? (
           <ReadySelect chosen={patientId} {...choice} />
         ) : (

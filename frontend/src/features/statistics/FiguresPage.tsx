@@ -25,8 +25,8 @@ const FROM = "/clinic/$subject";
 
 /** Redirects to the first figures that the user may see. */
 export function FiguresEntry() {
-  const reads = useHasPermission("read_records");
-  return <Navigate to={FROM} params={{ subject: reads ? "outcomes" : "usage" }} replace />;
+  const canReadRecords = useHasPermission("read_records");
+  return <Navigate to={FROM} params={{ subject: canReadRecords ? "outcomes" : "usage" }} replace />;
 }
 
 /**

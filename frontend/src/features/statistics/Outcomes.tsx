@@ -9,7 +9,7 @@ import { ProblemNote } from "../../ui/ProblemNote";
 import { ChartCard } from "./ChartCard";
 import { groupWords, outcomeFigure, outcomeTable, shownGroups } from "./charts";
 import { type FiguresSearch, MEASURES, type Measure, spanOf } from "./figuresSearch";
-import { changeOfAll, hasPoints, wholePercent, withUnit } from "./outcomeWords";
+import { changeOfAll, hasPoints, wholePercent, withUnit } from "./outcomeFormat";
 
 type Found = Schemas["Outcomes"];
 

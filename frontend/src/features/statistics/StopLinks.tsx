@@ -4,19 +4,19 @@ import { DataTable } from "../../ui/DataTable";
 import { PageLink } from "../../ui/links";
 import type { Column } from "../../ui/tableRows";
 import { useHasPermission } from "../auth/hooks";
-import { stopWords } from "../sessions/stopWords";
+import { describeStop } from "../sessions/describeStop";
 
 type Row = Schemas["StopCount"];
 type Days = { from: string; to: string };
 
 /** Shows the causes by station. For users who may read records, each links to its sessions. */
 export function StopLinks({ rows, days }: { rows: Row[]; days: Days }) {
-  const reads = useHasPermission("read_records");
+  const canReadRecords = useHasPermission("read_records");
   return (
     <DataTable
       name="stops"
       label={t("clinic:subjects.stops.title")}
-      columns={[causeColumn(days, reads), ...COUNTS]}
+      columns={[causeColumn(days, canReadRecords), ...COUNTS]}
       rows={rows}
       rowKey={({ code, station }) => `${code} ${station}`}
       dense
@@ -24,18 +24,18 @@ export function StopLinks({ rows, days }: { rows: Row[]; days: Days }) {
   );
 }
 
-const causeColumn = (days: Days, reads: boolean): Column<Row> => ({
+const causeColumn = (days: Days, canReadRecords: boolean): Column<Row> => ({
   key: "cause",
   head: t("clinic:figures.cause"),
   always: true,
-  value: ({ code }) => stopWords(code),
+  value: ({ code }) => describeStop(code),
   cell: ({ code, station, sessions }) =>
-    reads && sessions > 0 ? (
+    canReadRecords && sessions > 0 ? (
       <PageLink to="/sessions" search={{ stop: code, ...(station && { station }), ...days }}>
-        {stopWords(code)}
+        {describeStop(code)}
       </PageLink>
     ) : (
-      stopWords(code)
+      describeStop(code)
     ),
 });
 

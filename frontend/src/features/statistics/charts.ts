@@ -1,7 +1,7 @@
 import type { Schemas } from "../../lib/api/client";
 import { formatDay } from "../../lib/format";
 import { t } from "../../lib/i18n";
-import { stopWords } from "../sessions/stopWords";
+import { describeStop } from "../sessions/describeStop";
 import type { FiguresSearch, Measure } from "./figuresSearch";
 
 type Figure = Schemas["Figure"];
@@ -154,7 +154,7 @@ export function stopsFigure(rows: Schemas["StopCount"][]): Figure {
     orientation: "h",
     name: t(`clinic:figures.counted.${counted}`),
     x: causes.map((code) => count(code, counted)),
-    y: causes.map(stopWords),
+    y: causes.map(describeStop),
     marker: barMarker(place),
     hovertemplate: "%{y}: %{x}",
   }));
@@ -173,7 +173,7 @@ export function stopsTable(rows: Schemas["StopCount"][]): Table {
       column(t("clinic:figures.sessions")),
       column(t("clinic:figures.alarms")),
     ],
-    rows: rows.map((row) => [stopWords(row.code), row.station || "–", row.sessions, row.alarms]),
+    rows: rows.map((row) => [describeStop(row.code), row.station || "–", row.sessions, row.alarms]),
     texts: [],
   };
 }

@@ -3602,7 +3602,7 @@ export interface components {
         };
         /**
          * AccountReset
-         * @description What to reset in addition to the password.
+         * @description Resets in addition to the password.
          */
         AccountReset: {
             /**
@@ -4715,7 +4715,7 @@ export interface components {
         };
         /**
          * CommissioningInstruction
-         * @description What the technician is asked to do.
+         * @description An instruction to the technician.
          */
         CommissioningInstruction: {
             /**
@@ -4822,7 +4822,7 @@ export interface components {
         };
         /**
          * CommissioningState
-         * @description Whether the station is commissioned.
+         * @description Commissioning state of the station.
          */
         CommissioningState: {
             /**
@@ -5374,7 +5374,7 @@ export interface components {
         };
         /**
          * EndFeelGuide
-         * @description What can be measured in a session.
+         * @description Possible measurements of a session.
          */
         EndFeelGuide: {
             /**
@@ -6157,7 +6157,7 @@ export interface components {
         };
         /**
          * GainsAnswer
-         * @description What the technician chooses: keep the gains, take them back, or measure with other gains.
+         * @description Choice of the technician: keep the gains, take them back, or measure with other gains.
          */
         GainsAnswer: {
             /**
@@ -8482,7 +8482,7 @@ export interface components {
         };
         /**
          * ProgrammeAdherence
-         * @description How the present programmes with prescribed sessions were followed in the last four weeks.
+         * @description Adherence to the present programmes with prescribed sessions in the last four weeks.
          */
         ProgrammeAdherence: {
             /**
@@ -8853,7 +8853,7 @@ export interface components {
         };
         /**
          * ProgressNote
-         * @description Which change of a questionnaire matters.
+         * @description Note on the change of a questionnaire that matters.
          */
         ProgressNote: {
             /**
@@ -9582,7 +9582,7 @@ export interface components {
         };
         /**
          * RhythmLead
-         * @description How much more the scapula has turned since the start of the motion than that of the sound side at the same elevation, while the
+         * @description Additional turn of the scapula since the start of the motion, compared with the sound side at the same elevation, while the
          *     arm is raised.
          */
         RhythmLead: {
@@ -10633,7 +10633,7 @@ export interface components {
         };
         /**
          * SettingsPreview
-         * @description What an import would change.
+         * @description Changes that an import would make.
          */
         SettingsPreview: {
             /** Changes */

@@ -4,7 +4,7 @@ import { formatDeg } from "../../lib/format";
 import { t } from "../../lib/i18n";
 
 /** Return the result of a test in words: range, onset and stiffness with their intervals, or why there are none. */
-export function figureWords(test: Schemas["EndFeelRecord"]): string {
+export function describeResult(test: Schemas["EndFeelRecord"]): string {
   const { figures, interval, unmeasured } = test;
   if (unmeasured) return t(`endFeel:unmeasured.${unmeasured}`);
   if (!figures || !interval) return t(test.outcome === "loaded" ? "endFeel:running" : "endFeel:noResult");

@@ -23,7 +23,7 @@ from kata.clinic.sessions.offline_cache import OfflineCache
 from kata.clinic.sessions.replay import (
     CHANGED,
     CHANGED_MEANWHILE,
-    NOT_KEPT,
+    PAIN_DIFFERS,
     Change,
     OfflineEvent,
     PainRecorded,
@@ -373,7 +373,7 @@ def test_pain_and_end_recorded_elsewhere_stay_and_conflicts_are_reported(client:
     )
     there = client.get(url).json()
     assert (there["pain_before"], there["pain_after"]) == (7, 2)
-    assert alarms(client, str(opened.id)) == [NOT_KEPT["pain_before"](pain=3)]
+    assert alarms(client, str(opened.id)) == [PAIN_DIFFERS["pain_before"](pain=3)]
     client.post(f"{url}/end", json={"reason": "shortened"})
     put(client, SessionClosed(opened.id, "completed", utc_now(), "Station 1"))
     assert client.get(url).json()["end_reason"] == "shortened"

@@ -25,7 +25,7 @@ from kata.auth.permissions import RULES, UNAUDITED_VIEWS, audit_action
 from kata.auth.tables import AccountRow, LoginSessionRow
 from kata.clinic import tables
 from kata.clinic.patients.tables import ErasureRow
-from kata.clinic.restricted.objects import OF_A_PATIENT, OF_NOBODY
+from kata.clinic.restricted.objects import OF_A_PATIENT, WITHOUT_PATIENT
 from kata.clinic.restricted.tables import BreakGlassAccessRow, CareTeamRow
 from kata.database.base import utc_now
 from kata.database.engine import Database
@@ -53,13 +53,13 @@ OWN: Final = ENROLLING | {
     "remove_second_factor", "change_password", "choose_language", "get_patient_questionnaire", "answer_patient_questionnaire", "list_own_sign_ins", "end_own_sign_in",
     "list_own_access_tokens", "create_access_token", "revoke_own_access_token", "mark_notifications_read",
 }  # fmt: skip
-LEAVES_LESS: Final = {"lock_screen", "start_patient_mode"}
+REDUCES_PERMISSIONS: Final = {"lock_screen", "start_patient_mode"}
 """These routes reduce the user's permissions. tests/api/test_accounts.py tests them."""
 STATION: Final = {
     "get_station", "get_drive_trend", "list_stations", "list_events", "stop", "get_commissioning_status",
     "list_notifications",
 }  # fmt: skip
-BEHIND_A_LOCK: Final = set(SOCKETS) | {
+ALLOWED_WHEN_LOCKED: Final = set(SOCKETS) | {
     "get_station",
     "list_stations",
     "stop",
@@ -87,10 +87,10 @@ OPERATION: Final = {
 COMMISSION: Final = {
     "preview_station_settings", "import_station_settings", "start_commissioning", "confirm_commissioning",
 }  # fmt: skip
-AT_ONES_STATION: Final = (
+OWN_STATION_ONLY: Final = (
     COMMISSION | DEVICE - {"get_simulator"} | OPERATE | {"create_session", "confirm_check", "list_ready_patients"}
 )
-WITHOUT_THE_GLASS: Final = {"get_record_access", "change_record_access", "break_glass", "list_audit"}
+ALLOWED_ON_RESTRICTED: Final = {"get_record_access", "change_record_access", "break_glass", "list_audit"}
 READ: Final = {
     "get_assessment_form", "list_assessments", "list_patient_assessments", "get_assessment", "list_episodes", "get_episode",
     "list_erasures", "list_patient_erasures", "get_recording_samples", "get_recording_parquet", "get_run_samples", "get_run_parquet",
@@ -141,13 +141,13 @@ AUTHORIZATION: Final = frozenset(
 
 
 @dataclass(frozen=True)
-class Asker:
+class Requester:
     """An identity at a browser."""
 
     name: str
     role: Role | None = None
     here: bool = True
-    gone: str = ""
+    invalid_because: str = ""
     """Why the login session is invalid."""
     locked: bool = False
     enrolling: bool = False
@@ -155,18 +155,18 @@ class Asker:
     """A program with an access token."""
 
 
-ASKERS: Final = (
-    Asker("nobody"),
-    Asker("with a made-up cookie", gone="made up"),
-    *(Asker(f"disabled {role}", role, gone="disabled") for role in sorted(_EVERYBODY)),
-    Asker("signed-out administrator", "administrator", gone="ended"),
-    Asker("administrator of yesterday", "administrator", gone="old"),
-    *(Asker(role, role) for role in sorted(_EVERYBODY)),
-    *(Asker(f"{role} of another station", role, here=False) for role in sorted(_EVERYBODY)),
-    *(Asker(f"{role} behind a locked screen", role, locked=True) for role in sorted(_EVERYBODY)),
-    Asker("administrator without a second factor", "administrator", enrolling=True),
-    *(Asker(f"program of a {role}", role, by_token=True) for role in sorted(_EVERYBODY)),
-    Asker("program with a revoked token", "administrator", gone="revoked", by_token=True),
+REQUESTERS: Final = (
+    Requester("nobody"),
+    Requester("with a made-up cookie", invalid_because="made up"),
+    *(Requester(f"disabled {role}", role, invalid_because="disabled") for role in sorted(_EVERYBODY)),
+    Requester("signed-out administrator", "administrator", invalid_because="ended"),
+    Requester("administrator of yesterday", "administrator", invalid_because="old"),
+    *(Requester(role, role) for role in sorted(_EVERYBODY)),
+    *(Requester(f"{role} of another station", role, here=False) for role in sorted(_EVERYBODY)),
+    *(Requester(f"{role} behind a locked screen", role, locked=True) for role in sorted(_EVERYBODY)),
+    Requester("administrator without a second factor", "administrator", enrolling=True),
+    *(Requester(f"program of a {role}", role, by_token=True) for role in sorted(_EVERYBODY)),
+    Requester("program with a revoked token", "administrator", invalid_because="revoked", by_token=True),
 )
 _REPEATED: Final = {
     # A disabled account and a locked screen are refused before the role is read.
@@ -177,25 +177,25 @@ _REPEATED: Final = {
 }  # fmt: skip
 """Identities that are refused for the same reason at the same place as another one. The campaign asks as these too."""
 AS_EVERYBODY: Final = pytest.mark.parametrize(
-    "asker",
+    "requester",
     [
-        pytest.param(asker, marks=[pytest.mark.campaign] if asker.name in _REPEATED else [], id=asker.name)
-        for asker in ASKERS
+        pytest.param(requester, marks=[pytest.mark.campaign] if requester.name in _REPEATED else [], id=requester.name)
+        for requester in REQUESTERS
     ],
 )
 _AT_EVERY_ROUTE: Final = {"nobody", "administrator"}
 """The identities that request every route. An ended login session is refused at the same place as a missing one."""
 _EVERY_ROUTE: Final = pytest.mark.parametrize(
-    ("asker", "every_route"),
+    ("requester", "every_route"),
     [
         pytest.param(
-            asker,
+            requester,
             every_route,
-            marks=[pytest.mark.campaign] if asker.name in _REPEATED or (every_route and not always) else [],
-            id=f"{asker.name}, every route" if every_route and not always else asker.name,
+            marks=[pytest.mark.campaign] if requester.name in _REPEATED or (every_route and not always) else [],
+            id=f"{requester.name}, every route" if every_route and not always else requester.name,
         )
-        for asker in ASKERS
-        for always in [asker.name in _AT_EVERY_ROUTE]
+        for requester in REQUESTERS
+        for always in [requester.name in _AT_EVERY_ROUTE]
         for every_route in ([True] if always else [False, True])
     ],
 )
@@ -218,7 +218,7 @@ class Operation:
 @pytest.fixture(scope="module")
 def service(tmp_path_factory: pytest.TempPathFactory) -> Iterator[TestClient]:
     """Return a service without an apparatus: it answers allowed commands with 503."""
-    with running(tmp_path_factory.mktemp("walk"), simulate=False) as client:
+    with running(tmp_path_factory.mktemp("route-permissions"), simulate=False) as client:
         yield client
 
 
@@ -315,26 +315,26 @@ def records(service: TestClient) -> dict[str, dict[str, UUID]]:
     return found
 
 
-def sign_in_as(client: TestClient, asker: Asker) -> str:
+def sign_in_as(client: TestClient, requester: Requester) -> str:
     """Return the cookie of a login session, or the access token, of this kind."""
-    if asker.role is None:
-        return "made-up" if asker.gone else ""
+    if requester.role is None:
+        return "made-up" if requester.invalid_because else ""
     database = _database(client)
-    if asker.by_token:
-        return with_token(database, asker.role, revoked=asker.gone == "revoked")
-    cookie = signed_in(database, asker.role, stations=() if asker.here else ("Elsewhere",))
+    if requester.by_token:
+        return with_token(database, requester.role, revoked=requester.invalid_because == "revoked")
+    cookie = signed_in(database, requester.role, stations=() if requester.here else ("Elsewhere",))
     with database.write() as session:
         row = session.scalars(select(LoginSessionRow).order_by(LoginSessionRow.began_at.desc())).first()
         assert row
-        if asker.gone == "disabled":
+        if requester.invalid_because == "disabled":
             session.execute(update(AccountRow).where(AccountRow.id == row.account_id).values(disabled_at=utc_now()))
-        elif asker.gone == "ended":
+        elif requester.invalid_because == "ended":
             row.ended_at = utc_now()
-        elif asker.gone == "old":
+        elif requester.invalid_because == "old":
             row.began_at -= timedelta(days=1)
-        if asker.locked:
+        if requester.locked:
             row.locked_at = utc_now()
-        if asker.enrolling:
+        if requester.enrolling:
             session.execute(update(AccountRow).where(AccountRow.id == row.account_id).values(totp_confirmed_at=None))
     return cookie
 
@@ -355,25 +355,25 @@ def roles_of(name: str) -> frozenset[Role]:
     return roles
 
 
-def expected(name: str, asker: Asker, whose: str = "") -> tuple[int, str] | None:
+def expected(name: str, requester: Requester, whose: str = "") -> tuple[int, str] | None:
     """Return the refusal of a cell of the matrix; None: allowed."""
     if name in PUBLIC or name in STATIC:
         return None
-    if asker.gone and asker.by_token:
+    if requester.invalid_because and requester.by_token:
         return 401, "token_ended"
-    if asker.role is None or asker.gone:
+    if requester.role is None or requester.invalid_because:
         return 401, "not_signed_in"
-    if asker.by_token and name not in FOR_PROGRAMS:
+    if requester.by_token and name not in FOR_PROGRAMS:
         return 403, "token_only_reads"
-    if asker.locked and name not in BEHIND_A_LOCK:
+    if requester.locked and name not in ALLOWED_WHEN_LOCKED:
         return 423, "locked"
-    if asker.enrolling and name not in ENROLLING | {"stop"}:
+    if requester.enrolling and name not in ENROLLING | {"stop"}:
         return 403, "second_factor_needed"
-    if asker.role not in roles_of(name) or (whose and asker.role == "technician"):
+    if requester.role not in roles_of(name) or (whose and requester.role == "technician"):
         return 403, "not_allowed"
-    if not asker.here and name in AT_ONES_STATION:
+    if not requester.here and name in OWN_STATION_ONLY:
         return 403, "other_station"
-    if whose in ("restricted", "mixed") and name not in WITHOUT_THE_GLASS:
+    if whose in ("restricted", "mixed") and name not in ALLOWED_ON_RESTRICTED:
         return 403, "restricted"
     return None
 
@@ -408,28 +408,35 @@ def _asked(document: Any, every_route: bool) -> list[Operation]:
 
 
 @pytest.mark.parametrize(
-    "asker", [pytest.param(asker, id=asker.name) for asker in ASKERS if asker.role is not None and not asker.gone]
+    "requester",
+    [
+        pytest.param(requester, id=requester.name)
+        for requester in REQUESTERS
+        if requester.role is not None and not requester.invalid_because
+    ],
 )
-def test_the_rules_grant_every_identity_the_declared_routes(service: TestClient, asker: Asker) -> None:
+def test_the_rules_grant_every_identity_the_declared_routes(service: TestClient, requester: Requester) -> None:
     wrong = {}
     for operation in operations(_document(service)):
         named = [(name, uuid4()) for name in operation.ids if name in OF_A_PATIENT]
-        refusal = expected(operation.name, asker, "open" if named else "")
-        if (got := _refused(operation, asker, named)) != refusal:
+        refusal = expected(operation.name, requester, "open" if named else "")
+        if (got := _refused(operation, requester, named)) != refusal:
             wrong[operation.name] = refusal, got
     assert wrong == {}
 
 
-def _refused(operation: Operation, asker: Asker, named: list[tuple[str, UUID]]) -> tuple[int, str] | None:
+def _refused(operation: Operation, requester: Requester, named: list[tuple[str, UUID]]) -> tuple[int, str] | None:
     """Return how the rule of a route refuses an identity, without a request."""
     rule = RULES[operation.name]
     if rule.needs == "public":
         return None
-    assert asker.role is not None
-    stations = frozenset[str]() if asker.here else frozenset({"Elsewhere"})
-    actor = Actor(uuid4(), uuid4(), "N", asker.role, stations, asker.locked, asker.enrolling, asker.by_token)
+    assert requester.role is not None
+    stations = frozenset[str]() if requester.here else frozenset({"Elsewhere"})
+    actor = Actor(
+        uuid4(), uuid4(), "N", requester.role, stations, requester.locked, requester.enrolling, requester.by_token
+    )
     try:
-        if asker.by_token:
+        if requester.by_token:
             authorization.check_only_reads(operation.method, rule)
         authorization.check_user(actor, rule, "Station 1", named)
     except ProblemError as error:
@@ -440,17 +447,17 @@ def _refused(operation: Operation, asker: Asker, named: list[tuple[str, UUID]]) 
 @pytest.mark.timeout(600)
 @_EVERY_ROUTE
 def test_every_role_is_limited_to_its_rights(
-    service: TestClient, records: dict[str, dict[str, UUID]], asker: Asker, every_route: bool
+    service: TestClient, records: dict[str, dict[str, UUID]], requester: Requester, every_route: bool
 ) -> None:
     # Other tests check the results of allowed requests.
     client = other_browser(service)
     wrong, cells = [], 0
-    cookie = sign_in_as(service, asker)
+    cookie = sign_in_as(service, requester)
     for operation in _asked(_document(service), every_route):
         named = [name for name in dict.fromkeys(operation.ids) if name in OF_A_PATIENT]
         for whose in RECORDS if len(named) > 1 else RECORDS[:2] if named else ("",):
-            refusal = expected(operation.name, asker, whose)
-            if refusal is None and operation.name in {"export_patient"} | LEAVES_LESS | _SLOW:
+            refusal = expected(operation.name, requester, whose)
+            if refusal is None and operation.name in {"export_patient"} | REDUCES_PERMISSIONS | _SLOW:
                 continue
             ids = records["restricted" if whose == "restricted" else "open"]
             if whose == "mixed":
@@ -503,11 +510,11 @@ _SLOW: Final = {"get_session_report_pdf", "get_episode_report_pdf", "get_rehabil
 
 
 @AS_EVERYBODY
-def test_every_role_sees_only_permitted_station_data(service: TestClient, asker: Asker) -> None:
+def test_every_role_sees_only_permitted_station_data(service: TestClient, requester: Requester) -> None:
     client = TestClient(service.app)
-    present(client, sign_in_as(service, asker))
+    present(client, sign_in_as(service, requester))
     for name, path in SOCKETS.items():
-        refusal = expected(name, asker)
+        refusal = expected(name, requester)
         if refusal:
             with pytest.raises(WebSocketDisconnect) as closed, client.websocket_connect(path):
                 pass
@@ -524,10 +531,10 @@ def test_every_role_sees_only_permitted_station_data(service: TestClient, asker:
 
 @AS_EVERYBODY
 def test_static_addresses_are_public_and_contain_only_files(
-    service: TestClient, records: dict[str, dict[str, UUID]], asker: Asker
+    service: TestClient, records: dict[str, dict[str, UUID]], requester: Requester
 ) -> None:
     client = TestClient(service.app)
-    present(client, sign_in_as(service, asker))
+    present(client, sign_in_as(service, requester))
     patient_id = records["open"]["patient_id"]
     answers = {path: client.get(path) for path in (*STATIC_ADDRESSES, f"/patients/{patient_id}")}
     # Without a built page or documentation the service says so.
@@ -576,7 +583,7 @@ def test_a_request_that_cannot_be_read_is_refused_first(service: TestClient) -> 
 
 def test_every_id_in_a_request_leads_to_its_patient(service: TestClient) -> None:
     named = {name for operation in operations(_document(service)) for name in operation.ids}
-    assert named <= set(OF_A_PATIENT) | OF_NOBODY
+    assert named <= set(OF_A_PATIENT) | WITHOUT_PATIENT
     assert set(OF_A_PATIENT) <= named
 
 
@@ -605,7 +612,7 @@ def _paths_of_sockets(app: FastAPI) -> set[str]:
     return {route.path for route in found if isinstance(route, APIWebSocketRoute)}
 
 
-def test_undeclared_route_fails_the_walk(service: TestClient) -> None:
+def test_undeclared_route_fails_the_matrix_check(service: TestClient) -> None:
     app = FastAPI()
     app.router.routes.extend(service.app.router.routes)  # type: ignore[attr-defined]
 

@@ -15,18 +15,18 @@ const {
 const NUMBER = new Intl.NumberFormat(LANGUAGE, { maximumSignificantDigits: 10 });
 
 /** Return what a field of the station's file means. `name`: name in the file, for example `axes[1].lag_s`. */
-export const fieldWords = (name: string): string =>
+export const describeField = (name: string): string =>
   FIELDS[name.replace(/\[\d\]/, "")] ?? FIELDS[name.split(".")[0] ?? ""] ?? "";
 
 /** Return a unit of the station's file in the user's language. */
-export const unitWords = (unit: string): string => UNITS[unit] ?? unit;
+export const describeUnit = (unit: string): string => UNITS[unit] ?? unit;
 
 /** Return the unit of a field. For a number without a unit, say that it has none. */
-export const fieldUnitWords = ({ unit, accepted }: Schemas["SettingField"]): string =>
-  unit || !accepted ? unitWords(unit) : t("commissioning:ranges.noUnit");
+export const describeFieldUnit = ({ unit, accepted }: Schemas["SettingField"]): string =>
+  unit || !accepted ? describeUnit(unit) : t("commissioning:ranges.noUnit");
 
 /** Return the values that a field accepts, without its unit; empty for a text. */
-export function acceptedWords(accepted: Schemas["AcceptedValues"] | null): string {
+export function describeAcceptedValues(accepted: Schemas["AcceptedValues"] | null): string {
   if (!accepted) return "";
   const { low, high, choices, step, none } = accepted;
   let values: string = t("commissioning:ranges.span", { low: NUMBER.format(low), high: NUMBER.format(high) });
@@ -49,16 +49,16 @@ const TEMPLATES = Object.entries(VALUES).map(([template, words = ""]) => ({
  * Return the name of a recorded value, or a recorded text, in the user's language. Names of later versions stay
  * unchanged.
  */
-export function recordedWords(name: string): string {
+export function describeRecordedValue(name: string): string {
   for (const { pattern, places, words } of TEMPLATES) {
     const parts = pattern.exec(name)?.slice(1);
     if (parts)
-      return places.reduce((text, place, n) => text.replace(place, partWords(parts[n] ?? "")), words);
+      return places.reduce((text, place, n) => text.replace(place, describePart(parts[n] ?? "")), words);
   }
   return name;
 }
 
-const partWords = (part: string): string => VALUES[part] ?? part;
+const describePart = (part: string): string => VALUES[part] ?? part;
 
 function escaped(text: string): string {
   return text.replace(/[.*+?^${}()|[\]\\]/g, "\\$&");
