@@ -15,7 +15,7 @@ from kata.device.loop import ControlLoop
 from kata.motion.linkage import Floats
 from kata.system.realtime import Granted
 from kata.testing.world import RecordingWorld
-from tests.support.stepped import NEVER_NS, SteppedExchange
+from tests.support.stepped import NEVER_NS, SteppedServiceLink
 
 START_DEG = np.array([17.0, 107.0, 12.0, 2.0, -2.0])
 """Close to the arm's rest pose."""
@@ -45,7 +45,7 @@ class SimulatedLoop:
     def __init__(self, folder: Path, config: StationConfig) -> None:
         self.config = config
         self.world = RecordingWorld.of(config, seed=1)
-        self.link = SteppedExchange(folder)
+        self.link = SteppedServiceLink(folder)
         self.loop = ControlLoop(
             config,
             make_bus(config, self.world.open_transport),

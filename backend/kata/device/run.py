@@ -129,8 +129,6 @@ class Run:
         limits.
         """
         self.start_path(here_deg)
-        self._setpoint_deg = self._wanted_deg = here_deg
-        self._setpoint_change_deg = np.zeros(len(here_deg))
         inside_deg = _clip(here_deg, self._lowest_deg, self._highest_deg)
         self.return_to_deg = np.array(self._held(inside_deg, self._lowest_deg, self._highest_deg))
         self._limits.widen(here_deg.tolist())
@@ -175,6 +173,8 @@ class Run:
         self._feed_forward_change_deg = np.zeros(len(here_deg))
         self._speed_deg_s = np.zeros(len(here_deg))
         self._yield_offset.offset_deg = np.zeros(len(here_deg))
+        self._setpoint_deg = self._wanted_deg = here_deg
+        self._setpoint_change_deg = np.zeros(len(here_deg))
 
     def setpoint(self, movement: Movement) -> tuple[float, ...]:
         """Return the next setpoint: the reference plus the feed-forward for the drives' lag.
