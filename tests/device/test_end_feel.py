@@ -305,6 +305,26 @@ def test_resistance_above_the_patients_level_still_holds_the_arm(stepped: Steppe
     assert stepped.snapshot.run is not None and stepped.snapshot.run.reversals == 1
 
 
+def test_resistance_on_the_way_back_holds_the_arm(stepped: Stepped) -> None:
+    """The way back is not continued against the patient."""
+    load = msgspec.structs.replace(LOAD, end_feel=ONCE, load_level=15)
+    assert stepped.send(load, Trajectory(TIMES_S, way())) is None
+    assert stepped.send(Approach()) is None
+    stepped.until("paused")
+    assert stepped.send(Play()) is None
+    shoulder = Shoulder(stepped)
+    while shoulder.largest_nm < CHOSEN_NM - 0.35:
+        shoulder.cycle()
+    shoulder.forward(2.0)
+    before_deg = stepped.apparatus.angles_deg[AXIS]
+    shoulder.guarding_nm = -3.0
+    shoulder.until("stopped", within_s=0.5)
+    assert stepped.causes() == ["load_on_the_way"]
+    shoulder.forward(1.0)
+    assert stepped.torque
+    assert stepped.apparatus.angles_deg[AXIS] > before_deg - 0.5 * SPEED_DEG_S
+
+
 # -- the check before ------------------------------------------------------------------------------------------------
 
 

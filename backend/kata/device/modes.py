@@ -193,13 +193,13 @@ class StateMachine(MachineState):
             self._enter("paused")
 
     def _check_resistance(self, run: Run, movement: Movement, state: CycleState) -> None:
-        """React to resistance above the patient's level. While playing, move the arm back along the path. In other modes stop
-        and hold the arm.
+        """React to resistance above the patient's level. While playing, move the arm back along the path. In other modes, and on
+        the way back of an end-feel test, stop and hold the arm.
         """
         axis = run.detect_resistance(state)
         if axis is None:
             return
-        if self.mode == "playing" and run.resisting_axis is None:
+        if self.mode == "playing" and run.resisting_axis is None and not run.resists_way_back(axis, movement, state):
             run.reverse(axis, movement, state)
             at_s = movement.position_s
             self._emit("load_reversal", texts.RESISTANCE_MET(motor=axis + 1, at_s=at_s))

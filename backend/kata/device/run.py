@@ -280,6 +280,10 @@ class Run:
         """
         return self._monitor.resisting_axis(state, self._speed_deg_s.tolist())
 
+    def resists_way_back(self, axis: int, movement: Movement, state: CycleState) -> bool:
+        """Return True if the patient resists an arm that moves back already."""
+        return movement.speed_override < 0.0 < self._speed_deg_s[axis] * state.torque_nm[axis]
+
     def reverse(self, axis: int, movement: Movement, state: CycleState) -> None:
         """Start moving the arm back along its path."""
         self.resisted_at_s.append(movement.position_s)
