@@ -45,6 +45,7 @@ from kata.device.refusals import (
     outside_range,
     range_at_minimum,
     too_far_from_start,
+    way_leaves_limits,
     whole_range_only,
 )
 from kata.device.run import Run
@@ -249,9 +250,8 @@ class StateMachine(MachineState):
         if name == "approach":
             assert self._run is not None
             refusal = angles_not_current(state) or outside_range(state, self._config)
-            if self._run.zero_order_hold:
-                refusal = refusal or too_far_from_start(state, self._run)
-            return refusal
+            check_way = too_far_from_start if self._run.zero_order_hold else way_leaves_limits
+            return refusal or check_way(state, self._run)
         if name == "reduce_range":
             assert self._run is not None
             return whole_range_only(self._run.end_feel) or range_at_minimum(self._run.range_override)

@@ -1,5 +1,6 @@
 """Defines a run: one recording from load to end, its setpoints and samples, and the patient's resistance."""
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 from typing import Final, Literal
@@ -34,6 +35,8 @@ _STEP_SHARE: Final = 0.8
 Overspeed is judged from averages over 0.1 s, so single steps may exceed the highest speed.
 """
 _ROUNDING_DEG: Final = 1e-9
+_WAY_SHARES: Final = np.linspace(0.0, 1.0, 33)[:, None]
+"""Places on a way at which its poses are checked."""
 _SAME_PLACE_S: Final = 1.0
 """Two places of resistance that are at most this far apart on the recording's clock count as the same place."""
 
@@ -145,6 +148,19 @@ class Run:
         settled = self._limits.settle(setpoint_deg, measured_deg, dt_s)
         self._update_bounds()
         return settled
+
+    def way_outwards_deg(self, here_deg: Sequence[float]) -> float:
+        """Return how far the straight way to the recording's start leads outwards beyond the limits of the pose, in deg.
+
+        A way that starts outside may only lead inwards.
+        """
+        here = np.array(here_deg)
+        outwards_deg, level_deg = 0.0, math.inf
+        for pose in (here + _WAY_SHARES * (self.trajectory.start_deg - here)).tolist():
+            beyond_deg = max(0.0, self._gate.beyond_deg(pose))
+            outwards_deg = max(outwards_deg, beyond_deg - level_deg)
+            level_deg = min(level_deg, beyond_deg)
+        return outwards_deg
 
     def pose_beyond_deg(self, setpoint_deg: Sequence[float]) -> float:
         """Return the distance in deg by which a setpoint exceeds the present limits of the pose; 0 or less inside them."""

@@ -251,6 +251,13 @@ TURN_APPARATUS_OR_CHOOSE: Final = message(
 RANGE_IS_LEAST: Final = message("range_is_least", "The range cannot be less than {least_percent:.0f} %.")
 PAUSE_OR_STOP: Final = message("pause_or_stop", "Pause, or stop.")
 STILL_STOPPING: Final = message("still_stopping", "The arm is slowing down.")
+WAY_LEAVES_LIMITS: Final = message(
+    "way_leaves_limits",
+    "The straight way to the start of the recording leads {outwards_deg:.0f} deg beyond the limits of the arm's pose.",
+)
+MOVE_CLOSER_BY_HAND: Final = message(
+    "move_closer_by_hand", "Move the arm by hand closer to the start of the recording."
+)
 MOTOR_DID_NOT_ANSWER: Final = message("motor_did_not_answer", "Motor {motor:d} did not answer just now.")
 OUTSIDE_RANGE: Final = message("outside_range", "Motor {motor:d} is at {angle_deg:.0f} deg, outside its range.")
 MOVE_BACK_BY_HAND: Final = message("move_back_by_hand", "Move the arm back by hand.")
