@@ -81,9 +81,12 @@ def test_half_an_axis_acceleration_is_reserved_for_feed_forward(loading: Loading
 
 
 def test_paper_method_may_use_the_whole_acceleration(loading: Loading) -> None:
-    """Samples that alternate by 9.9 deg: 1,980 deg/s2 at 10 Hz."""
-    stepping = angles(motor4=9.9 * (np.floor(TIMES_S * 10 + 0.5) % 2))
-    axes = tuple(msgspec.structs.replace(axis, max_acceleration_deg_s2=3600.0) for axis in StationConfig().axes)
+    """Samples that alternate by 7.9 deg: 1,580 deg/s2 at 10 Hz."""
+    stepping = angles(motor4=7.9 * (np.floor(TIMES_S * 10 + 0.5) % 2))
+    axes = tuple(
+        msgspec.structs.replace(axis, max_speed_deg_s=80.0, max_acceleration_deg_s2=2900.0)
+        for axis in StationConfig().axes
+    )
     assert loading(message(stepping, method="paper"), StationConfig(axes=axes)).refusal is None
     refusal = loading(message(stepping), StationConfig(axes=axes)).refusal
     assert refusal is not None

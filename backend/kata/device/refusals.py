@@ -19,7 +19,7 @@ from kata.motion.texts import SIDES
 _YIELD_DEG: Final = 0.5
 """Part of the gate's largest step that is left for a setpoint that yields to the patient."""
 
-_WAY_TOLERANCE_DEG: Final = 0.5
+_WAY_TOLERANCE_DEG: Final = 0.25
 """In 873 random approaches, 48 ended in a fault of the setpoint gate. The ways of all 48 led outwards by 0.66 deg or more."""
 
 _ALLOWED_IN: Final[dict[CommandName, tuple[Mode, ...]]] = {

@@ -35,7 +35,7 @@ _STEP_SHARE: Final = 0.8
 Overspeed is judged from averages over 0.1 s, so single steps may exceed the highest speed.
 """
 _ROUNDING_DEG: Final = 1e-9
-_WAY_SHARES: Final = np.linspace(0.0, 1.0, 33)[:, None]
+_WAY_SHARES: Final = np.linspace(0.0, 1.0, 129)[:, None]
 """Places on a way at which its poses are checked."""
 _SAME_PLACE_S: Final = 1.0
 """Two places of resistance that are at most this far apart on the recording's clock count as the same place."""
