@@ -3,8 +3,8 @@ one resource as JSON.
 """
 
 from collections.abc import Iterator
+from datetime import tzinfo
 from uuid import UUID
-from zoneinfo import ZoneInfo
 
 from kata.clinic.contraindications.kinds import KINDS
 from kata.clinic.contraindications.tables import ContraindicationRow
@@ -149,11 +149,11 @@ def _flag(row: EpisodeRow, kind: str, text: str) -> Resource:
     }
 
 
-def contraindication(row: ContraindicationRow, side: str | None, zone: ZoneInfo | None) -> Resource:
+def contraindication(row: ContraindicationRow, side: str | None, zone: tzinfo) -> Resource:
     """Return a contraindication as a Flag with the list's entry, the note, the permission and the end, as they were entered.
 
     It is a Flag because an entry of the list is a warning, whereas a Condition would state a diagnosis. ``side``: None if it concerns the
-    whole patient. ``zone``: time zone of the days in its text; None: this computer's.
+    whole patient. ``zone``: time zone of the days in its text.
     """
     known = KINDS.get(row.code)
     words = [f"{known.name if known else row.code}."]

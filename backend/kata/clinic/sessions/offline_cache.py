@@ -8,10 +8,9 @@ made elsewhere are detected at replay (:mod:`kata.clinic.sessions.replay`). Rest
 import threading
 import time
 from collections.abc import Callable, Iterable, Mapping
-from datetime import datetime, timedelta
+from datetime import UTC, datetime, timedelta, tzinfo
 from typing import Final
 from uuid import UUID
-from zoneinfo import ZoneInfo
 
 from sqlalchemy.orm import Session as DatabaseSession
 
@@ -40,7 +39,7 @@ class OfflineCache:
         database: Database,
         station: str,
         has_undelivered: Callable[[], bool] = lambda: False,
-        read_zone: Callable[[DatabaseSession], ZoneInfo | None] = lambda _: None,
+        read_zone: Callable[[DatabaseSession], tzinfo] = lambda _: UTC,
     ) -> None:
         """``has_undelivered`` returns True if the spool contains events that are not in the database yet. ``read_zone`` reads the clinic's
         time zone. Call :meth:`refresh` to fill the cache.
@@ -48,8 +47,8 @@ class OfflineCache:
         self._database, self._station, self._has_undelivered = database, station, has_undelivered
         self.read_zone = read_zone
         """Reads the clinic's time zone from the database."""
-        self.zone: ZoneInfo | None = None
-        """The clinic's time zone; None for that of this computer."""
+        self.zone: tzinfo = UTC
+        """The clinic's time zone; UTC until it is read."""
         self.lock = threading.RLock()
         """Held while an entry is read, changed and stored."""
         self._opened: dict[UUID, datetime] = {}

@@ -4539,7 +4539,7 @@ export interface components {
             phone: string;
             /**
              * Time Zone
-             * @description IANA name; empty: time zone of the service's computer, and of the browser on the page.
+             * @description IANA name; empty: none is set, and every day and time is of UTC.
              */
             time_zone: string;
             /**
@@ -4582,7 +4582,7 @@ export interface components {
             phone: string;
             /**
              * Time Zone
-             * @description IANA name; empty: time zone of the service's computer, and of the browser on the page.
+             * @description IANA name of the zone in which every day and time is stated.
              * @example Asia/Tokyo
              */
             time_zone: string;
@@ -6875,7 +6875,7 @@ export interface components {
             idle_s: number;
             /**
              * Time Zone
-             * @description Time zone of the clinic, in which the page shows days and times: IANA name; empty: the browser's.
+             * @description Time zone of the clinic, in which the page shows days and times: IANA name; empty: none is set, and the page shows UTC.
              */
             time_zone: string;
         };
@@ -18059,10 +18059,7 @@ export interface operations {
     };
     get_adherence: {
         parameters: {
-            query?: {
-                /** @description Offset from UTC, minutes. Days and weeks begin at the clinic's midnight; this offset counts only if the clinic has no time zone. */
-                utc_offset_minutes?: number;
-            };
+            query?: never;
             header?: never;
             path: {
                 episode_id: string;
@@ -18150,8 +18147,6 @@ export interface operations {
             query?: {
                 /** @description Panels of the chart rom beside each other; 1 for a narrow screen. */
                 columns?: number;
-                /** @description Offset from UTC, minutes. Days and weeks begin at the clinic's midnight; this offset counts only if the clinic has no time zone. */
-                utc_offset_minutes?: number;
             };
             header?: never;
             path: {
@@ -22352,10 +22347,7 @@ export interface operations {
     };
     get_worklist: {
         parameters: {
-            query?: {
-                /** @description Offset from UTC, minutes. Days and weeks begin at the clinic's midnight; this offset counts only if the clinic has no time zone. */
-                utc_offset_minutes?: number;
-            };
+            query?: never;
             header?: never;
             path?: never;
             cookie?: never;
@@ -22438,8 +22430,6 @@ export interface operations {
                 until?: string | null;
                 /** @description Count only this station. */
                 station?: string | null;
-                /** @description Offset from UTC, minutes. Days and weeks begin at the clinic's midnight; this offset counts only if the clinic has no time zone. */
-                utc_offset_minutes?: number;
             };
             header?: never;
             path?: never;
@@ -22521,8 +22511,6 @@ export interface operations {
                 until?: string | null;
                 /** @description Count only this station. */
                 station?: string | null;
-                /** @description Offset from UTC, minutes. Days and weeks begin at the clinic's midnight; this offset counts only if the clinic has no time zone. */
-                utc_offset_minutes?: number;
             };
             header?: never;
             path?: never;
@@ -22604,8 +22592,6 @@ export interface operations {
                 until?: string | null;
                 /** @description Count only this station. */
                 station?: string | null;
-                /** @description Offset from UTC, minutes. Days and weeks begin at the clinic's midnight; this offset counts only if the clinic has no time zone. */
-                utc_offset_minutes?: number;
             };
             header?: never;
             path?: never;
@@ -22687,8 +22673,6 @@ export interface operations {
                 until?: string | null;
                 /** @description Count only this station. */
                 station?: string | null;
-                /** @description Offset from UTC, minutes. Days and weeks begin at the clinic's midnight; this offset counts only if the clinic has no time zone. */
-                utc_offset_minutes?: number;
             };
             header?: never;
             path?: never;
