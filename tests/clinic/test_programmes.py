@@ -551,6 +551,39 @@ def test_a_week_is_preliminary_until_its_local_end(
     assert _week_status(clinic, zone) == status
 
 
+@pytest.mark.parametrize(
+    ("now", "is_open", "preliminary"),
+    [
+        # An open session in a week that has not ended.
+        ("2026-11-22T14:59:59Z", True, {"session": [True, False], "week": [True]}),
+        ("2026-11-22T14:59:59Z", False, {"session": [False, False], "week": [True]}),
+        ("2026-11-22T15:00:00Z", True, {"session": [True, False], "week": [True]}),
+        ("2026-11-22T15:00:00Z", False, {"session": [False, False], "week": [False]}),
+    ],
+)
+def test_the_table_marks_sessions_and_weeks_that_are_not_over(
+    clinic: Clinic,
+    monkeypatch: pytest.MonkeyPatch,
+    now: str,
+    is_open: bool,
+    preliminary: dict[str, list[bool]],
+) -> None:
+    _, visit_id = with_end_range_times(clinic)
+    monkeypatch.setattr(adherence, "utc_now", lambda: datetime.fromisoformat(now))
+    if is_open:
+        with clinic.database.write() as session:
+            session.get_one(SessionRow, visit_id).ended_at = None
+    with clinic.database.read() as session:
+        patient = patients.get(session, clinic.patient_id)
+        rows = list(patient_export._end_range_rows(session, patient, ClinicNames(zone=ZoneInfo("Asia/Tokyo"))))
+    of_week = [row for row in rows if row["begins_at"][:10] in ("2026-11-16", "2026-11-17")]
+    found = {kind: [row["preliminary"] for row in of_week if row["period"] == kind] for kind in preliminary}
+    assert found == preliminary
+    # The day of a week is the clinic's, and the time of a session is UTC.
+    zones = {row["period"]: row["time_zone"] for row in rows}
+    assert zones == {"session": "UTC", "week": "Asia/Tokyo"}
+
+
 def test_the_week_of_an_open_session_is_preliminary(clinic: Clinic, monkeypatch: pytest.MonkeyPatch) -> None:
     _, visit_id = with_end_range_times(clinic)
     monkeypatch.setattr(adherence, "utc_now", lambda: MONDAY + 30 * DAY)
