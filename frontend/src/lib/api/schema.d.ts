@@ -6339,6 +6339,11 @@ export interface components {
              *     ]
              */
             left_out: string[];
+            /**
+             * Left Out Further
+             * @description Number of further elements that were not imported.
+             */
+            left_out_further: number;
         };
         /**
          * Isolate
