@@ -534,6 +534,21 @@ def test_exports_have_prescribed_and_counted_end_range_times(clinic: Clinic) -> 
     assert of_week["effectivePeriod"] == {"start": "2026-11-16", "end": "2026-11-22"}
 
 
+def test_a_programme_ends_with_its_episode(clinic: Clinic) -> None:
+    episode_id, _ = with_end_range_times(clinic)
+    with clinic.database.write() as session:
+        session.get_one(EpisodeRow, episode_id).closed_at = MONDAY + 30 * DAY
+    with clinic.database.read() as session:
+        patient = patients.get(session, clinic.patient_id)
+        plans = [
+            found for found in bundle.resources(session, patient, ClinicNames()) if found["resourceType"] == "CarePlan"
+        ]
+    # The page does not let anybody play it any more, so that it is not stated as active.
+    assert [plan["status"] for plan in plans] == ["completed"]
+    assert [plan["period"]["end"] for plan in plans] == [(MONDAY + 30 * DAY).isoformat()]
+    assert {item["detail"]["status"] for plan in plans for item in plan["activity"]} == {"completed"}
+
+
 @pytest.mark.parametrize(
     ("now", "zone", "status"),
     [

@@ -197,11 +197,14 @@ def _bound(angle_deg: float | None) -> str:
 
 
 def care_plan(row: ProgrammeVersionRow, patient_id: UUID, reason: UUID | None) -> Resource:
-    """Return one version of a programme, for a Condition. The newest version is active; the next version has replaced each older one."""
+    """Return one version of a programme, for a Condition. The newest version is active until programme or episode end; the next version
+    has replaced each older one.
+    """
     versions = {version.number: version for version in row.programme.versions}
     before, after = versions.get(row.number - 1), versions.get(row.number + 1)
-    ended_at = after.made_at if after else row.programme.archived_at
-    status = "revoked" if after else "completed" if row.programme.archived_at else "active"
+    ends = [end for end in (row.programme.archived_at, row.programme.episode.closed_at) if end]
+    ended_at = after.made_at if after else min(ends, default=None)
+    status = "revoked" if after else "completed" if ends else "active"
     return without_empty(
         {
             "resourceType": "CarePlan",
