@@ -2,7 +2,7 @@
 
 import csv
 from collections.abc import Sequence
-from datetime import datetime, tzinfo
+from datetime import UTC, datetime, tzinfo
 from io import StringIO
 from typing import Any, Final
 from uuid import UUID
@@ -207,7 +207,8 @@ def as_csv(session: DatabaseSession, run_id: UUID) -> str:
     :raises ProblemError: 404; 409 when there is no curve.
     """
     run, row = end_feel.of_run(session, run_id)
-    curve = _drawn(run, row, zone=None)
+    # The table contains no day.
+    curve = _drawn(run, row, UTC)
     if curve is None:
         raise ProblemError(409, "no_curve", texts.END_FEEL_NO_CURVE(), texts.MEASURE_AGAIN())
     simulated = bool(service.get(session, run.session_id).simulated)
