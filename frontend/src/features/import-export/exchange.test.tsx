@@ -128,7 +128,7 @@ it("imports patients after file and shoulder are chosen", async () => {
   fireEvent.click(button());
   const text = await screen.findByTestId("imported");
   expect(text.textContent).toContain("Yamada Hanako, K-7");
-  expect(text.textContent).toContain("Not imported: Patient.telecom.2 further elements were not imported.");
+  expect(text.textContent).toContain("Not imported: Patient.telecom.Not imported either: 2 items.");
   expect(bring).toHaveBeenCalledWith("left", expect.any(File));
 });
 
