@@ -471,7 +471,7 @@ export interface paths {
         put?: never;
         /**
          * Record a contraindication
-         * @description Record a contraindication. It takes effect at the next load or teaching.
+         * @description Record a contraindication. It takes effect at the next teaching, load, approach or play. A running motion is not stopped.
          */
         post: operations["add_contraindication"];
         delete?: never;
@@ -2672,7 +2672,7 @@ export interface paths {
         put?: never;
         /**
          * Move to the start of the recording
-         * @description Switch torque on, move slowly to the recording's start, and hold there.
+         * @description Switch torque on, move slowly to the recording's start, and hold there. Refused if a contraindication forbids motion.
          */
         post: operations["approach"];
         delete?: never;
@@ -2692,7 +2692,7 @@ export interface paths {
         put?: never;
         /**
          * Play the recording
-         * @description Play from the current position on the path.
+         * @description Play from the current position on the path. Refused if a contraindication forbids motion.
          */
         post: operations["play"];
         delete?: never;
@@ -4989,6 +4989,11 @@ export interface components {
              * @description Null for a condition that concerns both shoulders.
              */
             episode_id: string | null;
+            /**
+             * Side
+             * @description The shoulder that it concerns, in this and every later episode; null: both.
+             */
+            side: ("left" | "right") | null;
             /** Note */
             note: string;
             /**
@@ -7992,7 +7997,7 @@ export interface components {
             shoulders: components["schemas"]["BannerShoulder"][];
             /**
              * Contraindications
-             * @description Present contraindications of the patient and of the open episodes. Those that stop motion come first.
+             * @description Unresolved contraindications, also of closed episodes. Those that stop motion come first.
              */
             contraindications: components["schemas"]["Contraindication"][];
         };
