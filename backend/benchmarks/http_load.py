@@ -99,8 +99,8 @@ LISTS: Final = (
     RequestKind("/api/events"),
     RequestKind("/api/events", {"station": "{station}"}),
     RequestKind("/api/notifications", administrator=True),
-    RequestKind("/api/worklist", {"utc_offset_minutes": "540"}),
-    RequestKind("/api/statistics/usage", {"by": "week", "utc_offset_minutes": "540"}, administrator=True),
+    RequestKind("/api/worklist"),
+    RequestKind("/api/statistics/usage", {"by": "week"}, administrator=True),
     RequestKind(
         "/api/statistics/usage", {"by": "day", "since": "{years_ago}", "station": "{station}"}, administrator=True
     ),

@@ -14,7 +14,7 @@ class ProblemError(Exception):
     :param code: stable code of the kind of problem, for programs. Several messages may have the same code.
     :param message: the problem in one sentence.
     :param next_step: what the user can do.
-    :param places: JSON pointer and message of each invalid field.
+    :param places: JSON pointer of each invalid field, or a Text that names its place, and the message.
     :param headers: headers of the answer, such as ``Retry-After`` in seconds.
     """
 

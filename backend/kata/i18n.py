@@ -228,7 +228,6 @@ _NAMES: Final = (
     "until",
     "updated_at",
     "username",
-    "utc_offset",
     "valid_days",
     "verification",
     "version",
@@ -293,7 +292,6 @@ _PLAIN_NAMES: Final = {
     "to": "destination",
     "until": "end date",
     "updated_at": "time of the last change",
-    "utc_offset": "difference from UTC",
     "verification": "certainty of the diagnosis",
 }
 """English name of a field whose identifier does not say what a form asks for."""

@@ -81,7 +81,8 @@ class Settings(BaseSettings):
     clinic_logo: Path | None = None
     """Logo in the head of printed reports: PNG or SVG, up to 256 kB."""
     clinic_time_zone: str = ""
-    """IANA name of the time zone of printed reports (``Asia/Tokyo``); empty: this computer's."""
+    """IANA name of the clinic's time zone (``Asia/Tokyo``), in which every day and time is stated. Empty: the named zone of the computer at
+    the first start; if it has none, UTC until an administrator sets a zone. All services on one database need the same value."""
     fhir_identifier_system: str = Field(default="", max_length=255)
     """URI that names the clinic's patient numbers in FHIR (JP Core: ``urn:oid:1.2.392.100495.20.3.51.1`` and the clinic's ten digits).
     Empty: a URI that is the same in every clinic that runs Kata.

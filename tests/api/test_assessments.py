@@ -119,3 +119,14 @@ def test_missing_record_is_not_found(client: TestClient, path: str) -> None:
 def test_nothing_is_entered_for_an_archived_patient(client: TestClient, patient: dict[str, Any], url: str) -> None:
     client.patch(f"/api/patients/{patient['id']}", json={"archived": True})
     problem(client.post(url, json=found()), 409, "archived")
+
+
+def test_no_assessment_is_before_birth(client: TestClient, patient: dict[str, Any], url: str) -> None:
+    born = {"birth_date": "2010-11-29"}
+    assert client.patch(f"/api/patients/{patient['id']}", json=born).status_code == 200
+    before = found(assessed_at="2005-01-01T00:00:00Z")
+    problem(client.post(url, json=before), 422, "before_birth")
+    made = client.post(url, json=found()).json()
+    change = {"updated_at": made["updated_at"], "assessed_at": before["assessed_at"]}
+    problem(client.patch(f"/api/assessments/{made['id']}", json=change), 422, "before_birth")
+    assert client.get(f"/api/assessments/{made['id']}").json()["assessed_at"] == made["assessed_at"]

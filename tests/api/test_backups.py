@@ -81,7 +81,7 @@ def test_due_backup_is_made_once_the_arm_is_free(clinic: tuple[Settings, Databas
         return asked[-1]
 
     async def night() -> None:
-        backups = Backups(settings, database, occupied, lambda: None)
+        backups = Backups(settings, database, occupied, lambda: UTC)
         async with backups.running_schedule(first_check_s=0.0, check_period_s=0.01), asyncio.timeout(LIMIT_S):
             while not (state := await backups.state()).items:  # noqa: ASYNC110
                 await asyncio.sleep(0.05)
@@ -101,7 +101,7 @@ def test_one_of_several_services_makes_the_nightly_backup(tmp_path: Path, servic
         (tmp_path / str(n)).mkdir()
     upgrade(databases[0])
     services = [
-        Backups(Settings(data=tmp_path / str(n), database_url=services_url), database, lambda: False, lambda: None)
+        Backups(Settings(data=tmp_path / str(n), database_url=services_url), database, lambda: False, lambda: UTC)
         for n, database in enumerate(databases)
     ]
 
@@ -130,7 +130,7 @@ def test_a_service_that_ends_takes_its_backup_along(clinic: tuple[Settings, Data
     settings, database = clinic
 
     async def short() -> None:
-        backups = Backups(settings, database, lambda: False, lambda: None)
+        backups = Backups(settings, database, lambda: False, lambda: UTC)
         async with backups.running_schedule(), asyncio.timeout(LIMIT_S):
             backups.begin("asked")
             with pytest.raises(ProblemError):

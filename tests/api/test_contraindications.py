@@ -9,12 +9,14 @@ from fastapi.testclient import TestClient
 from kata.clinic.banner import age_years
 from kata.clinic.contraindications.kinds import KINDS, kind_of
 from kata.clinic.episodes import stages
+from kata.clinic.sessions.offline_cache import OfflineCache
 from kata.motion.edit import PlaybackSettings
 from tests.support.audit_rows import audit_log
 from tests.support.preflight import go_through_checklist, teaching
 from tests.support.recordings import lifted, taught
 from tests.support.responses import problem
 from tests.support.station_api import accepted, until_mode
+from tests.support.station_commands import operate
 
 
 def recorded(client: TestClient, patient: dict[str, Any], code: str, **more: Any) -> dict[str, Any]:
@@ -173,3 +175,48 @@ def test_every_kind_says_what_it_does_and_why(client: TestClient) -> None:
     assert all(kind["source"] for kind in listed)
     # A code of another version is never harmless.
     assert kind_of("from_the_future").effect == "sign_off"
+
+
+def test_a_condition_of_an_earlier_episode_still_concerns_its_shoulder(
+    client: TestClient, patient: dict[str, Any]
+) -> None:
+    until_mode(client, "idle")
+    url = f"/api/patients/{patient['id']}/episodes"
+    (first,) = client.get(url).json()["items"]
+    tumour = recorded(client, patient, "tumour")
+    assert tumour["side"] == "right"
+    assert client.post(f"/api/episodes/{first['id']}/close", json={}).status_code == 200
+    banner = client.get(f"/api/patients/{patient['id']}/banner").json()
+    assert [found["code"] for found in banner["contraindications"]] == ["tumour"], "without an open episode"
+
+    assert client.post(url, json={"side": "right"}).status_code == 201
+    banner = client.get(f"/api/patients/{patient['id']}/banner").json()
+    assert [(found["code"], found["side"]) for found in banner["contraindications"]] == [("tumour", "right")]
+    teach = teaching(client, patient["id"])
+    problem(client.post("/api/station/teach", json=teach), 409, "contraindicated")
+    again = client.post(f"/api/patients/{patient['id']}/contraindications", json={"code": "tumour"})
+    problem(again, 409, "already_recorded")
+    # The other shoulder may have one of its own.
+    left = client.post(url, json={"side": "left"}).json()
+    recorded(client, patient, "tumour", episode_id=left["id"])
+
+
+@pytest.mark.parametrize("cached", [False, True])
+def test_a_condition_recorded_after_loading_stops_the_next_motion(
+    client: TestClient, patient: dict[str, Any], wanted: dict[str, Any], monkeypatch: pytest.MonkeyPatch, cached: bool
+) -> None:
+    if not cached:
+        # The record of a restricted patient is never cached.
+        monkeypatch.setattr(OfflineCache, "find_session", lambda *_: None)
+    accepted(client, "load", wanted)
+    fracture = recorded(client, patient, "fracture")
+    refused = problem(operate(client, "approach"), 409, "contraindicated")
+    assert "Fracture that has not united" in refused["detail"]
+    resolved(client, fracture)
+    accepted(client, "approach")
+    until_mode(client, "paused")
+    recorded(client, patient, "infection")
+    problem(operate(client, "play"), 409, "contraindicated")
+    # The way back stays open.
+    accepted(client, "return")
+    until_mode(client, "idle")

@@ -250,7 +250,7 @@ def test_outage_session_is_refused_beyond_cached_patients_or_limits(
         client.cookies.set(*next(iter(cookies.items())))
 
         # On the next day the cache has no patients of this day.
-        today = checks.today(None)
+        today = checks.today(UTC)
         with monkeypatch.context() as tomorrow:
             tomorrow.setattr(checks, "today", lambda _: today + timedelta(days=1))
             assert ready(client) == []

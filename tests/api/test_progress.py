@@ -37,4 +37,3 @@ def test_missing_data_is_reported(client: TestClient, patient: dict[str, Any]) -
     url = f"/api/episodes/{patient['episode_id']}/progress"
     problem(client.get(f"{url}/mood"), 422, "invalid")
     problem(client.get(f"{url}/rom?columns=3"), 422, "invalid")
-    problem(client.get(f"{url}/adherence?utc_offset_minutes=900"), 422, "invalid")

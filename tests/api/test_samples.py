@@ -135,6 +135,11 @@ def test_error_is_reported_with_line_and_column(
     # If the spline is too fast, its highest speed may be one line further.
     assert abs(int(found_line.removeprefix("line ")) - int(line.removeprefix("line "))) <= (1 if "jerk" in what else 0)
     assert first["detail"].startswith(what)
+    # The page translates the place by its code.
+    assert (first["field"], first["field_key"]["code"]) == (first["pointer"], "line_and_column")
+    assert first["field_key"]["params"]["line"] == int(found_line.removeprefix("line "))
+    assert first["field_key"]["params"]["column"]["text"] == column
+    assert bool(first["field_key"]["params"]["column"]["code"]) == column.startswith("after ")
 
 
 def test_up_to_twenty_wrong_lines_are_reported(client: TestClient, patient: dict[str, Any]) -> None:

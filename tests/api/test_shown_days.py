@@ -173,7 +173,6 @@ def addresses(database: Database) -> Iterator[tuple[str, str]]:
         query = {parameter["name"] for parameter in methods["get"].get("parameters", ()) if parameter["in"] == "query"}
         asked = ["language=en", "language=ja"] if "language" in query and not path.endswith(".pdf") else [""]
         fixed = [f"station={STATION}"] if "station" in query else []
-        fixed += ["utc_offset_minutes=540"] if "utc_offset_minutes" in query else []
         # The text of a PDF is that of the HTML report, so that one PDF of each kind shows the file's name.
         most = 1 if path.endswith(".pdf") else None
         for values in islice(product(*(dict.fromkeys(some[part]) for part in re.findall(r"\{(\w+)\}", path))), most):

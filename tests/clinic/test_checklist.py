@@ -86,7 +86,7 @@ def test_going_back_to_the_first_fixtures_asks_once_more() -> None:
     [(30, True), (10, True), (9, False), (None, False)],
 )
 def test_an_estop_test_counts_since_the_drives_are_verified(verified_ago_min: int | None, counts: bool) -> None:
-    now = max(datetime.now(UTC), checks.today(None).astimezone(UTC) + timedelta(minutes=11))
+    now = max(datetime.now(UTC), checks.today(UTC).astimezone(UTC) + timedelta(minutes=11))
     verified = None if verified_ago_min is None else now - timedelta(minutes=verified_ago_min)
     there = checks.ApparatusState("Station 1", pedal_answers=True, verified_since=verified)
     tested_at = now - timedelta(minutes=10)

@@ -119,7 +119,7 @@ def test_refused_run_leaves_nothing_behind(clinic: Clinic, recording: UUID) -> N
 def test_curves_hold_earlier_tests_and_figures(clinic: Clinic, recording: UUID, baseline: UUID) -> None:
     first, second = played(clinic, recording).run_id, played(clinic, recording).run_id
     with clinic.database.read() as session:
-        found = end_feel_results.curves(session, second, zone=None)
+        found = end_feel_results.curves(session, second, zone=UTC)
         assert [result.run_id for result in found.earlier] == [first]
         assert found.result.figures is not None and found.other_side is None
         assert found.figure is not None

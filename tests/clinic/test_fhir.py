@@ -25,6 +25,7 @@ from kata.database.base import utc_now
 from kata.database.engine import Database
 from kata.interop.codes import CLINIC_NUMBER, LOCAL, LOCAL_CODES, NAME_REPRESENTATION, PAIN, ClinicNames, local_codes
 from kata.interop.fhir_import import FhirImportError, read_patients
+from kata.messages import key_of
 from tests.support.fhir_bundle import Json, everything, exported, judged, of_kind
 from tests.support.fhir_patient import KANA, NAME, NUMBER, treated
 
@@ -697,7 +698,7 @@ def test_import_names_omitted_elements() -> None:
         ({"identifier": []}, "Patient.identifier", "must contain the patient's clinic number"),
         ({"identifier": [{"value": "1"}, {"value": "2"}]}, "Patient.identifier", "several numbers; mark the clinic's number with type MR"),
         ({"identifier": [{"value": 7}]}, "Patient.identifier[0].value", "must be a text"),
-        ({"identifier": [{"value": "x" * 33}]}, "Patient.identifier[0].value", "string should have at most 32"),
+        ({"identifier": [{"value": "x" * 33}]}, "Patient.identifier[0].value", "must have 32 characters or fewer"),
         ({"identifier": "K-7"}, "Patient.identifier", "must be a list of objects"),
         ({"name": []}, "Patient.name", "must have a name"),
         ({"name": [{"use": "old", "text": "Ito"}]}, "Patient.name", "must have a name"),
@@ -721,7 +722,9 @@ def test_unsupported_element_is_refused_by_its_path(change: Json, path: str, wha
     with pytest.raises(FhirImportError) as caught:
         read_patients(incoming(**change), "left")
     assert [where for where, _ in caught.value.places] == [path]
-    assert caught.value.places[0][1].startswith(what)
+    reason = caught.value.places[0][1]
+    assert reason.startswith(what)
+    assert key_of(reason), "the page translates it by its code"
 
 
 def test_every_bundle_path_is_reported_and_patients_are_required() -> None:

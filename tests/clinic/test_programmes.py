@@ -534,6 +534,21 @@ def test_exports_have_prescribed_and_counted_end_range_times(clinic: Clinic) -> 
     assert of_week["effectivePeriod"] == {"start": "2026-11-16", "end": "2026-11-22"}
 
 
+def test_a_programme_ends_with_its_episode(clinic: Clinic) -> None:
+    episode_id, _ = with_end_range_times(clinic)
+    with clinic.database.write() as session:
+        session.get_one(EpisodeRow, episode_id).closed_at = MONDAY + 30 * DAY
+    with clinic.database.read() as session:
+        patient = patients.get(session, clinic.patient_id)
+        plans = [
+            found for found in bundle.resources(session, patient, ClinicNames()) if found["resourceType"] == "CarePlan"
+        ]
+    # The page does not let anybody play it any more, so that it is not stated as active.
+    assert [plan["status"] for plan in plans] == ["completed"]
+    assert [plan["period"]["end"] for plan in plans] == [(MONDAY + 30 * DAY).isoformat()]
+    assert {item["detail"]["status"] for plan in plans for item in plan["activity"]} == {"completed"}
+
+
 @pytest.mark.parametrize(
     ("now", "zone", "status"),
     [
@@ -549,6 +564,39 @@ def test_a_week_is_preliminary_until_its_local_end(
     with_end_range_times(clinic)
     monkeypatch.setattr(adherence, "utc_now", lambda: datetime.fromisoformat(now))
     assert _week_status(clinic, zone) == status
+
+
+@pytest.mark.parametrize(
+    ("now", "is_open", "preliminary"),
+    [
+        # An open session in a week that has not ended.
+        ("2026-11-22T14:59:59Z", True, {"session": [True, False], "week": [True]}),
+        ("2026-11-22T14:59:59Z", False, {"session": [False, False], "week": [True]}),
+        ("2026-11-22T15:00:00Z", True, {"session": [True, False], "week": [True]}),
+        ("2026-11-22T15:00:00Z", False, {"session": [False, False], "week": [False]}),
+    ],
+)
+def test_the_table_marks_sessions_and_weeks_that_are_not_over(
+    clinic: Clinic,
+    monkeypatch: pytest.MonkeyPatch,
+    now: str,
+    is_open: bool,
+    preliminary: dict[str, list[bool]],
+) -> None:
+    _, visit_id = with_end_range_times(clinic)
+    monkeypatch.setattr(adherence, "utc_now", lambda: datetime.fromisoformat(now))
+    if is_open:
+        with clinic.database.write() as session:
+            session.get_one(SessionRow, visit_id).ended_at = None
+    with clinic.database.read() as session:
+        patient = patients.get(session, clinic.patient_id)
+        rows = list(patient_export._end_range_rows(session, patient, ClinicNames(zone=ZoneInfo("Asia/Tokyo"))))
+    of_week = [row for row in rows if row["begins_at"][:10] in ("2026-11-16", "2026-11-17")]
+    found = {kind: [row["preliminary"] for row in of_week if row["period"] == kind] for kind in preliminary}
+    assert found == preliminary
+    # The day of a week is the clinic's, and the time of a session is UTC.
+    zones = {row["period"]: row["time_zone"] for row in rows}
+    assert zones == {"session": "UTC", "week": "Asia/Tokyo"}
 
 
 def test_the_week_of_an_open_session_is_preliminary(clinic: Clinic, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -7,12 +7,13 @@ import msgspec
 import numpy as np
 import pytest
 
+from kata.device.config import StationConfig
 from kata.device.ipc_messages import Approach, Load, Play
 from kata.device.journal import JournalDisk, JournalWriter
 from kata.device.references import Reference, build
 from kata.device.run import Run
 from kata.device.setpoint_gate import refused_setpoints
-from kata.motion.axes import N_AXES
+from kata.motion.axes import N_AXES, Side
 from kata.motion.linkage import Floats, motor_angles_deg, pose_deg
 from kata.motion.pose_gate import PoseGate
 from kata.motion.reach import ArmLimits
@@ -28,14 +29,16 @@ log = logging.getLogger(__name__)
 LAGGING = station(lag_s=0.1, lag2_s2=0.003, friction_deg=0.5)
 TIMES_S = np.arange(0.0, 4.001, 0.01)
 NINETY = ArmLimits(side_deg=90.0, front_deg=90.0)
+SIDES: tuple[Side, ...] = ("right", "left")
 _EXACT_DEG = 0.15
 """The gate tolerates 0.1 deg; the oracle uses the links themselves and not the fit."""
 
 
-def asked(poses: Floats, arm: ArmLimits | None) -> Load:
-    motors = motor_angles_deg(poses)
+def asked(poses: Floats, arm: ArmLimits | None, side: Side = "right") -> Load:
+    motors = motor_angles_deg(poses, side)
     return msgspec.structs.replace(
         LOAD,
+        side=side,
         times_s=TIMES_S[: len(poses)].astype("<f8").tobytes(),
         angles_deg=motors.astype("<f8").tobytes(),
         arm_limits=arm,
@@ -125,8 +128,8 @@ def test_setpoint_beyond_the_pose_limits_is_a_fault(tmp_path: Path, monkeypatch:
 # -- properties -------------------------------------------------------------------------------------------------------
 
 
-def a_run(folder: Path, load: Load, trajectory: Trajectory) -> Run:
-    return Run(load, trajectory, JournalWriter(folder, HEADER, JournalDisk()), LAGGING)
+def a_run(folder: Path, load: Load, trajectory: Trajectory, config: StationConfig) -> Run:
+    return Run(load, trajectory, JournalWriter(folder, HEADER, JournalDisk()), config)
 
 
 def random_path(rng: np.random.Generator) -> Floats:
@@ -138,24 +141,25 @@ def random_path(rng: np.random.Generator) -> Floats:
     return poses
 
 
-def play_randomly(folder: Path, rng: np.random.Generator) -> tuple[int, str]:
-    """Play one random path with pauses, reversals and a reduced range, and check each setpoint. Return their number and
-    the result.
+def play_randomly(folder: Path, rng: np.random.Generator, side: Side) -> tuple[int, str]:
+    """Play one random path of one arm with pauses, reversals and a reduced range, and check each setpoint. Return their number
+    and the result.
     """
+    config = msgspec.structs.replace(LAGGING, side=side)
     poses, arm = random_path(rng), random_limits(rng) if rng.random() < 0.7 else None
-    truth = true_beyond_deg(poses, "right", None)
-    beyond = float(truth.max()) - LAGGING.pose_tolerance_deg
+    truth = true_beyond_deg(poses, side, None)
+    beyond = float(truth.max()) - config.pose_tolerance_deg
     if arm:
-        beyond = max(beyond, float(true_beyond_deg(poses, "right", arm).max()))
-    load = asked(poses, arm)
-    found = build(load, LAGGING)
+        beyond = max(beyond, float(true_beyond_deg(poses, side, arm).max()))
+    load = asked(poses, arm, side)
+    found = build(load, config)
     if not isinstance(found, Reference):
         if "its limit is" in found.message:
             assert beyond > -0.5, f"refused {-beyond:.2f} deg inside: {found.message}"
             return 0, "refused"
         return 0, "other limit"
     assert beyond < _EXACT_DEG, f"accepted {beyond:.2f} deg beyond"
-    run = a_run(folder, load, found.trajectory)
+    run = a_run(folder, load, found.trajectory, config)
     run.start_path(found.trajectory.start_deg)
     movement = run.movement_along(found.trajectory, direction=1)
     setpoints = [tuple(found.trajectory.start_deg.tolist())]
@@ -171,15 +175,16 @@ def play_randomly(folder: Path, rng: np.random.Generator) -> tuple[int, str]:
         assert refused == [], f"{refused} after {len(setpoints)} setpoints"
         setpoints.append(setpoint)
         movement.advance(0.01)
-    reached = pose_deg(np.array(setpoints))
-    assert true_beyond_deg(reached, "right", None).max() <= LAGGING.pose_tolerance_deg + _EXACT_DEG
-    assert arm is None or true_beyond_deg(reached, "right", arm).max() <= _EXACT_DEG
+    reached = pose_deg(np.array(setpoints), side)
+    assert true_beyond_deg(reached, side, None).max() <= config.pose_tolerance_deg + _EXACT_DEG
+    assert arm is None or true_beyond_deg(reached, side, arm).max() <= _EXACT_DEG
     return len(setpoints), "played"
 
 
-def test_no_setpoint_of_a_random_path_leaves_the_limits(tmp_path: Path) -> None:
-    rng = np.random.default_rng(11)
-    results = [play_randomly(tmp_path, rng)[1] for _ in range(40)]
+@pytest.mark.parametrize("side", SIDES)
+def test_no_setpoint_of_a_random_path_leaves_the_limits(tmp_path: Path, side: Side) -> None:
+    rng = np.random.default_rng([11, SIDES.index(side)])
+    results = [play_randomly(tmp_path, rng, side)[1] for _ in range(40)]
     assert results.count("played") > 3
     assert results.count("refused") > 3
 
@@ -207,17 +212,29 @@ def test_no_pose_is_wrongly_allowed_or_refused() -> None:
     assert min(allowed, refused) > 200
 
 
-@pytest.mark.campaign
-@pytest.mark.timeout(0)
-def test_a_million_poses_and_setpoints_stay_inside(tmp_path: Path) -> None:
-    rng = np.random.default_rng(13)
-    allowed, refused = check_poses(rng, 1_000_000)
+def play_many(folder: Path, rng: np.random.Generator, side: Side, least: int) -> tuple[int, dict[str, int]]:
+    """Play random paths of one arm until at least so many setpoints were checked. Return their number and the paths by result."""
     results: dict[str, int] = {}
     setpoints = 0
-    while setpoints < 1_000_000:
-        count, result = play_randomly(tmp_path, rng)
+    while setpoints < least:
+        count, result = play_randomly(folder, rng, side)
         setpoints += count
         results[result] = results.get(result, 0) + 1
-    log.info("%d poses allowed, %d refused; %d setpoints, paths %s", allowed, refused, setpoints, results)
+    return setpoints, results
+
+
+@pytest.mark.campaign
+@pytest.mark.timeout(0)
+def test_a_million_poses_are_neither_wrongly_allowed_nor_refused() -> None:
+    allowed, refused = check_poses(np.random.default_rng(13), 1_000_000)
+    log.info("%d poses allowed, %d refused", allowed, refused)
     assert min(allowed, refused) > 50_000
+
+
+@pytest.mark.campaign
+@pytest.mark.timeout(0)
+@pytest.mark.parametrize("side", SIDES)
+def test_a_million_setpoints_of_each_arm_stay_inside(tmp_path: Path, side: Side) -> None:
+    setpoints, results = play_many(tmp_path, np.random.default_rng([13, SIDES.index(side)]), side, 1_000_000)
+    log.info("%s arm: %d setpoints, paths %s", side, setpoints, results)
     assert min(results["played"], results["refused"]) > 100

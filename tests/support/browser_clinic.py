@@ -38,7 +38,9 @@ class Clinic:
         """Without ``database_url``, the database is a file in ``folder``. ``program``: what Python runs."""
         self._program = program
         self.cookie = signed_in_at(folder, database_url=database_url)
-        self._environment = os.environ | ({"KATA_DATABASE_URL": database_url} if database_url else {})
+        # A named zone, so that the page has no note about a missing one.
+        zone = {"KATA_CLINIC_TIME_ZONE": "UTC"}
+        self._environment = zone | os.environ | ({"KATA_DATABASE_URL": database_url} if database_url else {})
         self.port = free_port()
         self.url = f"http://127.0.0.1:{self.port}"
         self._folder = folder

@@ -46,7 +46,9 @@ def running(folder: Path, role: Role = "administrator", **settings: Any) -> Iter
     """Run the service during the context, signed in with this role."""
     if "database_url" not in settings and not (folder / "kata.db").exists():
         upgraded_file(folder / "kata.db")
-    given: dict[str, Any] = {"data": folder, "simulate": True, "allowed_hosts": "testserver"} | settings
+    # A named zone, so that a test does not depend on the computer's.
+    usual = {"data": folder, "simulate": True, "allowed_hosts": "testserver", "clinic_time_zone": "UTC"}
+    given: dict[str, Any] = usual | settings
     app = create_app(Settings(**given))
     with TestClient(app, client=("127.0.0.1", 50_000)) as client:
         client.cookies.set(COOKIE, signed_in(app.state.services.database, role))

@@ -56,6 +56,7 @@ def install(app: FastAPI) -> None:
                 pointer=where,
                 field=where.removeprefix("#/").replace("_", " ") if where.startswith("#/") else where,
                 detail=what,
+                field_key=TextKey.of(where),
                 detail_key=TextKey.of(what),
             )
             for where, what in error.places

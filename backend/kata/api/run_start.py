@@ -98,7 +98,9 @@ async def send_load(
     :raises ProblemError: when the device refuses. The run is then removed.
     """
     run = begun.run
-    occupation = Occupation(str(run.id), begun.patient, run.recording_name, run.session_id, changes, begun.end_range)
+    occupation = Occupation(
+        str(run.id), begun.patient, run.recording_name, run.session_id, changes, begun.end_range, begun.side
+    )
     never_begun = partial(stores.event_spool.put_not_begun, "run", run.id)
     refusal = await station.command(command, occupation, by=here, refused_late=never_begun)
     if refusal:

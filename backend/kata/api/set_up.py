@@ -5,14 +5,14 @@ import logging
 from collections.abc import Awaitable, Callable
 from contextlib import AsyncExitStack, suppress
 from dataclasses import dataclass
-from datetime import datetime, timedelta
+from datetime import datetime, timedelta, tzinfo
 from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Final
 from uuid import UUID
-from zoneinfo import ZoneInfo
 
 import msgspec
+from sqlalchemy.exc import IntegrityError
 
 from kata import __version__
 from kata.actor import by_program
@@ -193,8 +193,8 @@ def _letterhead(settings: Settings) -> letterhead.Letterhead:
         return read(None)
 
 
-def clinic_time_zone(settings: Settings, database: Database) -> ZoneInfo | None:
-    """Return the clinic's time zone, or None for that of this computer."""
+def clinic_time_zone(settings: Settings, database: Database) -> tzinfo:
+    """Return the clinic's time zone: UTC if none is set."""
     with database.read() as session:
         return profile.time_zone(session, settings)
 
@@ -220,9 +220,16 @@ async def set_up_storage(settings: Settings, stack: AsyncExitStack) -> Storage:
     audit_log = await asyncio.to_thread(AuditLog, database, anchor, event_spool, copy=copy, data=settings.data)
     stack.push_async_callback(asyncio.to_thread, audit_log.close)
     database.monitor.on_back = partial(_record_outage, audit_log)
+    await asyncio.to_thread(_adopt_computer_zone, settings, database)
     # Events of the previous service are stored before new ones.
     await asyncio.to_thread(event_spool.until_taken, _SPOOL_DELIVERY_LIMIT_S)
     return Storage(database, event_spool, audit_log)
+
+
+def _adopt_computer_zone(settings: Settings, database: Database) -> None:
+    # Another service that starts on the same database stores a zone at the same time.
+    with suppress(IntegrityError), by_program("adopt_time_zone"), database.write() as session:
+        profile.adopt_computer_zone(session, settings)
 
 
 async def set_up_authentication(

@@ -1,5 +1,6 @@
 """Routes for the station: the therapist's commands. Each writes its records before it sends the command."""
 
+from contextlib import suppress
 from functools import partial
 from typing import Annotated, Any, Final
 from uuid import UUID, uuid4
@@ -15,7 +16,7 @@ from kata.api.errors import refused
 from kata.api.lease_dependencies import Operator, Watcher, record_takeover
 from kata.api.live_view import LiveStateView
 from kata.api.redaction import Redaction
-from kata.api.run_start import BegunRun, TheRunStores, send_load, writing
+from kata.api.run_start import BegunRun, RunStores, TheRunStores, send_load, writing
 from kata.api.services import services_of
 from kata.api.simulator_router import AnySimulation
 from kata.api.stopping import stop_by_user
@@ -335,14 +336,16 @@ async def unload(station: TheStation, here: Operator) -> Accepted:
 
 
 @router.post("/approach", responses=_GUARDED, summary="Move to the start of the recording")
-async def approach(station: TheStation, guard: Guarded, here: Operator) -> Accepted:
-    """Switch torque on, move slowly to the recording's start, and hold there."""
+async def approach(station: TheStation, stores: TheRunStores, guard: Guarded, here: Operator) -> Accepted:
+    """Switch torque on, move slowly to the recording's start, and hold there. Refused if a contraindication forbids motion."""
+    await _refuse_contraindicated(station, stores)
     return await _send(station, ipc_messages.Approach(stops=guard.stops, expires_ns=guard.expires_ns), here)
 
 
 @router.post("/play", responses=_GUARDED, summary="Play the recording")
-async def play(station: TheStation, guard: Guarded, here: Operator) -> Accepted:
-    """Play from the current position on the path."""
+async def play(station: TheStation, stores: TheRunStores, guard: Guarded, here: Operator) -> Accepted:
+    """Play from the current position on the path. Refused if a contraindication forbids motion."""
+    await _refuse_contraindicated(station, stores)
     return await _send(station, ipc_messages.Play(stops=guard.stops, expires_ns=guard.expires_ns), here)
 
 
@@ -389,6 +392,28 @@ async def release_torque(station: TheStation, guard: Guarded, here: Operator) ->
 async def acknowledge(station: TheStation, guard: Guarded, here: Operator) -> Accepted:
     """Acknowledge a stop whose causes have cleared. This starts no motion."""
     return await _send(station, ipc_messages.Acknowledge(stops=guard.stops, expires_ns=guard.expires_ns), here)
+
+
+async def _refuse_contraindicated(station: Station, stores: RunStores) -> None:
+    """Check the contraindications of the loaded run's shoulder once more: one may have been recorded after the load.
+
+    The cached record is used, so that no motion waits for the database. The cache learns a change at this station at once, and one of another
+    computer within seconds. Only a restricted record, which is never cached, is read from the database.
+    """
+    occupation = station.occupation
+    if occupation is None or occupation.session_id is None or occupation.side is None:
+        return
+    known = stores.offline_sessions.cache.find_session(occupation.session_id)
+    if known:
+        contraindications.check(known.banner.contraindications_of(occupation.side))
+    else:
+        with suppress(DatabaseUnavailableError):
+            await run_in_threadpool(_require_none, stores.database, occupation.patient.id, occupation.side)
+
+
+def _require_none(database: Database, patient_id: UUID, side: Side) -> None:
+    with database.read() as session:
+        contraindications.require_none(session, patient_id, side)
 
 
 def _refuse_by_mode(station: Station, name: ipc_messages.CommandName) -> None:

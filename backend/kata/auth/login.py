@@ -230,7 +230,7 @@ class Me(Schema):
     demonstration: bool = Field(description="True if the user signed in by a link of the demonstration clinic.")
     idle_s: float = Field(ge=0, description="The screen locks after this many seconds without user activity.")
     time_zone: str = Field(
-        description="Time zone of the clinic, in which the page shows days and times: IANA name; empty: the browser's."
+        description="Time zone of the clinic, in which the page shows days and times: IANA name; empty: none is set, and the page shows UTC."
     )
 
 

@@ -10,11 +10,10 @@ import sys
 import threading
 from collections.abc import AsyncIterator, Callable, Mapping
 from contextlib import asynccontextmanager
-from datetime import datetime
+from datetime import datetime, tzinfo
 from pathlib import Path
 from typing import Annotated, Final, Literal, Protocol
 from uuid import UUID, uuid4
-from zoneinfo import ZoneInfo
 
 from fastapi import APIRouter, Depends, Request
 from pydantic import Field
@@ -99,12 +98,12 @@ class Backups:
         settings: Settings,
         database: Database,
         occupied: Callable[[], bool],
-        time_zone: Callable[[], ZoneInfo | None],
+        time_zone: Callable[[], tzinfo],
     ) -> None:
         """Prepare the backups.
 
         :param occupied: returns True while motors have torque. A nightly backup waits until it returns False.
-        :param time_zone: returns the clinic's time zone, or None for this computer's time zone.
+        :param time_zone: returns the clinic's time zone.
         """
         self._time_zone = time_zone
         self._settings = settings

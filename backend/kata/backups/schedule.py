@@ -1,9 +1,8 @@
 """The times of nightly backups, and the lock that lets one service of a database make them."""
 
 from contextlib import ExitStack
-from datetime import datetime, time, timedelta
+from datetime import datetime, time, timedelta, tzinfo
 from typing import Final
-from zoneinfo import ZoneInfo
 
 from sqlalchemy import func, select
 
@@ -33,22 +32,22 @@ def night_lock(database: Database) -> ExitStack | None:
     return None
 
 
-def due(now: datetime, at: str, zone: ZoneInfo | None, made_at: datetime | None, tried_at: datetime | None) -> bool:
+def due(now: datetime, at: str, zone: tzinfo, made_at: datetime | None, tried_at: datetime | None) -> bool:
     """Return whether a backup is due: the newest usable backup is older than the last time of day ``at``, and there was no recent attempt.
 
-    :param zone: time zone of the clinic, or None for this computer's.
+    :param zone: time zone of the clinic.
     """
     if at == "never" or (tried_at is not None and tried_at > now - RETRY_AFTER):
         return False
     return made_at is None or made_at < _times_around(now, at, zone)[0]
 
 
-def next_at(now: datetime, at: str, zone: ZoneInfo | None) -> datetime | None:
+def next_at(now: datetime, at: str, zone: tzinfo) -> datetime | None:
     """Return the next time at the time of day ``at``, or None if ``at`` is ``never``."""
     return None if at == "never" else _times_around(now, at, zone)[1]
 
 
-def _times_around(now: datetime, at: str, zone: ZoneInfo | None) -> tuple[datetime, datetime]:
+def _times_around(now: datetime, at: str, zone: tzinfo) -> tuple[datetime, datetime]:
     """Return the last and the next time at the time of day ``at`` in the clinic's time zone."""
     local = now.astimezone(zone)
     days = [local.date() + timedelta(days=days) for days in (-1, 0, 1)]

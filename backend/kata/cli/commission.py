@@ -13,6 +13,7 @@ from msgspec import structs
 
 from kata.cli.commission_gains import GAINS_KEYS, choice_of, review_lines
 from kata.cli.commission_lines import LineFrontEnd, LineTechnician
+from kata.clinic.profile.computer_zone import computer_zone
 from kata.commissioning import texts
 from kata.commissioning.gains_review import GainsChoice, GainsReview
 from kata.commissioning.procedure import (
@@ -280,4 +281,5 @@ def _report_of(record: CommissioningRecord) -> bytes:
         )
     except letterhead.LetterheadError as error:
         fail(str(error))
-    return commissioning_pdf(record, PrintOptions(head, "en", settings.clinic_time_zone, datetime.now(UTC)))
+    zone = settings.clinic_time_zone or computer_zone()
+    return commissioning_pdf(record, PrintOptions(head, "en", zone, datetime.now(UTC)))

@@ -37,17 +37,12 @@ class PatientBanner(Schema):
     clinic_number: str
     shoulders: list[BannerShoulder] = Field(description="Shoulders with an open episode.")
     contraindications: list[Contraindication] = Field(
-        description="Present contraindications of the patient and of the open episodes. Those that stop motion come first."
+        description="Unresolved contraindications, also of closed episodes. Those that stop motion come first."
     )
 
     def contraindications_of(self, side: Side) -> list[Contraindication]:
         """Return the contraindications that concern this shoulder."""
-        here = {shoulder.episode_id for shoulder in self.shoulders if shoulder.side == side}
-        return [
-            contraindication
-            for contraindication in self.contraindications
-            if contraindication.episode_id is None or contraindication.episode_id in here
-        ]
+        return contraindications.of_shoulder(self.contraindications, side)
 
 
 def of_patient(session: Session, patient: PatientRow, today: date) -> PatientBanner:
@@ -61,7 +56,7 @@ def of_patient(session: Session, patient: PatientRow, today: date) -> PatientBan
         age_years=age_years(patient.birth_date, today) if patient.birth_date else None,
         clinic_number=patient.clinic_number,
         shoulders=[_shoulder(episode) for episode in open_episodes],
-        contraindications=contraindications.present(session, patient.id, [episode.id for episode in open_episodes]),
+        contraindications=contraindications.present(session, patient.id),
     )
 
 

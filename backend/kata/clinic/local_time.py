@@ -1,35 +1,34 @@
 """Days of the clinic's time zone. Its offset from UTC changes when summer time begins and ends.
 
-A clinic without a time zone has these days instead (``zone`` is None, or the zone that ``clinic/profile/zone.py`` makes):
-
-- In reports, exports, texts of checks and the schedule of backups: the days of the service's computer.
-- On the page and in the routes whose weeks and days it shows: the days of the browser, by one offset from UTC, so that a day across a change
-  of summer time begins an hour early or late.
-
-Set the clinic's time zone, so that all of them are the same.
+Every day, week and time of day uses this zone, and never that of the service's computer or of the browser (decision 0033).
 """
 
 from collections.abc import Iterator
 from datetime import UTC, date, datetime, time, timedelta, tzinfo
 from typing import Final
+from zoneinfo import ZoneInfo
 
 _STEP: Final = timedelta(days=7)
 _EXACT: Final = timedelta(seconds=1)
 
 
-def midnight(day: date, zone: tzinfo | None) -> datetime:
-    """Return the time in UTC at which a day begins. ``zone``: None for this computer's."""
-    local = datetime.combine(day, time())
-    return (local.replace(tzinfo=zone) if zone else local).astimezone(UTC)
+def zone_of(name: str) -> tzinfo:
+    """Return the time zone with this IANA name. Empty: UTC."""
+    return ZoneInfo(name) if name else UTC
 
 
-def offset_minutes(at: datetime, zone: tzinfo | None) -> int:
+def midnight(day: date, zone: tzinfo) -> datetime:
+    """Return the time in UTC at which a day begins."""
+    return datetime.combine(day, time(), tzinfo=zone).astimezone(UTC)
+
+
+def offset_minutes(at: datetime, zone: tzinfo) -> int:
     """Return the offset of a time zone from UTC at a time."""
     offset = at.astimezone(zone).utcoffset()
     return round(offset.total_seconds() / 60) if offset else 0
 
 
-def offset_changes(since: datetime, until: datetime, zone: tzinfo | None) -> Iterator[tuple[datetime, int]]:
+def offset_changes(since: datetime, until: datetime, zone: tzinfo) -> Iterator[tuple[datetime, int]]:
     """Yield each time within a span, both in UTC, at which the offset changes, with the offset in minutes before it.
 
     Two changes within a week that cancel each other are not found.
@@ -43,7 +42,7 @@ def offset_changes(since: datetime, until: datetime, zone: tzinfo | None) -> Ite
         begin = end
 
 
-def _change(begin: datetime, end: datetime, before: int, zone: tzinfo | None) -> datetime:
+def _change(begin: datetime, end: datetime, before: int, zone: tzinfo) -> datetime:
     """Return the first second with another offset, by bisection."""
     while end - begin > _EXACT:
         middle = (begin + (end - begin) / 2).replace(microsecond=0)

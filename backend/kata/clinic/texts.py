@@ -73,6 +73,9 @@ ONSET_BEFORE_BIRTH: Final = message(
 STAGE_BEFORE_BIRTH: Final = message(
     "stage_before_birth", "The day of the stage is before the patient's birth date, {birth_date:name}."
 )
+ASSESSMENT_BEFORE_BIRTH: Final = message(
+    "assessment_before_birth", "The assessment is before the patient's birth date, {birth_date:name}."
+)
 CORRECT_DAY_OR_BIRTH_DATE: Final = message("correct_day_or_birth_date", "Correct the day, or the birth date.")
 END_FIRST: Final = message("end_first", "End the session first.")
 MEND_FILE: Final = message("mend_file", "Correct the file and try again.")

@@ -140,9 +140,9 @@ class ServiceDriver:
         )
         stores = RunStores(self.database, self._event_spool, self._offline_sessions)
         run = await commands.load(self.station, stores, self._apparatus(), self.browser, wanted)
-        await commands.approach(self.station, await self._guard(), self.browser)
+        await commands.approach(self.station, stores, await self._guard(), self.browser)
         await self.until_mode({"paused"}, "Moving to the start", _SPARE_S)
-        await commands.play(self.station, await self._guard(), self.browser)
+        await commands.play(self.station, stores, await self._guard(), self.browser)
         await self.until_mode({"returning", "idle"}, "Playing back", recording.duration_s)
         await self.until_mode({"idle"}, "Moving back", _SPARE_S)
 

@@ -130,7 +130,7 @@ def resources(session: Session, patient: PatientRow, clinic: ClinicNames) -> Ite
         yield from _end_range_times(session, episode, clinic.zone)
 
 
-def _end_range_times(session: Session, episode: EpisodeRow, zone: tzinfo | None) -> Iterator[Resource]:
+def _end_range_times(session: Session, episode: EpisodeRow, zone: tzinfo) -> Iterator[Resource]:
     for time in adherence.end_range_times(session, episode.id, zone):
         resource = fhir_observations.end_range(time, episode)
         yield simulated(resource) if time.is_simulated else resource

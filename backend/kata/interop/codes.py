@@ -7,10 +7,9 @@ addresses of ours are OIDs under 2.25, which are UUIDs that need no registration
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field
-from datetime import date, datetime
+from datetime import UTC, date, datetime, tzinfo
 from typing import Any, Final
 from uuid import UUID, uuid5
-from zoneinfo import ZoneInfo
 
 from kata.clinic.assessments.rom import KINDS, MEASURES, measure_of
 from kata.clinic.contraindications.kinds import KINDS as CONTRAINDICATIONS
@@ -155,8 +154,8 @@ class ClinicNames:
     """Identifier system of the clinic's patient numbers."""
     profiles: Mapping[str, str] = field(default_factory=dict)
     """By type of resource, the canonical address of the profile that the resource claims to follow."""
-    zone: ZoneInfo | None = None
-    """Time zone of days in texts, and in which weeks begin on Monday; None: that of the service's computer."""
+    zone: tzinfo = UTC
+    """Time zone of days in texts, and in which weeks begin on Monday."""
 
     def profiled(self, resource: Resource) -> Resource:
         """Return the resource with the profile of its type, if there is one, and with what that profile demands."""

@@ -3,8 +3,8 @@ one resource as JSON.
 """
 
 from collections.abc import Iterator
+from datetime import tzinfo
 from uuid import UUID
-from zoneinfo import ZoneInfo
 
 from kata.clinic.contraindications.kinds import KINDS
 from kata.clinic.contraindications.tables import ContraindicationRow
@@ -149,11 +149,11 @@ def _flag(row: EpisodeRow, kind: str, text: str) -> Resource:
     }
 
 
-def contraindication(row: ContraindicationRow, side: str | None, zone: ZoneInfo | None) -> Resource:
+def contraindication(row: ContraindicationRow, side: str | None, zone: tzinfo) -> Resource:
     """Return a contraindication as a Flag with the list's entry, the note, the permission and the end, as they were entered.
 
     It is a Flag because an entry of the list is a warning, whereas a Condition would state a diagnosis. ``side``: None if it concerns the
-    whole patient. ``zone``: time zone of the days in its text; None: this computer's.
+    whole patient. ``zone``: time zone of the days in its text.
     """
     known = KINDS.get(row.code)
     words = [f"{known.name if known else row.code}."]
@@ -197,11 +197,14 @@ def _bound(angle_deg: float | None) -> str:
 
 
 def care_plan(row: ProgrammeVersionRow, patient_id: UUID, reason: UUID | None) -> Resource:
-    """Return one version of a programme, for a Condition. The newest version is active; the next version has replaced each older one."""
+    """Return one version of a programme, for a Condition. The newest version is active until programme or episode end; the next version
+    has replaced each older one.
+    """
     versions = {version.number: version for version in row.programme.versions}
     before, after = versions.get(row.number - 1), versions.get(row.number + 1)
-    ended_at = after.made_at if after else row.programme.archived_at
-    status = "revoked" if after else "completed" if row.programme.archived_at else "active"
+    ends = [end for end in (row.programme.archived_at, row.programme.episode.closed_at) if end]
+    ended_at = after.made_at if after else min(ends, default=None)
+    status = "revoked" if after else "completed" if ends else "active"
     return without_empty(
         {
             "resourceType": "CarePlan",

@@ -9,6 +9,7 @@ from typing import Any, Final
 
 from pydantic import ValidationError
 
+from kata import i18n
 from kata.clinic.patients.schemas import PatientCreate
 from kata.interop import texts
 from kata.interop.codes import CLINIC_NUMBER, NAME_REPRESENTATION
@@ -71,8 +72,10 @@ class _Reading:
 
 def read_file(
     content: bytes, affected_side: Side, identifier_system: str = CLINIC_NUMBER
-) -> tuple[list[ImportedPatient], list[str]]:
-    """Return the result of :func:`read_patients` for a file. Run it in the worker process, because parsing holds the interpreter's lock.
+) -> tuple[list[ImportedPatient], list[str], int]:
+    """Return the patients of a file, the paths of the first elements that are not stored, and the number of further such elements.
+
+    Run it in the worker process, because parsing holds the interpreter's lock.
 
     :raises UnreadableFhirError: when the file is not a JSON object, or exceeds a limit.
     :raises FhirImportError: as :func:`read_patients`.
@@ -83,7 +86,8 @@ def read_file(
         resource = json.loads(content.decode(), object_pairs_hook=_object, parse_constant=_no_constant, parse_int=_int)
         if not isinstance(resource, dict):
             raise UnreadableFhirError(texts.FHIR_UNREADABLE())
-        return read_patients(resource, affected_side, identifier_system)
+        found, left_out = read_patients(resource, affected_side, identifier_system)
+        return found, left_out[:MOST_PLACES], max(0, len(left_out) - MOST_PLACES)
     except RecursionError as error:
         raise UnreadableFhirError(texts.FHIR_TOO_DEEP()) from error
     except (json.JSONDecodeError, UnicodeDecodeError) as error:
@@ -105,9 +109,7 @@ def read_patients(
     ]
     if reading.wrong:
         raise FhirImportError(reading.wrong[:MOST_PLACES])
-    hidden = len(reading.left_out) - MOST_PLACES
-    more = [str(texts.FHIR_MORE_PLACES(count=hidden))] if hidden > 0 else []
-    return found, reading.left_out[:MOST_PLACES] + more
+    return found, reading.left_out
 
 
 def _object(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
@@ -173,8 +175,7 @@ def _patient(resource: dict[str, Any], path: str, affected_side: Side, reading: 
         paths = {"clinic_number": number_path, "name": name_path, "kana": name_path, "birth_date": f"{path}.birthDate"}
         for complaint in error.errors():
             where = paths.get(str(complaint["loc"][0]) if complaint["loc"] else "", path)
-            what = complaint["msg"].removeprefix("Value error, ")
-            reading.wrong.append((where, what[0].lower() + what[1:]))
+            reading.wrong.append((where, i18n.sentence(complaint["type"], complaint["msg"], complaint.get("ctx", {}))))
         return None
 
 

@@ -15,6 +15,7 @@ from kata.device.config import StationConfig
 from kata.interop import texts
 from kata.interop.sample_file import SIMULATED
 from kata.messages import text_of
+from kata.motion import texts as motion_texts
 from kata.motion.axes import AXES, Side
 from kata.motion.csv_table import Complaint, CsvTable, TableError, read_table
 from kata.motion.edit import LONGEST_S
@@ -150,6 +151,6 @@ def _at_its_line(error: TrajectoryError, table: CsvTable, times_s: Floats, layou
     row = min(int(np.searchsorted(times_s, error.at_s)), len(times_s) - 1)
     column = table.columns[error.motor]
     if layout == "poses" and error.motor <= 2:
-        column = f"{table.columns[1]} and {table.columns[2]}"
+        column = motion_texts.TWO_COLUMNS(first=table.columns[1], second=table.columns[2])
     found = Complaint(int(table.lines[row]), column, text_of(error))
     return TableError(found.text, [found])

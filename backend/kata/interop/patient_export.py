@@ -45,6 +45,7 @@ runs.csv          playbacks, a line each, with the file of the samples
                   change_by_settings_deg is requested minus taught: what range and Reduce range changed, not an error
                   clock_offset_s is how far the wall clock is ahead of the motion's clock, by which the errors are compared
 end-range.csv     end-range times, a line for each motion of a session and of a week: counted and prescribed seconds. A week begins on Monday
+                  of time_zone; preliminary is true while the session or the week is not over, so that its seconds can still grow
 end-feel.csv      end-feel tests and their baselines, a line each: figures with half of their 95 % intervals, or why there are none
                   range_deg and onset_deg count outwards; times outward (1 or -1) they are the apparatus angle of the motion
 runs/             samples: time, phase, position on the motion, setpoint, measured angle and torque of each motor
@@ -167,7 +168,9 @@ def _origin(session: Session, session_id: UUID, run: RunRow | None = None) -> di
     return dict(zip(_ORIGIN, (side, bool(clinic_session.simulated)), strict=True))
 
 
-_END_RANGE: Final = ("period", "begins_at", "session_id", "motion", "counted_s", "prescribed_s", *_ORIGIN)
+_END_RANGE: Final = (
+    "period", "begins_at", "time_zone", "session_id", "motion", "counted_s", "prescribed_s", "preliminary", *_ORIGIN,
+)  # fmt: skip
 
 
 def _end_range_rows(session: Session, patient: PatientRow, clinic: ClinicNames) -> Iterator[dict[str, Any]]:
@@ -176,11 +179,12 @@ def _end_range_rows(session: Session, patient: PatientRow, clinic: ClinicNames) 
         for found in adherence.end_range_times(session, episode.id, clinic.zone):
             period, done = found.period, found.done
             named = (
-                ("session", period.started_at.isoformat(), period.session_id)
+                ("session", period.started_at.isoformat(), "UTC", period.session_id)
                 if isinstance(period, adherence.EndRangeSession)
-                else ("week", period.begins_on.isoformat(), None)
+                else ("week", period.begins_on.isoformat(), str(clinic.zone), None)
             )
-            values = (*named, done.motion, done.counted_s, done.prescribed_s, episode.side, found.is_simulated)
+            figures = (done.motion, done.counted_s, done.prescribed_s, not found.is_complete)
+            values = (*named, *figures, episode.side, found.is_simulated)
             yield dict(zip(_END_RANGE, values, strict=True))
 
 

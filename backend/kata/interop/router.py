@@ -295,7 +295,7 @@ def import_fhir_patients(
     Elements that are not stored here, such as a telephone number, are listed in the answer. Existing records do not change.
     """
     try:
-        found, left_out = worker.build(read_file, file, affected_side, clinic.identifier_system)
+        found, left_out, further = worker.build(read_file, file, affected_side, clinic.identifier_system)
     except UnreadableFhirError as error:
         raise ProblemError(422, "invalid", error.args[0], _MEND) from error
     except FhirImportError as error:
@@ -304,7 +304,8 @@ def import_fhir_patients(
         ) from error
     with database.write() as session:
         rows = service.register_patients(session, found)
-    return ImportedPatients(items=[Patient.model_validate(row) for row in rows], left_out=left_out)
+    items = [Patient.model_validate(row) for row in rows]
+    return ImportedPatients(items=items, left_out=left_out, left_out_further=further)
 
 
 @router.get(
@@ -344,7 +345,7 @@ def _parsed(worker: FigureWorker, station: Station, csv: bytes, side: Side) -> P
             "not_a_motion",
             texts.FILE_REFUSED(reason=text_of(error)),
             _MEND,
-            [(f"line {complaint.line}, column {complaint.column}", complaint.what) for complaint in error.complaints],
+            [(complaint.place, complaint.what) for complaint in error.complaints],
         ) from error
 
 

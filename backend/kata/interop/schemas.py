@@ -43,6 +43,7 @@ class ImportedPatients(Schema):
     left_out: list[str] = Field(
         description="Elements that were not imported, by their path.", examples=[["Patient.telecom"]]
     )
+    left_out_further: int = Field(ge=0, description="Number of further elements that were not imported.")
 
 
 class ErasureRequest(Schema):

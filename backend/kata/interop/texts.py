@@ -40,7 +40,6 @@ FHIR_NAME_TWICE: Final = message("fhir_name_twice", "An object of the file has t
 FHIR_NOT_A_NUMBER: Final = message(
     "fhir_not_a_number", "The file has a number that JSON or this service does not know."
 )
-FHIR_MORE_PLACES: Final = message("fhir_more_places", "and {count:d} more")
 FILE_REFUSED: Final = message("file_refused", "This file cannot be used: {reason:text}.")
 NOTHING_MEASURED: Final = message("nothing_measured", "Nothing was measured in this playback.")
 NOTHING_TO_DOWNLOAD: Final = message("nothing_to_download", "There is nothing to download.")

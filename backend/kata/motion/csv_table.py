@@ -28,7 +28,13 @@ class Complaint:
 
     line: int
     column: str
+    """Name of the column, or a Text that describes the place."""
     what: str
+
+    @property
+    def place(self) -> Text:
+        """Return line and column."""
+        return texts.LINE_AND_COLUMN(line=self.line, column=self.column)
 
     @property
     def text(self) -> Text:
@@ -184,7 +190,9 @@ class _Rows:
         for row, (line, cells) in enumerate(rows):
             extra = next((cell for cell in cells[self._width :] if cell.strip()), None)
             if extra is not None:
-                self._complain(line, f"after {self._wanted[-1]}", texts.CELL_WITHOUT_COLUMN(cell=repr(extra)))
+                self._complain(
+                    line, texts.COLUMN_AFTER(column=self._wanted[-1]), texts.CELL_WITHOUT_COLUMN(cell=repr(extra))
+                )
             for at, place in enumerate(self._places):
                 cell = cells[place].strip() if place < len(cells) else ""
                 try:

@@ -4,9 +4,12 @@ from typing import Final
 
 from kata.messages import Text, message
 
-COLUMN_AT_LINE: Final = message("column_at_line", "line {line:d}, column {column:name}: {problem:text}")
+LINE_AND_COLUMN: Final = message("line_and_column", "line {line:d}, column {column:text}")
+COLUMN_AFTER: Final = message("column_after", "after {column:name}")
+TWO_COLUMNS: Final = message("two_columns", "{first:name} and {second:name}")
+COLUMN_AT_LINE: Final = message("column_at_line", "line {line:d}, column {column:text}: {problem:text}")
 COLUMN_MISSING_WITH_OTHERS: Final = message(
-    "column_missing_with_others", "line {line:d}, column {column:name}: {problem:text} (missing: {missing:name})"
+    "column_missing_with_others", "line {line:d}, column {column:text}: {problem:text} (missing: {missing:name})"
 )
 COLUMNS_MISSING: Final = message(
     "columns_missing", "the first line must name the columns {columns:name}; missing: {missing:name}"

@@ -47,10 +47,10 @@ class _Played(NamedTuple):
     rmse_deg: float | None
 
 
-def read_content(session: DatabaseSession, episode_id: UUID, zone: tzinfo | None) -> EpisodeContent:
+def read_content(session: DatabaseSession, episode_id: UUID, zone: tzinfo) -> EpisodeContent:
     """Return the content of the report.
 
-    :param zone: the clinic's time zone; None: this computer's. It determines the weeks.
+    :param zone: the clinic's time zone. It determines the weeks.
     :raises ProblemError: 404.
     """
     row = session.get(EpisodeRow, episode_id)

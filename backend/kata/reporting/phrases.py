@@ -2,9 +2,9 @@
 
 from datetime import date, datetime
 from typing import Final, Literal
-from zoneinfo import ZoneInfo
 
 from kata.clinic.assessments import rom
+from kata.clinic.local_time import zone_of
 from kata.device.ipc_messages import RESISTANCE_LEVELS
 from kata.motion.end_range import BAND_DEG, TORQUE_NM
 
@@ -471,10 +471,10 @@ class Phrases:
     """The phrases of one language and the formats of one time zone."""
 
     def __init__(self, language: Language, zone: str) -> None:
-        """``zone``: IANA name of the time zone; empty: the computer's time zone."""
+        """``zone``: IANA name of the time zone; empty: UTC."""
         self.language: Language = language
         self._column = LANGUAGES.index(language)
-        self._zone = ZoneInfo(zone) if zone else None
+        self._zone = zone_of(zone)
 
     def text(self, key: str, /, **values: object) -> str:
         """Return the phrase of a key, filled with its parameters."""

@@ -15,10 +15,10 @@ from kata.reporting import episode
 from kata.reporting.content import PlaybackDescription, Prescription, PrescriptionItem, RehabilitationPlanContent
 
 
-def read_content(session: DatabaseSession, episode_id: UUID, zone: tzinfo | None) -> RehabilitationPlanContent:
+def read_content(session: DatabaseSession, episode_id: UUID, zone: tzinfo) -> RehabilitationPlanContent:
     """Return what the record knows for the plan: the episode, and its prescriptions that are not archived.
 
-    :param zone: the clinic's time zone; None: this computer's. It determines the weeks.
+    :param zone: the clinic's time zone. It determines the weeks.
     :raises ProblemError: 404.
     """
     content = episode.read_content(session, episode_id, zone)

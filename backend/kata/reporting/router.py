@@ -3,13 +3,13 @@
 from datetime import datetime
 from typing import Annotated, Any, Final, Protocol
 from uuid import UUID
-from zoneinfo import ZoneInfo
 
 from fastapi import APIRouter, Depends, Query, Request
 from fastapi.responses import HTMLResponse, Response
 from msgspec import structs
 
 from kata.clinic.commissionings import service as commissionings
+from kata.clinic.local_time import zone_of
 from kata.clinic.profile import service as profile
 from kata.clinic.sessions import ending, service
 from kata.clinic.sessions.schemas import Draft
@@ -61,10 +61,6 @@ def _print_options(
     return PrintOptions(head, language, clinic.time_zone, utc_now())
 
 
-def _zone(options: PrintOptions) -> ZoneInfo | None:
-    return ZoneInfo(options.zone) if options.zone else None
-
-
 ThePrintOptions = Annotated[PrintOptions, Depends(_print_options)]
 
 
@@ -79,7 +75,7 @@ def get_session_report_html(
 ) -> HTMLResponse:
     """Return a session's report as HTML for reading and printing. Every page says if the note is not signed."""
     with database.read() as reading:
-        content = session.read_content(reading, session_id, _zone(options))
+        content = session.read_content(reading, session_id, zone_of(options.zone))
     return _shown(worker.build(rendering.session_page, content, options))
 
 
@@ -94,7 +90,7 @@ def get_session_report_pdf(
 ) -> Response:
     """Return a session's report as PDF on A4."""
     with database.read() as reading:
-        content = session.read_content(reading, session_id, _zone(options))
+        content = session.read_content(reading, session_id, zone_of(options.zone))
     return _printed(worker.build(rendering.session_pdf, content, options), "session", content.started_at, options)
 
 
@@ -109,7 +105,7 @@ def get_episode_report_html(
 ) -> HTMLResponse:
     """Return an episode's report as HTML with assessments, trends and sessions."""
     with database.read() as reading:
-        content = episode.read_content(reading, episode_id, _zone(options))
+        content = episode.read_content(reading, episode_id, zone_of(options.zone))
     return _shown(worker.build(rendering.episode_page, content, options))
 
 
@@ -124,7 +120,7 @@ def get_episode_report_pdf(
 ) -> Response:
     """Return an episode's report as PDF on A4."""
     with database.read() as reading:
-        content = episode.read_content(reading, episode_id, _zone(options))
+        content = episode.read_content(reading, episode_id, zone_of(options.zone))
     return _printed(worker.build(rendering.episode_pdf, content, options), "episode", options.at, options)
 
 
@@ -139,7 +135,7 @@ def get_rehabilitation_plan_pdf(
 ) -> Response:
     """Return a draft of リハビリテーション実施計画書 as PDF on A4: what the record has is filled in, the rest is left open. Always Japanese."""
     with database.read() as reading:
-        content = rehabilitation_plan.read_content(reading, episode_id, _zone(options))
+        content = rehabilitation_plan.read_content(reading, episode_id, zone_of(options.zone))
     pdf = worker.build(rendering.rehabilitation_plan_pdf, content, options)
     return _printed(pdf, "rehabilitation-plan", options.at, options)
 
@@ -179,6 +175,6 @@ def _shown(page: ReportPage) -> HTMLResponse:
 
 def _printed(pdf: bytes, kind: str, when: datetime, options: PrintOptions) -> Response:
     """Return the PDF. Its file's name has the clinic's day of ``when``."""
-    day = when.astimezone(_zone(options)).date()
+    day = when.astimezone(zone_of(options.zone)).date()
     headers = _PRIVATE | {"Content-Disposition": f'inline; filename="{kind}-{day}.pdf"'}
     return Response(pdf, media_type="application/pdf", headers=headers)

@@ -44,10 +44,10 @@ from kata.reporting.content import (
 )
 
 
-def read_content(session: DatabaseSession, session_id: UUID, zone: tzinfo | None) -> SessionContent:
+def read_content(session: DatabaseSession, session_id: UUID, zone: tzinfo) -> SessionContent:
     """Return the content of the report.
 
-    :param zone: the clinic's time zone; None: this computer's. It determines the session's week.
+    :param zone: the clinic's time zone. It determines the session's week.
     :raises ProblemError: 404.
     """
     row = sessions.get(session, session_id)
@@ -114,7 +114,7 @@ def _plan(session: DatabaseSession, row: SessionRow) -> PrintedPlan | None:
     return PrintedPlan(version.programme.name, version.number, version.made_by, version.timer_minutes, items, besides)
 
 
-def _doses(session: DatabaseSession, row: SessionRow, zone: tzinfo | None) -> Iterator[PrintedDose]:
+def _doses(session: DatabaseSession, row: SessionRow, zone: tzinfo) -> Iterator[PrintedDose]:
     version = session.get(ProgrammeVersionRow, row.programme_version_id) if row.programme_version_id else None
     prescribed = (
         [EndRangePrescription.model_validate(item.end_range) for item in version.items if item.end_range]

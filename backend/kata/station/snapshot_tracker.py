@@ -9,6 +9,7 @@ from uuid import UUID
 import msgspec
 
 from kata.device.ipc_messages import COMMAND_NAMES, Event, Refusal, Snapshot
+from kata.motion.axes import Side
 from kata.station.live_end_range import LiveEndRange
 from kata.station.schemas import PatientRef, TextKey
 
@@ -31,6 +32,8 @@ class Occupation:
     """Changes of the recording for this run."""
     end_range: LiveEndRange | None = None
     """None if no end-range time is prescribed for this run."""
+    side: Side | None = None
+    """The shoulder that a run moves; None for a teaching."""
 
 
 class SnapshotTracker:

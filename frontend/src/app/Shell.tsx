@@ -13,6 +13,7 @@ import { LazyPart } from "../ui/LazyPart";
 import { PageLink } from "../ui/links";
 import { UndoBar } from "../ui/UndoBar";
 import { Brand } from "./Brand";
+import { MissingZone } from "./MissingZone";
 import { PAGES } from "./pages";
 import classes from "./Shell.module.css";
 
@@ -32,6 +33,7 @@ export function Shell() {
   return (
     <AppFrame top={<Top />} fullPageStop={page === "/station"}>
       <Box p="md" maw={1400} mx="auto">
+        <MissingZone />
         <Outlet />
       </Box>
       <UndoBar />

@@ -124,7 +124,11 @@ describe.each([["en"], ["ja"]] as const)("in the language %s", (language) => {
 
   it("the import of patients has no number without a unit", async () => {
     const { api, t } = await inLanguage(language);
-    vi.spyOn(api, "importPatients").mockResolvedValue({ items: [PATIENT], left_out: ["Patient.telecom"] });
+    vi.spyOn(api, "importPatients").mockResolvedValue({
+      items: [PATIENT],
+      left_out: ["Patient.telecom"],
+      left_out_further: 2,
+    });
     const { ImportPatients } = await import("../features/import-export/ImportPatients");
     show(<ImportPatients />);
     fireEvent.click(screen.getByRole("button"));

@@ -1,9 +1,17 @@
 import { globSync, readFileSync } from "node:fs";
-import { afterEach, expect, it } from "vitest";
-import { addDays, dayOf, fromLocalDateTime, midnight, setClinicZone, toLocalDateTime } from "./days";
+import { afterEach, expect, it, vi } from "vitest";
+import {
+  addDays,
+  dayOf,
+  fromLocalDateTime,
+  isZoneMissing,
+  midnight,
+  setClinicZone,
+  toLocalDateTime,
+} from "./days";
 import { formatAfter, formatClock, formatDay, formatDayOf, formatMoment, formatShortDays } from "./format";
 
-afterEach(() => setClinicZone(""));
+afterEach(() => setClinicZone("UTC"));
 
 /** Late in the evening in UTC, and the morning of the next day in Tokyo. */
 const EVENING = "2026-11-20T22:30:05Z";
@@ -21,10 +29,23 @@ it("shows every day and time in the clinic's zone", () => {
   expect(formatDay("2026-11-20")).toBe("Nov 20, 2026");
 });
 
-it("keeps the browser's zone without a known zone", () => {
-  const inBrowser = formatMoment(EVENING);
-  setClinicZone("Mars/Olympus");
-  expect(formatMoment(EVENING)).toBe(inBrowser);
+it.each(["", "Mars/Olympus"])("shows and states UTC if the clinic's zone is %j", (name) => {
+  vi.stubEnv("TZ", "Asia/Tokyo");
+  try {
+    expect(new Date(EVENING).getDate()).toBe(21);
+    setClinicZone(name);
+    expect(isZoneMissing()).toBe(true);
+    expect(formatDayOf(EVENING)).toBe("Nov 20, 2026");
+    expect(formatMoment(EVENING)).toMatch(/^Nov 20, 2026, 10:30\sPM UTC$/);
+    expect(formatClock(new Date(EVENING))).toMatch(/^10:30:05\sPM UTC$/);
+    // The value of a form's field has no zone.
+    expect(toLocalDateTime(new Date(EVENING))).toBe("2026-11-20T22:30");
+    setClinicZone("UTC");
+    expect(isZoneMissing()).toBe(false);
+    expect(formatMoment(EVENING)).toMatch(/^Nov 20, 2026, 10:30\sPM$/);
+  } finally {
+    vi.unstubAllEnvs();
+  }
 });
 
 it.each(["Asia/Tokyo", "America/St_Johns", "Europe/Paris", "Pacific/Kiritimati", "UTC"])(

@@ -1,26 +1,37 @@
 /**
  * Days and times of the clinic. Every day, time of day and date field of the page is in the clinic's time zone, like
- * the reports, wherever the browser is. If the clinic has set no zone, the browser's zone counts.
+ * the reports, wherever the browser is. Without a zone, every day is that of UTC, and each time says so.
  */
-let zone: string | undefined;
+const NO_ZONE = { name: "UTC", stated: true };
+let zone = NO_ZONE;
 
-/** Set the clinic's time zone, an IANA name; empty: the browser's. A zone that the browser does not know is ignored. */
+/** Set the clinic's time zone, an IANA name; empty: none. A zone that the browser does not know counts as none. */
 export function setClinicZone(name: string): void {
+  zone = name && isZone(name) ? { name, stated: false } : NO_ZONE;
+}
+
+/** Return true if the page shows UTC because it has no time zone of the clinic. */
+export const isZoneMissing = () => zone === NO_ZONE;
+
+function isZone(name: string): boolean {
   try {
-    new Intl.DateTimeFormat("en", { timeZone: name || undefined });
-    zone = name || undefined;
+    new Intl.DateTimeFormat("en", { timeZone: name });
+    return true;
   } catch {
-    zone = undefined;
+    return false;
   }
 }
 
-/** Return a function that formats a time in the clinic's time zone. */
-export function clinicFormat(locale: string, options: Intl.DateTimeFormatOptions) {
+/** Return a function that formats a time in the clinic's time zone. Without a zone, `stated` formats end with "UTC". */
+export function clinicFormat(locale: string, options: Intl.DateTimeFormatOptions, { stated = false } = {}) {
   let madeFor = zone;
   let made: Intl.DateTimeFormat | null = null;
   return (moment: Date | number): string => {
     // The zone is known only after the sign-in.
-    if (!made || madeFor !== zone) made = new Intl.DateTimeFormat(locale, { ...options, timeZone: zone });
+    if (!made || madeFor !== zone) {
+      const named = stated && zone.stated ? ({ timeZoneName: "short" } as const) : {};
+      made = new Intl.DateTimeFormat(locale, { ...options, ...named, timeZone: zone.name });
+    }
     madeFor = zone;
     return made.format(moment);
   };
@@ -48,7 +59,7 @@ export function fromLocalDateTime(text: string): Date {
 }
 
 /** Return the minutes by which the clinic's time zone is ahead of UTC at a time. */
-export const utcOffsetMinutes = (at: number = Date.now()): number =>
+const utcOffsetMinutes = (at: number): number =>
   Number.isNaN(at)
     ? 0
     : (Date.parse(`${toLocalDateTime(at)}Z`) - Math.floor(at / MINUTE_MS) * MINUTE_MS) / MINUTE_MS;

@@ -7,8 +7,9 @@ const calendarDay = new Intl.DateTimeFormat(LOCALE, { ...DAY, timeZone: "UTC" })
 const day = clinicFormat(LOCALE, DAY);
 const dayOfYear = clinicFormat(LOCALE, { month: "short", day: "numeric" });
 const month = clinicFormat(LOCALE, { year: "2-digit", month: "numeric" });
-const time = clinicFormat(LOCALE, { hour: "2-digit", minute: "2-digit" });
-const clock = clinicFormat(LOCALE, { hour: "2-digit", minute: "2-digit", second: "2-digit" });
+const STATED = { stated: true };
+const time = clinicFormat(LOCALE, { hour: "2-digit", minute: "2-digit" }, STATED);
+const clock = clinicFormat(LOCALE, { hour: "2-digit", minute: "2-digit", second: "2-digit" }, STATED);
 
 /** Return a calendar day such as 1968-04-12 in words. It does not depend on the time zone. */
 export const formatDay = (iso: string) => calendarDay.format(Date.parse(iso));

@@ -56,6 +56,19 @@ describe("a server text on a Japanese page", () => {
       { code: "patient_archived", params: { patient: "Abduction" } },
       "Abductionはアーカイブ済みです。",
     ],
+    [
+      "line 3, column after time_s",
+      {
+        code: "line_and_column",
+        params: { line: 3, column: nested("column_after", "after time_s", { column: "time_s" }) },
+      },
+      "3行目、time_sより右の列",
+    ],
+    [
+      "line 3, column time_s",
+      { code: "line_and_column", params: { line: 3, column: nested("", "time_s") } },
+      "3行目、time_s列",
+    ],
     ["mirrored long ago", null, "mirrored long ago"],
     ["Of a newer service.", { code: "newer", params: {} }, "Of a newer service."],
     [

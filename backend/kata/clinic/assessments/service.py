@@ -2,7 +2,7 @@
 
 from collections.abc import Sequence
 from dataclasses import asdict
-from datetime import datetime
+from datetime import datetime, timedelta
 from typing import Any, Final
 from uuid import UUID, uuid4
 
@@ -123,6 +123,14 @@ def check_not_archived(session: Session, episode: EpisodeRow) -> None:
         raise ProblemError(409, "archived", texts.PATIENT_ARCHIVED(patient=patient.name), texts.RESTORE_PATIENT_FIRST())
 
 
+def _check_birth(session: Session, episode: EpisodeRow, assessed_at: datetime) -> None:
+    born = patients.get(session, episode.patient_id).birth_date
+    # The day of a time differs by at most one between time zones.
+    if born and (assessed_at + timedelta(days=1)).date() < born:
+        message = texts.ASSESSMENT_BEFORE_BIRTH(birth_date=born)
+        raise ProblemError(422, "before_birth", message, texts.CORRECT_DAY_OR_BIRTH_DATE())
+
+
 def create(
     session: Session,
     episode_id: UUID,
@@ -133,10 +141,11 @@ def create(
 
     ``questionnaires``: answers by code, for questionnaires other than the SPADI.
 
-    :raises ProblemError: 404; 409 for an archived patient.
+    :raises ProblemError: 404; 409 for an archived patient; 422 when it is before birth.
     """
     episode = episode_of(session, episode_id)
     check_not_archived(session, episode)
+    _check_birth(session, episode, found.assessed_at)
     row = AssessmentRow(
         id=uuid4(),
         episode_id=episode_id,
@@ -155,11 +164,14 @@ def create(
 def change(session: Session, assessment_id: UUID, given: AssessmentUpdate) -> AssessmentRow:
     """Change only the given fields.
 
-    :raises ProblemError: 404; 409 when the assessment was changed meanwhile or was withdrawn; 422 when it would contain no finding.
+    :raises ProblemError: 404; 409 when the assessment was changed meanwhile or was withdrawn; 422 when it would contain no finding, or is
+        before birth.
     """
     row = _to_change(session, assessment_id, given.updated_at)
     if row.withdrawn_at:
         raise ProblemError(409, "withdrawn", texts.ASSESSMENT_WITHDRAWN(), texts.ENTER_NEW_ASSESSMENT())
+    if given.assessed_at:
+        _check_birth(session, episode_of(session, row.episode_id), given.assessed_at)
     for name, value in given.model_dump(exclude_unset=True, exclude={"rom", "updated_at"}).items():
         if value is not None or name in _MAY_BE_EMPTIED:
             setattr(row, name, value)

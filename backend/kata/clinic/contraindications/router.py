@@ -1,9 +1,11 @@
 """REST routes of contraindications."""
 
+from contextlib import suppress
 from uuid import UUID
 
 from fastapi import APIRouter
 
+from kata.clinic import banner
 from kata.clinic.contraindications import service
 from kata.clinic.contraindications.schemas import (
     Contraindication,
@@ -12,6 +14,12 @@ from kata.clinic.contraindications.schemas import (
     Resolution,
     SignOff,
 )
+from kata.clinic.patients import service as patients
+from kata.clinic.sessions import checks
+from kata.clinic.sessions.offline_cache import OfflineCache
+from kata.clinic.sessions.router import TheOfflineCache
+from kata.database.availability import DatabaseUnavailableError
+from kata.database.engine import Database
 from kata.dependencies import PROBLEMS, TheDatabase
 from kata.pagination import Page
 
@@ -41,10 +49,14 @@ def list_contraindications(database: TheDatabase, patient_id: UUID) -> Page[Cont
     status_code=201,
     responses=PROBLEMS.of(404, 409, 422),
 )
-def add_contraindication(database: TheDatabase, patient_id: UUID, given: ContraindicationCreate) -> Contraindication:
-    """Record a contraindication. It takes effect at the next load or teaching."""
+def add_contraindication(
+    database: TheDatabase, offline_cache: TheOfflineCache, patient_id: UUID, given: ContraindicationCreate
+) -> Contraindication:
+    """Record a contraindication. It takes effect at the next teaching, load, approach or play. A running motion is not stopped."""
     with database.write() as session:
-        return service.add(session, patient_id, given)
+        made = service.add(session, patient_id, given)
+    _show_at_station(database, offline_cache, patient_id)
+    return made
 
 
 @router.post(
@@ -52,10 +64,14 @@ def add_contraindication(database: TheDatabase, patient_id: UUID, given: Contrai
     summary="Record a doctor's permission",
     responses=PROBLEMS.of(404, 409, 422),
 )
-def sign_off_contraindication(database: TheDatabase, contraindication_id: UUID, given: SignOff) -> Contraindication:
+def sign_off_contraindication(
+    database: TheDatabase, offline_cache: TheOfflineCache, contraindication_id: UUID, given: SignOff
+) -> Contraindication:
     """Record that a doctor allows the treatment in spite of a contraindication."""
     with database.write() as session:
-        return service.sign_off(session, contraindication_id, given)
+        changed = service.sign_off(session, contraindication_id, given)
+    _show_at_station(database, offline_cache, changed.patient_id)
+    return changed
 
 
 @router.post(
@@ -63,7 +79,18 @@ def sign_off_contraindication(database: TheDatabase, contraindication_id: UUID, 
     summary="Resolve a contraindication",
     responses=PROBLEMS.of(404, 409, 422),
 )
-def resolve_contraindication(database: TheDatabase, contraindication_id: UUID, given: Resolution) -> Contraindication:
+def resolve_contraindication(
+    database: TheDatabase, offline_cache: TheOfflineCache, contraindication_id: UUID, given: Resolution
+) -> Contraindication:
     """Record why a contraindication no longer applies. It stays in the record."""
     with database.write() as session:
-        return service.resolve(session, contraindication_id, given)
+        changed = service.resolve(session, contraindication_id, given)
+    _show_at_station(database, offline_cache, changed.patient_id)
+    return changed
+
+
+def _show_at_station(database: Database, offline_cache: OfflineCache, patient_id: UUID) -> None:
+    """Check the next motion at this station against the changed record."""
+    with suppress(DatabaseUnavailableError), database.read() as session:
+        today = checks.today(offline_cache.zone).date()
+        offline_cache.replace_banner(banner.of_patient(session, patients.get(session, patient_id), today))

@@ -7,7 +7,7 @@ from pydantic import Field, StringConstraints
 
 from kata.clinic.contraindications.kinds import Code, Effect, Scope
 from kata.station.schemas import OptionalKey
-from kata.types import NO_NUL, By, Moment, Name, Note, Schema
+from kata.types import NO_NUL, By, Moment, Name, Note, Schema, Side
 
 Reason = Annotated[str, StringConstraints(strip_whitespace=True, min_length=1, max_length=2000, pattern=NO_NUL)]
 
@@ -56,6 +56,7 @@ class Contraindication(ContraindicationKind):
     id: UUID
     patient_id: UUID
     episode_id: UUID | None = Field(description="Null for a condition that concerns both shoulders.")
+    side: Side | None = Field(description="The shoulder that it concerns, in this and every later episode; null: both.")
     note: str
     noted_at: Moment
     noted_by: str

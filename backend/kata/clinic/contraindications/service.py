@@ -3,7 +3,7 @@
 from collections.abc import Iterable
 from uuid import UUID, uuid4
 
-from sqlalchemy import or_, select
+from sqlalchemy import select
 from sqlalchemy.orm import Session
 
 from kata.clinic import texts
@@ -36,17 +36,26 @@ def of_patient(session: Session, patient_id: UUID) -> list[Contraindication]:
     """
     patients.get(session, patient_id)
     query = select(ContraindicationRow).where(ContraindicationRow.patient_id == patient_id)
-    return [as_contraindication(row) for row in session.scalars(query.order_by(ContraindicationRow.noted_at))]
+    return [_as_contraindication(session, row) for row in session.scalars(query.order_by(ContraindicationRow.noted_at))]
 
 
-def present(session: Session, patient_id: UUID, episode_ids: Iterable[UUID]) -> list[Contraindication]:
-    """Return the unresolved contraindications of a patient and of these episodes. Those that stop motion come first."""
-    applies = or_(ContraindicationRow.episode_id.is_(None), ContraindicationRow.episode_id.in_(list(episode_ids)))
+def present(session: Session, patient_id: UUID) -> list[Contraindication]:
+    """Return a patient's unresolved contraindications, also those of closed episodes. Those that stop motion come first.
+
+    The end of an episode does not heal a shoulder: its contraindications apply until somebody resolves them.
+    """
     query = select(ContraindicationRow).where(
-        ContraindicationRow.patient_id == patient_id, ContraindicationRow.resolved_at.is_(None), applies
+        ContraindicationRow.patient_id == patient_id, ContraindicationRow.resolved_at.is_(None)
     )
-    found = [as_contraindication(row) for row in session.scalars(query.order_by(ContraindicationRow.noted_at))]
+    found = [
+        _as_contraindication(session, row) for row in session.scalars(query.order_by(ContraindicationRow.noted_at))
+    ]
     return sorted(found, key=lambda contraindication: not contraindication.stops_motion)
+
+
+def of_shoulder(found: Iterable[Contraindication], side: str) -> list[Contraindication]:
+    """Return the contraindications that concern this shoulder."""
+    return [contraindication for contraindication in found if contraindication.side in (None, side)]
 
 
 def require_none(session: Session, patient_id: UUID, side: str) -> None:
@@ -54,8 +63,7 @@ def require_none(session: Session, patient_id: UUID, side: str) -> None:
 
     :raises ProblemError: 409, see :func:`check`.
     """
-    episode = episodes.open_episode(session, patient_id, side)
-    check(present(session, patient_id, [episode.id] if episode else []))
+    check(of_shoulder(present(session, patient_id), side))
 
 
 def check(found: Iterable[Contraindication]) -> None:
@@ -86,19 +94,19 @@ def add(session: Session, patient_id: UUID, given: ContraindicationCreate) -> Co
     """
     patient = patients.get(session, patient_id, to_change=True)
     patients.check_not_erased(patient)
-    episode_id = None
+    episode = None
     if KINDS[given.code].scope == "episode":
-        episode = episodes.get(session, given.episode_id) if given.episode_id else patient.episode
-        episode_id = _open(episode, patient_id).id
-    same = present(session, patient_id, [episode_id] if episode_id else [])
-    if given.code != "other" and any(contraindication.code == given.code for contraindication in same):
+        wanted = episodes.get(session, given.episode_id) if given.episode_id else patient.episode
+        episode = _open(wanted, patient_id)
+    same = [found for found in present(session, patient_id) if found.code == given.code]
+    if given.code != "other" and any(found.side == (episode.side if episode else None) for found in same):
         raise ProblemError(
             409, "already_recorded", texts.CONTRAINDICATION_RECORDED(), texts.CHECK_LIST_OF_CONTRAINDICATIONS()
         )
     row = ContraindicationRow(
         id=uuid4(),
         patient_id=patient_id,
-        episode_id=episode_id,
+        episode_id=episode.id if episode else None,
         code=given.code,
         note=given.note,
         noted_at=utc_now(),
@@ -106,7 +114,7 @@ def add(session: Session, patient_id: UUID, given: ContraindicationCreate) -> Co
     )
     session.add(row)
     session.flush()
-    return as_contraindication(row)
+    return _as_contraindication(session, row)
 
 
 def sign_off(session: Session, contraindication_id: UUID, given: SignOff) -> Contraindication:
@@ -119,7 +127,7 @@ def sign_off(session: Session, contraindication_id: UUID, given: SignOff) -> Con
         raise ProblemError(409, "no_sign_off", texts.NO_SIGN_OFF_FOR_THIS(), texts.RESOLVE_CONTRAINDICATION())
     row.signed_off_at, row.signed_off_by = utc_now(), given.doctor
     session.flush()
-    return as_contraindication(row)
+    return _as_contraindication(session, row)
 
 
 def resolve(session: Session, contraindication_id: UUID, given: Resolution) -> Contraindication:
@@ -130,15 +138,17 @@ def resolve(session: Session, contraindication_id: UUID, given: Resolution) -> C
     row = _to_change(session, contraindication_id)
     row.resolved_at, row.resolved_by, row.resolution = utc_now(), given.resolved_by, given.reason
     session.flush()
-    return as_contraindication(row)
+    return _as_contraindication(session, row)
 
 
-def as_contraindication(row: ContraindicationRow) -> Contraindication:
-    """Return the response model."""
+def _as_contraindication(session: Session, row: ContraindicationRow) -> Contraindication:
     kind = kind_of(row.code)
+    side = episodes.get(session, row.episode_id).side if row.episode_id else None
     stops = kind.effect == "block" or (kind.effect == "sign_off" and row.signed_off_at is None)
     columns = {name: getattr(row, name) for name in Contraindication.model_fields if hasattr(row, name)}
-    return Contraindication(**columns | _of_kind(kind) | {"stops_motion": stops and row.resolved_at is None})
+    return Contraindication(
+        **columns | _of_kind(kind) | {"side": side, "stops_motion": stops and row.resolved_at is None}
+    )
 
 
 def _of_kind(kind: Kind) -> dict[str, object]:

@@ -21,7 +21,7 @@ class ClinicProfileUpdate(Schema):
         examples=["03-0000-0000"]
     )
     time_zone: Annotated[str, StringConstraints(max_length=64, pattern=_LINE)] = Field(
-        description="IANA name; empty: time zone of the service's computer, and of the browser on the page.",
+        description="IANA name of the zone in which every day and time is stated.",
         examples=["Asia/Tokyo"],
     )
 
@@ -32,9 +32,7 @@ class ClinicProfile(Schema):
     name: str
     address: str = Field(description="Lines of the address.")
     phone: str
-    time_zone: str = Field(
-        description="IANA name; empty: time zone of the service's computer, and of the browser on the page."
-    )
+    time_zone: str = Field(description="IANA name; empty: none is set, and every day and time is of UTC.")
     has_logo: bool = Field(description="True if reports have the logo of KATA_CLINIC_LOGO.")
     updated_at: Moment | None = Field(
         description="Time of the last change; null: the values are those of the service's settings."

@@ -13,7 +13,10 @@ THE_CLINIC: Final = 1
 
 
 class ClinicProfileRow(Base):
-    """The values that an administrator has set on the page. Without this row, the service's settings apply."""
+    """The values that an administrator has set on the page. Without this row, the service's settings apply.
+
+    The first start without a time zone stores only the computer's zone: ``updated_by`` is empty, and the other values are not used.
+    """
 
     __tablename__ = "clinic_profile"
 
@@ -23,6 +26,6 @@ class ClinicProfileRow(Base):
     """Address, one line of text per line."""
     phone: Mapped[str] = mapped_column(String(50))
     time_zone: Mapped[str] = mapped_column(String(64))
-    """IANA name; empty: time zone of the service's computer."""
+    """IANA name; empty: none is set, and days are those of UTC."""
     updated_at: Mapped[datetime] = mapped_column(UtcDateTime)
     updated_by: Mapped[str] = mapped_column(String(100))

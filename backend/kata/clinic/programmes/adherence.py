@@ -117,9 +117,9 @@ class VersionWish:
 
 
 def by_week(
-    held_sessions: Iterable[HeldSession], wishes: Iterable[VersionWish], until: datetime, zone: tzinfo | None
+    held_sessions: Iterable[HeldSession], wishes: Iterable[VersionWish], until: datetime, zone: tzinfo
 ) -> list[AdherenceWeek]:
-    """Return the weeks. ``zone``: the clinic's time zone; None: this computer's.
+    """Return the weeks. ``zone``: the clinic's time zone.
 
     Weeks after ``until`` are included only if a recording was played in them.
     """
@@ -141,8 +141,8 @@ def by_week(
     return weeks
 
 
-def of_episode(session: Session, episode_id: UUID, zone: tzinfo | None) -> Adherence:
-    """Return an episode's weeks. ``zone``: the clinic's time zone; None: this computer's.
+def of_episode(session: Session, episode_id: UUID, zone: tzinfo) -> Adherence:
+    """Return an episode's weeks. ``zone``: the clinic's time zone.
 
     :raises ProblemError: 404.
     """
@@ -154,8 +154,8 @@ def of_episode(session: Session, episode_id: UUID, zone: tzinfo | None) -> Adher
     return Adherence(weeks=weeks)
 
 
-def end_range_times(session: Session, episode_id: UUID, zone: tzinfo | None) -> Iterator[EndRangeTime]:
-    """Yield each end-range time of an episode's sessions and weeks. ``zone``: the clinic's time zone; None: this computer's."""
+def end_range_times(session: Session, episode_id: UUID, zone: tzinfo) -> Iterator[EndRangeTime]:
+    """Yield each end-range time of an episode's sessions and weeks. ``zone``: the clinic's time zone."""
     now = utc_now()
     for week in of_episode(session, episode_id, zone).weeks:
         rows = []
@@ -341,6 +341,6 @@ def _wish(wishes: list[VersionWish], begins: datetime, ends: datetime) -> Versio
     return wished[-1] if wished else None
 
 
-def _monday(moment: datetime, zone: tzinfo | None) -> date:
+def _monday(moment: datetime, zone: tzinfo) -> date:
     day = moment.astimezone(zone).date()
     return day - timedelta(days=day.weekday())

@@ -49,15 +49,15 @@ class EpisodeTimeline:
     episode_id: UUID
     side: str
     begins_at: datetime
-    zone: tzinfo | None = UTC
-    """The clinic's time zone; None: this computer's. Weeks of the calendar begin on Monday in this zone."""
+    zone: tzinfo = UTC
+    """The clinic's time zone. Weeks of the calendar begin on Monday in this zone."""
 
     def week(self, at: datetime) -> float:
         """Return the number of weeks since the beginning of the timeline."""
         return round((at - self.begins_at) / _WEEK, 3)
 
 
-def timeline_of(session: Session, episode_id: UUID, zone: tzinfo | None = UTC) -> EpisodeTimeline:
+def timeline_of(session: Session, episode_id: UUID, zone: tzinfo = UTC) -> EpisodeTimeline:
     """Return the episode's timeline. Its weeks are counted from the first assessment or session.
 
     :raises ProblemError: 404.

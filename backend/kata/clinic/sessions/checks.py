@@ -6,10 +6,9 @@ teaching.
 
 from collections.abc import Collection, Iterable, Sequence
 from dataclasses import asdict, dataclass
-from datetime import datetime
+from datetime import UTC, datetime, tzinfo
 from typing import Any, Final
 from uuid import UUID
-from zoneinfo import ZoneInfo
 
 import numpy as np
 from sqlalchemy.orm import Session as DatabaseSession
@@ -52,8 +51,8 @@ class ApparatusState:
     pedal_answers: bool
     verified_since: datetime | None
     """Time since which the apparatus has been connected with configured drives without interruption; None if it is not."""
-    zone: ZoneInfo | None = None
-    """The clinic's time zone; None for that of the station's computer."""
+    zone: tzinfo = UTC
+    """The clinic's time zone."""
 
     @property
     def today(self) -> datetime:
@@ -61,8 +60,8 @@ class ApparatusState:
         return today(self.zone)
 
 
-def apparatus_state(station: str, live: Live, zone: ZoneInfo | None) -> ApparatusState:
-    """Return the present state. ``zone``: the clinic's time zone; None for that of the station's computer."""
+def apparatus_state(station: str, live: Live, zone: tzinfo) -> ApparatusState:
+    """Return the present state. ``zone``: the clinic's time zone."""
     return ApparatusState(station, live.pedal in ("up", "down"), live.verified_since, zone)
 
 
@@ -105,8 +104,8 @@ def estop_test(tested_at: datetime | None, apparatus: ApparatusState) -> datetim
     return tested_at if tested_at >= max(apparatus.today, apparatus.verified_since) else None
 
 
-def today(zone: ZoneInfo | None) -> datetime:
-    """Return the beginning of today in the clinic's time zone; None for that of the station's computer."""
+def today(zone: tzinfo) -> datetime:
+    """Return the beginning of today in the clinic's time zone."""
     return utc_now().astimezone(zone).replace(hour=0, minute=0, second=0, microsecond=0)
 
 

@@ -2,11 +2,10 @@
 
 import csv
 from collections.abc import Sequence
-from datetime import datetime
+from datetime import UTC, datetime, tzinfo
 from io import StringIO
 from typing import Any, Final
 from uuid import UUID
-from zoneinfo import ZoneInfo
 
 import numpy as np
 from sqlalchemy import select
@@ -135,8 +134,8 @@ def _is_test(run: RunRow) -> bool:
     return run.end_feel is not None and run.end_feel.kind == "test"
 
 
-def curves(session: DatabaseSession, run_id: UUID, zone: ZoneInfo | None) -> EndFeelCurves:
-    """Return a test with its curve, earlier ones and that of the other side. ``zone``: the clinic's time zone; None: this computer's.
+def curves(session: DatabaseSession, run_id: UUID, zone: tzinfo) -> EndFeelCurves:
+    """Return a test with its curve, earlier ones and that of the other side. ``zone``: the clinic's time zone.
 
     :raises ProblemError: 404.
     """
@@ -184,7 +183,7 @@ def measured_before(
 
 
 def _figure(
-    own: Sequence[tuple[RunRow, EndFeelRow | None]], beside: Sequence[RunRow], zone: ZoneInfo | None
+    own: Sequence[tuple[RunRow, EndFeelRow | None]], beside: Sequence[RunRow], zone: tzinfo
 ) -> dict[str, Any] | None:
     drawn = [curve for run, row in own if row and (curve := _drawn(run, row, zone))]
     other = [curve for run in beside if run.end_feel and (curve := _drawn(run, run.end_feel, zone))]
@@ -193,7 +192,7 @@ def _figure(
     return draw(drawn, other)
 
 
-def _drawn(run: RunRow, row: EndFeelRow, zone: ZoneInfo | None) -> DrawnCurve | None:
+def _drawn(run: RunRow, row: EndFeelRow, zone: tzinfo) -> DrawnCurve | None:
     curve = end_feel.curve_of(row)
     if curve is None:
         return None
@@ -208,7 +207,8 @@ def as_csv(session: DatabaseSession, run_id: UUID) -> str:
     :raises ProblemError: 404; 409 when there is no curve.
     """
     run, row = end_feel.of_run(session, run_id)
-    curve = _drawn(run, row, zone=None)
+    # The table contains no day.
+    curve = _drawn(run, row, UTC)
     if curve is None:
         raise ProblemError(409, "no_curve", texts.END_FEEL_NO_CURVE(), texts.MEASURE_AGAIN())
     simulated = bool(service.get(session, run.session_id).simulated)

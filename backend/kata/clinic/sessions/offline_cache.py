@@ -8,13 +8,14 @@ made elsewhere are detected at replay (:mod:`kata.clinic.sessions.replay`). Rest
 import threading
 import time
 from collections.abc import Callable, Iterable, Mapping
-from datetime import datetime, timedelta
+from dataclasses import replace
+from datetime import UTC, datetime, timedelta, tzinfo
 from typing import Final
 from uuid import UUID
-from zoneinfo import ZoneInfo
 
 from sqlalchemy.orm import Session as DatabaseSession
 
+from kata.clinic.banner import PatientBanner
 from kata.clinic.events import service as events
 from kata.clinic.events.observer import ESTOP_TESTED, AlarmsEnded, NewDeviceEvent
 from kata.clinic.sessions import checks, prefetch
@@ -40,7 +41,7 @@ class OfflineCache:
         database: Database,
         station: str,
         has_undelivered: Callable[[], bool] = lambda: False,
-        read_zone: Callable[[DatabaseSession], ZoneInfo | None] = lambda _: None,
+        read_zone: Callable[[DatabaseSession], tzinfo] = lambda _: UTC,
     ) -> None:
         """``has_undelivered`` returns True if the spool contains events that are not in the database yet. ``read_zone`` reads the clinic's
         time zone. Call :meth:`refresh` to fill the cache.
@@ -48,8 +49,8 @@ class OfflineCache:
         self._database, self._station, self._has_undelivered = database, station, has_undelivered
         self.read_zone = read_zone
         """Reads the clinic's time zone from the database."""
-        self.zone: ZoneInfo | None = None
-        """The clinic's time zone; None for that of this computer."""
+        self.zone: tzinfo = UTC
+        """The clinic's time zone; UTC until it is read."""
         self.lock = threading.RLock()
         """Held while an entry is read, changed and stored."""
         self._opened: dict[UUID, datetime] = {}
@@ -59,7 +60,7 @@ class OfflineCache:
         self._unsent: dict[UUID, UUID] = {}
         """Patient by session, for sessions that changed while the database was unavailable."""
         self._changes = 0
-        """Number of changes made while the database was unavailable."""
+        """Number of changes that a refresh, which reads at the same time, may not contain."""
         self.estop_tested_at: datetime | None = None
         self._due_s = 0.0
 
@@ -203,6 +204,15 @@ class OfflineCache:
             if known.clinic_session
             and any(run.id == run_id and run.outcome == "loaded" for run in known.clinic_session.runs)
         ]
+
+    def replace_banner(self, banner: PatientBanner) -> None:
+        """Store a patient's banner that was changed in the database, so that the next motion is checked against it."""
+        with self.lock:
+            if known := self._known.get(banner.patient_id):
+                self._known[banner.patient_id] = replace(known, banner=banner)
+                # A refresh that is reading now may have read the former banner.
+                self._changes += 1
+            self._due_s = 0.0
 
     def store(self, known: CachedPatient) -> None:
         """Store an entry that a user changed without the database."""

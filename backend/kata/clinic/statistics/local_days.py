@@ -13,12 +13,12 @@ from kata.clinic.local_time import offset_changes, offset_minutes
 
 
 class local_day(FunctionElement[Any]):  # noqa: N801 - a SQL function
-    """The local day of a UTC time between ``since`` and ``until``, in a time zone (None: this computer's)."""
+    """The local day of a UTC time between ``since`` and ``until``, in a time zone."""
 
     type = Date()
     inherit_cache = True
 
-    def __init__(self, moment: ColumnElement[Any], since: datetime, until: datetime, zone: tzinfo | None) -> None:
+    def __init__(self, moment: ColumnElement[Any], since: datetime, until: datetime, zone: tzinfo) -> None:
         last = cast(offset_minutes(until, zone), Integer)
         changes = [(moment < at, cast(before, Integer)) for at, before in offset_changes(since, until, zone)]
         super().__init__(moment, case(*changes, else_=last) if changes else last)

@@ -50,11 +50,11 @@ _ERROR: Final = (StationHourRow.compared, StationHourRow.rmse_sum_deg)
 
 @dataclass(frozen=True)
 class Span:
-    """A period, the clinic's time zone (None: this computer's), and the station (None: all stations)."""
+    """A period, the clinic's time zone, and the station (None: all stations)."""
 
     since: datetime
     until: datetime
-    zone: tzinfo | None = UTC
+    zone: tzinfo = UTC
     station: str | None = None
 
 

@@ -52,8 +52,8 @@ class FollowedProgramme:
         return int(min(RECENT, now - self.made_at) / _WEEK * self.sessions_per_week)
 
 
-def worklist(session: Session, actor: Actor, now: datetime, zone: tzinfo | None) -> Worklist:
-    """Return the work of the local day for one user. ``zone``: the clinic's time zone; None: this computer's."""
+def worklist(session: Session, actor: Actor, now: datetime, zone: tzinfo) -> Worklist:
+    """Return the work of the local day for one user. ``zone``: the clinic's time zone."""
     hidden = restricted.hidden(actor)
     day = now.astimezone(zone).date()
     today, tomorrow = midnight(day, zone), midnight(day + timedelta(days=1), zone)

@@ -20,12 +20,13 @@ import { formatMoment } from "../../lib/format";
 import { t } from "../../lib/i18n";
 import { replaceData } from "../../lib/replaceData";
 import { ProblemNote } from "../../ui/ProblemNote";
+import { authStore } from "../auth/authState";
 
 type Profile = Schemas["ClinicProfile"];
 
 const KEY = ["clinic-profile"];
-/** The time zones that the browser knows. The service checks the chosen name. */
-const ZONES = Intl.supportedValuesOf("timeZone");
+/** The time zones that the browser knows; its list omits UTC. The service checks the chosen name. */
+const ZONES = [...new Set([...Intl.supportedValuesOf("timeZone"), "UTC"])];
 
 /** The head of printed reports and the clinic's time zone. */
 export function ClinicPage() {
@@ -49,7 +50,11 @@ function ProfileForm({ profile }: { profile: Profile }) {
   const [draft, setDraft] = useState({ name, address, phone, time_zone });
   const save = useMutation({
     mutationFn: () => api.changeClinicProfile(draft),
-    onSuccess: (saved) => replaceData(queries, KEY, saved),
+    onSuccess: (saved) => {
+      replaceData(queries, KEY, saved);
+      // Every day is shown in this zone.
+      if (saved.time_zone !== profile.time_zone) void authStore.refresh();
+    },
   });
   const set = (changed: Partial<typeof draft>) => setDraft({ ...draft, ...changed });
   const errors = save.error instanceof ProblemError ? save.error.fields : {};
@@ -89,9 +94,10 @@ function ProfileForm({ profile }: { profile: Profile }) {
           <Select
             label={t("administration:clinic.timeZone")}
             description={t("administration:clinic.timeZoneHint")}
-            placeholder={t("administration:clinic.computer")}
+            placeholder={t("administration:clinic.noZone")}
             searchable
-            clearable
+            allowDeselect={false}
+            required
             data={[...new Set([...ZONES, ...(draft.time_zone ? [draft.time_zone] : [])])]}
             value={draft.time_zone || null}
             error={errors.time_zone}

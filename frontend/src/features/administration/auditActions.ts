@@ -61,6 +61,7 @@ type OtherAction =
   | "import_questionnaire_texts"
   | "register_station"
   | "prepare_demonstration"
+  | "adopt_time_zone"
   | "seed"
   | "import_journal"
   | "give_up_unended"

@@ -25,7 +25,7 @@ export const ME: Me = {
   openid: null,
   demonstration: false,
   idle_s: 900,
-  time_zone: "",
+  time_zone: "UTC",
 };
 
 /** A user with read permissions only. */

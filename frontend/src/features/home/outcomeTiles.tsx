@@ -1,6 +1,6 @@
 import { useQuery } from "@tanstack/react-query";
 import { api } from "../../lib/api/client";
-import { midnight, today, utcOffsetMinutes } from "../../lib/days";
+import { midnight, today } from "../../lib/days";
 import { t } from "../../lib/i18n";
 import { MetricLink } from "../../ui/Metric";
 import { changeOfAll, wholePercent } from "../statistics/outcomeFormat";
@@ -10,7 +10,7 @@ function useOutcomes() {
   const since = midnight(`${today().slice(0, 4)}-01-01`, 0);
   return useQuery({
     queryKey: ["outcomes", since],
-    queryFn: () => api.outcomes({ since, utc_offset_minutes: utcOffsetMinutes() }),
+    queryFn: () => api.outcomes({ since }),
   });
 }
 

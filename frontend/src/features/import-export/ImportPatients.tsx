@@ -75,6 +75,9 @@ function Dialog() {
           {bring.data.left_out.length > 0 && (
             <Text>{t("import-export:fhir.ignored", { items: bring.data.left_out })}</Text>
           )}
+          {bring.data.left_out_further > 0 && (
+            <Text>{t("import-export:fhir.ignoredFurther", { count: bring.data.left_out_further })}</Text>
+          )}
         </div>
       )}
       <Group justify="end">

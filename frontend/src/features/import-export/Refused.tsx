@@ -6,7 +6,7 @@ import { ProblemNote } from "../../ui/ProblemNote";
 
 /** Shows the errors of a refused file by line and column, or by path. */
 export function Refused({ error }: { error: unknown }) {
-  const places = error instanceof ProblemError ? Object.entries(error.fields) : [];
+  const places = error instanceof ProblemError ? error.places : [];
   if (places.length === 0) return <ProblemNote error={error} />;
   return (
     <Alert
@@ -17,9 +17,9 @@ export function Refused({ error }: { error: unknown }) {
       title={t("import-export:file.error", { count: places.length })}
     >
       <List data-testid="places">
-        {places.map(([where, what]) => (
-          <List.Item key={where}>
-            <strong>{t("import-export:file.place", { where })}</strong> {what}
+        {places.map(({ place, problem }) => (
+          <List.Item key={`${place} ${problem}`}>
+            <strong>{t("import-export:file.place", { where: place })}</strong> {problem}
           </List.Item>
         ))}
       </List>

@@ -116,6 +116,7 @@ it("imports patients after file and shoulder are chosen", async () => {
   const bring = vi.spyOn(api, "importPatients").mockResolvedValue({
     items: [PATIENT],
     left_out: ["Patient.telecom"],
+    left_out_further: 2,
   });
   show(<ImportPatients />);
   press("Import");
@@ -127,7 +128,7 @@ it("imports patients after file and shoulder are chosen", async () => {
   fireEvent.click(button());
   const text = await screen.findByTestId("imported");
   expect(text.textContent).toContain("Yamada Hanako, K-7");
-  expect(text.textContent).toContain("Not imported: Patient.telecom.");
+  expect(text.textContent).toContain("Not imported: Patient.telecom.Not imported either: 2 items.");
   expect(bring).toHaveBeenCalledWith("left", expect.any(File));
 });
 

@@ -34,7 +34,7 @@ export function Contraindications({ patientId }: { patientId: string }) {
       <ProblemNote error={found.error} />
       {found.data && items.length === 0 && <Text>{t("patients:contraindications.none")}</Text>}
       {items.map((one) => (
-        <Entry key={one.id} found={one} episodes={episodes} writes={writes} />
+        <Entry key={one.id} found={one} writes={writes} />
       ))}
       {writes && <AddForm patientId={patientId} episodes={episodes.filter(({ closed_at }) => !closed_at)} />}
     </Stack>
@@ -54,11 +54,9 @@ function useChange<Variables>(change: (given: Variables) => Promise<Contraindica
   });
 }
 
-function Entry(props: { found: Contraindication; episodes: Episode[]; writes: boolean }) {
-  const { found, episodes, writes } = props;
+function Entry({ found, writes }: { found: Contraindication; writes: boolean }) {
   const who = useUserName();
   const name = translateServerText(found.name, found.name_key);
-  const side = episodes.find(({ id }) => id === found.episode_id)?.side;
   const signOff = useChange((doctor: string) => api.signOffContraindication(found.id, { doctor }));
   const resolve = useChange((reason: string) =>
     api.resolveContraindication(found.id, { reason, resolved_by: who }),
@@ -73,7 +71,7 @@ function Entry(props: { found: Contraindication; episodes: Episode[]; writes: bo
     >
       <Text fw={600}>
         {name}
-        {side && t("patients:contraindications.ofSide", { side: sideWord(side) })}
+        {found.side && t("patients:contraindications.ofSide", { side: sideWord(found.side) })}
       </Text>
       {found.note && <Text style={{ whiteSpace: "pre-wrap" }}>{found.note}</Text>}
       <Text size="sm">

@@ -132,7 +132,7 @@ function Limits({ banner }: { banner: Schemas["PatientBanner"] }) {
           leftSection={found.stops_motion ? <IconHandStop size={18} /> : <IconAlertTriangle size={18} />}
           styles={{ label: { whiteSpace: "normal" } }}
         >
-          {contraindicationWords(found, banner.shoulders)}
+          {contraindicationWords(found)}
         </Badge>
       ))}
       {notes.map((shoulder) => (
@@ -154,11 +154,8 @@ function shoulderWords({ side, stage }: Schemas["BannerShoulder"]): string {
 }
 
 /** Return the condition, its shoulder, and its effect. */
-export function contraindicationWords(
-  found: Contraindication,
-  shoulders: Schemas["BannerShoulder"][],
-): string {
-  const side = shoulders.find(({ episode_id }) => episode_id === found.episode_id)?.side;
+export function contraindicationWords(found: Contraindication): string {
+  const { side } = found;
   const name = translateServerText(found.name, found.name_key);
   return t("patients:banner.contraindication", {
     what: formatList([name, ...(side ? [sideWord(side)] : []), ...(found.note ? [found.note] : [])]),

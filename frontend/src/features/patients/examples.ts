@@ -4,6 +4,7 @@ export const FRACTURE: Schemas["Contraindication"] = {
   id: "c1",
   patient_id: "p",
   episode_id: "e",
+  side: "left",
   code: "fracture",
   scope: "episode",
   effect: "block",

@@ -2,7 +2,6 @@ import { Badge, Group, Stack, Text, Title } from "@mantine/core";
 import { IconPlus } from "@tabler/icons-react";
 import { useQuery } from "@tanstack/react-query";
 import { api, type Schemas } from "../../lib/api/client";
-import { utcOffsetMinutes } from "../../lib/days";
 import { formatMoment } from "../../lib/format";
 import { t } from "../../lib/i18n";
 import { DataTable } from "../../ui/DataTable";
@@ -116,7 +115,7 @@ function itemLine(item: Schemas["ProgrammeItem"]): string {
 export function useAdherence(episodeId: string) {
   return useQuery({
     queryKey: ["adherence", episodeId],
-    queryFn: () => api.adherence(episodeId, utcOffsetMinutes()),
+    queryFn: () => api.adherence(episodeId),
   });
 }
 

@@ -58,7 +58,7 @@ describe("the numbers behind a chart", () => {
 });
 
 describe("a figure's days", () => {
-  it("follow the browser's time zone", () => {
+  it("are those of the clinic", () => {
     const figure = { data: [{ x: [0], customdata: [AT] }, { x: [1, 2] }], layout: { height: 3 }, texts: [] };
     expect(withLocalDays(figure)).toEqual({
       data: [{ x: [0], customdata: [formatDayOf(AT)] }, { x: [1, 2] }],

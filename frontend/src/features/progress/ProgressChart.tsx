@@ -2,7 +2,6 @@ import { Skeleton, Stack, Text, Title } from "@mantine/core";
 import { useQuery } from "@tanstack/react-query";
 import { useCallback, useState } from "react";
 import { api, type Chart } from "../../lib/api/client";
-import { utcOffsetMinutes } from "../../lib/days";
 import { t } from "../../lib/i18n";
 import { translatePlaced } from "../../lib/serverText";
 import { Plot } from "../../ui/Plot";
@@ -26,7 +25,7 @@ export function ProgressChart({ chart, episodeId }: { chart: Chart; episodeId: s
   }, []);
   const progress = useQuery({
     queryKey: ["progress", episodeId, chart, columns],
-    queryFn: () => api.progress(episodeId, chart, columns ?? 1, utcOffsetMinutes()),
+    queryFn: () => api.progress(episodeId, chart, columns ?? 1),
     enabled: columns !== null,
     // The space of this chart is reserved.
     meta: { late: true },

@@ -2,7 +2,7 @@ import { afterEach, expect, it } from "vitest";
 import { setClinicZone } from "../../lib/days";
 import { lastDays, spanOf } from "./figuresSearch";
 
-afterEach(() => setClinicZone(""));
+afterEach(() => setClinicZone("UTC"));
 
 it.each([
   ["Asia/Tokyo", "2026-11-14T15:00:00.000Z", "2026-11-21T15:00:00.000Z"],

@@ -1,5 +1,5 @@
 import type { Schemas, SpanQuery } from "../../lib/api/client";
-import { addDays, dayOf, isDay, midnight, utcOffsetMinutes } from "../../lib/days";
+import { addDays, dayOf, isDay, midnight } from "../../lib/days";
 
 export const SUBJECTS = ["outcomes", "usage", "stops", "tracking"] as const;
 export type Subject = (typeof SUBJECTS)[number];
@@ -68,7 +68,6 @@ export function spanOf(search: FiguresSearch, now: Date): SpanQuery {
   return {
     since: midnight(from, 0),
     until: midnight(to, 1),
-    utc_offset_minutes: utcOffsetMinutes(),
     ...(search.station !== undefined && { station: search.station }),
   };
 }

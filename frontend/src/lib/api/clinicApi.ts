@@ -1,11 +1,9 @@
-import { utcOffsetMinutes } from "../days";
 import { client, unwrap } from "./request";
 import type { SpanQuery } from "./types";
 
 /** The work of the day, and the clinic's figures. */
 export const clinicApi = {
-  worklist: () =>
-    unwrap(client.GET("/api/worklist", { params: { query: { utc_offset_minutes: utcOffsetMinutes() } } })),
+  worklist: () => unwrap(client.GET("/api/worklist")),
   usage: (span: SpanQuery, by: "day" | "week") =>
     unwrap(client.GET("/api/statistics/usage", { params: { query: { ...span, by } } })),
   trackingQuality: (span: SpanQuery) =>

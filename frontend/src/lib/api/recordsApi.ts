@@ -83,18 +83,14 @@ export const recordsApi = {
         body: { updated_at },
       }),
     ),
-  progress: (key: string, chart: Chart, columns: number, utc_offset_minutes: number) =>
+  progress: (key: string, chart: Chart, columns: number) =>
     unwrap(
       client.GET("/api/episodes/{episode_id}/progress/{chart}", {
-        params: { path: { episode_id: key, chart }, query: { columns, utc_offset_minutes } },
+        params: { path: { episode_id: key, chart }, query: { columns } },
       }),
     ),
-  adherence: (key: string, utc_offset_minutes: number) =>
-    unwrap(
-      client.GET("/api/episodes/{episode_id}/adherence", {
-        params: { path: { episode_id: key }, query: { utc_offset_minutes } },
-      }),
-    ),
+  adherence: (key: string) =>
+    unwrap(client.GET("/api/episodes/{episode_id}/adherence", { params: { path: { episode_id: key } } })),
   /** Fetches all pages, because lists for choosing show every recording. */
   recordings: (key: string) =>
     allPages((after) =>

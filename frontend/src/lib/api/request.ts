@@ -10,6 +10,8 @@ export class ProblemError extends Error {
   readonly nextStep: string;
   /** Error messages by field name. */
   readonly fields: Record<string, string>;
+  /** Error messages by place in a file: line and column, or a path. */
+  readonly places: { place: string; problem: string }[];
 
   constructor(problem: Partial<Schemas["Problem"]>) {
     super(
@@ -25,6 +27,10 @@ export class ProblemError extends Error {
         translateServerText(error.detail, error.detail_key),
       ]),
     );
+    this.places = (problem.errors ?? []).map((error) => ({
+      place: error.field_key ? translateServerText(error.field, error.field_key) : error.pointer,
+      problem: translateServerText(error.detail, error.detail_key),
+    }));
   }
 }
 

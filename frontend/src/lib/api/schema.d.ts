@@ -471,7 +471,7 @@ export interface paths {
         put?: never;
         /**
          * Record a contraindication
-         * @description Record a contraindication. It takes effect at the next load or teaching.
+         * @description Record a contraindication. It takes effect at the next teaching, load, approach or play. A running motion is not stopped.
          */
         post: operations["add_contraindication"];
         delete?: never;
@@ -2672,7 +2672,7 @@ export interface paths {
         put?: never;
         /**
          * Move to the start of the recording
-         * @description Switch torque on, move slowly to the recording's start, and hold there.
+         * @description Switch torque on, move slowly to the recording's start, and hold there. Refused if a contraindication forbids motion.
          */
         post: operations["approach"];
         delete?: never;
@@ -2692,7 +2692,7 @@ export interface paths {
         put?: never;
         /**
          * Play the recording
-         * @description Play from the current position on the path.
+         * @description Play from the current position on the path. Refused if a contraindication forbids motion.
          */
         post: operations["play"];
         delete?: never;
@@ -4539,7 +4539,7 @@ export interface components {
             phone: string;
             /**
              * Time Zone
-             * @description IANA name; empty: time zone of the service's computer, and of the browser on the page.
+             * @description IANA name; empty: none is set, and every day and time is of UTC.
              */
             time_zone: string;
             /**
@@ -4582,7 +4582,7 @@ export interface components {
             phone: string;
             /**
              * Time Zone
-             * @description IANA name; empty: time zone of the service's computer, and of the browser on the page.
+             * @description IANA name of the zone in which every day and time is stated.
              * @example Asia/Tokyo
              */
             time_zone: string;
@@ -4989,6 +4989,11 @@ export interface components {
              * @description Null for a condition that concerns both shoulders.
              */
             episode_id: string | null;
+            /**
+             * Side
+             * @description The shoulder that it concerns, in this and every later episode; null: both.
+             */
+            side: ("left" | "right") | null;
             /** Note */
             note: string;
             /**
@@ -6339,6 +6344,11 @@ export interface components {
              *     ]
              */
             left_out: string[];
+            /**
+             * Left Out Further
+             * @description Number of further elements that were not imported.
+             */
+            left_out_further: number;
         };
         /**
          * Isolate
@@ -6875,7 +6885,7 @@ export interface components {
             idle_s: number;
             /**
              * Time Zone
-             * @description Time zone of the clinic, in which the page shows days and times: IANA name; empty: the browser's.
+             * @description Time zone of the clinic, in which the page shows days and times: IANA name; empty: none is set, and the page shows UTC.
              */
             time_zone: string;
         };
@@ -7987,7 +7997,7 @@ export interface components {
             shoulders: components["schemas"]["BannerShoulder"][];
             /**
              * Contraindications
-             * @description Present contraindications of the patient and of the open episodes. Those that stop motion come first.
+             * @description Unresolved contraindications, also of closed episodes. Those that stop motion come first.
              */
             contraindications: components["schemas"]["Contraindication"][];
         };
@@ -18059,10 +18069,7 @@ export interface operations {
     };
     get_adherence: {
         parameters: {
-            query?: {
-                /** @description Offset from UTC, minutes. Days and weeks begin at the clinic's midnight; this offset counts only if the clinic has no time zone. */
-                utc_offset_minutes?: number;
-            };
+            query?: never;
             header?: never;
             path: {
                 episode_id: string;
@@ -18150,8 +18157,6 @@ export interface operations {
             query?: {
                 /** @description Panels of the chart rom beside each other; 1 for a narrow screen. */
                 columns?: number;
-                /** @description Offset from UTC, minutes. Days and weeks begin at the clinic's midnight; this offset counts only if the clinic has no time zone. */
-                utc_offset_minutes?: number;
             };
             header?: never;
             path: {
@@ -22352,10 +22357,7 @@ export interface operations {
     };
     get_worklist: {
         parameters: {
-            query?: {
-                /** @description Offset from UTC, minutes. Days and weeks begin at the clinic's midnight; this offset counts only if the clinic has no time zone. */
-                utc_offset_minutes?: number;
-            };
+            query?: never;
             header?: never;
             path?: never;
             cookie?: never;
@@ -22438,8 +22440,6 @@ export interface operations {
                 until?: string | null;
                 /** @description Count only this station. */
                 station?: string | null;
-                /** @description Offset from UTC, minutes. Days and weeks begin at the clinic's midnight; this offset counts only if the clinic has no time zone. */
-                utc_offset_minutes?: number;
             };
             header?: never;
             path?: never;
@@ -22521,8 +22521,6 @@ export interface operations {
                 until?: string | null;
                 /** @description Count only this station. */
                 station?: string | null;
-                /** @description Offset from UTC, minutes. Days and weeks begin at the clinic's midnight; this offset counts only if the clinic has no time zone. */
-                utc_offset_minutes?: number;
             };
             header?: never;
             path?: never;
@@ -22604,8 +22602,6 @@ export interface operations {
                 until?: string | null;
                 /** @description Count only this station. */
                 station?: string | null;
-                /** @description Offset from UTC, minutes. Days and weeks begin at the clinic's midnight; this offset counts only if the clinic has no time zone. */
-                utc_offset_minutes?: number;
             };
             header?: never;
             path?: never;
@@ -22687,8 +22683,6 @@ export interface operations {
                 until?: string | null;
                 /** @description Count only this station. */
                 station?: string | null;
-                /** @description Offset from UTC, minutes. Days and weeks begin at the clinic's midnight; this offset counts only if the clinic has no time zone. */
-                utc_offset_minutes?: number;
             };
             header?: never;
             path?: never;

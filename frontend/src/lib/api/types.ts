@@ -41,5 +41,5 @@ export type AuditQuery = Omit<
   NonNullable<paths["/api/audit"]["get"]["parameters"]["query"]>,
   "after" | "limit"
 >;
-/** A period with the clinic's time zone, and a station. */
+/** A period, and a station. */
 export type SpanQuery = NonNullable<paths["/api/statistics/stops"]["get"]["parameters"]["query"]>;
