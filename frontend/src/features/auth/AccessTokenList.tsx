@@ -1,4 +1,4 @@
-import { Button, Stack, Text } from "@mantine/core";
+import { Button, Text } from "@mantine/core";
 import { useMutation, useQueryClient } from "@tanstack/react-query";
 import type { Schemas } from "../../lib/api/client";
 import { formatMoment } from "../../lib/format";
@@ -38,7 +38,7 @@ export function AccessTokenList(props: {
     ),
   };
   return (
-    <Stack>
+    <>
       {tokens.length > 0 && (
         <DataTable
           name={queryKey}
@@ -49,7 +49,7 @@ export function AccessTokenList(props: {
         />
       )}
       <ProblemNote error={revoke.error} />
-    </Stack>
+    </>
   );
 }
 

@@ -34,9 +34,9 @@ it.each(SCHEMES)("has a readable number on each motor: %s", (scheme) => {
 });
 
 it("shows patient and apparatus on the dark background", () => {
-  const { eye, ...parts } = SCENE_COLOURS.dark.parts;
+  const { eye, hair, ...parts } = SCENE_COLOURS.dark.parts;
   for (const [name, colour] of Object.entries(parts))
     for (const behind of SCENE_COLOURS.dark.background)
       expect(contrast(colour, behind), name).toBeGreaterThan(3);
-  expect(contrast(eye, parts.skin)).toBeGreaterThan(3);
+  for (const colour of [eye, hair]) expect(contrast(colour, parts.skin), colour).toBeGreaterThan(3);
 });

@@ -57,10 +57,10 @@ export const SCENE_COLOURS: Record<Scheme, SceneColours> = {
     ghost: "#9db2ff",
     background: ["#17181b", "#25272c"],
     parts: {
-      skin: "#b8927a",
+      skin: "#c8a389",
       shirt: "#8391a8",
       sleeve: "#73829b",
-      hair: "#8a7a6c",
+      hair: "#5f5349",
       eye: "#25272c",
       bone: "#cfc6b2",
       metal: "#9aa3ad",
