@@ -38,7 +38,13 @@ const STARTED: Column<Session> = {
   value: ({ started_at }) => started_at,
   cell: ({ id, started_at }) => (
     // The day is not cut in two where the column is narrow.
-    <PageLink to="/sessions/$sessionId" params={{ sessionId: id }} display="inline-block" miw="7.5rem">
+    <PageLink
+      to="/sessions/$sessionId"
+      params={{ sessionId: id }}
+      fz="sm"
+      display="inline-block"
+      miw="5.5rem"
+    >
       {formatMoment(started_at)}
     </PageLink>
   ),
