@@ -35,6 +35,26 @@ _MOST_CONTROLS: Final = 40
 _PARTS: Final = re.compile("StationPage|NotificationButton|AxisSparkline|StationApparatus")
 """Scripts of the station page and of parts that load on demand."""
 
+_FINGER_PX: Final = 48
+_HEADER: Final = """() => {
+    const header = document.querySelector('header').getBoundingClientRect();
+    const inside = ({left, right, top, bottom}) =>
+        left >= header.left && right <= header.right && top >= header.top && bottom <= header.bottom;
+    const parts = [...document.querySelectorAll('header :is(button, [data-testid])')]
+        .map((part) => [part, part.getBoundingClientRect()])
+        .filter(([, box]) => box.width > 0);
+    const meet = (one, other) =>
+        one.left < other.right && other.left < one.right && one.top < other.bottom && other.top < one.bottom;
+    const name = (part) => part.dataset.testid ?? part.getAttribute('aria-label') ?? part.innerText;
+    const over = parts.filter(([part, box], n) => parts.slice(n + 1).some(([other, place]) =>
+        !part.contains(other) && meet(box, place)));
+    return {
+        height: header.height,
+        outside: [...parts.filter(([, box]) => !inside(box)), ...over].map(([part]) => name(part)),
+    };
+}"""
+"""The header's height, and its parts that are beyond its edges or over each other."""
+
 
 _EVERY: Final = pytest.param(True, marks=pytest.mark.campaign)
 
@@ -111,6 +131,69 @@ def test_telephone_scrolls_past_a_stop(tab: Page, clinic: Clinic, name: str) -> 
         assert untouchable_stop(tab) == ""
         station.release_estop()
     expect(banner).to_be_hidden()
+
+
+@pytest.mark.parametrize("address", ["/", "/station"])
+def test_header_leaves_a_low_screen_to_the_page(tab: Page, clinic: Clinic, address: str) -> None:
+    """On a telephone in landscape the header is one row. Stop is large enough for a finger, and the header's parts are in it."""
+    tab.set_viewport_size({"width": 800, "height": 360})
+    tab.goto(clinic.url + address)
+    wait_until_idle(tab)
+    tab.wait_for_load_state("networkidle")
+    stop = tab.get_by_role("button", name="Stop", exact=True)
+    for width, height in ((640, 360), SIZES["landscape"], (800, 360), (932, 430)):
+        tab.set_viewport_size({"width": width, "height": height})
+        header = tab.evaluate(_HEADER)
+        assert header["height"] <= height / 5, (width, height)
+        assert header["outside"] == [], (width, height)
+        box = stop.bounding_box()
+        assert box and min(box["width"], box["height"]) >= _FINGER_PX, (width, height, box)
+        assert untouchable_stop(tab) == ""
+
+
+def test_menus_and_dialogs_use_a_low_screen(tab: Page, clinic: Clinic) -> None:
+    """On a telephone in landscape every page of the menu is in reach, and a dialog reaches to the bottom."""
+    width, height = SIZES["landscape"]
+    tab.set_viewport_size({"width": width, "height": height})
+    tab.goto(clinic.url)
+    wait_until_idle(tab)
+    tab.get_by_role("button", name="Pages", exact=True).click()
+    last = tab.get_by_role("menuitem", name="Administration")
+    last.scroll_into_view_if_needed()
+    expect(last).to_be_in_viewport(ratio=1)
+    tab.keyboard.press("Escape")
+    tab.keyboard.press("Control+K")
+    dialog = tab.get_by_role("dialog")
+    expect(dialog.get_by_role("option")).not_to_have_count(0)
+    box = dialog.bounding_box()
+    assert box and box["y"] + box["height"] >= height - 16
+
+
+@pytest.mark.parametrize("failing", [False, True])
+def test_answer_to_stop_covers_nothing_of_the_header(tab: Page, clinic: Clinic, failing: bool) -> None:
+    """The answer neither moves Stop nor the buttons beside it. A stop that no device confirms has its text below the header."""
+    if failing:
+        tab.route("**/api/station/stop", lambda route: route.abort())
+        tab.route_web_socket("**/api/live", lambda socket: socket.close())
+    tab.goto(clinic.url)
+    stop = tab.get_by_role("button", name="Stop", exact=True)
+    expect(stop).to_be_visible(timeout=LONG_MS)
+    tab.wait_for_load_state("networkidle")
+    places = {}
+    for size, (width, height) in SIZES.items():
+        tab.set_viewport_size({"width": width, "height": height})
+        places[size] = stop.bounding_box()
+    stop.click()
+    answer = tab.get_by_test_id("stop-answer")
+    expect(answer).to_contain_text("Not confirmed" if failing else "Confirmed by the device", timeout=LONG_MS)
+    found = {}
+    for size, (width, height) in SIZES.items():
+        tab.set_viewport_size({"width": width, "height": height})
+        assert stop.bounding_box() == places[size], size
+        expect(answer).to_be_in_viewport(ratio=1)
+        if wrong := [part for part in tab.evaluate(_HEADER)["outside"] if not (failing and part == "stop-answer")]:
+            found[size] = wrong
+    assert found == {}
 
 
 def test_every_page_link_is_in_reach_at_every_width(tab: Page, clinic: Clinic) -> None:

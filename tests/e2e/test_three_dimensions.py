@@ -24,6 +24,28 @@ NEXT_PICTURE: Final = """async (before) => {
 """Wait until the canvas shows something other than ``before``; return a checksum of the picture."""
 
 
+SHOWS: Final = """async ([shown, hidden, some]) => {
+    for (;;) {
+        await new Promise(requestAnimationFrame);
+        const seen = document.querySelector('[data-testid=apparatus-canvas] canvas');
+        const copy = new OffscreenCanvas(seen.width, seen.height).getContext('2d');
+        copy.drawImage(seen, 0, 0);
+        const pixels = copy.getImageData(0, 0, seen.width, seen.height).data;
+        const near = (at, colour) => colour.every((part, n) => Math.abs(pixels[at + n] - part) < 12);
+        const count = (colour) => {
+            let found = 0;
+            for (let at = 0; at < pixels.length; at += 4) if (pixels[at + 3] > 250 && near(at, colour)) found += 1;
+            return found;
+        };
+        if (count(shown) >= some && count(hidden) < some) return true;
+    }
+}"""
+"""Wait until the canvas has at least ``some`` opaque pixels of about the colour ``shown``, and fewer of ``hidden``."""
+DISC: Final = {"light": (0x2F, 0x7D, 0x4F), "dark": (0x63, 0xB5, 0x86)}
+"""The colour of motor 5's number and range in each scheme."""
+SOME: Final = 40
+
+
 def test_model_is_drawn_and_redrawn_from_another_view(page: Page) -> None:
     corner = page.evaluate(NEXT_PICTURE)
 
@@ -31,3 +53,10 @@ def test_model_is_drawn_and_redrawn_from_another_view(page: Page) -> None:
 
     assert page.evaluate(NEXT_PICTURE, corner) != corner
     expect(page.get_by_test_id("apparatus-canvas")).not_to_have_class("stale", timeout=LONG_MS)
+
+
+def test_model_has_the_colours_of_the_scheme(page: Page) -> None:
+    page.evaluate(NEXT_PICTURE)
+    for scheme, other in (("light", "dark"), ("dark", "light"), ("light", "dark")):
+        page.emulate_media(color_scheme=scheme)
+        assert page.evaluate(SHOWS, [DISC[scheme], DISC[other], SOME])

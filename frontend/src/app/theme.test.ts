@@ -1,7 +1,7 @@
 import { readdirSync, readFileSync } from "node:fs";
 import { join } from "node:path";
 import { describe, expect, it } from "vitest";
-import { GHOST, MOTOR_COLOURS } from "../features/digital-twin/colours";
+import { SCENE_COLOURS } from "../features/digital-twin/colours";
 import { DARK_COLOURS } from "../ui/plotColours";
 import { TRACES } from "./theme";
 
@@ -42,8 +42,7 @@ describe("the alarm colours", () => {
     const used = [
       ...Object.values(TRACES).flatMap((scheme) => Object.values(scheme)),
       ...Object.entries(DARK_COLOURS).flat(),
-      ...Object.values(MOTOR_COLOURS),
-      GHOST,
+      ...Object.values(SCENE_COLOURS).flatMap(({ motors, ghost }) => [...Object.values(motors), ghost]),
     ].filter((colour) => colour.startsWith("#"));
     expect(used.length).toBeGreaterThan(20);
     expect(used.filter(isAlarmColour)).toEqual([]);

@@ -14,7 +14,7 @@ export const theme = createTheme({
     // Dialogs open below the header, so that Stop stays reachable. Pressing outside a dialog does not close it.
     Modal: {
       defaultProps: {
-        yOffset: 140,
+        yOffset: "calc(var(--kata-header) + 1rem)",
         closeOnClickOutside: false,
         closeButtonProps: { "aria-label": t("ui:dialog.close") },
       },

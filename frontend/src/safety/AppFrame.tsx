@@ -11,8 +11,6 @@ import { describeMode } from "./modes";
 import { StopBanner } from "./StopBanner";
 import { StopButton } from "./StopButton";
 
-const HEADER_PX = 124;
-
 /**
  * The frame of every signed-in page and of the lock screen: a header with apparatus state and Stop, then alarms.
  * `fullPageStop`: a stop takes the place of the page's controls.
@@ -21,11 +19,11 @@ export function AppFrame(props: { children: ReactNode; top?: ReactNode; fullPage
   const { children, top, fullPageStop = false } = props;
   return (
     // The header is above dialogs, because nothing may cover Stop.
-    <AppShell header={{ height: HEADER_PX }} padding={0} zIndex={400}>
+    <AppShell header={{ height: "var(--kata-header)" }} padding={0} zIndex={400}>
       <AppShell.Header>
-        <Group h="100%" px="md" justify="space-between" wrap="nowrap" gap="md">
-          <Box flex={1} miw={0}>
-            <Group gap="sm" mb={{ base: 2, sm: 8 }} wrap="nowrap" className={classes.top ?? ""}>
+        <Group className={classes.header ?? ""} wrap="nowrap">
+          <Box className={classes.beside ?? ""}>
+            <Group wrap="nowrap" className={classes.top ?? ""}>
               {top ?? (
                 <Text fw={700} fz={22} c="var(--kata-brand)">
                   <Brand />

@@ -1,4 +1,4 @@
-import { Button, Stack, Text } from "@mantine/core";
+import { Button, Text } from "@mantine/core";
 import { IconHandStop } from "@tabler/icons-react";
 import { useCallback, useEffect, useRef, useState } from "react";
 import { api, type Live, ProblemError } from "../lib/api/client";
@@ -6,6 +6,7 @@ import { formatClock } from "../lib/format";
 import { t } from "../lib/i18n";
 import { store } from "../lib/live/store";
 import { isMoving } from "./modes";
+import classes from "./StopButton.module.css";
 import { useTabFromDialog } from "./useTabFromDialog";
 
 type StopProgress =
@@ -70,14 +71,14 @@ export function StopButton() {
   }, [stop]);
 
   return (
-    <Stack gap={2} align="center">
+    <div className={classes.stop}>
       <Button
         ref={button}
         color="red.8"
-        h={88}
-        w={{ base: 108, sm: 176 }}
-        px={{ base: 4, sm: "md" }}
-        fz={{ base: 22, sm: 28 }}
+        h="var(--height)"
+        w="var(--width)"
+        px="var(--sides)"
+        fz="var(--letters)"
         radius="md"
         leftSection={<IconHandStop size={32} />}
         onClick={() => void stop()}
@@ -86,12 +87,18 @@ export function StopButton() {
       >
         {t("common:stop.stop")}
       </Button>
-      <Text size="xs" h={18} aria-live="assertive" data-testid="stop-answer">
+      <Text
+        size="xs"
+        className={classes.answer ?? ""}
+        aria-live="assertive"
+        data-testid="stop-answer"
+        data-state={progress?.state ?? "none"}
+      >
         {progress?.state === "sending" && t("common:stop.sent")}
         {progress?.state === "confirmed" && t("common:stop.confirmed", { time: formatClock(progress.at) })}
         {progress?.state === "failed" && t("common:stop.failed", { why: progress.reason })}
         {!progress && t("common:stop.key")}
       </Text>
-    </Stack>
+    </div>
   );
 }

@@ -53,6 +53,11 @@ it("sorts upwards, downwards and as it was, without a value last", () => {
   expect(names()).toEqual(["Ito", "Abe", "Sato"]);
 });
 
+it("ends the head of a column of numbers where the numbers end", () => {
+  expect(screen.getByRole("button", { name: "Stops" }).dataset.right).toBe("true");
+  expect(screen.getByRole("button", { name: "Name" }).dataset.right).toBeUndefined();
+});
+
 it("adds up the rows shown, and says that there are more", () => {
   expect(screen.getByRole("row", { name: "Total 12" })).toBeTruthy();
   expect(screen.getByText(/^3 rows are shown; there are more/)).toBeTruthy();

@@ -96,7 +96,7 @@ function Head<Row>(props: { column: Column<Row>; sorting: Sorting; onSort: () =>
   }
   return (
     <Table.Th aria-sort={direction ?? "none"} {...(column.right && { ta: "right" })}>
-      <UnstyledButton className={classes.head ?? ""} onClick={props.onSort}>
+      <UnstyledButton className={classes.head ?? ""} data-right={column.right} onClick={props.onSort}>
         {column.head}
         <Icon size={16} aria-hidden style={{ visibility: direction ? "visible" : "hidden" }} />
       </UnstyledButton>

@@ -57,8 +57,8 @@ function Content({ label, value, unit, note, needsAttention, failed }: KeyFigure
         <Skeleton h={32} my={4} w="60%" />
       ) : (
         <Text component="div" className={classes.value ?? ""} {...(needsAttention && { c: "grape" })}>
-          {shown}
-          {unit && shown === value && <span className={classes.unit}> {unit}</span>}
+          {/* In a narrow tile the line breaks before the unit, not within the value. */}
+          {shown} {unit && shown === value && <span className={classes.unit}>{unit}</span>}
         </Text>
       )}
       {note && (

@@ -21,6 +21,7 @@ test("names the kinds in a subject, and keeps paths", () => {
   expect(describeSubject("session 0193 recording 0194")).toBe("session, recording");
   expect(describeSubject("GET /api/secret")).toBe("GET /api/secret");
   expect(describeSubject("")).toBe("");
+  expect(describeSubject("station_versions Station 1 2")).toBe("station configuration");
 });
 
 test("explains a refusal by code or number, with its repetitions", () => {

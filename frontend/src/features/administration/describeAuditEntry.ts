@@ -23,14 +23,14 @@ export function actionChoices(chosen: string | undefined): { value: string; labe
 }
 
 /**
- * Return the kinds of the changed objects without their ids. A subject with an unknown kind is returned
- * unchanged.
+ * Return the kinds of the changed objects without their ids, which can contain spaces ("Station 1 2" is version 2
+ * of Station 1). A subject that does not begin with a known kind is returned unchanged.
  */
 export function describeSubject(subject: string): string {
-  const words = subject.split(" ");
-  const kinds = words.filter((_, n) => n % 2 === 0);
-  const known = words.length % 2 === 0 && kinds.every((kind) => Object.hasOwn(KINDS, kind));
-  return known ? t("common:format.list", { words: kinds.map(describeKind) }) : subject;
+  const [first = "", ...others] = subject.split(" ");
+  const isKind = (word: string) => Object.hasOwn(KINDS, word);
+  if (!isKind(first) || others.length === 0) return subject;
+  return t("common:format.list", { words: [first, ...others.filter(isKind)].map(describeKind) });
 }
 
 /**

@@ -20,6 +20,7 @@ export function AccessTokens() {
     <Stack>
       <Text>{t("auth:tokens.hint")}</Text>
       <ProblemNote error={tokens.error} />
+      {tokens.data?.items.length === 0 && <Text>{t("auth:tokens.noneOwn")}</Text>}
       <AccessTokenList tokens={tokens.data?.items ?? []} queryKey={QUERY} revoke={api.revokeOwnAccessToken} />
       {created ? (
         <NewToken token={created} onDone={() => setCreated(null)} />

@@ -4,12 +4,13 @@ import { type ReactNode, useEffect, useState, useSyncExternalStore } from "react
 import { formatDegrees } from "../../lib/format";
 import { t } from "../../lib/i18n";
 import { movedView, VIEWS, type View, type ViewName, viewOf } from "./camera";
-import { MOTOR_COLOURS } from "./colours";
+import { SCENE_COLOURS } from "./colours";
 import classes from "./digitalTwin.module.css";
 import type { AnglesSource } from "./ghost";
 import { type Limits, limitsReached, MOTORS, type Motor } from "./limits";
 import { postureOf } from "./posture";
 import { Scene } from "./Scene";
+import { useScheme } from "./useScheme";
 import type { Side } from "./vectors";
 
 const TURN_DEG = 20;
@@ -33,6 +34,7 @@ export function ApparatusView({ side, limits, real, ghost, label, compact = fals
   const [view, setView] = useState<View>(() => viewOf("corner", side));
   const [only, setOnly] = useState<Motor | null>(null);
   const [unable, setUnable] = useState(false);
+  const scheme = useScheme();
   const look = (next: View, name: ViewName | null = null) => {
     setNamed(name);
     setView(next);
@@ -56,7 +58,11 @@ export function ApparatusView({ side, limits, real, ghost, label, compact = fals
         />
         {!compact && <CameraButtons view={view} onView={look} />}
       </Group>
-      <div className={classes.canvas ?? ""} data-compact={compact}>
+      <div
+        className={classes.canvas ?? ""}
+        data-compact={compact}
+        style={{ background: `linear-gradient(${SCENE_COLOURS[scheme].background.join(", ")})` }}
+      >
         {unable ? (
           <Text p="md">{t("digital-twin:view.no3d")}</Text>
         ) : (
@@ -64,6 +70,7 @@ export function ApparatusView({ side, limits, real, ghost, label, compact = fals
             side={side}
             limits={limits}
             view={view}
+            scheme={scheme}
             only={only}
             real={real}
             ghost={ghost}
@@ -124,6 +131,7 @@ function CameraButtons({ view, onView }: { view: View; onView: (view: View) => v
 
 /** Names what each motor moves. Pressing a button shows only that motor's range. */
 function MotorButtons({ only, onOnly }: { only: Motor | null; onOnly: (motor: Motor | null) => void }) {
+  const { motors, onMotor } = SCENE_COLOURS[useScheme()];
   return (
     <Group gap={6} role="group" aria-label={t("digital-twin:view.motors")}>
       {MOTORS.map((motor) => (
@@ -133,7 +141,7 @@ function MotorButtons({ only, onOnly }: { only: Motor | null; onOnly: (motor: Mo
           aria-pressed={only === motor}
           onClick={() => onOnly(only === motor ? null : motor)}
         >
-          <span className={classes.disc ?? ""} style={{ background: MOTOR_COLOURS[motor] }}>
+          <span className={classes.disc ?? ""} style={{ background: motors[motor], color: onMotor }}>
             {motor}
           </span>
           {t(`digital-twin:motorMotions.${motor}`)}

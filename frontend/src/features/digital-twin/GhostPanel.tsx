@@ -39,7 +39,8 @@ export function GhostPanel({
   const length = ghost.duration_s;
   return (
     <Stack gap={4} component="section" aria-label={t(`digital-twin:${subject}.title`)}>
-      <Group gap="md" wrap="nowrap">
+      {/* On a telephone the slider has a row of its own. */}
+      <Group gap="md">
         <Button
           variant="default"
           h={44}
@@ -50,7 +51,7 @@ export function GhostPanel({
           {playing ? t(`digital-twin:${subject}.pause`) : t(`digital-twin:${subject}.play`)}
         </Button>
         <Slider
-          flex={1}
+          flex="1 1 12rem"
           size="lg"
           thumbSize={28}
           thumbLabel={t("digital-twin:ghost.time")}

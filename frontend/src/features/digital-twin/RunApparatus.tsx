@@ -7,12 +7,10 @@ import { t } from "../../lib/i18n";
 import { useStation } from "../../lib/live/hooks";
 import { ProblemNote } from "../../ui/ProblemNote";
 import { ApparatusView } from "./ApparatusView";
-import { GHOST as GHOST_COLOUR } from "./colours";
 import { GhostPanel } from "./GhostPanel";
+import { GhostSquare } from "./GhostSquare";
 import { Companion, Ghost } from "./ghost";
 import { limitsOf } from "./limits";
-
-const SQUARE = "\u25A0";
 
 /** Shows a playback as it was measured, the requested motion as a ghost, and marks where the arm met resistance. */
 export default function RunApparatus({ runId }: { runId: string }) {
@@ -44,11 +42,7 @@ function Played({ played }: { played: Schemas["PlayedMotion"] }) {
   return (
     <>
       <Text>
-        {t("digital-twin:run.solid")}{" "}
-        <Text span c={GHOST_COLOUR} inherit aria-hidden>
-          {SQUARE}
-        </Text>{" "}
-        {t("digital-twin:run.ghost")}
+        {t("digital-twin:run.solid")} <GhostSquare /> {t("digital-twin:run.ghost")}
       </Text>
       {played.reversals_s.length > 0 && (
         <Text fw={600}>

@@ -1,5 +1,6 @@
 import { type PointerEvent, useEffect, useRef, useState } from "react";
 import { movedView, type View } from "./camera";
+import type { Scheme } from "./colours";
 import { Drawing } from "./drawing";
 import { follow } from "./follow";
 import type { AnglesSource } from "./ghost";
@@ -10,6 +11,7 @@ interface SceneProps {
   side: Side;
   limits: Limits;
   view: View;
+  scheme: Scheme;
   only: Motor | null;
   real: AnglesSource | null;
   ghost: AnglesSource | null;
@@ -43,12 +45,12 @@ export function Scene(props: SceneProps) {
 }
 
 /** Draw into an element with a worker. Return the element's ref, and whether the picture is late. */
-function useDrawing({ side, limits, view, only, real, ghost, onUnable }: SceneProps) {
+function useDrawing({ side, limits, view, scheme, only, real, ghost, onUnable }: SceneProps) {
   const place = useRef<HTMLDivElement>(null);
   const drawing = useRef<Drawing | null>(null);
   const [late, setLate] = useState(false);
-  const latest = useRef({ view, only, onUnable });
-  latest.current = { view, only, onUnable };
+  const latest = useRef({ view, scheme, only, onUnable });
+  latest.current = { view, scheme, only, onUnable };
 
   useEffect(() => {
     const element = place.current;
@@ -63,7 +65,14 @@ function useDrawing({ side, limits, view, only, real, ghost, onUnable }: ScenePr
       made = new Drawing(
         new Worker(new URL("./scene/worker.ts", import.meta.url), { type: "module" }),
         { canvas: canvas.transferControlToOffscreen(), side, limits, density: window.devicePixelRatio },
-        { ...sizeOf(element), view: seen.view, only: seen.only, real: null, ghost: null },
+        {
+          ...sizeOf(element),
+          view: seen.view,
+          scheme: seen.scheme,
+          only: seen.only,
+          real: null,
+          ghost: null,
+        },
         {
           onLate: setLate,
           onUnable: () => latest.current.onUnable(),
@@ -89,6 +98,7 @@ function useDrawing({ side, limits, view, only, real, ghost, onUnable }: ScenePr
   }, [side, limits]);
 
   useEffect(() => drawing.current?.change({ view }), [view]);
+  useEffect(() => drawing.current?.change({ scheme }), [scheme]);
   useEffect(() => drawing.current?.change({ only }), [only]);
   // A drawing for another side needs the current angles, so side and limits are dependencies.
   // biome-ignore lint/correctness/useExhaustiveDependencies: see above

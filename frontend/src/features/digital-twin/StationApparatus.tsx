@@ -6,14 +6,12 @@ import { t } from "../../lib/i18n";
 import { useAlive, useLive, useStation } from "../../lib/live/hooks";
 import { ProblemNote } from "../../ui/ProblemNote";
 import { ApparatusView } from "./ApparatusView";
-import { GHOST as GHOST_COLOUR } from "./colours";
 import { GhostPanel } from "./GhostPanel";
+import { GhostSquare } from "./GhostSquare";
 import { Ghost } from "./ghost";
 import { LiveFrame } from "./LiveFrame";
 import { limitsOf, rangeViolations } from "./limits";
 import { liveAngles } from "./liveAngles";
-
-const SQUARE = "■";
 
 /** The live apparatus. The loaded recording is drawn over it before the arm moves. */
 export default function StationApparatus() {
@@ -59,10 +57,7 @@ export default function StationApparatus() {
 function GhostNote() {
   return (
     <Text fw={600}>
-      <Text span c={GHOST_COLOUR} inherit aria-hidden>
-        {SQUARE}{" "}
-      </Text>
-      {t("digital-twin:ghost.explanation")}
+      <GhostSquare /> {t("digital-twin:ghost.explanation")}
     </Text>
   );
 }

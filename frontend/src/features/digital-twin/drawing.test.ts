@@ -9,6 +9,7 @@ const FIRST = {
   width: 300,
   height: 200,
   view: viewOf("corner", "right"),
+  scheme: "light" as const,
   only: null,
   real: null,
   ghost: null,

@@ -114,6 +114,9 @@ it("pages are found by parts of their names, within the permissions", () => {
   expect(names("aud", "read_records")).toEqual([]);
   expect(names("", "read_records")).toEqual(["Patients", "Sessions"]);
   expect(names("clinic", "see_station")).toEqual(["Clinic"]);
+  // The clinic's figures and its settings have the same name.
+  const clinics = findPages("clinic", ["see_station", "administer"]).map(({ detail }) => detail);
+  expect(clinics).toEqual([undefined, "Administration"]);
   expect(names("station settings", "commission")).toEqual(["Station settings and commissioning"]);
 });
 

@@ -18,7 +18,11 @@ const [PATIENTS, OF_PATIENT, SESSIONS] = [6, 3, 8];
 const DEBOUNCE_MS = 150;
 
 /** Pages that users find by name. Those for which the user lacks the permission are left out. */
-const FOUND_PAGES: Page[] = [...PAGES, ...ADMINISTRATION_PAGES];
+const FOUND_PAGES: (Page & { detail?: string })[] = [
+  ...PAGES,
+  // The clinic's settings have the same name as its figures.
+  ...ADMINISTRATION_PAGES.map((page) => ({ ...page, detail: t("common:shell.administration") })),
+];
 
 /** Return the pages whose name contains every typed word. If nothing is typed, return all. */
 export function findPages(typed: string, permissions: readonly Permission[]): Result[] {
@@ -26,7 +30,7 @@ export function findPages(typed: string, permissions: readonly Permission[]): Re
   return FOUND_PAGES.filter(({ label, needs }) => {
     const name = label.normalize("NFKC").toLocaleLowerCase();
     return permissions.includes(needs) && wanted.every((word) => name.includes(word));
-  }).map(({ label, to }) => ({ id: to, words: label, target: { to } }));
+  }).map(({ label, to, detail }) => ({ id: to, words: label, ...(detail && { detail }), target: { to } }));
 }
 
 /** Return a typed day in the form 2026-11-05, or null if the text is not a day. */

@@ -37,7 +37,14 @@ const STARTED: Column<Session> = {
   always: true,
   value: ({ started_at }) => started_at,
   cell: ({ id, started_at }) => (
-    <PageLink to="/sessions/$sessionId" params={{ sessionId: id }}>
+    // The day is not cut in two where the column is narrow.
+    <PageLink
+      to="/sessions/$sessionId"
+      params={{ sessionId: id }}
+      fz="sm"
+      display="inline-block"
+      miw="5.5rem"
+    >
       {formatMoment(started_at)}
     </PageLink>
   ),

@@ -1,5 +1,5 @@
 import { CanvasTexture, Group, Sprite, SpriteMaterial, SRGBColorSpace } from "three";
-import { MOTOR_COLOURS } from "../colours";
+import type { SceneColours } from "../colours";
 import { MOTORS, type Motor } from "../limits";
 import { fromLinkage, outward, type Posture, RING_MM } from "../posture";
 import { plus, turned, type Vec } from "../vectors";
@@ -13,13 +13,20 @@ export class Labels {
   readonly #sprites: Sprite[];
 
   constructor() {
-    this.#sprites = MOTORS.map((motor) => {
-      const material = new SpriteMaterial({ map: number(motor), transparent: true, alphaTest: 0.1 });
-      const sprite = new Sprite(material);
+    this.#sprites = MOTORS.map(() => {
+      const sprite = new Sprite(new SpriteMaterial({ transparent: true, alphaTest: 0.1 }));
       sprite.scale.setScalar(SIZE_MM);
       this.group.add(sprite);
       return sprite;
     });
+  }
+
+  setColours(colours: SceneColours) {
+    for (const motor of MOTORS) {
+      const material = this.#sprites[motor - 1]?.material;
+      material?.map?.dispose();
+      if (material) material.map = number(motor, colours);
+    }
   }
 
   setPosture(posture: Posture, only: Motor | null) {
@@ -42,18 +49,18 @@ export class Labels {
 }
 
 /** Return a motor's number in a disc of the motor's colour. */
-function number(motor: Motor): CanvasTexture<OffscreenCanvas> {
+function number(motor: Motor, { motors, onMotor }: SceneColours): CanvasTexture<OffscreenCanvas> {
   const canvas = new OffscreenCanvas(PIXELS, PIXELS);
   const draw = canvas.getContext("2d");
   if (draw) {
     draw.beginPath();
     draw.arc(PIXELS / 2, PIXELS / 2, PIXELS / 2 - 3, 0, 2 * Math.PI);
-    draw.fillStyle = MOTOR_COLOURS[motor];
+    draw.fillStyle = motors[motor];
     draw.fill();
     draw.lineWidth = 4;
-    draw.strokeStyle = "white";
+    draw.strokeStyle = onMotor;
     draw.stroke();
-    draw.fillStyle = "white";
+    draw.fillStyle = onMotor;
     draw.font = "bold 42px sans-serif";
     draw.textAlign = "center";
     draw.textBaseline = "middle";

@@ -1,7 +1,6 @@
 import {
   BoxGeometry,
   CapsuleGeometry,
-  Color,
   CylinderGeometry,
   Group,
   LatheGeometry,
@@ -14,62 +13,42 @@ import {
   Vector2,
   Vector3,
 } from "three";
-import { GHOST, MOTOR_COLOURS } from "../colours";
-import type { Motor } from "../limits";
+import { PARTS, type Part, type SceneColours } from "../colours";
+import { MOTORS, type Motor } from "../limits";
 import type { Rotation, Vec } from "../vectors";
 
 /** The materials of all parts. A ghost has only one material, so that users do not mistake it for the patient. */
-export interface Paint {
-  skin: Material;
-  shirt: Material;
-  sleeve: Material;
-  hair: Material;
-  bone: Material;
-  metal: Material;
-  dark: Material;
-  plate: Material;
-  cloth: Material;
-  motor: (motor: Motor) => Material;
+export interface Paint extends Record<Part, MeshLambertMaterial> {
+  motor: (motor: Motor) => MeshLambertMaterial;
 }
 
+/** Return a paint with a material for each part. `setColours` gives them their colours. */
 export function solidPaint(): Paint {
-  const of = (colour: string) => new MeshLambertMaterial({ color: new Color(colour) });
-  const motors = { 1: of(MOTOR_COLOURS[1]), 2: of(MOTOR_COLOURS[2]), 3: of(MOTOR_COLOURS[3]) };
-  const outer = { 4: of(MOTOR_COLOURS[4]), 5: of(MOTOR_COLOURS[5]) };
-  const all = { ...motors, ...outer };
-  return {
-    skin: of("#d8b194"),
-    shirt: of("#a9b6c9"),
-    sleeve: of("#94a4bb"),
-    hair: of("#4a4039"),
-    bone: of("#efe6d2"),
-    metal: of("#aab2bb"),
-    dark: of("#3c434b"),
-    plate: of("#f7f8fa"),
-    cloth: of("#5d6b80"),
-    motor: (motor) => all[motor],
-  };
+  const motors = MOTORS.map(() => new MeshLambertMaterial());
+  return paintOf(
+    () => new MeshLambertMaterial(),
+    (motor) => motors[motor - 1] as MeshLambertMaterial,
+  );
 }
 
 export function ghostPaint(): Paint {
-  const ghost = new MeshLambertMaterial({
-    color: new Color(GHOST),
-    transparent: true,
-    opacity: 0.32,
-    depthWrite: false,
-  });
-  return {
-    skin: ghost,
-    shirt: ghost,
-    sleeve: ghost,
-    hair: ghost,
-    bone: ghost,
-    metal: ghost,
-    dark: ghost,
-    plate: ghost,
-    cloth: ghost,
-    motor: () => ghost,
-  };
+  const ghost = new MeshLambertMaterial({ transparent: true, opacity: 0.32, depthWrite: false });
+  return paintOf(
+    () => ghost,
+    () => ghost,
+  );
+}
+
+function paintOf(part: () => MeshLambertMaterial, motor: Paint["motor"]): Paint {
+  const parts = Object.fromEntries(PARTS.map((name) => [name, part()])) as Record<Part, MeshLambertMaterial>;
+  return { ...parts, motor };
+}
+
+/** Give a solid paint and a ghost's paint the colours of a scheme. */
+export function setColours(solid: Paint, ghost: Paint, colours: SceneColours) {
+  for (const part of PARTS) solid[part].color.set(colours.parts[part]);
+  for (const motor of MOTORS) solid.motor(motor).color.set(colours.motors[motor]);
+  ghost.dark.color.set(colours.ghost);
 }
 
 const UP = new Vector3(0, 1, 0);

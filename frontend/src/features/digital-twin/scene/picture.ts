@@ -1,4 +1,5 @@
 import type { View } from "../camera";
+import type { Scheme } from "../colours";
 import type { Limits, Motor } from "../limits";
 import type { Angles } from "../posture";
 import type { Side } from "../vectors";
@@ -14,6 +15,8 @@ export interface Picture {
   width: number;
   height: number;
   view: View;
+  /** The colour scheme of the page. */
+  scheme: Scheme;
   /** The only motor whose range is drawn; null for all motors. */
   only: Motor | null;
   /** The measured angles. Null while they are unknown; then no arm is drawn. */

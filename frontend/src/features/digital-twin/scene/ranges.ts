@@ -1,5 +1,5 @@
-import { Color, Group, InstancedMesh, MeshBasicMaterial, Object3D, SphereGeometry } from "three";
-import { MOTOR_COLOURS } from "../colours";
+import { Group, InstancedMesh, MeshBasicMaterial, Object3D, SphereGeometry } from "three";
+import type { SceneColours } from "../colours";
 import { type Limits, limitsReached, MOTORS, type Motor } from "../limits";
 import type { Angles, Posture } from "../posture";
 import { sweeps } from "../posture";
@@ -16,20 +16,23 @@ const SMALL = 0.45;
 /** Draws the motors' ranges as dotted curves between the limits, with a larger dot at the motor's position. */
 export class Ranges {
   readonly group = new Group();
-  readonly #dots: InstancedMesh[];
+  readonly #dots: InstancedMesh<SphereGeometry, MeshBasicMaterial>[];
   readonly #limits: Limits;
   readonly #place = new Object3D();
 
   constructor(limits: Limits) {
     this.#limits = limits;
     const ball = new SphereGeometry(1, 10, 8);
-    this.#dots = MOTORS.map((motor) => {
-      const material = new MeshBasicMaterial({ color: new Color(MOTOR_COLOURS[motor]) });
-      const dots = new InstancedMesh(ball, material, STEPS + 2);
+    this.#dots = MOTORS.map(() => {
+      const dots = new InstancedMesh(ball, new MeshBasicMaterial(), STEPS + 2);
       dots.frustumCulled = false;
       this.group.add(dots);
       return dots;
     });
+  }
+
+  setColours({ motors }: SceneColours) {
+    for (const motor of MOTORS) this.#dots[motor - 1]?.material.color.set(motors[motor]);
   }
 
   setPosture(angles: Angles, posture: Posture, only: Motor | null) {

@@ -7,13 +7,14 @@ import {
   WebGLRenderer,
 } from "three";
 import { cameraPosition, lookAtPoint } from "../camera";
+import { SCENE_COLOURS, type Scheme } from "../colours";
 import type { Limits } from "../limits";
 import { motorsOf } from "../linkage";
 import { type Angles, type Posture, postureOf } from "../posture";
 import type { Side } from "../vectors";
 import { Labels } from "./labels";
 import { MovingParts } from "./movingParts";
-import { ghostPaint, solidPaint } from "./parts";
+import { ghostPaint, setColours, solidPaint } from "./parts";
 import type { Picture } from "./picture";
 import { Ranges } from "./ranges";
 import { surroundings } from "./surroundings";
@@ -33,7 +34,10 @@ export class Stage {
   readonly #ranges: Ranges;
   readonly #labels = new Labels();
   readonly #pixel = new Uint8Array(4);
+  readonly #solid = solidPaint();
+  readonly #transparent = ghostPaint();
   #size = "";
+  #scheme: Scheme | null = null;
 
   /**
    * `density`: screen pixels per page pixel.
@@ -47,10 +51,9 @@ export class Stage {
     this.#renderer.debug.checkShaderErrors = false;
     this.#renderer.setPixelRatio(software ? 1 : Math.min(density, SHARPEST));
     this.#side = side;
-    const paint = solidPaint();
     const rest = restingPosture(side);
-    this.#real = new MovingParts(side, rest, paint);
-    this.#ghost = new MovingParts(side, rest, ghostPaint());
+    this.#real = new MovingParts(side, rest, this.#solid);
+    this.#ghost = new MovingParts(side, rest, this.#transparent);
     this.#ranges = new Ranges(limits);
     this.#camera.up.set(0, 0, 1);
     const sun = new DirectionalLight("#ffffff", 1.6);
@@ -63,8 +66,9 @@ export class Stage {
       sun,
       back,
     );
-    this.#scene.add(surroundings(side, paint), this.#real.group, this.#ghost.group);
+    this.#scene.add(surroundings(side, this.#solid), this.#real.group, this.#ghost.group);
     this.#scene.add(this.#ranges.group, this.#labels.group);
+    this.#setScheme("light");
   }
 
   /** Compile the shaders in parallel if the browser can; otherwise the first drawing compiles them. */
@@ -75,8 +79,9 @@ export class Stage {
   }
 
   /** Draw a picture. Returns when it is drawn, because the duration sets the pause before the next picture. */
-  draw({ width, height, view, only, real: realAngles, ghost: ghostAngles }: Picture) {
+  draw({ width, height, view, scheme, only, real: realAngles, ghost: ghostAngles }: Picture) {
     this.#fit(width, height);
+    this.#setScheme(scheme);
     this.#camera.position.set(...cameraPosition(view, this.#side));
     this.#camera.lookAt(...lookAtPoint(this.#side));
     const real = placed(this.#real, realAngles, this.#side);
@@ -94,6 +99,15 @@ export class Stage {
     // Reading a pixel waits until the graphics process has drawn.
     const gl = this.#renderer.getContext();
     gl.readPixels(0, 0, 1, 1, gl.RGBA, gl.UNSIGNED_BYTE, this.#pixel);
+  }
+
+  #setScheme(scheme: Scheme) {
+    if (scheme === this.#scheme) return;
+    this.#scheme = scheme;
+    const colours = SCENE_COLOURS[scheme];
+    setColours(this.#solid, this.#transparent, colours);
+    this.#ranges.setColours(colours);
+    this.#labels.setColours(colours);
   }
 
   #fit(width: number, height: number) {

@@ -41,8 +41,8 @@ function patient(side: Side, paint: Paint): Group {
     ball([44, 0, 1215], 84, paint.skin, [1.08, 0.88, 1.28]),
     ball([28, 0, 1238], 88, paint.hair, [1.04, 0.92, 1.2]),
     ball([136, 0, 1200], 14, paint.skin, [1.2, 0.8, 1.3]),
-    ball([124, 30, 1228], 8, paint.dark),
-    ball([124, -30, 1228], 8, paint.dark),
+    ball([124, 30, 1228], 8, paint.eye),
+    ball([124, -30, 1228], 8, paint.eye),
     ball([36, 78, 1208], 20, paint.skin, [0.8, 0.5, 1.3]),
     ball([36, -78, 1208], 20, paint.skin, [0.8, 0.5, 1.3]),
   );

@@ -32,8 +32,8 @@ class Drawer {
   #schedule() {
     // The frame that is already requested will draw the newest picture.
     if (!this.#ready || this.#next === null || this.#frame !== null) return;
-    // An unknown pose, and another view that the user has chosen, are drawn without throttling.
-    if (this.#drawn && (!sameView(this.#next, this.#drawn) || (this.#drawn.real && !this.#next.real)))
+    // An unknown pose, and another view or colour scheme that the user has chosen, are drawn without throttling.
+    if (this.#drawn && (!sameLook(this.#next, this.#drawn) || (this.#drawn.real && !this.#next.real)))
       this.#requestFrame();
     else this.#timer ??= setTimeout(() => this.#requestFrame(), this.#pace.wait_ms(performance.now()));
   }
@@ -57,8 +57,9 @@ class Drawer {
   }
 }
 
-/** Compared by value, because every message is a copy. */
-const sameView = (one: Picture, other: Picture) => JSON.stringify(one.view) === JSON.stringify(other.view);
+/** True if view and scheme are the same. The views are compared by value, because every message is a copy. */
+const sameLook = (one: Picture, other: Picture) =>
+  one.scheme === other.scheme && JSON.stringify(one.view) === JSON.stringify(other.view);
 
 function send(message: WorkerMessage) {
   self.postMessage(message);
