@@ -1,6 +1,6 @@
 """The apparatus in three dimensions, which a worker draws beside the page."""
 
-from typing import Final
+from typing import Final, Literal
 
 import pytest
 from playwright.sync_api import Page, expect
@@ -57,6 +57,7 @@ def test_model_is_drawn_and_redrawn_from_another_view(page: Page) -> None:
 
 def test_model_has_the_colours_of_the_scheme(page: Page) -> None:
     page.evaluate(NEXT_PICTURE)
-    for scheme, other in (("light", "dark"), ("dark", "light"), ("light", "dark")):
+    schemes: tuple[Literal["light", "dark"], ...] = ("light", "dark", "light")
+    for scheme, other in zip(schemes, ("dark", "light", "dark"), strict=True):
         page.emulate_media(color_scheme=scheme)
         assert page.evaluate(SHOWS, [DISC[scheme], DISC[other], SOME])

@@ -1,6 +1,5 @@
 """Defines a run: one recording from load to end, its setpoints and samples, and the patient's resistance."""
 
-import math
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 from typing import Final, Literal
@@ -18,6 +17,7 @@ from kata.device.movement import CREEP, RAMP_S, Movement, Path, longest_step
 from kata.device.range_override import RangeOverride
 from kata.device.resistance import ResistanceMonitor, YieldOffset
 from kata.device.run_limits import RunLimits
+from kata.device.setpoint_brake import SetpointBrake
 from kata.device.setpoint_gate import largest_step_deg
 from kata.motion.ilc import Correction
 from kata.motion.linkage import Floats
@@ -34,9 +34,6 @@ _STEP_SHARE: Final = 0.8
 """Share of the feed-forward in the difference between the setpoint gate's step limit and the step at an axis' highest speed.
 Overspeed is judged from averages over 0.1 s, so single steps may exceed the highest speed.
 """
-_ROUNDING_DEG: Final = 1e-9
-_WAY_SHARES: Final = np.linspace(0.0, 1.0, 129)[:, None]
-"""Places on a way at which its poses are checked."""
 _SAME_PLACE_S: Final = 1.0
 """Two places of resistance that are at most this far apart on the recording's clock count as the same place."""
 
@@ -66,12 +63,6 @@ class Run:
     """Change of the feed-forward in the last setpoint period."""
     _speed_deg_s: Floats = field(init=False)
     """Speed of the reference over the last setpoint period."""
-    _setpoint_deg: Floats = field(init=False)
-    """The last setpoint."""
-    _setpoint_change_deg: Floats = field(init=False)
-    """Change of the setpoint in the last setpoint period."""
-    _wanted_deg: Floats = field(init=False)
-    """The last setpoint before it was braked."""
     _reversal_torque_nm: float = 0.0
     """Torque of the resisting axis when the backward movement began."""
 
@@ -96,6 +87,7 @@ class Run:
         ]
         self._min_second_difference_deg = (_USED_SHARE - REFERENCE_SHARE - RAMP_SHARE) * acceleration / self.rate_hz**2
         self._max_second_difference_deg = _USED_SHARE * acceleration / self.rate_hz**2
+        self._brake = SetpointBrake(self._max_second_difference_deg)
         ramps_s = [axis.max_speed_deg_s / (RAMP_SHARE * axis.max_acceleration_deg_s2) for axis in self.config.axes]
         self._shortest_ramp_s = max(ramps_s)
         self._feed_forward_step_deg = np.minimum(
@@ -150,17 +142,8 @@ class Run:
         return settled
 
     def way_outwards_deg(self, here_deg: Sequence[float]) -> float:
-        """Return how far the straight way to the recording's start leads outwards beyond the limits of the pose, in deg.
-
-        A way that starts outside may only lead inwards.
-        """
-        here = np.array(here_deg)
-        outwards_deg, level_deg = 0.0, math.inf
-        for pose in (here + _WAY_SHARES * (self.trajectory.start_deg - here)).tolist():
-            beyond_deg = max(0.0, self._gate.beyond_deg(pose))
-            outwards_deg = max(outwards_deg, beyond_deg - level_deg)
-            level_deg = min(level_deg, beyond_deg)
-        return outwards_deg
+        """Return how far the straight way to the recording's start leads outwards; see :meth:`RunLimits.way_outwards_deg`."""
+        return self._limits.way_outwards_deg(np.array(here_deg), self.trajectory.start_deg)
 
     def pose_beyond_deg(self, setpoint_deg: Sequence[float]) -> float:
         """Return the distance in deg by which a setpoint exceeds the present limits of the pose; 0 or less inside them."""
@@ -189,8 +172,7 @@ class Run:
         self._feed_forward_change_deg = np.zeros(len(here_deg))
         self._speed_deg_s = np.zeros(len(here_deg))
         self._yield_offset.offset_deg = np.zeros(len(here_deg))
-        self._setpoint_deg = self._wanted_deg = here_deg
-        self._setpoint_change_deg = np.zeros(len(here_deg))
+        self._brake.start(here_deg)
 
     def setpoint(self, movement: Movement) -> tuple[float, ...]:
         """Return the next setpoint: the reference plus the feed-forward for the drives' lag.
@@ -228,32 +210,8 @@ class Run:
         setpoint = _clip(self.reference_deg + self._feed_forward_deg, lowest, highest)
         setpoint = np.array(self._held(setpoint, lowest, highest))
         if not self.zero_order_hold:
-            setpoint = self._braked(setpoint, lowest, highest)
-        self._setpoint_change_deg, self._setpoint_deg = setpoint - self._setpoint_deg, setpoint
+            setpoint = self._brake.setpoint(setpoint, lowest, highest)
         return tuple(setpoint.tolist())
-
-    def _braked(self, wanted_deg: Floats, lowest_deg: Floats, highest_deg: Floats) -> Floats:
-        """Return the setpoint, or the nearest one from which it can still stop at the limits, within the axes' acceleration limit.
-
-        A setpoint that has fallen behind comes back to the wanted one as fast as the acceleration limit allows.
-        """
-        second_difference, last_deg = self._max_second_difference_deg, self._setpoint_deg
-        behind_deg = self._wanted_deg - last_deg
-        # A wanted setpoint that jerks by itself is not smoothed here: the setpoint gate refuses it.
-        unbounded = np.where(behind_deg == 0.0, np.inf, second_difference)
-        most_deg = np.minimum(
-            longest_step(np.maximum(highest_deg - last_deg, 0.0), second_difference),
-            self._setpoint_change_deg + unbounded,
-        )
-        least_deg = np.maximum(
-            -longest_step(np.maximum(last_deg - lowest_deg, 0.0), second_difference),
-            self._setpoint_change_deg - unbounded,
-        )
-        caught_up_deg = longest_step(np.abs(behind_deg), second_difference)
-        change_deg = wanted_deg - self._wanted_deg + _clip(behind_deg, -caught_up_deg, caught_up_deg)
-        self._wanted_deg = wanted_deg
-        braked_deg = last_deg + _clip(change_deg, least_deg, most_deg)
-        return np.where(np.abs(braked_deg - wanted_deg) < _ROUNDING_DEG, wanted_deg, braked_deg)
 
     def _advance_reference(self, movement: Movement) -> Floats:
         """Advance the reference along the path. Return the feed-forward that the drives' lag needs, ``(5,)``."""
@@ -298,7 +256,7 @@ class Run:
 
     def resists_way_back(self, axis: int, movement: Movement, state: CycleState) -> bool:
         """Return True if the patient resists an arm that moves back already."""
-        return movement.speed_override < 0.0 < self._speed_deg_s[axis] * state.torque_nm[axis]
+        return movement.speed_override < 0.0 < float(self._speed_deg_s[axis]) * state.torque_nm[axis]
 
     def reverse(self, axis: int, movement: Movement, state: CycleState) -> None:
         """Start moving the arm back along its path."""

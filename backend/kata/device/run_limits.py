@@ -1,9 +1,13 @@
 """Limits setpoints and measured angles of one run. The limits are wider while an arm that starts outside approaches."""
 
+import math
 from collections.abc import Sequence
 from typing import Final
 
+import numpy as np
+
 from kata.device.cycle_state import Limits
+from kata.motion.linkage import Floats
 from kata.motion.pose_gate import PoseGate
 from kata.motion.reach import POSE_ROUNDING_DEG
 
@@ -15,6 +19,9 @@ _INSIDE_SHARE: Final = 0.25
 """Share of the limit tolerance within which an arm counts as inside. A fault begins at twice this distance, half of the tolerance, so
 that lag and noise of a drive do not cause a fault when the limits tighten.
 """
+
+_WAY_SHARES: Final = np.linspace(0.0, 1.0, 129)[:, None]
+"""Places on a way at which its poses are checked."""
 
 
 class RunLimits:
@@ -50,6 +57,18 @@ class RunLimits:
             (min(low, angle), max(high, angle)) for (low, high), angle in zip(self.tight_deg, here_deg, strict=True)
         )
         self.beyond_deg = max(0.0, self._gate.beyond_deg(here_deg))
+
+    def way_outwards_deg(self, here_deg: Floats, start_deg: Floats) -> float:
+        """Return how far the straight way between two poses ``(5,)`` leads outwards beyond the limits of the pose, in deg.
+
+        A way that begins outside may only lead inwards. This takes about a millisecond.
+        """
+        outwards_deg, level_deg = 0.0, math.inf
+        for pose in (here_deg + _WAY_SHARES * (start_deg - here_deg)).tolist():
+            beyond_deg = max(0.0, self._gate.beyond_deg(pose))
+            outwards_deg = max(outwards_deg, beyond_deg - level_deg)
+            level_deg = min(level_deg, beyond_deg)
+        return outwards_deg
 
     def tighten(self, setpoint_deg: Sequence[float], measured_deg: Sequence[float]) -> None:
         """Move widened limits inwards: to the setpoint or the measured angle, whichever is farther outside. They never move
