@@ -13,12 +13,12 @@ from kata.device.end_feel import SPEED_LIMIT_DEG_S as END_FEEL_SPEED_DEG_S
 from kata.device.end_feel import EndFeelTest
 from kata.device.ipc_messages import Load, RunState
 from kata.device.journal import JournalWriter, Sample
-from kata.device.movement import CREEP, RAMP_S, Movement, Path, longest_step
+from kata.device.movement import CREEP, RAMP_S, Movement, Path
 from kata.device.range_override import RangeOverride
 from kata.device.resistance import ResistanceMonitor, YieldOffset
 from kata.device.run_limits import RunLimits
-from kata.device.setpoint_brake import SetpointBrake
 from kata.device.setpoint_gate import largest_step_deg
+from kata.device.setpoint_limiters import LimitedFeedForward, SetpointBrake, clip
 from kata.motion.ilc import Correction
 from kata.motion.linkage import Floats
 from kata.motion.method import FeedForward, rate_hz
@@ -58,9 +58,6 @@ class Run:
     """The axis whose resistance causes the present backward movement; None when the recording plays again."""
     reference_deg: Floats = field(init=False)
     """Target of the arm at the last setpoint. The setpoint may lead this target. Only valid with torque on."""
-    _feed_forward_deg: Floats = field(init=False)
-    _feed_forward_change_deg: Floats = field(init=False)
-    """Change of the feed-forward in the last setpoint period."""
     _speed_deg_s: Floats = field(init=False)
     """Speed of the reference over the last setpoint period."""
     _reversal_torque_nm: float = 0.0
@@ -90,8 +87,8 @@ class Run:
         self._brake = SetpointBrake(self._max_second_difference_deg)
         ramps_s = [axis.max_speed_deg_s / (RAMP_SHARE * axis.max_acceleration_deg_s2) for axis in self.config.axes]
         self._shortest_ramp_s = max(ramps_s)
-        self._feed_forward_step_deg = np.minimum(
-            self._feed_forward_second_difference_deg, _STEP_SHARE * np.array(steps)
+        self._limited_feed_forward = LimitedFeedForward(
+            np.minimum(self._feed_forward_second_difference_deg, _STEP_SHARE * np.array(steps))
         )
         self.range_override = RangeOverride(
             self.trajectory,
@@ -124,7 +121,7 @@ class Run:
         limits.
         """
         self.start_path(here_deg)
-        inside_deg = _clip(here_deg, self._lowest_deg, self._highest_deg)
+        inside_deg = clip(here_deg, self._lowest_deg, self._highest_deg)
         self.return_to_deg = np.array(self._held(inside_deg, self._lowest_deg, self._highest_deg))
         self._limits.widen(here_deg.tolist())
         self._update_bounds()
@@ -168,8 +165,7 @@ class Run:
         """Start another path at ``here_deg`` without feed-forward and offset."""
         self.reference_deg = here_deg
         self._reference_change_deg = np.zeros(len(here_deg))
-        self._feed_forward_deg = np.zeros(len(here_deg))
-        self._feed_forward_change_deg = np.zeros(len(here_deg))
+        self._limited_feed_forward.start()
         self._speed_deg_s = np.zeros(len(here_deg))
         self._yield_offset.offset_deg = np.zeros(len(here_deg))
         self._brake.start(here_deg)
@@ -194,20 +190,18 @@ class Run:
         if self.resisting_axis is None and movement.direction == 1:
             self._yield_offset.resume(max(movement.speed_override, 0.0))
         self._yield_offset.keep_within(lowest - self.reference_deg, highest - self.reference_deg)
-        wanted = _clip(
-            wanted + self._yield_offset.offset_deg, lowest - self.reference_deg, highest - self.reference_deg
-        )
+        wanted = clip(wanted + self._yield_offset.offset_deg, lowest - self.reference_deg, highest - self.reference_deg)
         wanted = np.array(self._held(self.reference_deg + wanted, lowest, highest)) - self.reference_deg
-        self._update_feed_forward(
+        self._limited_feed_forward.move_towards(
             wanted,
-            _clip(
+            clip(
                 self._max_second_difference_deg - second_difference_deg,
                 self._min_second_difference_deg,
                 self._feed_forward_second_difference_deg,
             ),
         )
         # The reference may leave the pose's limits on a straight line between two poses or with a reduced range.
-        setpoint = _clip(self.reference_deg + self._feed_forward_deg, lowest, highest)
+        setpoint = clip(self.reference_deg + self._limited_feed_forward.deg, lowest, highest)
         setpoint = np.array(self._held(setpoint, lowest, highest))
         if not self.zero_order_hold:
             setpoint = self._brake.setpoint(setpoint, lowest, highest)
@@ -231,19 +225,6 @@ class Run:
                 movement.place_s(self._lead_s)
             )
         return wanted
-
-    def _update_feed_forward(self, wanted_deg: Floats, second_difference: Floats) -> None:
-        """Move the feed-forward towards its target. ``second_difference`` limits the change of its step. The step never exceeds
-        the setpoint gate's limit, and the feed-forward can always stop at its target.
-        """
-        left = wanted_deg - self._feed_forward_deg
-        fastest = np.minimum(self._feed_forward_step_deg, longest_step(np.abs(left), second_difference))
-        change = _clip(
-            _clip(left, -fastest, fastest),
-            self._feed_forward_change_deg - second_difference,
-            self._feed_forward_change_deg + second_difference,
-        )
-        self._feed_forward_deg, self._feed_forward_change_deg = self._feed_forward_deg + change, change
 
     # -- resistance -----------------------------------------------------------------------------------------------
 
@@ -350,9 +331,3 @@ class Run:
             reversing=self.resisting_axis is not None,
             range_percent=100.0 * self.range_override.share,
         )
-
-
-def _clip(values: Floats, lowest: Floats, highest: Floats) -> Floats:
-    """Clip the values. This takes a fifth of the time of np.clip."""
-    bounded: Floats = np.minimum(np.maximum(values, lowest), highest)
-    return bounded
