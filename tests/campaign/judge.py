@@ -12,6 +12,7 @@ from typing import Final
 from kata.device.config import StationConfig
 from kata.device.ipc_messages import RESISTANCE_LEVELS, Load, Snapshot
 from kata.motion.method import rate_hz
+from kata.simulator.fault_injector import FaultKind
 from kata.testing.world import RecordingWorld, Seen
 from tests.support.drive_registers import expected_registers
 
@@ -34,10 +35,14 @@ _ANSWER_S: Final = 1.4
 _OVER_LEVEL: Final = 1.15
 """Tolerance for the noise and steps of a drive's current."""
 _STEP_TOLERANCE_DEG: Final = 1.2
+_FIRST_GOAL_DEG: Final = 4.0
+"""Distance of a start's first goal from the shaft: play, the yield of an arm in motion, and a cycle of a hand's movement."""
 _LIMIT_TOLERANCE_DEG: Final = 0.5
 """A setpoint that yields to the patient's push may go back to where the arm was some cycles ago, and the arm comes in meanwhile."""
 _KNOWN_CYCLES: Final = 3
 """An angle is measured in one cycle, answered to in the next, and sent with the one after it where function 23 carries the goals."""
+_FALSE_ANGLES: Final[tuple[FaultKind, ...]] = ("frozen", "garbage", "exchanged_id")
+"""Faults with which a drive answers with another angle than its shaft's."""
 _POSE_TOLERANCE_DEG: Final = 1.0
 _ERROR_CYCLES: Final = 4
 """A hardware error counts in the cycle that first receives it. A lost answer costs a cycle, and a started cycle may still end."""
@@ -222,6 +227,9 @@ class Judge:
             f"motor {motor} was sent to {seen.value}"
         )
         before, known.goal = known.goal, (seen.t_ns, seen.value)
+        if before is None and not any(self.world.faults.has(kind, motor) for kind in _FALSE_ANGLES):
+            away_deg = abs(seen.value - self.world.angles_deg[motor - 1])
+            assert away_deg <= _FIRST_GOAL_DEG, f"motor {motor} was sent {away_deg:.1f} deg away by a start"
         if before is not None:
             # The paper's method jumps to its first angle, however soon after the last goal of the held arm.
             seconds = max((seen.t_ns - before[0]) / 1e9, 1 / self._rate_hz)

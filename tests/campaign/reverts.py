@@ -48,7 +48,7 @@ class Revert:
     """A reverted fix."""
 
     defect: int
-    """Its number in the review."""
+    """Its number in the review; above 9: found later."""
     what: str
     edits: tuple[Edit, ...]
     finder: Finder = "sequences"
@@ -232,6 +232,27 @@ REVERTS: Final = (
             Edit("bus/dynamixel/driver.py", "        size = next(self._block_lengths)\n", "        turn = next(self._next_status)\n        size = next(self._block_lengths)\n"),
             Edit("bus/dynamixel/driver.py", "            statuses[axis] = self._block_status(axis, t_ns, block, data)\n", "            status = self._block_status(axis, t_ns, block, data)\n            if axis == turn:\n                statuses[axis] = status\n"),
         ),
+    ),
+    _one(
+        10,
+        "a lost port is opened again before a cycle has seen its loss",
+        "loop.py",
+        "        if self._loss_unseen or self._now_ns()",
+        "        if self._now_ns()",
+    ),
+    _one(
+        11,
+        "a start takes the angles of drives that do not answer",
+        "refusals.py",
+        "    if state.measured_t_ns is not None:\n",
+        "    if True:\n",
+    ),
+    _one(
+        12,
+        "a setpoint does not brake before a limit",
+        "run.py",
+        "            setpoint = self._brake.setpoint(setpoint, lowest, highest)\n",
+        "            pass\n",
     ),
 )  # fmt: skip
 

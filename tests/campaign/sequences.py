@@ -107,14 +107,30 @@ def _way_out() -> tuple[np.ndarray[Any, Any], np.ndarray[Any, Any]]:
     return times, angles
 
 
+def _sharp_end() -> tuple[np.ndarray[Any, Any], np.ndarray[Any, Any]]:
+    """Motor 5 turns with 90 deg/s and stops within 0.1 s."""
+    times = np.linspace(0.0, 2.0, 201)
+    angles = np.tile(_START_DEG, (len(times), 1))
+    angles[:, 4] -= np.cumsum(90.0 * np.clip(np.minimum(times / 0.3, (0.8 - times) / 0.1), 0.0, 1.0)) * 0.01
+    return times, angles
+
+
 _RECORDINGS: Final = {
     "way out": _way_out(),
+    "sharp end": _sharp_end(),
     "wave": _wave(3.0, 301),
     "slow wave": _wave(60.0, 601),
     "a millisecond": _steps(0.001),
     "a tenth": _steps(0.1),
     "no numbers": (np.array([0.0, 1.0]), np.full((2, 5), 1e308)),
 }
+
+
+def _limits_of(recording: str, angles_deg: np.ndarray[Any, Any]) -> tuple[tuple[float, float], ...]:
+    """Return a doctor's limits: 0.2 deg beyond a sharp end, else the same for all recordings."""
+    if recording != "sharp end":
+        return _TIGHT_DEG
+    return (*_TIGHT_DEG[:4], (float(angles_deg[:, 4].min()) - 0.2, -1.0))
 
 
 @lru_cache(maxsize=256)
@@ -126,7 +142,7 @@ def _load(recording: str, level: int, limits: bool, method: str) -> Load:
         times_s=times.astype("<f8").tobytes(),
         angles_deg=angles.astype("<f8").tobytes(),
         load_level=level,
-        limits_deg=_TIGHT_DEG if limits else (),
+        limits_deg=_limits_of(recording, angles) if limits else (),
         method=method,  # type: ignore[arg-type]
     )
 
@@ -162,7 +178,7 @@ def _test(level: int, limits: bool, torque_nm: float, carried_nm: float, repetit
 
 _plays = st.builds(
     _load,
-    st.sampled_from(["wave", "wave", "wave", "slow wave", "a millisecond", "a tenth", "no numbers"]),
+    st.sampled_from(["wave", "wave", "wave", "sharp end", "slow wave", "a millisecond", "a tenth", "no numbers"]),
     st.sampled_from([25, 25, 10, 3, 1]),
     st.booleans(),
     st.sampled_from(["smooth", "smooth", "paper"]),
@@ -380,6 +396,32 @@ class Sequences(RuleBasedStateMachine):
             self._make_ready(load)
         self._run(delay_s)
 
+    @rule(
+        load=_loads,
+        motor=st.integers(1, 5),
+        seconds=st.sampled_from([0.02, 0.08, 0.25]),
+        turned_deg=st.sampled_from([-20.0, 0.0, 20.0]),
+        kind=st.sampled_from(["silent", "off", "reboot", "exchanged"]),
+    )
+    def a_start_while_a_drive_is_silent(
+        self, load: Load, motor: int, seconds: float, turned_deg: float, kind: FaultKind
+    ) -> None:
+        """A drive does not answer, a hand leads its motor on, and the approach is pressed. Then the drive answers again."""
+        self._recover()
+        self._lead_to_rest()
+        self._make_ready(load)
+        self._fault(kind, motor)
+        self._run(seconds)
+        if not any(self.world.torque):
+            axis = self.world.config.axes[motor - 1]
+            angle_deg = self.world.angles_deg[motor - 1] + turned_deg
+            self.world.place(motor, min(max(angle_deg, axis.min_deg), axis.max_deg))
+        self._look(0)
+        self._press(0, Approach(), 0.0)
+        self._run(0.02)
+        self.it_is_mended()
+        self._run(0.3)
+
     @rule(load=_loads, after=st.integers(0, 8), seconds=st.sampled_from([0.1, 1.8]))
     def a_start_loses_a_request(self, load: Load, after: int, seconds: float) -> None:
         """One of the requests around the start does not reach the drives, such as the one that arms their watchdogs."""
@@ -458,6 +500,23 @@ class Sequences(RuleBasedStateMachine):
         self.world.fault("gone")
         self.judge.port_lost(pressed=self._looks_pressed)
         self._run(seconds)
+
+    @rule(seconds=st.sampled_from([0.02, 0.3, 0.6]))
+    def the_connection_fails_while_the_computer_stands_still(self, seconds: float) -> None:
+        """The adapter is pulled out between two cycles. The computer stands still, and the adapter is back before the next cycle."""
+        self._disturb()
+        self.world.wait(_ON_THE_WIRE_S)
+        torque_was_commanded = self._snapshot.torque == "on" and self._snapshot.mode not in ("offline", "stopped")
+        self.world.fault("gone")
+        self.judge.port_lost(pressed=self._looks_pressed)
+        if not torque_was_commanded:
+            return
+        self.loop.poll_estop()
+        self.world.wait(seconds)
+        self.it_is_mended()
+        self._run(0.05)
+        causes = {cause.code for cause in self._snapshot.stop.causes} if self._snapshot.stop else set()
+        assert "bus_lost" in causes, "a lost connection was not noticed"
 
     @rule()
     def it_is_mended(self) -> None:

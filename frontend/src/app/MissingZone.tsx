@@ -11,7 +11,7 @@ export function MissingZone() {
   const administers = useHasPermission("administer");
   if (!me || !isZoneMissing()) return null;
   return (
-    <Alert color="yellow" variant="light" icon={<IconClock />} mb="md" py="xs" data-testid="missing-zone">
+    <Alert color="grape" variant="light" icon={<IconClock />} mb="md" py="xs" data-testid="missing-zone">
       {me.time_zone ? t("common:zone.unknown", { zone: me.time_zone }) : t("common:zone.missing")}{" "}
       {administers ? (
         <PageLink to="/administration/clinic" inherit>

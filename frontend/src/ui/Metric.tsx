@@ -58,7 +58,13 @@ function Content({ label, value, unit, note, needsAttention, failed }: KeyFigure
       ) : (
         <Text component="div" className={classes.value ?? ""} {...(needsAttention && { c: "grape" })}>
           {/* In a narrow tile the line breaks before the unit, not within the value. */}
-          {shown} {unit && shown === value && <span className={classes.unit}>{unit}</span>}
+          {shown}
+          {unit && shown === value && (
+            <>
+              {" "}
+              <span className={classes.unit}>{unit}</span>
+            </>
+          )}
         </Text>
       )}
       {note && (
