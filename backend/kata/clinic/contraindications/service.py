@@ -42,7 +42,7 @@ def of_patient(session: Session, patient_id: UUID) -> list[Contraindication]:
 def present(session: Session, patient_id: UUID) -> list[Contraindication]:
     """Return a patient's unresolved contraindications, also those of closed episodes. Those that stop motion come first.
 
-    The end of an episode does not heal a shoulder: its contraindications apply until somebody resolves them.
+    A contraindication applies until a user resolves it, also after the end of its episode.
     """
     query = select(ContraindicationRow).where(
         ContraindicationRow.patient_id == patient_id, ContraindicationRow.resolved_at.is_(None)
