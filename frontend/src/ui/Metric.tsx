@@ -33,7 +33,7 @@ export const MetricLink = createLink(
         ref={ref}
         {...link}
         className={`${classes.metric} ${classes.leads}`}
-        data-needsAttention={needsAttention}
+        data-attention={needsAttention}
       >
         <Content
           {...{ label, value, note }}
