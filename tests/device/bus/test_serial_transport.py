@@ -2,6 +2,7 @@
 
 import os
 import select
+import termios
 import time
 import tty
 from collections.abc import Iterator
@@ -72,3 +73,14 @@ def test_port_that_was_hung_up_is_lost() -> None:
     with pytest.raises(BusError, match="was disconnected"):
         line.send(b"?")
     line.close()
+
+
+def test_adapter_pulled_out_while_it_is_opened_is_a_bus_error(monkeypatch: pytest.MonkeyPatch) -> None:
+    """pyserial passes this error of the terminal through; it is no OSError."""
+
+    def pulled_out(*args: object, **options: object) -> None:
+        raise termios.error(5, "Input/output error")
+
+    monkeypatch.setattr("kata.device.bus.serial_transport.serial.Serial", pulled_out)
+    with pytest.raises(BusError, match="/dev/gone"):
+        SerialTransport("/dev/gone", 1_000_000)

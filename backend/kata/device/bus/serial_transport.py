@@ -105,7 +105,7 @@ class SerialTransport(_OpenedTransport):
         """
         try:
             self._serial = serial.Serial(port, baud, timeout=0, write_timeout=0, exclusive=True)
-        except (OSError, ValueError) as error:
+        except (OSError, ValueError, termios.error) as error:
             raise BusError(texts.PORT_CANNOT_BE_OPENED(port=port, error=error)) from error
         super().__init__(port, self._serial.fileno())
         # A USB adapter that buffers answers for 16 ms would cost a cycle. Not every port supports this request.
