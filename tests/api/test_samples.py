@@ -192,7 +192,10 @@ def test_an_angle_that_nothing_can_have_is_refused(client: TestClient, patient: 
             "pointer": "line 9, column motor_3_deg",
             "field": "line 9, column motor_3_deg",
             "detail": "1e+300 deg is more than a whole turn",
-            "field_key": None,
+            "field_key": {
+                "code": "line_and_column",
+                "params": {"line": 9, "column": {"code": "", "params": {}, "text": "motor_3_deg"}},
+            },
             "detail_key": {"code": "more_than_a_turn", "params": {"angle_deg": 1e300}},
         }
     ]

@@ -35,7 +35,7 @@ _WATCHED_MS = 1200
 def _everywhere() -> Trajectory:
     """Return a recording in which all five axes move, from a start far from the rest position, without long pauses."""
     times = np.linspace(0.0, 8.0, 801)
-    start = np.array([35.0, 92.0, 40.0, 40.0, -35.0])
+    start = np.array([33.0, 94.0, 40.0, 40.0, -35.0])
     reach = np.array([-20.0, 20.0, 40.0, 60.0, -40.0])
     angles = start + reach * (1 - np.cos(2 * np.pi * times / 8.0))[:, None] / 2
     return Trajectory(times, angles)
