@@ -244,7 +244,7 @@ REVERTS: Final = (
         11,
         "a start takes the angles of drives that do not answer",
         "refusals.py",
-        "    if state.measured_t_ns is not None:\n",
+        "    if all(state.unbroken):\n",
         "    if True:\n",
     ),
     _one(

@@ -1,15 +1,16 @@
 """Torque is switched on at the angles that the drives have just reported, and never for a drive that has just restarted."""
 
 from pathlib import Path
-from typing import Literal
+from typing import Final, Literal
 
 import pytest
 from msgspec import structs
 
 from kata.device.config import Inputs, StationConfig, simulated
-from kata.device.ipc_messages import Approach
+from kata.device.ipc_messages import Approach, stamped
 from kata.simulator.fault_injector import FaultKind
 from tests.support.simulated_loop import SimulatedLoop, wave
+from tests.support.stepped import NEVER_NS
 
 
 def _station(protocol: Literal["dynamixel", "modbus"], cycle_hz: int = 100) -> StationConfig:
@@ -17,6 +18,20 @@ def _station(protocol: Literal["dynamixel", "modbus"], cycle_hz: int = 100) -> S
     return structs.replace(
         simulated("memory"), protocol=protocol, cycle_hz=cycle_hz, rate_hz=cycle_hz, silence_ms=300, inputs=inputs
     )
+
+
+_NOT_STARTED: Final = {"angles_not_current", "stopped_meanwhile"}
+
+
+def _refused_start(station: SimulatedLoop, motor: int) -> str:
+    """Press Approach. Return the refusal's code; the motor gets no torque within a second."""
+    refusal = station.send(Approach())
+    assert refusal is not None
+    for _ in range(station.config.cycle_hz):
+        station.tick()
+    seen = station.world.seen
+    assert not [one for one in seen if one.motor == motor and one.what == "torque" and one.value]
+    return refusal.code
 
 
 @pytest.mark.parametrize("protocol", ["dynamixel", "modbus"])
@@ -31,20 +46,52 @@ def test_approach_is_refused_while_a_drive_does_not_answer(
     station.world.fault("silent", 5)
     station.run(after_s)
     station.world.place(5, station.world.angles_deg[4] - 100.0 * after_s)
-    refusal = station.send(Approach())
-    assert refusal is not None
-    assert refusal.code == "angles_not_current"
-    assert "Motor 5" in refusal.message
+    assert _refused_start(station, 5) in _NOT_STARTED
+
+
+@pytest.mark.parametrize("protocol", ["dynamixel", "modbus"])
+def test_approach_waits_for_a_lost_answer(tmp_path: Path, protocol: Literal["dynamixel", "modbus"]) -> None:
+    """It begins at the angle to which a hand has turned the motor meanwhile."""
+    station = SimulatedLoop(tmp_path, _station(protocol))
+    assert station.send(wave()) is None
+    station.run(0.5)
+    station.world.fault("silent", 5)
+    station.tick()
+    station.world.place(5, station.world.angles_deg[4] - 10.0)
+    turned_deg = station.world.angles_deg[4]
+    replies = len(station.link.replies)
+    station.link.request(replies, stamped(Approach(), station.snapshot.stops, NEVER_NS), station.config)
+    station.tick()
+    assert len(station.link.replies) == replies
+    station.world.faults.clear()
+    station.until("approaching")
+    station.run(0.05)
+    assert station.world.goals(5)[0] == pytest.approx(turned_deg, abs=1.0)
+
+
+def test_stop_ends_a_start_that_waits(tmp_path: Path) -> None:
+    station = SimulatedLoop(tmp_path, _station("dynamixel"))
+    assert station.send(wave()) is None
+    station.run(0.5)
+    station.world.fault("silent", 5)
+    station.tick()
+    station.link.request(99, stamped(Approach(), station.snapshot.stops, NEVER_NS), station.config)
+    station.tick()
+    station.link.request_stop()
+    station.tick()
     station.world.faults.clear()
     station.run(0.5)
+    assert [reply.refusal.code for reply in station.link.replies if reply.id == 99 and reply.refusal] == [
+        "stopped_meanwhile"
+    ]
     assert station.snapshot.torque == "off"
-    assert station.send(Approach()) is None
 
 
 @pytest.mark.parametrize("cycle_hz", [100, 50, 20])
 @pytest.mark.parametrize("kind", ["reboot", "exchanged"])
+@pytest.mark.parametrize("cycles_before", [0, 1, 2, 3])
 def test_restarted_drive_gets_no_torque_before_its_configuration(
-    tmp_path: Path, kind: FaultKind, cycle_hz: int
+    tmp_path: Path, cycles_before: int, kind: FaultKind, cycle_hz: int
 ) -> None:
     """The encoder's wrap is inside the range: motor 4 at 60 deg counts 4196, and 100 after a restart."""
     config = _station("dynamixel", cycle_hz)
@@ -54,9 +101,6 @@ def test_restarted_drive_gets_no_torque_before_its_configuration(
     station.world.place(4, 60.0)
     station.run(0.5)
     station.world.fault(kind, 4)
-    refusal = station.send(Approach())
-    assert refusal is not None
-    assert refusal.code == "angles_not_current"
-    for _ in range(cycle_hz):
+    for _ in range(cycles_before):
         station.tick()
-        assert not station.world.torque[3]
+    assert _refused_start(station, 4) in _NOT_STARTED | {"is_stopped"}

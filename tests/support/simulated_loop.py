@@ -86,11 +86,13 @@ class SimulatedLoop:
             self.world.place(motor, angle)
 
     def send(self, command: Command) -> Refusal | None:
-        """Send a command with the present stop counter, and run the cycle that takes it."""
+        """Send a command with the present stop counter, and run cycles until it is answered."""
         number = len(self.link.replies)
         self.link.request(number, stamped(command, self.snapshot.stops, NEVER_NS), self.config)
         self.tick()
-        return next(reply for reply in self.link.replies if reply.id == number).refusal
+        while not (answers := [reply for reply in self.link.replies if reply.id == number]):
+            self.tick()
+        return answers[0].refusal
 
     def approach(self, load: Load) -> None:
         """Load a recording and move to its start."""

@@ -79,6 +79,8 @@ class CycleState(Struct, frozen=True):
     """The last torque report of each drive; None if it may be older than the last torque command."""
     torque: tuple[TorqueState, ...]
     """The torque state of each drive. It is "off" only if the drive itself has reported that."""
+    unbroken: tuple[bool, ...]
+    """True if the drive has answered in every cycle since its newest status. Otherwise it may have lost its settings since."""
     verified: tuple[bool, ...]
     """True if, according to the drive's newest status on this connection, every configured register has its value.
     """
@@ -132,6 +134,8 @@ class CycleStateBuilder:
         self._previous_drives: list[DriveSample | None] = [None] * axes
         self._status: list[DriveStatus | None] = [None] * axes
         self._timeouts, self._corrupt = [0] * axes, [0] * axes
+        self._missed_ns = [-math.inf] * axes
+        """Time of the last cycle in which each drive did not answer."""
         self._following, self._overtorque, self._accelerating = _Duration(axes), _Duration(axes), _Duration(axes)
         self._frozen_since: list[float | None] = [None] * axes
         self._torque: list[TorqueState] = ["unknown"] * axes
@@ -204,6 +208,12 @@ class CycleStateBuilder:
             watchdog_tripped=tuple([bool(status and status.watchdog_tripped) for status in self._status]),
             torque_reported=reported,
             torque=tuple(self._torque),
+            unbroken=tuple(
+                [
+                    status is not None and status.t_ns > missed_ns
+                    for status, missed_ns in zip(self._status, self._missed_ns, strict=True)
+                ]
+            ),
             verified=tuple([bool(status and status.verified) for status in self._status]),
             mismatch=tuple([status.mismatch if status else "" for status in self._status]),
             reset=tuple(self._reset),
@@ -223,6 +233,7 @@ class CycleStateBuilder:
                 self._previous_drives[n], self._drives[n] = self._drives[n], drive
                 self._timeouts[n] = self._corrupt[n] = 0
             else:
+                self._missed_ns[n] = t_ns
                 self._timeouts[n] += n in received.timed_out
                 self._corrupt[n] += n in received.corrupt
         if not bus_ok:

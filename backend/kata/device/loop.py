@@ -20,11 +20,11 @@ from kata.device.bus.port import Bus, BusError, BusSample
 from kata.device.config import StationConfig
 from kata.device.cycle_state import CycleState, CycleStateBuilder, LoopContext
 from kata.device.faults import evaluate_faults
-from kata.device.ipc import ServiceLink
+from kata.device.ipc import QueuedCommand, ServiceLink
 from kata.device.ipc_messages import Guarded, Reply
 from kata.device.loop_telemetry import LoopTelemetry
 from kata.device.pedal import UsbPedal
-from kata.device.refusals import out_of_date
+from kata.device.refusals import ANGLES_NOT_CURRENT, out_of_date
 from kata.device.setpoint_gate import refused_setpoints
 from kata.messages import text_of
 from kata.system.realtime import Granted
@@ -33,6 +33,8 @@ log = logging.getLogger(__name__)
 
 _RECONNECT_NS: Final = 250_000_000
 """Time between two attempts to open the port or to configure a drive."""
+_WAIT_FOR_ANGLES_NS: Final = 500_000_000
+"""A start waits so long for answers and status of all drives. At 20 Hz the statuses of five drives take 250 ms."""
 
 
 class ControlLoop(LoopTelemetry):
@@ -70,6 +72,10 @@ class ControlLoop(LoopTelemetry):
         self._period_ns = 1_000_000_000 // config.cycle_hz
         self._polls_estop = max_cycle_hz(config) >= 2 * config.cycle_hz
         """True if the bus has enough spare time for the extra poll."""
+        self._waiting: QueuedCommand | None = None
+        """A start that waits until every drive answers again."""
+        self._taken_ns = 0
+        """Time of the last cycle in which no start waited."""
         self._heartbeats_seen = 0
         self._run_id_mismatches = 0
         self._sent_deg: list[tuple[float, ...]] = []
@@ -296,8 +302,9 @@ class ControlLoop(LoopTelemetry):
     # -- the service ----------------------------------------------------------------------------------------------
 
     def _execute_command(self, state: CycleState) -> None:
-        taken = self._link.take_command()
+        taken, self._waiting = self._waiting or self._link.take_command(), None
         if taken is None:
+            self._taken_ns = state.t_ns
             return
         refusal = taken.refusal
         if refusal is None and isinstance(taken.command, Guarded):
@@ -305,4 +312,8 @@ class ControlLoop(LoopTelemetry):
             # sender did not know the newest Stop.
             refusal = out_of_date(taken.command, self._stops, state.t_ns)
         refusal = refusal or self._machine.command(taken.command, taken.trajectory, state, taken.correction)
+        if refusal and refusal.code == ANGLES_NOT_CURRENT and state.t_ns - self._taken_ns < _WAIT_FOR_ANGLES_NS:
+            self._waiting = taken
+            return
+        self._taken_ns = state.t_ns
         self._link.reply(Reply(id=taken.id, refusal=refusal))

@@ -249,7 +249,7 @@ class StateMachine(MachineState):
             return no_torque_found(state)
         if name == "approach":
             assert self._run is not None
-            refusal = angles_not_current(state) or outside_range(state, self._config)
+            refusal = outside_range(state, self._config)
             check_way = too_far_from_start if self._run.zero_order_hold else way_leaves_limits
             return refusal or check_way(state, self._run)
         if name == "reduce_range":
@@ -273,6 +273,9 @@ class StateMachine(MachineState):
         refusal = self.refusal(_COMMAND_OF[type(command)], state)
         if refusal is None and isinstance(command, Teach | Load):
             refusal = other_side(command.side, self._config.side)
+        if refusal is None and isinstance(command, Approach):
+            # Not in the refusals that pages show: a single lost answer would disable the button for a moment.
+            refusal = angles_not_current(state)
         if refusal:
             return refusal
         match command:

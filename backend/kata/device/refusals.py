@@ -19,6 +19,8 @@ from kata.motion.texts import SIDES
 _YIELD_DEG: Final = 0.5
 """Part of the gate's largest step that is left for a setpoint that yields to the patient."""
 
+ANGLES_NOT_CURRENT: Final = "angles_not_current"
+"""Code of a refusal whose cause can end within some cycles."""
 _WAY_TOLERANCE_DEG: Final = 0.25
 """In 873 random approaches, 48 ended in a fault of the setpoint gate. The ways of all 48 led outwards by 0.66 deg or more."""
 
@@ -157,15 +159,14 @@ def whole_range_only(end_feel: EndFeelTest | None) -> Refusal | None:
 
 
 def angles_not_current(state: CycleState) -> Refusal | None:
-    """Refuse to switch torque on unless every drive has answered in this cycle. A hand may have led the arm on since an older answer,
-    and a drive that does not answer may have lost its settings.
+    """Refuse to switch torque on unless every drive has answered in this cycle and in every one since its newest status. A hand may have
+    led the arm on since an older answer, and a drive that did not answer may have lost its settings.
     """
-    if state.measured_t_ns is not None:
+    if all(state.unbroken):
         return None
-    ages_ms = state.drive_age_ms
     return Refusal.of(
-        code="angles_not_current",
-        message=texts.MOTOR_DID_NOT_ANSWER(motor=ages_ms.index(max(ages_ms)) + 1),
+        code=ANGLES_NOT_CURRENT,
+        message=texts.MOTOR_DID_NOT_ANSWER(motor=state.unbroken.index(False) + 1),
         next_step=texts.LOOK_AT_ARM_AND_TRY_AGAIN(),
     )
 
