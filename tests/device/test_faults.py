@@ -41,6 +41,7 @@ MOVING = CycleState(
     torque_reported=(True,) * 5,
     contacts_disagree_ms=0.0,
     torque=("on",) * 5,
+    unbroken=(True,) * 5,
     verified=(True,) * 5,
     mismatch=("",) * 5,
     reset=(False,) * 5,
