@@ -49,7 +49,7 @@ def test_linked_user_signs_in_and_unlocks_through_the_provider(
 
     page.get_by_role("button", name="Change Ito Mai").click()
     page.get_by_label("Identity at Clinic ID").fill(theirs.subject)
-    page.get_by_role("button", name="Save").click()
+    page.get_by_role("button", name="Save", exact=True).click()
     expect(page.get_by_role("row").filter(has_text="Ito Mai")).to_contain_text("Clinic's single sign-on")
 
     hers.goto(f"{clinic.url}/patients")
