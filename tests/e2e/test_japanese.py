@@ -24,6 +24,8 @@ OURS: Final = frozenset(
         "CSV",
         "Parquet",
         "MCAP",
+        "LeRobot",
+        "UTC",
         "ZIP",
         "PDF",
         "FHIR",
