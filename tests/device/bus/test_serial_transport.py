@@ -75,7 +75,7 @@ def test_port_that_was_hung_up_is_lost() -> None:
     line.close()
 
 
-def test_adapter_pulled_out_while_it_is_opened_is_a_bus_error(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_adapter_pulled_out_while_opened_is_a_bus_error(monkeypatch: pytest.MonkeyPatch) -> None:
     """pyserial passes this error of the terminal through; it is no OSError."""
 
     def pulled_out(*args: object, **options: object) -> None:
