@@ -20,6 +20,8 @@ NOBODYS: Final = {
     "kata.language",
     "kata.first-steps-hidden",
     "kata.report-language",
+    "kata.columns.accounts",
+    "kata.columns.audit",
     "kata.columns.patients",
     "kata.columns.sessions",
 }

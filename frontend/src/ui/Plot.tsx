@@ -118,7 +118,9 @@ export function Plot({ figure, label, onWindow }: { figure: Figure; label: strin
           </Button>
         </Group>
       )}
-      {!drawn && !failed && <Skeleton pos="absolute" inset={0} aria-label={t("ui:figure.drawing")} />}
+      {!drawn && !failed && (
+        <Skeleton pos="absolute" inset={0} role="status" aria-label={t("ui:figure.drawing")} />
+      )}
       <figure ref={elementRef} aria-label={label} data-drawn={drawn} style={{ margin: 0 }} />
     </div>
   );
