@@ -54,7 +54,7 @@ export function RecordingGhost({ recordingId }: { recordingId: string }) {
       title={t("digital-twin:view.motion")}
       open={t("digital-twin:view.open")}
       icon={<IconCube size={20} />}
-      fallback={<Skeleton h={HEIGHT} aria-label={t("digital-twin:view.drawing")} />}
+      fallback={<Skeleton h={HEIGHT} role="status" aria-label={t("digital-twin:view.drawing")} />}
     >
       <RecordingApparatus recordingId={recordingId} />
     </OpenOnDemand>
@@ -64,7 +64,7 @@ export function RecordingGhost({ recordingId }: { recordingId: string }) {
 /** Shows the played motion of a run on the run's own clock. */
 export function RunPlayback({ runId }: { runId: string }) {
   return (
-    <LazyPart loading={<Skeleton h={HEIGHT} aria-label={t("digital-twin:view.drawing")} />}>
+    <LazyPart loading={<Skeleton h={HEIGHT} role="status" aria-label={t("digital-twin:view.drawing")} />}>
       <RunApparatus runId={runId} />
     </LazyPart>
   );
