@@ -156,7 +156,7 @@ class Requester:
 
 
 REQUESTERS: Final = (
-    Requester("nobody"),
+    Requester("without a cookie"),
     Requester("with a made-up cookie", invalid_because="made up"),
     *(Requester(f"disabled {role}", role, invalid_because="disabled") for role in sorted(_EVERYBODY)),
     Requester("signed-out administrator", "administrator", invalid_because="ended"),

@@ -20,7 +20,7 @@ def test_loss_is_seen_although_the_computer_stood_still(
     during: str,
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
-    """The adapter is back before the computer goes on. ``watchdog_ms`` of -1: the drives have no watchdog register."""
+    """The adapter is back before the computer continues. ``watchdog_ms`` of -1: the drives have no watchdog register."""
     modbus = ModbusMap() if watchdog_ms >= 0 else ModbusMap(watchdog_ms=-1)
     station = SimulatedLoop(tmp_path, structs.replace(simulated("memory"), protocol=protocol, modbus=modbus))
     station.play(wave(), 1.0)
