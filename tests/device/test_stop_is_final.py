@@ -6,7 +6,7 @@ import msgspec
 import pytest
 
 from kata.device.config import Inputs, StationConfig
-from kata.device.ipc_messages import Acknowledge, Approach, Command, Play, ReleaseTorque, Return, Stop, stamped
+from kata.device.ipc_messages import Acknowledge, Approach, Command, Pause, Play, ReleaseTorque, Return, Stop, stamped
 from tests.support.stepped import NEVER_NS, Stepped, SteppedApparatus
 from tests.support.trajectories import LOAD, a_trajectory
 
@@ -60,6 +60,26 @@ def test_a_command_from_before_a_stop_is_refused(stepped: Stepped, command: Comm
     assert refusal is not None
     assert refusal.code == "stopped_meanwhile"
     assert stepped.mode == "stopped"
+
+
+@pytest.mark.parametrize("mode", ["ready", "paused"])
+def test_a_start_from_before_a_refused_pause_is_refused(stepped: Stepped, mode: str) -> None:
+    """A Play was delayed, and the Pause after it came first and was refused. The arm started after the Pause."""
+    ready(stepped)
+    command: Command = Approach()
+    if mode == "paused":
+        assert stepped.send(Approach()) is None
+        stepped.until("paused")
+        command = Play()
+    delayed = stamped(command, stepped.snapshot.stops, NEVER_NS)
+    assert stepped.send(Pause()) is not None
+    stepped.link.request(7, delayed, stepped.config)
+    stepped.forward(0.2)
+    refusal = stepped.link.replies[-1].refusal
+    assert refusal is not None
+    assert refusal.code == "stopped_meanwhile"
+    assert stepped.mode == mode
+    assert stepped.send(command) is None
 
 
 def test_a_command_from_before_a_fault_is_refused(stepped: Stepped) -> None:

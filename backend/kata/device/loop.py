@@ -21,7 +21,7 @@ from kata.device.config import StationConfig
 from kata.device.cycle_state import CycleState, CycleStateBuilder, LoopContext
 from kata.device.faults import evaluate_faults
 from kata.device.ipc import QueuedCommand, ServiceLink
-from kata.device.ipc_messages import Guarded, Reply
+from kata.device.ipc_messages import Guarded, Pause, Reply
 from kata.device.loop_telemetry import LoopTelemetry
 from kata.device.pedal import UsbPedal
 from kata.device.refusals import ANGLES_NOT_CURRENT, out_of_date
@@ -316,4 +316,7 @@ class ControlLoop(LoopTelemetry):
             self._waiting = taken
             return
         self._taken_ns = state.t_ns
+        if isinstance(taken.command, Pause):
+            # A start that was sent before this Pause and arrives after it is refused, even if the Pause had nothing to pause.
+            self._pauses += 1
         self._link.reply(Reply(id=taken.id, refusal=refusal))

@@ -35,6 +35,8 @@ class LoopTelemetry:
         """Start value of the stop counter. It is taken from the clock so that a later device process never repeats a
         value.
         """
+        self._pauses = 0
+        """Number of Pause commands, refused ones included."""
         self._cycles = 0
         self._overruns = 0
         self._latency = LatencyHistogram()
@@ -45,7 +47,7 @@ class LoopTelemetry:
 
     @property
     def _stops(self) -> int:
-        return self._first_stops + self._link.stop_requests + self._machine.stops_latched
+        return self._first_stops + self._link.stop_requests + self._machine.stops_latched + self._pauses
 
     def _publish(self, state: CycleState) -> None:
         """Publish ten snapshots a second, and another one at once when an important value has changed."""

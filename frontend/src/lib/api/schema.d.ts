@@ -6614,7 +6614,7 @@ export interface components {
             torque: "on" | "off" | "unknown";
             /**
              * Stops
-             * @description Number of stops. Each Stop command and each latched stop adds one. Commands that can start motion carry this number.
+             * @description Number of stops. Each Stop command, each Pause command and each latched stop adds one. Commands that can start motion carry this number.
              */
             stops: number;
             /**
