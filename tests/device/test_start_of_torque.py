@@ -3,11 +3,12 @@
 from pathlib import Path
 from typing import Final, Literal
 
+import numpy as np
 import pytest
 from msgspec import structs
 
 from kata.device.config import Inputs, StationConfig, simulated
-from kata.device.ipc_messages import Approach, stamped
+from kata.device.ipc_messages import Acknowledge, Approach, stamped
 from kata.simulator.fault_injector import FaultKind
 from tests.support.simulated_loop import SimulatedLoop, wave
 from tests.support.stepped import NEVER_NS
@@ -67,6 +68,27 @@ def test_approach_waits_for_a_lost_answer(tmp_path: Path, protocol: Literal["dyn
     station.until("approaching")
     station.run(0.05)
     assert station.world.goals(5)[0] == pytest.approx(turned_deg, abs=1.0)
+
+
+@pytest.mark.parametrize("lost", [1, 3])
+@pytest.mark.parametrize("after", range(6, 15))
+def test_modbus_drive_never_turns_to_an_old_goal(tmp_path: Path, after: int, lost: int) -> None:
+    """One or three of the requests around the start do not reach the drives. Each drive has a goal of the run before."""
+    station = SimulatedLoop(tmp_path, _station("modbus"))
+    station.play(wave(), 1.5)
+    station.link.request_stop()
+    station.until("stopped")
+    station.run(1.0)
+    assert station.send(Acknowledge()) is None
+    station.place(np.array(station.world.angles_deg) - 4.0)
+    held_deg = station.world.angles_deg
+    assert station.send(wave()) is None
+    station.run(0.5)
+    station.world.lose_requests(lost, after)
+    station.link.request(99, stamped(Approach(), station.snapshot.stops, NEVER_NS), station.config)
+    for _ in range(30):
+        station.tick()
+        assert station.world.angles_deg == pytest.approx(held_deg, abs=0.5)
 
 
 def test_stop_ends_a_start_that_waits(tmp_path: Path) -> None:

@@ -135,7 +135,10 @@ class ModbusDrive:
         self._tune()
         drive.watchdog_s = watchdog_steps * _WATCHDOG_STEP_MS / 1000
         drive.tripped = drive.tripped and not wanted[CLEAR]
+        kept_goal = drive.goal
         drive.switch(wanted[TORQUE_ENABLE] == 1)
+        # Unlike the X series, such a drive turns to the goal that it was given before it had torque.
+        drive.goal = kept_goal
         if has_goal:
             drive.set_goal(math.radians(goal / 100))
 

@@ -3,7 +3,7 @@
 
 Each cycle reads one block of registers of each drive, then the inputs, so that the emergency stop is the newest value. With
 function 23 the same request also writes the newest setpoint. The setpoint then arrives one cycle after it was computed. The
-path's lead compensates this delay, and the bus allows a higher cycle rate. Torque off is a broadcast,
+path's lead compensates this delay, and the bus allows a higher cycle rate. Torque off is a broadcast.
 
 The registers that the configuration determines are read back in a slow rotation, at most one extra read a cycle, because a
 drive that loses power loses them.
@@ -26,6 +26,8 @@ from kata.device.config import NO_REGISTER, Axis, StationConfig
 _READ_INPUTS: Final = 0x02
 _BOTH: Final = 0x17
 _WRITTEN_BYTES: Final = 8
+_GOAL_TRIES: Final = 3
+"""A goal is written so often before torque is switched on; without an acknowledgement the port is closed."""
 
 
 class ModbusBus(ModbusRequests):
@@ -112,11 +114,15 @@ class ModbusBus(ModbusRequests):
             self._write_goals()
 
     def torque_on(self, hold_deg: Sequence[float]) -> None:
-        """See :class:`~kata.device.bus.port.Bus`. A tripped watchdog is cleared, because its fault was acknowledged."""
+        """See :class:`~kata.device.bus.port.Bus`. A tripped watchdog is cleared, because its fault was acknowledged.
+
+        Every drive must acknowledge its goal. One that still has an older goal would turn to it.
+        """
         if self._map.clear != NO_REGISTER:
             self._broadcast(self._map.clear, 1)
-        self.write_setpoints(hold_deg)
-        self._write_goals()
+        for motor, (axis, angle) in enumerate(zip(self._config.axes, hold_deg, strict=True), start=1):
+            self._set_goal(motor, axis, angle)
+        self._goals = {}
         self._broadcast(self._map.torque_enable, 1)
         if self._map.watchdog_ms != NO_REGISTER:
             self._broadcast(self._map.watchdog_ms, self._config.bus_watchdog_ms)
@@ -259,6 +265,16 @@ class ModbusBus(ModbusRequests):
             self._set(motor, axis.id, first, data)
             if self._read_back(motor, axis.id, range(first, first + len(data) // 2)) != data:
                 raise BusError(texts.DRIVE_SETTING_REFUSED(motor=motor, drive_id=axis.id, setting=name))
+
+    def _set_goal(self, motor: int, axis: Axis, angle_deg: float) -> None:
+        goal = self._position(axis, angle_deg)
+        for tries_left in reversed(range(_GOAL_TRIES)):
+            try:
+                self._set(motor, axis.id, self._map.goal_position, goal)
+                return
+            except BusError:
+                if not tries_left:
+                    raise
 
     def _read_back(self, motor: int, slave: int, span: range) -> bytes:
         self._slack_left_ns = self._slack_ns
