@@ -12,6 +12,7 @@ from kata.device.config import Inputs, StationConfig, simulated
 from kata.device.ipc_messages import Approach, Refusal
 from kata.device.references import build
 from kata.motion.linkage import Floats, motor_angles_deg
+from kata.motion.reach import ArmLimits
 from tests.support.examples import examples
 from tests.support.poses import random_poses, true_beyond_deg
 from tests.support.simulated_loop import SimulatedLoop, load_of
@@ -55,7 +56,7 @@ def test_approach_from_overhead_arrives_or_is_refused(
 
 
 @given(st.integers(0, 2**32 - 1), st.sampled_from([100, 50]), st.booleans())
-@examples(few=30, many=1_000)
+@examples(few=12, many=1_000)
 def test_accepted_approach_from_anywhere_arrives(
     tmp_path_factory: pytest.TempPathFactory, seed: int, cycle_hz: int, overhead: bool
 ) -> None:
@@ -81,6 +82,36 @@ def test_accepted_approach_from_anywhere_arrives(
         return
     stepped.until("paused")
     assert stepped.causes() == []
+
+
+def test_approach_is_straight_where_its_side_of_arrival_is_outside(tmp_path: Path) -> None:
+    """Every axis arrives from its own side unless only the straight way stays within the limits."""
+    here, start, away = (
+        np.array(angles)
+        for angles in (
+            [18.4, 110.7, 3.8, 15.9, -4.2],
+            [35.2, 119.4, 22.6, 95.1, -25.2],
+            [37.2, 123.0, 5.8, 124.4, -45.8],
+        )
+    )
+    limits = ArmLimits(
+        scapula_deg=((-19.1, 1.06), (-18.66, 19.51)),
+        side_deg=51.86,
+        front_deg=158.52,
+        back_deg=51.86,
+        plane_deg=(-10.02, 77.88),
+        flexion_from_deg=(-4.3, -20.0),
+    )
+    times = np.arange(0.0, 6.0, 0.01)
+    share = 0.5 - 0.5 * np.cos(np.pi * times / 6.0)
+    station = SimulatedLoop(tmp_path, _config(100))
+    assert station.send(load_of(times, start + share[:, None] * (away - start), arm_limits=limits)) is None
+    for _ in range(2):
+        station.place(here)
+        station.tick()
+    assert station.send(Approach()) is None
+    station.until("paused")
+    assert station.causes() == []
 
 
 def test_approach_from_the_hanging_arm_is_accepted(tmp_path: Path) -> None:

@@ -18,8 +18,10 @@ from kata.device.latched_stop import LatchedStop
 from kata.device.movement import Movement
 from kata.device.run import Run
 from kata.device.teaching import Teaching
+from kata.device.ways import approach_way, return_way
 from kata.messages import key_of
-from kata.motion import approach
+from kata.motion.approach import MinimumJerkMove
+from kata.motion.path import Path
 from kata.motion.pose_gate import PoseGate
 
 log = logging.getLogger(__name__)
@@ -183,19 +185,14 @@ class MachineState:
         assert run is not None
         here = np.array(state.measured_deg)
         run.begin(here)
-        assert run.return_to_deg is not None
-        speed_deg_s = run.config.approach_speed_deg_s
         if run.zero_order_hold:
             # The paper's method moves to the start only when it plays. Until then the approach holds the arm within the
             # patient's limits.
-            self._movement = run.movement_along(
-                approach.MinimumJerkMove(here, run.return_to_deg, speed_deg_s), direction=1
-            )
+            assert run.return_to_deg is not None
+            way: Path = MinimumJerkMove(here, run.return_to_deg, run.config.approach_speed_deg_s)
         else:
-            start, departure = run.trajectory.start_deg, run.trajectory.departure_deg
-            self._movement = run.movement_along(
-                approach.unidirectional_approach(here, start, departure, speed_deg_s), direction=1
-            )
+            way, _ = approach_way(run, here)
+        self._movement = run.movement_along(way, direction=1)
         self._cycles_on_path = 0
         self.torque_on = True
         self._emit("torque", texts.TORQUE_ON())
@@ -203,13 +200,12 @@ class MachineState:
 
     def _begin_return(self) -> None:
         run = self._run
-        assert run is not None and run.return_to_deg is not None
+        assert run is not None
         run.resisting_axis = None
         here = np.array(self.setpoint_deg)
+        way = return_way(run, here)
         run.start_path(here)
-        self._movement = run.movement_along(
-            approach.MinimumJerkMove(here, run.return_to_deg, run.config.approach_speed_deg_s), direction=1
-        )
+        self._movement = run.movement_along(way, direction=1)
         self._enter("returning")
 
     def _phase(self, run: Run) -> int:

@@ -1,12 +1,12 @@
 """Movement along a path with a speed override that changes smoothly."""
 
 from dataclasses import dataclass
-from typing import Final, Literal, Protocol
+from typing import Final, Literal
 
 import numpy as np
 
 from kata.motion.linkage import Floats
-from kata.motion.path import PathPoint
+from kata.motion.path import Path, PathPoint
 
 RAMP_S: Final = 0.2
 """Time from rest to the path's own speed, and from that speed to rest. It applies to start, pause and category 1 stop."""
@@ -24,17 +24,6 @@ def longest_step(left: Floats | float, second_difference: Floats | float) -> Flo
     more = np.floor((np.sqrt(1 + 8 * left / second_difference) - 1) / 2)
     step: Floats = (left + second_difference * more * (more + 1) / 2) / (more + 1)
     return step
-
-
-class Path(Protocol):
-    """Angles ``(5,)`` in degrees for any time from 0 to the duration, and their derivatives."""
-
-    @property
-    def duration_s(self) -> float:
-        """Duration of the path."""
-
-    def motion_at(self, time_s: float) -> PathPoint:
-        """Return angles, speed and acceleration at a time on the path's own clock."""
 
 
 @dataclass

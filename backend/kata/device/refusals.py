@@ -2,6 +2,8 @@
 
 from typing import Final
 
+import numpy as np
+
 from kata.device import texts
 from kata.device.config import StationConfig
 from kata.device.cycle_state import CycleState
@@ -11,7 +13,9 @@ from kata.device.ipc_messages import CommandName, Guarded, Mode, Refusal
 from kata.device.latched_stop import LatchedStop
 from kata.device.range_override import MIN_SHARE, RangeOverride
 from kata.device.run import Run
+from kata.device.run_limits import WAY_TOLERANCE_DEG
 from kata.device.setpoint_gate import largest_step_deg
+from kata.device.ways import approach_way
 from kata.messages import Text
 from kata.motion.axes import Side
 from kata.motion.texts import SIDES
@@ -21,8 +25,6 @@ _YIELD_DEG: Final = 0.5
 
 ANGLES_NOT_CURRENT: Final = "angles_not_current"
 """Code of a refusal whose cause can end within some cycles."""
-_WAY_TOLERANCE_DEG: Final = 0.25
-"""In 873 random approaches, 48 ended in a fault of the setpoint gate. The ways of all 48 led outwards by 0.66 deg or more."""
 
 _ALLOWED_IN: Final[dict[CommandName, tuple[Mode, ...]]] = {
     "teach": ("idle",),
@@ -185,9 +187,9 @@ def outside_range(state: CycleState, config: StationConfig) -> Refusal | None:
 
 
 def way_leaves_limits(state: CycleState, run: Run) -> Refusal | None:
-    """Refuse an approach whose straight way leads outwards beyond the limits of the pose. Held at these limits, the setpoint could jump."""
-    outwards_deg = run.way_outwards_deg(state.measured_deg)
-    if outwards_deg <= _WAY_TOLERANCE_DEG:
+    """Refuse an approach whose way leads outwards beyond the limits of the pose. Held at these limits, the setpoint could jump."""
+    _, outwards_deg = approach_way(run, np.array(state.measured_deg))
+    if outwards_deg <= WAY_TOLERANCE_DEG:
         return None
     return Refusal.of(
         code="way_leaves_limits",

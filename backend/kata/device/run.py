@@ -13,15 +13,16 @@ from kata.device.end_feel import SPEED_LIMIT_DEG_S as END_FEEL_SPEED_DEG_S
 from kata.device.end_feel import EndFeelTest
 from kata.device.ipc_messages import Load, RunState
 from kata.device.journal import JournalWriter, Sample
-from kata.device.movement import CREEP, RAMP_S, Movement, Path
+from kata.device.movement import CREEP, RAMP_S, Movement
 from kata.device.range_override import RangeOverride
 from kata.device.resistance import ResistanceMonitor, YieldOffset
-from kata.device.run_limits import RunLimits
+from kata.device.run_limits import WAY_TOLERANCE_DEG, RunLimits
 from kata.device.setpoint_gate import largest_step_deg
 from kata.device.setpoint_limiters import LimitedFeedForward, SetpointBrake, clip
 from kata.motion.ilc import Correction
 from kata.motion.linkage import Floats
 from kata.motion.method import FeedForward, rate_hz
+from kata.motion.path import Path
 from kata.motion.pose_gate import PoseGate
 from kata.motion.trajectory import Trajectory
 
@@ -48,8 +49,7 @@ class Run:
     config: StationConfig
     correction: Correction | None = None
     return_to_deg: Floats | None = None
-    """Target of the return: the place where the approach began, or the nearest angles within the patient's limits.
-    """
+    """Target of the return; see :meth:`begin`."""
     position_s: float = 0.0
     played_to_end: bool = False
     resisted_at_s: list[float] = field(default_factory=list)
@@ -86,7 +86,8 @@ class Run:
         self._max_second_difference_deg = _USED_SHARE * acceleration / self.rate_hz**2
         self._brake = SetpointBrake(self._max_second_difference_deg)
         ramps_s = [axis.max_speed_deg_s / (RAMP_SHARE * axis.max_acceleration_deg_s2) for axis in self.config.axes]
-        self._shortest_ramp_s = max(ramps_s)
+        self.ramp_s = max(ramps_s)
+        """Shortest time from rest to a path's own speed that the axes' acceleration limits allow."""
         self._limited_feed_forward = LimitedFeedForward(
             np.minimum(self._feed_forward_second_difference_deg, _STEP_SHARE * np.array(steps))
         )
@@ -117,12 +118,15 @@ class Run:
         return self._limits.now_deg
 
     def begin(self, here_deg: Floats) -> None:
-        """Begin an approach at ``here_deg``, ``(5,)``. The return ends there, or at the nearest angle within the
-        limits.
+        """Begin an approach at ``here_deg``, ``(5,)``. The return ends there, or at the nearest angles within the limits. If the way
+        from the recording's start to those leads outwards, it ends where the approach comes inside the limits.
         """
         self.start_path(here_deg)
         inside_deg = clip(here_deg, self._lowest_deg, self._highest_deg)
         self.return_to_deg = np.array(self._held(inside_deg, self._lowest_deg, self._highest_deg))
+        start_deg = self.trajectory.start_deg
+        if self._limits.way_outwards_deg(start_deg, self.return_to_deg) > WAY_TOLERANCE_DEG:
+            self.return_to_deg = self._limits.entry_deg(here_deg, start_deg)
         self._limits.widen(here_deg.tolist())
         self._update_bounds()
 
@@ -138,9 +142,9 @@ class Run:
         self._update_bounds()
         return settled
 
-    def way_outwards_deg(self, here_deg: Sequence[float]) -> float:
-        """Return how far the straight way to the recording's start leads outwards; see :meth:`RunLimits.way_outwards_deg`."""
-        return self._limits.way_outwards_deg(np.array(here_deg), self.trajectory.start_deg)
+    def way_outwards_deg(self, *corners_deg: Floats) -> float:
+        """Return how far a way leads outwards beyond the limits of the pose; see :meth:`RunLimits.way_outwards_deg`."""
+        return self._limits.way_outwards_deg(*corners_deg)
 
     def pose_beyond_deg(self, setpoint_deg: Sequence[float]) -> float:
         """Return the distance in deg by which a setpoint exceeds the present limits of the pose; 0 or less inside them."""
@@ -158,8 +162,8 @@ class Run:
     def movement_along(self, path: Path, direction: Literal[0, 1]) -> Movement:
         """Return a movement along a path. Its changes of speed stay within every axis' acceleration limit."""
         # Choose a creep speed from which the reference can stop within one setpoint period at the end of the path.
-        creep = min(CREEP, 1.0 / (self._shortest_ramp_s * self.rate_hz))
-        return Movement(path, direction=direction, shortest_ramp_s=self._shortest_ramp_s, creep=creep)
+        creep = min(CREEP, 1.0 / (self.ramp_s * self.rate_hz))
+        return Movement(path, direction=direction, shortest_ramp_s=self.ramp_s, creep=creep)
 
     def start_path(self, here_deg: Floats) -> None:
         """Start another path at ``here_deg`` without feed-forward and offset."""

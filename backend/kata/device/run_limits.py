@@ -2,6 +2,7 @@
 
 import math
 from collections.abc import Sequence
+from itertools import pairwise
 from typing import Final
 
 import numpy as np
@@ -20,8 +21,10 @@ _INSIDE_SHARE: Final = 0.25
 that lag and noise of a drive do not cause a fault when the limits tighten.
 """
 
-_WAY_SHARES: Final = np.linspace(0.0, 1.0, 129)[:, None]
-"""Places on a way at which its poses are checked."""
+WAY_TOLERANCE_DEG: Final = 0.05
+"""A way may lead outwards by this much. Between the poses that are checked, it may lead outwards by about 0.01 deg more."""
+_WAY_STEP_DEG: Final = 1.0
+"""Distance between two poses at which a way is checked, measured at the motor with the longest way."""
 
 
 class RunLimits:
@@ -58,17 +61,24 @@ class RunLimits:
         )
         self.beyond_deg = max(0.0, self._gate.beyond_deg(here_deg))
 
-    def way_outwards_deg(self, here_deg: Floats, start_deg: Floats) -> float:
-        """Return how far the straight way between two poses ``(5,)`` leads outwards beyond the limits of the pose, in deg.
+    def way_outwards_deg(self, *corners_deg: Floats) -> float:
+        """Return how far a way with straight parts between ``corners_deg``, each ``(5,)``, leads outwards beyond the limits of the pose,
+        in deg.
 
-        A way that begins outside may only lead inwards. This takes about a millisecond.
+        A way that begins outside may only lead inwards. A way of 100 deg takes about a millisecond.
         """
         outwards_deg, level_deg = 0.0, math.inf
-        for pose in (here_deg + _WAY_SHARES * (start_deg - here_deg)).tolist():
-            beyond_deg = max(0.0, self._gate.beyond_deg(pose))
-            outwards_deg = max(outwards_deg, beyond_deg - level_deg)
-            level_deg = min(level_deg, beyond_deg)
+        for here_deg, next_deg in pairwise(corners_deg):
+            for pose in _poses_between(here_deg, next_deg):
+                beyond_deg = max(0.0, self._gate.beyond_deg(pose))
+                outwards_deg = max(outwards_deg, beyond_deg - level_deg)
+                level_deg = min(level_deg, beyond_deg)
         return outwards_deg
+
+    def entry_deg(self, here_deg: Floats, start_deg: Floats) -> Floats:
+        """Return the pose ``(5,)`` at which the straight way from ``here_deg`` to a recording's start comes inside the tight limits."""
+        inside = (pose for pose in _poses_between(here_deg, start_deg) if self._inside(pose, 0.0))
+        return np.array(next(inside, start_deg))
 
     def tighten(self, setpoint_deg: Sequence[float], measured_deg: Sequence[float]) -> None:
         """Move widened limits inwards: to the setpoint or the measured angle, whichever is farther outside. They never move
@@ -99,3 +109,10 @@ class RunLimits:
         places = zip(angles_deg, self.tight_deg, strict=True)
         within = all(low - tolerance_deg <= angle <= high + tolerance_deg for angle, (low, high) in places)
         return within and self._gate.beyond_deg(angles_deg) <= tolerance_deg + POSE_ROUNDING_DEG
+
+
+def _poses_between(here_deg: Floats, next_deg: Floats) -> list[list[float]]:
+    way_deg = next_deg - here_deg
+    steps = max(1, math.ceil(float(np.max(np.abs(way_deg))) / _WAY_STEP_DEG))
+    poses: list[list[float]] = (here_deg + np.linspace(0.0, 1.0, steps + 1)[:, None] * way_deg).tolist()
+    return poses

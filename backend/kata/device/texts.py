@@ -237,7 +237,9 @@ PLAY_RETURN_OR_STOP: Final = message("play_return_or_stop", "Resume, return, or 
 IS_RETURNING: Final = message("is_returning", "The arm is moving back.")
 IS_STOPPED: Final = message("is_stopped", "The apparatus has been stopped.")
 ACKNOWLEDGE_FIRST: Final = message("acknowledge_first", "Acknowledge the stop first.")
-STOPPED_MEANWHILE: Final = message("stopped_meanwhile", "The apparatus was stopped after this command was sent.")
+STOPPED_MEANWHILE: Final = message(
+    "stopped_meanwhile", "The apparatus was stopped or paused after this command was sent."
+)
 NOT_STOPPED: Final = message("not_stopped", "The apparatus is not stopped.")
 NOTHING_TO_DO: Final = message("nothing_to_do", "No action is needed.")
 NOT_TEACHING: Final = message("not_teaching", "No teaching is in progress.")
@@ -253,7 +255,7 @@ PAUSE_OR_STOP: Final = message("pause_or_stop", "Pause, or stop.")
 STILL_STOPPING: Final = message("still_stopping", "The arm is slowing down.")
 WAY_LEAVES_LIMITS: Final = message(
     "way_leaves_limits",
-    "The straight way to the start of the recording leads {outwards_deg:.0f} deg beyond the limits of the arm's pose.",
+    "The straight way to the start of the recording leads {outwards_deg:.1f} deg beyond the limits of the arm's pose.",
 )
 MOVE_CLOSER_BY_HAND: Final = message(
     "move_closer_by_hand", "Move the arm by hand closer to the start of the recording."

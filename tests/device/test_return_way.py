@@ -1,0 +1,135 @@
+"""The arm returns from every place of a recording within the limits of its pose, if need be back along the recording."""
+
+from pathlib import Path
+from typing import NamedTuple
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from msgspec import structs
+
+from kata.device.config import simulated
+from kata.device.ipc_messages import Approach, Load, Pause, Play, ReduceRange, Refusal, Return
+from kata.device.references import build
+from kata.device.run_limits import RunLimits
+from kata.motion.approach import MinimumJerkMove, PathSequence
+from kata.motion.linkage import Floats, motor_angles_deg, pose_deg
+from kata.motion.pose_gate import PoseGate
+from kata.motion.reach import ArmLimits
+from tests.support.examples import examples
+from tests.support.poses import random_limits, random_poses, true_beyond_deg
+from tests.support.simulated_loop import load_of
+from tests.support.stepped import Stepped
+
+CONFIG = structs.replace(simulated("memory"), silence_ms=100)
+_EXACT_DEG = 0.15
+"""The gate tolerates 0.1 deg; the oracle uses the links themselves and not the fit."""
+_TRIES = 200
+
+
+class Motion(NamedTuple):
+    """The poses of a recording, ``(5,)`` in motor angles, and where the arm is before it is approached."""
+
+    here_deg: Floats
+    poses_deg: list[Floats]
+    limits: ArmLimits
+
+    def load(self) -> Load:
+        """Return the Load: minimum-jerk movements from pose to pose."""
+        path = PathSequence(
+            [MinimumJerkMove(a, b, 35.0) for a, b in zip(self.poses_deg, self.poses_deg[1:], strict=False)]
+        )
+        times = np.arange(0.0, path.duration_s, 0.01)
+        angles = np.array([path.motion_at(time).angles_deg for time in times])
+        return load_of(times, angles, arm_limits=self.limits)
+
+
+def around_a_corner(rng: np.random.Generator) -> Motion | None:
+    """Return a motion within a doctor's limits from whose end the straight way back leads outwards, or None if none was found."""
+    for _ in range(_TRIES):
+        limits = random_limits(rng)
+        poses = random_poses(rng, 300)
+        poses[100:, 2:4] = rng.uniform((0.0, 90.0), (90.0, 188.0), (200, 2))
+        beyond = np.maximum(true_beyond_deg(poses, "right", None), true_beyond_deg(poses, "right", limits))
+        inside = motor_angles_deg(poses[beyond < -0.5], "right")
+        if len(inside) < 3:
+            continue
+        corners = list(inside[rng.integers(len(inside), size=3)])
+        hanging = motor_angles_deg(np.zeros(5), "right")
+        here = hanging + rng.random() * (corners[0] - hanging)
+        gate = PoseGate("right", limits, CONFIG.pose_tolerance_deg)
+        ways = RunLimits(CONFIG.mechanism_deg, (), CONFIG.limit_tolerance_deg, gate)
+        there = ways.way_outwards_deg(here, *corners)
+        if gate.beyond_deg(here.tolist()) <= 0.0 and there == 0.0 and ways.way_outwards_deg(corners[-1], here) > 0.3:
+            return Motion(here, corners, limits)
+    return None
+
+
+def returned(folder: Path, motion: Motion, method: str, paused_at: float | None, reduced: bool) -> Stepped | None:
+    """Play to a place, return from there, and return the station. None if the motion is refused.
+
+    ``paused_at``: share of the recording at which the therapist pauses and returns; None: play to the end. ``reduced``: the range is
+    reduced on the way.
+    """
+    load = structs.replace(motion.load(), method=method)
+    reference = build(load, CONFIG)
+    if isinstance(reference, Refusal):
+        return None
+    station = Stepped(folder, CONFIG)
+    station.apparatus.angles_deg = motion.here_deg.tolist()
+    station.forward(0.1)
+    assert station.send(load, reference.trajectory) is None
+    if station.send(Approach()):
+        return None
+    station.until("paused", 120.0)
+    assert station.send(Play()) is None
+    if reduced:
+        station.forward(0.2)
+        station.send(ReduceRange())
+    if paused_at is not None:
+        station.forward(max(0.0, paused_at * reference.trajectory.duration_s - 0.2))
+        assert station.send(Pause()) is None
+        station.until("paused", 10.0)
+        assert station.send(Return()) is None
+    station.until("idle", 600.0)
+    return station
+
+
+def check_returned(station: Stepped, motion: Motion) -> None:
+    """Check that no setpoint left the doctor's limits, and that the arm is where it was."""
+    written = np.array(station.apparatus.written)
+    assert true_beyond_deg(pose_deg(written), "right", motion.limits).max() < _EXACT_DEG
+    assert np.abs(written[-1] - motion.here_deg).max() < 1.0
+
+
+@pytest.mark.parametrize(("seed", "paused_at"), [(2, 0.91), (36, None)])
+def test_arm_returns_where_the_straight_way_leaves_the_limits(
+    tmp_path: Path, seed: int, paused_at: float | None
+) -> None:
+    motion = around_a_corner(np.random.default_rng(seed))
+    assert motion is not None
+    station = returned(tmp_path, motion, "smooth", paused_at, reduced=False)
+    assert station is not None
+    check_returned(station, motion)
+
+
+@given(
+    st.integers(0, 2**32 - 1),
+    st.sampled_from(["smooth", "smooth", "paper"]),
+    st.one_of(st.none(), st.floats(0.0, 1.0)),
+    st.booleans(),
+)
+@examples(few=6, many=1_000)
+def test_arm_returns_from_every_place_of_a_recording(
+    tmp_path_factory: pytest.TempPathFactory, seed: int, method: str, paused_at: float | None, reduced: bool
+) -> None:
+    motion = around_a_corner(np.random.default_rng(seed))
+    if motion is None:
+        return
+    if method == "paper":
+        # The paper's method starts close to the recording's start only.
+        motion = motion._replace(here_deg=motion.poses_deg[0])
+    station = returned(tmp_path_factory.mktemp("return"), motion, method, paused_at, reduced)
+    if station is not None:
+        check_returned(station, motion)
