@@ -1,5 +1,7 @@
 """The arm returns from every place of a recording within the limits of its pose, if need be back along the recording."""
 
+from collections.abc import Iterator
+from itertools import chain, repeat
 from pathlib import Path
 from typing import NamedTuple
 
@@ -9,9 +11,10 @@ from hypothesis import given
 from hypothesis import strategies as st
 from msgspec import structs
 
+from kata.device import machine_state, modes, ways
 from kata.device.config import simulated
 from kata.device.ipc_messages import Approach, Load, Pause, Play, ReduceRange, Refusal, Return
-from kata.device.references import build
+from kata.device.references import Reference, build
 from kata.device.run_limits import RunLimits
 from kata.motion.approach import MinimumJerkMove, PathSequence
 from kata.motion.linkage import Floats, motor_angles_deg, pose_deg
@@ -20,7 +23,7 @@ from kata.motion.reach import ArmLimits
 from tests.support.examples import examples
 from tests.support.poses import random_limits, random_poses, true_beyond_deg
 from tests.support.simulated_loop import load_of
-from tests.support.stepped import Stepped
+from tests.support.stepped import REST_DEG, Stepped
 
 CONFIG = structs.replace(simulated("memory"), silence_ms=100)
 _EXACT_DEG = 0.15
@@ -103,13 +106,14 @@ def check_returned(station: Stepped, motion: Motion) -> None:
     assert np.abs(written[-1] - motion.here_deg).max() < 1.0
 
 
-@pytest.mark.parametrize(("seed", "paused_at"), [(2, 0.91), (36, None)])
+@pytest.mark.parametrize(("seed", "paused_at", "reduced"), [(2, 0.91, False), (36, None, False), (175, None, True)])
 def test_arm_returns_where_the_straight_way_leaves_the_limits(
-    tmp_path: Path, seed: int, paused_at: float | None
+    tmp_path: Path, seed: int, paused_at: float | None, reduced: bool
 ) -> None:
+    """With a reduced range the recording itself left the limits."""
     motion = around_a_corner(np.random.default_rng(seed))
     assert motion is not None
-    station = returned(tmp_path, motion, "smooth", paused_at, reduced=False)
+    station = returned(tmp_path, motion, "smooth", paused_at, reduced)
     assert station is not None
     check_returned(station, motion)
 
@@ -133,3 +137,58 @@ def test_arm_returns_from_every_place_of_a_recording(
     station = returned(tmp_path_factory.mktemp("return"), motion, method, paused_at, reduced)
     if station is not None:
         check_returned(station, motion)
+
+
+@given(st.integers(0, 2**32 - 1), st.floats(0.0, 1.0))
+@examples(few=10, many=1_000)
+def test_range_is_only_reduced_to_shares_within_the_limits(seed: int, place: float) -> None:
+    motion = around_a_corner(np.random.default_rng(seed))
+    reference = build(motion.load(), CONFIG) if motion else None
+    if motion is None or not isinstance(reference, Reference):
+        return
+    trajectory = reference.trajectory
+    gate = PoseGate("right", motion.limits, CONFIG.pose_tolerance_deg)
+    least = float(trajectory.least_share)
+    shares = least + (1.0 - least) * np.linspace(0.0, 1.0, 30)
+    from_rest_deg = trajectory.at(place * trajectory.duration_s) - trajectory.rest_deg
+    beyond = [gate.beyond_deg((trajectory.rest_deg + share * from_rest_deg).tolist()) for share in shares]
+    assert max(beyond) < _EXACT_DEG
+
+
+def answer_straight(monkeypatch: pytest.MonkeyPatch, answers: Iterator[bool]) -> None:
+    """Let the control program ask for the straight way and get these answers."""
+    for module in (machine_state, modes, ways):
+        monkeypatch.setattr(module, "returns_straight", lambda run, here: next(answers))
+
+
+def test_arm_goes_on_back_if_it_came_to_rest_too_early(playing: Stepped, monkeypatch: pytest.MonkeyPatch) -> None:
+    """The straight way was free when the arm began to slow down, and no more where it came to rest."""
+    answer_straight(monkeypatch, chain([False, True, False], repeat(True)))
+    playing.forward(1.0)
+    assert playing.send(Pause()) is None
+    playing.until("paused")
+    paused_deg = np.array(playing.apparatus.written[-1])
+    assert playing.send(Return()) is None
+    playing.until("idle", 60.0)
+    assert playing.causes() == []
+    assert np.allclose(playing.apparatus.written[-1], REST_DEG, atol=0.1)
+    assert np.abs(paused_deg - REST_DEG).max() > 20.0
+
+
+def test_arm_returns_through_the_start_if_no_way_is_straight(playing: Stepped, monkeypatch: pytest.MonkeyPatch) -> None:
+    answer_straight(monkeypatch, repeat(False))
+    start_deg = np.array(REST_DEG)
+    start_deg[3] = 20.0
+    playing.forward(1.0)
+    assert playing.send(ReduceRange()) is None
+    playing.forward(0.3)
+    assert playing.send(Pause()) is None
+    playing.until("paused")
+    count = len(playing.apparatus.written)
+    assert playing.send(Return()) is None
+    playing.until("idle", 60.0)
+    assert playing.causes() == []
+    back = np.array(playing.apparatus.written[count:])
+    assert np.abs(back - start_deg).max(axis=1).min() < 0.5
+    assert np.allclose(back[-1], REST_DEG, atol=0.1)
+    assert np.abs(np.diff(back, axis=0)).max() * playing.config.rate_hz < 1.1 * playing.config.approach_speed_deg_s

@@ -18,7 +18,7 @@ from kata.device.latched_stop import LatchedStop
 from kata.device.movement import Movement
 from kata.device.run import Run
 from kata.device.teaching import Teaching
-from kata.device.ways import approach_way, return_way
+from kata.device.ways import approach_way, go_back, return_way, returns_straight
 from kata.messages import key_of
 from kata.motion.approach import MinimumJerkMove
 from kata.motion.path import Path
@@ -65,6 +65,8 @@ _POSE_TOLERANCE_DEG: Final = 0.1
 """Tolerance of the last pose check. A setpoint that is limited to the pose's limits may exceed them by this much where
 several limits meet.
 """
+_WAYS_HZ: Final = 10
+"""So often a return along the recording looks for a straight way. This takes about a millisecond."""
 _MOTOR_4: Final = 3
 """The axis that a fault about the pose reports."""
 
@@ -109,6 +111,7 @@ class MachineState:
         self._pending_faults: list[FaultKey] = []
         """Faults that a step detected. The next cycle latches them."""
         self._period_s = 1.0 / config.cycle_hz
+        self._cycles_between_ways = max(1, config.cycle_hz // _WAYS_HZ)
         self._cycles_on_path: int
         """Cycles since torque was switched on. With the zero-order hold: cycles since play began."""
         self._mechanism_deg = config.mechanism_deg
@@ -128,7 +131,8 @@ class MachineState:
         run = self._run
         if run is None:
             return None
-        return run.state(self._movement, at_start=self.mode == "paused" and run.position_s == 0.0)
+        at_start = self.mode == "paused" and run.position_s == 0.0
+        return run.state(self._movement, at_start=at_start, returning=self.mode == "returning")
 
     def teaching_state(self) -> TeachingState | None:
         """Return the active teaching and its takes."""
@@ -200,13 +204,19 @@ class MachineState:
 
     def _begin_return(self) -> None:
         run = self._run
-        assert run is not None
+        assert run is not None and self._movement is not None
         run.resisting_axis = None
+        if returns_straight(run, self.setpoint_deg):
+            self._leave_recording(run)
+        else:
+            go_back(run, self._movement)
+        self._enter("returning")
+
+    def _leave_recording(self, run: Run) -> None:
         here = np.array(self.setpoint_deg)
-        way = return_way(run, here)
+        way = return_way(run, self.setpoint_deg)
         run.start_path(here)
         self._movement = run.movement_along(way, direction=1)
-        self._enter("returning")
 
     def _phase(self, run: Run) -> int:
         """Return the journal phase of a sample. Playing with a reduced range and moving back from resistance have their own phases."""

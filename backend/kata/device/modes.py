@@ -50,6 +50,7 @@ from kata.device.refusals import (
 )
 from kata.device.run import Run
 from kata.device.teaching import Teaching
+from kata.device.ways import go_back, returns_straight
 from kata.messages import Text, with_key
 from kata.motion.ilc import Correction
 from kata.motion.method import rate_hz
@@ -175,10 +176,8 @@ class StateMachine(MachineState):
                 self._enter("paused")
         elif self.mode == "playing":
             self._step_playing(run, movement)
-        elif self.mode == "returning" and movement.ended:
-            self._cut_torque()
-            self._end_run(JournalEnd(reason="completed" if run.played_to_end else "returned"))
-            self._enter("idle")
+        elif self.mode == "returning":
+            self._step_returning(run, movement)
 
     def _step_playing(self, run: Run, movement: Movement) -> None:
         axis = run.resisting_axis
@@ -192,6 +191,23 @@ class StateMachine(MachineState):
             movement.direction = 0
         elif movement.at_rest:
             self._enter("paused")
+
+    def _step_returning(self, run: Run, movement: Movement) -> None:
+        if movement.path is not run.trajectory:
+            if movement.ended:
+                self._cut_torque()
+                self._end_run(JournalEnd(reason="completed" if run.played_to_end else "returned"))
+                self._enter("idle")
+        elif movement.ended:
+            self._leave_recording(run)
+        elif movement.at_rest or self._cycles_on_path % self._cycles_between_ways == 0:
+            straight = returns_straight(run, self.setpoint_deg)
+            if straight and movement.at_rest:
+                self._leave_recording(run)
+            elif straight:
+                movement.direction = 0
+            elif movement.at_rest:
+                go_back(run, movement)
 
     def _check_resistance(self, run: Run, movement: Movement, state: CycleState) -> None:
         """React to resistance above the patient's level. While playing, move the arm back along the path. In other modes, and on
@@ -350,7 +366,7 @@ class StateMachine(MachineState):
         """Record the sample for the last setpoint and compute the next one along the path."""
         movement, run = self._movement, self._run
         assert movement is not None and run is not None
-        on_recording = movement.path is run.trajectory
+        on_recording = movement.path is run.trajectory and self.mode != "returning"
         self._cycles_on_path += 1
         if self.setpoint_due:
             if state.measured_t_ns is not None:

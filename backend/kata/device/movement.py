@@ -37,6 +37,8 @@ class Movement:
     """Target direction: 1 forwards, -1 backwards, 0 slow down to rest."""
     reverse_to_s: float = 0.0
     """Place on the path at which a backward movement ends."""
+    top_override: float = 1.0
+    """Highest speed override."""
     ramp_s: float = RAMP_S
     """Time from rest to full speed, and from full speed to rest."""
     shortest_ramp_s: float = 0.0
@@ -52,7 +54,7 @@ class Movement:
         wanted = 0.0
         if self.direction:
             in_time = float(longest_step(self._left_s, change * dt_s)) / dt_s
-            wanted = self.direction * min(1.0, max(in_time, self.creep))
+            wanted = self.direction * min(self.top_override, max(in_time, self.creep))
         changed = min(max(wanted - self.speed_override, -change), change)
         self.speed_override += changed
         self.override_rate = changed / dt_s

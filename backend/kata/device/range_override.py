@@ -14,6 +14,7 @@ from kata.motion.trajectory import Trajectory
 REDUCTION_STEP: Final = 0.1
 """Share of the full range that one request removes."""
 MIN_SHARE: Final = 0.2
+"""The smallest share, unless the recording's :attr:`~kata.motion.trajectory.Trajectory.least_share` is greater."""
 RECOVERY_DEG: Final = 2.5
 """Increase of the range in each repetition, measured at the motor with the largest range. It is the same step as in a
 warm-up.
@@ -48,6 +49,8 @@ class RangeOverride:
 
     def __post_init__(self) -> None:
         self._wanted = self.share
+        self.least_share = max(MIN_SHARE, float(self.trajectory.least_share))
+        """The range cannot be reduced below this share."""
         self._rate_s = 0.0
         self._since_s = math.inf
         """Time on the path since the last request."""
@@ -58,7 +61,7 @@ class RangeOverride:
     @property
     def at_minimum(self) -> bool:
         """True if the range cannot be reduced further."""
-        return self._wanted == MIN_SHARE
+        return self._wanted == self.least_share
 
     @property
     def is_full(self) -> bool:
@@ -69,7 +72,7 @@ class RangeOverride:
         """Reduce the target range by one step."""
         wanted = self._wanted - REDUCTION_STEP
         # If only half a step would be left, remove it too.
-        self._wanted = MIN_SHARE if wanted < MIN_SHARE + REDUCTION_STEP / 2 else wanted
+        self._wanted = self.least_share if wanted < self.least_share + REDUCTION_STEP / 2 else wanted
         self._since_s = 0.0
 
     def apply(self, motion: PathPoint, speed_override: float, dt_s: float) -> PathPoint:

@@ -11,6 +11,7 @@ import os
 import socket
 import weakref
 from dataclasses import dataclass
+from itertools import pairwise
 from typing import Final, Literal
 
 import msgspec
@@ -20,7 +21,9 @@ from kata.device import texts
 from kata.device.config import ConfigError, StationConfig
 from kata.device.faults import MAX_FROZEN_SETPOINT_DEG
 from kata.device.ipc_messages import RESISTANCE_LEVELS, SAMPLE_FIELDS, Load, LoadPart, Refusal, Request
+from kata.device.range_override import MIN_SHARE
 from kata.device.resistance import RESISTS_NS
+from kata.device.run_limits import WAY_TOLERANCE_DEG
 from kata.messages import Text, text_of
 from kata.motion import texts as motion_texts
 from kata.motion.axes import N_AXES
@@ -28,7 +31,7 @@ from kata.motion.end_feel import FASTEST_DEG_S, SLOWEST_DEG_S
 from kata.motion.ilc import MAX_CORRECTION_DEG, Correction
 from kata.motion.linkage import Floats
 from kata.motion.method import rate_hz, reference
-from kata.motion.reach import POSE_ROUNDING_DEG, check_poses_of, doctors_set
+from kata.motion.reach import POSE_ROUNDING_DEG, check_poses_of, doctors_set, nearest, reachable_set
 from kata.motion.trajectory import HOLD_S, AxisLimits, OverloadError, Trajectory, TrajectoryError, ZeroOrderHold
 
 log = logging.getLogger(__name__)
@@ -41,6 +44,12 @@ _TORQUE_STEP_S: Final = 0.02
 _CARRIED_SHARE: Final = 0.85
 """A motion may need this share of the torque that counts as resistance. The rest is for muscle tone and for model errors, which reach 0.6 Nm
 near a drive's limit."""
+_REDUCED_STEP_S: Final = 0.05
+"""Time between two poses of which the reduced range is checked."""
+_REDUCED_DIGITS: Final = 2
+"""Decimal places of the angles, in deg, by which two such poses are the same."""
+_REDUCED_SHARES: Final = 0.05
+"""Difference between two shares of the range that are checked."""
 _ONE_WAY_DEG: Final = 0.02
 """A way out may stray back by this in a step of the check: less than an encoder's count."""
 _SHORTEST_WAY_DEG: Final = 10.0
@@ -83,6 +92,7 @@ def build(load: Load, config: StationConfig) -> Reference | Refusal:
         trajectory = _trajectory(load, config)
         _check_end_feel(load, config, trajectory)
         _check_torque(load, config, trajectory)
+        trajectory.least_share = np.array(_least_share(load, config, trajectory))
         return Reference(trajectory, _correction(load, trajectory))
     except OverloadError as error:
         return unplayable(text_of(error), texts.MAKE_ARM_LIGHTER())
@@ -167,6 +177,27 @@ def _check_patients_limits(load: Load, config: StationConfig, trajectory: Trajec
     trajectory.check(limits, 0.0)
     if arm := load.arm_limits:
         check_poses_of(trajectory, lambda motors_deg: doctors_set(motors_deg, load.side, arm), POSE_ROUNDING_DEG)
+
+
+def _least_share(load: Load, config: StationConfig, trajectory: Trajectory) -> float:
+    """Return the smallest share of the range from which on the motion stays within the limits of the pose.
+
+    A reduced motion takes shorter ways than the recorded one. Where that leads around a limit, they lead through it.
+    """
+    times_s = np.append(np.arange(0.0, trajectory.duration_s, _REDUCED_STEP_S), trajectory.duration_s)
+    # Repetitions have the same poses.
+    poses_deg = np.unique(np.round(trajectory.along(times_s), _REDUCED_DIGITS), axis=0)
+    arm = load.arm_limits
+    shares = np.linspace(1.0, MIN_SHARE, round((1.0 - MIN_SHARE) / _REDUCED_SHARES) + 1)
+    for greater, share in pairwise(float(share) for share in shares):
+        reduced_deg = trajectory.rest_deg + share * (poses_deg - trajectory.rest_deg)
+        margin_deg = nearest(reduced_deg, lambda angles: reachable_set(angles, load.side)).margin_deg
+        margin_deg += config.pose_tolerance_deg
+        if arm:
+            margin_deg = min(margin_deg, nearest(reduced_deg, lambda a: doctors_set(a, load.side, arm)).margin_deg)
+        if margin_deg < -WAY_TOLERANCE_DEG:
+            return greater
+    return MIN_SHARE
 
 
 def _check_torque(load: Load, config: StationConfig, trajectory: Trajectory) -> None:

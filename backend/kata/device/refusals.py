@@ -11,7 +11,7 @@ from kata.device.end_feel import EndFeelTest
 from kata.device.faults import MAX_FROZEN_SETPOINT_DEG
 from kata.device.ipc_messages import CommandName, Guarded, Mode, Refusal
 from kata.device.latched_stop import LatchedStop
-from kata.device.range_override import MIN_SHARE, RangeOverride
+from kata.device.range_override import RangeOverride
 from kata.device.run import Run
 from kata.device.run_limits import WAY_TOLERANCE_DEG
 from kata.device.setpoint_gate import largest_step_deg
@@ -148,7 +148,7 @@ def range_at_minimum(range_override: RangeOverride) -> Refusal | None:
         return None
     return Refusal.of(
         code="is_at_least",
-        message=texts.RANGE_IS_LEAST(least_percent=100 * MIN_SHARE),
+        message=texts.RANGE_IS_LEAST(least_percent=100 * range_override.least_share),
         next_step=texts.PAUSE_OR_STOP(),
     )
 

@@ -317,12 +317,14 @@ class Run:
             )
         )
 
-    def state(self, movement: Movement | None, *, at_start: bool) -> RunState:
+    def state(self, movement: Movement | None, *, at_start: bool, returning: bool) -> RunState:
         """Return the run for the snapshot."""
         duration = self.trajectory.duration_s
         left = duration - self.position_s
         if movement and movement.path is not self.trajectory:
             left = movement.path.duration_s - movement.position_s
+        elif movement and returning:
+            left = movement.position_s / movement.top_override
         return RunState(
             run_id=self.load.run_id,
             recording_id=self.load.recording_id,

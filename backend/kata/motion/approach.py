@@ -15,7 +15,7 @@ from functools import cached_property
 import numpy as np
 
 from kata.motion.linkage import Floats
-from kata.motion.path import Path, PathPoint
+from kata.motion.path import PathPoint
 
 _PEAK_OVER_MEAN = 1.875
 """Peak speed of a minimum-jerk movement divided by its mean speed (10 t^3 - 15 t^4 + 6 t^5 at t = 1/2)."""
@@ -62,9 +62,9 @@ class MinimumJerkMove:
 
 @dataclass(frozen=True)
 class PathSequence:
-    """A sequence of paths. Each begins where the one before ends, and the arm comes to rest between them."""
+    """A sequence of movements. Each begins where the one before ends, and the arm comes to rest between them."""
 
-    movements: Sequence[Path]
+    movements: Sequence[MinimumJerkMove]
 
     @property
     def duration_s(self) -> float:

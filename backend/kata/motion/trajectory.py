@@ -199,6 +199,10 @@ class Trajectory:
         """``(5,)``: largest distance of each motor from the rest posture."""
         self.reach_deg: Floats = high - low
         """``(5,)``: difference between the highest and the lowest angle of each motor."""
+        self.least_share: Floats = np.array(0.0)
+        """``()``: the motion stays within the limits of the pose from this share of its range on. The check of a Load sets it."""
+        self.top_speed_deg_s: Floats = self.speeds()[1].max(axis=0)
+        """``(5,)``: highest mean speed of each motor over 0.1 s, without sign."""
         away = np.clip(angles_deg - angles_deg[0], -RUN_UP_DEG, RUN_UP_DEG)
         self.departure_deg: Floats = away[np.argmax(np.abs(away), axis=0), np.arange(N_AXES)]
         """``(5,)``: signed distance that each motor first moves away from the start: :data:`RUN_UP_DEG`, or less if the motor
