@@ -29,9 +29,9 @@ class Allowance:
     def take_some(self, amount: int) -> int:
         """Take ``amount`` tokens, or as many as are left. Return the number taken."""
         self._refill()
-        taken = min(amount, int(self.left))
-        self.left -= taken
-        return taken
+        amount_taken = min(amount, int(self.left))
+        self.left -= amount_taken
+        return amount_taken
 
     @property
     def is_full(self) -> bool:

@@ -148,11 +148,11 @@ def _all_routes() -> list[BaseRoute]:
     """Return the routes of all features, each of which authorizes its request. Every application of a process shares them, because
     building them takes a quarter of a second.
     """
-    every = APIRouter(dependencies=_AUTHORIZED, generate_unique_id_function=lambda route: route.name)
+    router_of_all = APIRouter(dependencies=_AUTHORIZED, generate_unique_id_function=lambda route: route.name)
     for router in _ROUTERS:
-        every.include_router(router)
-    every.include_router(login_router.router, dependencies=[Depends(health.count_refused_logins)])
-    return every.routes
+        router_of_all.include_router(router)
+    router_of_all.include_router(login_router.router, dependencies=[Depends(health.count_refused_logins)])
+    return router_of_all.routes
 
 
 def _add_middleware(app: FastAPI, hosts: frozenset[str]) -> None:

@@ -87,12 +87,12 @@ def check_rules(app: FastAPI) -> None:
 
     :raises LookupError: when a rule or the authorization is missing.
     """
-    for found in iter_route_contexts(app.routes):
-        rule = RULES.get(found.name or "")
+    for route in iter_route_contexts(app.routes):
+        rule = RULES.get(route.name or "")
         if rule is None:
-            raise LookupError(f"the route {found.name} has no rule: give it one in auth/permissions.py")
-        if rule.needs != "public" and not isinstance(found.original_route, APIRoute | APIWebSocketRoute):
-            raise LookupError(f"the route {found.name} is not FastAPI's, so it would not be authorized")
+            raise LookupError(f"the route {route.name} has no rule: give it one in auth/permissions.py")
+        if rule.needs != "public" and not isinstance(route.original_route, APIRoute | APIWebSocketRoute):
+            raise LookupError(f"the route {route.name} is not FastAPI's, so it would not be authorized")
 
 
 def document(described: dict[str, Any]) -> None:
@@ -124,9 +124,9 @@ async def _authorize(connection: HTTPConnection, body: Any) -> None:
         return
     services = services_of(connection)
     context.station = services.station_name
-    named = list(_named_records(connection, body))
+    records = list(_named_records(connection, body))
     context.subject = " ".join(
-        f"{name.removesuffix('_id')} {record_id}" for name, record_id in named if name != "patient_id"
+        f"{name.removesuffix('_id')} {record_id}" for name, record_id in records if name != "patient_id"
     )
     cookie, auth_cache = cookie_of(connection) or "", services.auth_cache
     token = _access_token(connection)
@@ -138,13 +138,13 @@ async def _authorize(connection: HTTPConnection, body: Any) -> None:
     CURRENT_ACTOR.set(actor)
     if actor.by_token:
         check_only_reads(connection.scope.get("method"), rule)
-    check_user(actor, rule, context.station, named)
-    if named:
-        await run_in_threadpool(_wait_for_arrival, services, named)
+    check_user(actor, rule, context.station, records)
+    if records:
+        await run_in_threadpool(_wait_for_arrival, services, records)
         try:
-            await run_in_threadpool(_check_records, services, actor, rule, context, named)
+            await run_in_threadpool(_check_records, services, actor, rule, context, records)
         except DatabaseUnavailableError:
-            patient_id = services.offline_cache.owner_of(named) if rule.without_database else None
+            patient_id = services.offline_cache.owner_of(records) if rule.without_database else None
             if patient_id is None:
                 raise
             context.patient_id = patient_id
@@ -259,8 +259,8 @@ def _record_activity(database: Database, actor: Actor, now: datetime) -> None:
         log.warning("user activity could not be stored: %s", error)
 
 
-def check_user(actor: Actor, rule: RouteRule, station: str, named: Sequence[tuple[str, UUID]] = ()) -> None:
-    """Check that the user has the rule's permission at this station and may open every restricted record in ``named``.
+def check_user(actor: Actor, rule: RouteRule, station: str, records: Sequence[tuple[str, UUID]] = ()) -> None:
+    """Check that the user has the rule's permission at this station and may open every restricted record in ``records``.
 
     :raises ProblemError: 403 or 423.
     """
@@ -271,7 +271,7 @@ def check_user(actor: Actor, rule: RouteRule, station: str, named: Sequence[tupl
 
     granted = ROLE_PERMISSIONS[actor.role]
     # Without permission to read records, no route may name one.
-    if rule.needs not in granted or (named and "read_records" not in granted):
+    if rule.needs not in granted or (records and "read_records" not in granted):
         raise ProblemError(403, "not_allowed", texts.ROLE_NOT_ALLOWED(), texts.ASK_PERMITTED_PERSON())
     if rule.own_station_only and actor.stations and station not in actor.stations:
         raise ProblemError(
@@ -282,23 +282,23 @@ def check_user(actor: Actor, rule: RouteRule, station: str, named: Sequence[tupl
         )
 
 
-def _wait_for_arrival(services: Services, named: list[tuple[str, UUID]]) -> None:
+def _wait_for_arrival(services: Services, records: list[tuple[str, UUID]]) -> None:
     """Wait for spooled records of the named objects, so that the route finds them in the database.
 
     :raises DatabaseUnavailableError: when the database answers but the records have not arrived within the limit.
     """
     database = services.database
-    if database.unavailable_since is not None or not services.offline_cache.is_pending(named):
+    if database.unavailable_since is not None or not services.offline_cache.is_pending(records):
         return
     if not services.event_spool.until_taken(_SPOOL_ARRIVAL_LIMIT_S) and database.unavailable_since is None:
         raise DatabaseUnavailableError(utc_now())
 
 
 def _check_records(
-    services: Services, actor: Actor, rule: RouteRule, context: RequestContext, named: list[tuple[str, UUID]]
+    services: Services, actor: Actor, rule: RouteRule, context: RequestContext, records: list[tuple[str, UUID]]
 ) -> None:
     with services.database.read() as session:
-        patients = patients_of(session, named)
+        patients = patients_of(session, records)
         context.patient_id = patients[0] if patients else None
         if not rule.allowed_for_restricted and not restricted.may_see(session, actor, patients):
             raise ProblemError(
@@ -313,9 +313,9 @@ def _check_records(
 
 def _named_records(connection: HTTPConnection, body: Any) -> Iterator[tuple[str, UUID]]:
     """Yield every record that the request names, each once."""
-    given = [*connection.path_params.items(), *connection.query_params.multi_items(), *_fields(body)]
-    seen = set()
-    for name, value in given:
+    fields = [*connection.path_params.items(), *connection.query_params.multi_items(), *_fields(body)]
+    yielded = set()
+    for name, value in fields:
         if name not in OF_A_PATIENT:
             continue
         try:
@@ -323,8 +323,8 @@ def _named_records(connection: HTTPConnection, body: Any) -> Iterator[tuple[str,
         except ValueError:
             # The route reports the invalid id.
             continue
-        if record not in seen:
-            seen.add(record)
+        if record not in yielded:
+            yielded.add(record)
             yield record
 
 

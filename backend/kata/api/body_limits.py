@@ -36,9 +36,9 @@ def limited_body(scope: Scope, receive: Receive) -> Receive:
     async def counted() -> Message:
         nonlocal received, parts, authorized
         message = await receive()
-        piece = message.get("body", b"")
-        received += len(piece)
-        parts += sum(map(piece.count, _OPENING))
+        chunk = message.get("body", b"")
+        received += len(chunk)
+        parts += sum(map(chunk.count, _OPENING))
         if parts > MOST_PARTS and not _is_file(scope):
             raise HTTPException(413, texts.TOO_MANY_PARTS(limit=MOST_PARTS))
         if received > ANONYMOUS_BODY:

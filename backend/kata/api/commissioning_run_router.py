@@ -111,7 +111,7 @@ async def get_commissioning_run(run: TheRun) -> CommissioningRunState:
 
 @router.post("", responses=PROBLEMS.of(409, 422, 503), summary="Start the commissioning")
 async def start_commissioning(
-    request: Request, run: TheRun, database: TheDatabase, wanted: CommissioningStart
+    request: Request, run: TheRun, database: TheDatabase, body: CommissioningStart
 ) -> CommissioningRunState:
     """Take the drives from the control program and start the procedure or the periodic check.
 
@@ -127,34 +127,34 @@ async def start_commissioning(
 
     if await run_in_threadpool(open_sessions):
         raise ProblemError(409, "session_open", texts.SESSION_OPEN(), texts.END_SESSION_FIRST())
-    before = await run_in_threadpool(_check_start, run, wanted)
-    if refusal := await run.start(wanted.kind, wanted.begin, browser(), before):
+    before = await run_in_threadpool(_check_start, run, body)
+    if refusal := await run.start(body.kind, body.begin, browser(), before):
         raise refused(refusal)
     return await run_in_threadpool(_state, run)
 
 
 @router.post("/confirm", responses=PROBLEMS.of(409, 422), summary="Confirm an instruction")
-async def confirm_commissioning(run: TheRun, given: CommissioningConfirmation) -> CommissioningRunState:
+async def confirm_commissioning(run: TheRun, body: CommissioningConfirmation) -> CommissioningRunState:
     """Confirm that an instruction was carried out. Refused if the page now shows another instruction, and if gains are outside their limits."""
-    choice = given.gains.model_dump() if given.gains else None
-    if choice and run.shows(given.number) and not run.accepts(choice):
+    choice = body.gains.model_dump() if body.gains else None
+    if choice and run.shows(body.number) and not run.accepts(choice):
         raise ProblemError(409, "gains_refused", texts.GAINS_REFUSED(), texts.CHOOSE_WITHIN_LIMITS())
-    if not run.confirm(given.number, browser(), choice):
+    if not run.confirm(body.number, browser(), choice):
         raise ProblemError(409, "other_instruction", texts.OTHER_INSTRUCTION(), texts.READ_INSTRUCTION_AGAIN())
     return await run_in_threadpool(_state, run)
 
 
-def _check_start(run: CommissioningRun, wanted: CommissioningStart) -> set[str]:
+def _check_start(run: CommissioningRun, start: CommissioningStart) -> set[str]:
     """Check that the procedure would accept this start. Return the steps that have passed before it.
 
     :raises ProblemError: 409.
     """
     record = _record(run)
-    if wanted.kind == "check" and not _may_check(record):
+    if start.kind == "check" and not _may_check(record):
         raise ProblemError(409, "check_impossible", texts.CHECK_IMPOSSIBLE(), texts.COMMISSION_FIRST())
-    if wanted.begin and _ORDER.index(wanted.begin) > len(_passed(record)) and not _may_repeat(run):
+    if start.begin and _ORDER.index(start.begin) > len(_passed(record)) and not _may_repeat(run):
         raise ProblemError(409, "steps_missing", texts.STEPS_MISSING(), texts.BEGIN_EARLIER())
-    return set(_ORDER[: _ORDER.index(wanted.begin)]) if wanted.begin else _passed(record)
+    return set(_ORDER[: _ORDER.index(start.begin)]) if start.begin else _passed(record)
 
 
 def _record(run: CommissioningRun) -> CommissioningRecord | None:
@@ -187,21 +187,21 @@ def _passed(record: CommissioningRecord | None) -> set[str]:
 def _state(run: CommissioningRun) -> CommissioningRunState:
     progress, record = run.progress, _record(run)
     kind = progress.kind if progress else "full"
-    ended = {ran["step"]: ran for ran in progress.ended} if progress else {}
+    outcomes = {outcome["step"]: outcome for outcome in progress.ended} if progress else {}
     before = progress.before if progress else _passed(record)
     running = progress is not None and progress.running
     steps = []
     for step in STEP_TEXTS:
         if kind == "check" and step.key not in CHECKED:
             continue
-        ran = ended.get(step.key)
-        if progress and running and progress.step == step.key and ran is None:
+        outcome = outcomes.get(step.key)
+        if progress and running and progress.step == step.key and outcome is None:
             state = "running"
-        elif ran is not None:
-            state = "passed" if ran["passed"] else "failed"
+        elif outcome is not None:
+            state = "passed" if outcome["passed"] else "failed"
         else:
             state = "passed" if step.key in before else "waiting"
-        result = {name: value for name, value in ran.items() if name != "by"} if ran else None
+        result = {name: value for name, value in outcome.items() if name != "by"} if outcome else None
         steps.append(
             CommissioningStepState.model_validate(
                 {

@@ -52,13 +52,13 @@ class CommissioningWatch:
         """
         if self._file is None:
             return
-        seen = [(path, path.stat().st_mtime_ns, path.stat().st_size) for path in record_paths(self._file)]
-        if seen == self._seen:
+        versions = [(path, path.stat().st_mtime_ns, path.stat().st_size) for path in record_paths(self._file)]
+        if versions == self._seen:
             return
         self.status = self._evaluate()
         self.on_change(self.refusal)
         import_records(self._database, self._config.name, self._file)
-        self._seen = seen
+        self._seen = versions
 
     def _evaluate(self) -> CommissioningStatus | None:
         """Return the commissioning status; None if no commissioning is needed."""

@@ -76,7 +76,7 @@ class OpenConnections:
         if is_listed(address, self.trusted_proxies):
             return True
         if address not in self._new:
-            self._new = {known: new for known, new in self._new.items() if not new.is_full}
+            self._new = {other: new for other, new in self._new.items() if not new.is_full}
             self._new[address] = Allowance(self.per_address, NEW_AT_ONCE * self.per_address)
         return self._new[address].take()
 
@@ -123,7 +123,9 @@ class OpenConnections:
 
     def count(self) -> int:
         """Return the number of counted connections."""
-        occupied = {address: left for address, known in self._of.items() if (left := self._occupied(known))}
+        occupied = {
+            address: open_ones for address, counted in self._of.items() if (open_ones := self._occupied(counted))
+        }
         self._of = defaultdict(set, occupied)
         return sum(map(len, self._of.values()))
 

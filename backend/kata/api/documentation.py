@@ -40,11 +40,11 @@ def is_built(folder: Path = FOLDER) -> bool:
 def find(folder: Path, path: str) -> Path | None:
     """Return the file or folder at ``path`` within ``folder``, else None. ``path`` may be any text that a client sends."""
     try:
-        found = (folder / path.lstrip("/")).resolve(strict=True)
+        target = (folder / path.lstrip("/")).resolve(strict=True)
     except (OSError, ValueError):
         # The path does not exist, is too long, or contains a NUL.
         return None
-    return found if found.is_relative_to(folder.resolve()) else None
+    return target if target.is_relative_to(folder.resolve()) else None
 
 
 def respond(path: str, accept_language: str, folder: Path = FOLDER) -> Response:

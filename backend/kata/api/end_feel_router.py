@@ -9,7 +9,7 @@ from pydantic import Field
 from kata.api import texts
 from kata.api.errors import refused
 from kata.api.lease_dependencies import Operator
-from kata.api.run_start import BegunRun, RunStores, TheRunStores, send_load, writing
+from kata.api.run_start import RunStores, StartedRun, TheRunStores, send_load, writing
 from kata.clinic.contraindications import service as contraindications
 from kata.clinic.episodes import limits as doctors_limits
 from kata.clinic.recordings import service as recordings
@@ -57,8 +57,8 @@ async def load_end_feel(
     station: TheStation,
     stores: TheRunStores,
     apparatus: TheApparatus,
-    here: Operator,
-    wanted: EndFeelLoadRequest,
+    operator: Operator,
+    body: EndFeelLoadRequest,
 ) -> Run:
     """Check a way out along a recording against all limits, and load it as a new run of the session.
 
@@ -67,30 +67,28 @@ async def load_end_feel(
     """
     if refusal := station.refusal("load"):
         raise refused(refusal)
-    request = EndFeelRequest(**wanted.model_dump())
-    begun, end_feel_test = await run_in_threadpool(_begin, stores, request, apparatus, station.config)
-    stores.offline_sessions.cache.attend(begun.patient.id, wanted.session_id)
+    request = EndFeelRequest(**body.model_dump())
+    started_run, end_feel_test = await run_in_threadpool(_begin, stores, request, apparatus, station.config)
+    stores.offline_sessions.cache.attend(started_run.patient.id, body.session_id)
     command = ipc_messages.Load(
-        run_id=str(begun.run.id),
-        recording_id=str(begun.run.recording_id),
-        times_s=begun.motion.times_s.astype("<f8").tobytes(),
-        angles_deg=begun.motion.angles_deg.astype("<f8").tobytes(),
-        side=begun.side,
-        load_level=wanted.load_level,
-        limits_deg=begun.limits,
-        arm_limits=begun.allowed.arm,
-        max_speed_deg_s=begun.allowed.max_speed_deg_s,
+        run_id=str(started_run.run.id),
+        recording_id=str(started_run.run.recording_id),
+        times_s=started_run.motion.times_s.astype("<f8").tobytes(),
+        angles_deg=started_run.motion.angles_deg.astype("<f8").tobytes(),
+        side=started_run.side,
+        load_level=body.load_level,
+        limits_deg=started_run.limits,
+        arm_limits=started_run.allowed.arm,
+        max_speed_deg_s=started_run.allowed.max_speed_deg_s,
         end_feel=end_feel_test,
     )
-    changes = (
-        texts.END_FEEL_BASELINE() if wanted.kind == "baseline" else texts.END_FEEL_TEST(torque_nm=wanted.torque_nm)
-    )
-    return await send_load(station, stores, here, begun, command, (changes,))
+    changes = texts.END_FEEL_BASELINE() if body.kind == "baseline" else texts.END_FEEL_TEST(torque_nm=body.torque_nm)
+    return await send_load(station, stores, operator, started_run, command, (changes,))
 
 
 def _begin(
     stores: RunStores, request: EndFeelRequest, apparatus: checks.ApparatusState, config: StationConfig
-) -> tuple[BegunRun, ipc_messages.EndFeel]:
+) -> tuple[StartedRun, ipc_messages.EndFeel]:
     run_request = runs.RunRequest(request.session_id, request.recording_id, request.load_level)
     with stores.database.read() as session:
         runs.to_begin(session, run_request, apparatus.station)
@@ -100,10 +98,10 @@ def _begin(
         allowed = doctors_limits.allowed(session, recording.patient_id, side)
         taught = runs.taught(session, recording.id)
         farthest_deg = end_feel.farthest_deg(session, request, config.name, apparatus.today)
-    way = end_feel.longest_way(taught, allowed, config, request.speed_deg_s, farthest_deg)
-    limits = allowed.check(way.motion, request.load_level, "smooth")
+    movement = end_feel.longest_way(taught, allowed, config, request.speed_deg_s, farthest_deg)
+    limits = allowed.check(movement.motion, request.load_level, "smooth")
     with writing(stores.database, stores.event_spool, "run") as (session, began):
-        prepared = end_feel.prepare(session, request, way, config, apparatus.today)
+        prepared = end_feel.prepare(session, request, movement, config, apparatus.today)
         row = runs.begin(session, run_request, apparatus.station)
         began.append(row.id)
         end_feel.add(session, row, request, prepared, config.name)
@@ -113,13 +111,13 @@ def _begin(
         # Checked last, so that users do not prepare a patient for a recording that may not be played.
         checks.require(session, request.session_id, request.recording_id, apparatus)
         patient = sessions.get(session, request.session_id).patient
-        begun = BegunRun(
+        started_run = StartedRun(
             run=runs.as_run(row),
-            motion=way.motion,
+            motion=movement.motion,
             learned=None,
             side=side,
             limits=limits,
             allowed=allowed,
             patient=PatientRef(id=patient.id, name=patient.name),
         )
-        return begun, prepared.test
+        return started_run, prepared.test

@@ -53,13 +53,13 @@ def install(app: FastAPI) -> None:
             await asyncio.sleep(REFUSED_AFTER_S)
         places = [
             ProblemField(
-                pointer=where,
-                field=where.removeprefix("#/").replace("_", " ") if where.startswith("#/") else where,
-                detail=what,
-                field_key=TextKey.of(where),
-                detail_key=TextKey.of(what),
+                pointer=pointer,
+                field=pointer.removeprefix("#/").replace("_", " ") if pointer.startswith("#/") else pointer,
+                detail=message,
+                field_key=TextKey.of(pointer),
+                detail_key=TextKey.of(message),
             )
-            for where, what in error.places
+            for pointer, message in error.places
         ]
         return document(error.status, error.code, error.message, error.next_step, places, error.headers)
 
@@ -141,12 +141,13 @@ def document(
 
 def _invalid_field(error: Any, body: Any) -> tuple[str, Text, Text]:
     """Return the pointer to a field, the field's name and the problem."""
-    where, *rest = error["loc"]
-    # For invalid JSON, the location is the position of a character instead of a field.
-    path = _path(rest, body) if where == "body" and error["type"] != "json_invalid" else rest if where != "body" else []
+    source, *path = error["loc"]
+    if source == "body":
+        # For invalid JSON, the location is the position of a character instead of a field.
+        path = [] if error["type"] == "json_invalid" else _path(path, body)
     problem = i18n.sentence(error["type"], str(error["msg"]), error.get("ctx", {}))
     pointer = "/".join(str(part) for part in path)
-    return f"#/{pointer}" if where == "body" else f"{where}/{pointer}", i18n.name(path), problem
+    return f"#/{pointer}" if source == "body" else f"{source}/{pointer}", i18n.name(path), problem
 
 
 def _field(pointer: str, field: Text, detail: Text) -> ProblemField:

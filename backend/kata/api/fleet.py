@@ -1,7 +1,7 @@
 """Exchange the states of all the clinic's stations through the database that their services share.
 
-On PostgreSQL the services use NOTIFY, which reaches current listeners and stores nothing. On SQLite there is one station. Sending and
-Sending and listening use a connection each, so that no request waits for them. While the database is unavailable, the states of the other
+On PostgreSQL the services use NOTIFY, which reaches current listeners and stores nothing. On SQLite there is one station. Sending
+and listening use a connection each, so that no request waits for them. While the database is unavailable, the states of the other
 stations are missing and this station's own state stays current.
 """
 
@@ -134,10 +134,10 @@ class Fleet:
 
         while True:
             try:
-                given: dict[str, Any] = dict(self.database.writer.dialect.create_connect_args(self.database.url)[1])
-                given |= {"connect_timeout": int(_STATEMENT_LIMIT_S), "application_name": "kata fleet"}
+                arguments: dict[str, Any] = dict(self.database.writer.dialect.create_connect_args(self.database.url)[1])
+                arguments |= {"connect_timeout": int(_STATEMENT_LIMIT_S), "application_name": "kata fleet"}
                 async with asyncio.timeout(2 * _STATEMENT_LIMIT_S):
-                    connection = await psycopg.AsyncConnection.connect(**given, autocommit=True)
+                    connection = await psycopg.AsyncConnection.connect(**arguments, autocommit=True)
                 try:
                     await work(connection)
                 finally:

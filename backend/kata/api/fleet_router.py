@@ -106,12 +106,12 @@ async def list_stations(database: TheDatabase, fleet: TheFleet, actor: TheActor)
         with database.read() as session:
             return {row.name: (row.registered_at, row.started_at, n) for row, n in service.registered(session)}
 
-    known = await asyncio.to_thread(registered)
-    fleet.register(list(known))
-    shown = await _Redactions(actor, database).apply(fleet.statuses())
+    registrations = await asyncio.to_thread(registered)
+    fleet.register(list(registrations))
+    statuses = await _Redactions(actor, database).apply(fleet.statuses())
     items = []
-    for status in shown:
-        registered_at, started_at, version = known.get(status.name, (None, None, 0))
+    for status in statuses:
+        registered_at, started_at, version = registrations.get(status.name, (None, None, 0))
         items.append(Station(shown=status, registered_at=registered_at, started_at=started_at, version=version))
     return Page[Station].complete(items)
 
@@ -151,12 +151,12 @@ async def _send(socket: WebSocket, fleet: Fleet, redactions: _Redactions) -> Non
         await fleet.refresh()
         while True:
             sequence += 1
-            seen = fleet.changes
+            sent_changes = fleet.changes
             stations = await redactions.apply(fleet.statuses())
             message = StationsMessage(sequence=sequence, sent_at=utc_now(), stations=stations)
             await socket.send_text(message.model_dump_json())
             await asyncio.sleep(_AT_MOST_EVERY_S)
-            if fleet.changes == seen:
+            if fleet.changes == sent_changes:
                 await fleet.wait_for_change(_AT_LEAST_EVERY_S - _AT_MOST_EVERY_S)
     except WebSocketDisconnect:
         return

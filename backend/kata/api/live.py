@@ -113,19 +113,19 @@ async def live(socket: WebSocket) -> None:
     """Send the live state to one listener until it disconnects."""
     services = services_of(socket)
     station = services.station
-    here = browser()
+    this_browser = browser()
     actor = CURRENT_ACTOR.get()
     # The rule of this route requires a login.
     assert actor is not None
     redaction = Redaction(actor, services.database, services.offline_cache)
     if not await accepted(socket, actor):
         return
-    with station.operating.listening(here), station.subscribed() as subscription:
+    with station.operating.listening(this_browser), station.subscribed() as subscription:
         await serve_until_gone(
             socket,
             actor,
             _receive(socket, actor, services, subscription),
-            _send(socket, station.info, services.live_view, here, subscription, redaction),
+            _send(socket, station.info, services.live_view, this_browser, subscription, redaction),
         )
 
 
@@ -147,7 +147,7 @@ async def _send(
     socket: WebSocket,
     info: StationInfo,
     live_view: LiveStateView,
-    here: Browser,
+    this_browser: Browser,
     subscription: Subscription,
     redaction: Redaction,
 ) -> None:
@@ -157,7 +157,7 @@ async def _send(
     try:
         while not subscription.overflown:
             subscription.changed.clear()
-            state = await redaction.apply(live_view.state(here))
+            state = await redaction.apply(live_view.state(this_browser))
             sequence += 1
             common: dict[str, Any] = {
                 "sequence": sequence,
@@ -187,9 +187,9 @@ async def _send(
 async def _until_next(subscription: Subscription) -> None:
     """Wait a tenth of a second, or until an event or a notice is waiting."""
     until = time.monotonic() + _PERIOD_S
-    while (left := until - time.monotonic()) > 0 and not subscription.waiting:
+    while (remaining_s := until - time.monotonic()) > 0 and not subscription.waiting:
         try:
-            async with asyncio.timeout(left):
+            async with asyncio.timeout(remaining_s):
                 await subscription.changed.wait()
         except TimeoutError:
             return

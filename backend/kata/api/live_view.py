@@ -36,7 +36,7 @@ class LiveStateView:
         if station.version != self._version:
             self._version, self._state = station.version, station.live().model_dump(mode="json")
         database_status = self._database_status()
-        own: dict[str, Any] = {
+        for_browser: dict[str, Any] = {
             "at": station.clock.now().isoformat().replace("+00:00", "Z"),
             "age_ms": station.age_ms,
             "lease": station.operating.lease_for(seen_by).model_dump(mode="json"),
@@ -44,12 +44,12 @@ class LiveStateView:
         }
         refusal = station.operating.refusal(seen_by)
         if refusal:
-            own["refusals"] = _refuse_all_but_stop(refusal)
+            for_browser["refusals"] = _refuse_all_but_stop(refusal)
         elif database_status.unavailable_since:
             # A running session continues with its prefetched data. Everything else needs the database.
             refused = ("teach",) if self._may_load() else ("teach", "load")
-            own["refusals"] = dict.fromkeys(refused, _as_json(_DATABASE_UNAVAILABLE)) | self._state["refusals"]
-        return self._state | own
+            for_browser["refusals"] = dict.fromkeys(refused, _as_json(_DATABASE_UNAVAILABLE)) | self._state["refusals"]
+        return self._state | for_browser
 
 
 def _refuse_all_but_stop(refusal: Refusal) -> dict[str, Any]:

@@ -44,8 +44,8 @@ class Offences:
     def is_refused(self, offender: Offender) -> bool:
         """Return True if the user's WebSockets are refused at present."""
         since_s = self.clock() - REFUSED_S
-        for known in [known for known, at_s in self._at_s.items() if at_s[-1] < since_s]:
-            del self._at_s[known]
+        for other in [other for other, at_s in self._at_s.items() if at_s[-1] < since_s]:
+            del self._at_s[other]
         at_s = self._at_s.get(offender, deque())
         return len(at_s) == OFFENCES and at_s[0] >= since_s
 
@@ -74,8 +74,8 @@ class LimitedWebSocket(WebSocketsSansIOProtocol):
 
     def _end(self) -> None:
         if self.handshake_complete and not self.disconnected and not self.close_sent:
-            ended: Any = {"type": "websocket.disconnect", "code": CloseCode.POLICY_VIOLATION, "flooded": True}
-            self.queue.put_nowait(ended)
+            disconnect: Any = {"type": "websocket.disconnect", "code": CloseCode.POLICY_VIOLATION, "flooded": True}
+            self.queue.put_nowait(disconnect)
             self.conn.send_close(CloseCode.POLICY_VIOLATION, TOO_MANY)
             self.transport.write(b"".join(self.conn.data_to_send()))
             # When the application receives its next message, it learns that the client is disconnected.

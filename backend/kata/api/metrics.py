@@ -42,9 +42,9 @@ class Metrics:
         self.registry.register(_DeviceCollector(station))
         ProcessCollector(registry=self.registry)
 
-    def add_gauge(self, name: str, what: str, now: Callable[[], float]) -> None:
+    def add_gauge(self, name: str, description: str, read_value: Callable[[], float]) -> None:
         """Register a gauge whose value ``now`` returns at each scrape. A ``name`` that contains no unit is a count."""
-        Gauge(name, what, registry=self.registry).set_function(now)
+        Gauge(name, description, registry=self.registry).set_function(read_value)
 
     @asynccontextmanager
     async def counting_stops(self, station: Station) -> AsyncIterator[None]:

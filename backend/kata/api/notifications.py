@@ -69,30 +69,30 @@ def list_notifications(database: TheDatabase, actor: TheActor) -> Page[Notificat
 
 
 @router.put("/api/notifications/read", responses=PROBLEMS.of(401, 422), summary="Mark notifications as read")
-def mark_notifications_read(database: TheDatabase, actor: TheActor, given: NotificationsRead) -> Page[Notification]:
+def mark_notifications_read(database: TheDatabase, actor: TheActor, body: NotificationsRead) -> Page[Notification]:
     """Mark notifications as read on every browser of this account, and return your notifications."""
     with database.write() as session:
         # Its lock lets two browsers of one account mark one after the other.
         accounts.get(session, actor.account_id)
-        found = _find(session, actor)
+        notifications = _find(session, actor)
         session.execute(delete(ReadNotificationRow).where(ReadNotificationRow.account_id == actor.account_id))
-        for notification in found:
-            notification.read |= notification.id in given.notification_ids
+        for notification in notifications:
+            notification.read |= notification.id in body.notification_ids
             if notification.read:
                 session.add(ReadNotificationRow(account_id=actor.account_id, notification_id=notification.id))
-    return Page[Notification].complete(found)
+    return Page[Notification].complete(notifications)
 
 
 def _find(session: Session, actor: Actor) -> list[Notification]:
     """Return the user's notifications, newest first."""
-    found = list(_alarms(session, actor, utc_now()))
+    notifications = list(_alarms(session, actor, utc_now()))
     if "administer" in ROLE_PERMISSIONS[actor.role]:
-        found += [*_erasures(session, actor), *_accesses(session), *_failed_backups(session)]
-    read = select(ReadNotificationRow.notification_id).where(ReadNotificationRow.account_id == actor.account_id)
-    read_ids = set(session.scalars(read))
-    for notification in found:
+        notifications += [*_erasures(session, actor), *_accesses(session), *_failed_backups(session)]
+    read_query = select(ReadNotificationRow.notification_id).where(ReadNotificationRow.account_id == actor.account_id)
+    read_ids = set(session.scalars(read_query))
+    for notification in notifications:
         notification.read = notification.id in read_ids
-    return sorted(found, key=lambda notification: (notification.at, notification.id), reverse=True)
+    return sorted(notifications, key=lambda notification: (notification.at, notification.id), reverse=True)
 
 
 def _alarms(session: Session, actor: Actor, now: datetime) -> Iterator[Notification]:

@@ -35,12 +35,12 @@ class Redaction:
 
     async def apply(self, state: dict[str, Any]) -> dict[str, Any]:
         """Return :class:`~kata.station.schemas.Live` as JSON, without patients and recordings that this user may not see."""
-        shown = dict(state)
+        redacted = dict(state)
         for name in ("run", "teaching"):
             activity = state[name]
             if activity and activity["patient"] and not await self.may_see(UUID(activity["patient"]["id"])):
-                shown[name] = activity | {field: None for field in _OF_A_PATIENT if field in activity}
-        return shown
+                redacted[name] = activity | {field: None for field in _OF_A_PATIENT if field in activity}
+        return redacted
 
     async def may_be_notified_of(self, patient_id: UUID) -> bool:
         """Return whether this user may learn that data of a patient have been saved."""
@@ -63,5 +63,5 @@ class Redaction:
         except DatabaseUnavailableError:
             # A patient whom the user saw before stays visible. Otherwise only patients of the offline cache are, none of whom has a
             # restricted record.
-            known = self._offline_cache is not None and self._offline_cache.holds(patient_id)
-            return known or (self._was_allowed and patient_id == self._patient_id)
+            is_cached = self._offline_cache is not None and self._offline_cache.holds(patient_id)
+            return is_cached or (self._was_allowed and patient_id == self._patient_id)

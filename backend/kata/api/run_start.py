@@ -33,7 +33,7 @@ from kata.types import Side
 
 
 @dataclass(frozen=True)
-class BegunRun:
+class StartedRun:
     """A run that is recorded and that the device may load."""
 
     run: Run
@@ -68,7 +68,7 @@ TheRunStores = Annotated[RunStores, Depends(_run_stores)]
 
 @contextmanager
 def writing(
-    database: Database, event_spool: EventSpool, what: Literal["run", "teaching"]
+    database: Database, event_spool: EventSpool, kind: Literal["run", "teaching"]
 ) -> Iterator[tuple[Session, list[UUID]]]:
     """Open a session as :meth:`Database.write` does. The caller appends the id of a new run or teaching to the list.
 
@@ -81,15 +81,15 @@ def writing(
             yield session, began
     except DatabaseUnavailableError:
         for id_ in began:
-            event_spool.put_not_begun(what, id_)
+            event_spool.put_not_begun(kind, id_)
         raise
 
 
 async def send_load(
     station: Station,
     stores: RunStores,
-    here: Browser | None,
-    begun: BegunRun,
+    operator: Browser | None,
+    started_run: StartedRun,
     command: ipc_messages.Load,
     changes: tuple[str, ...],
 ) -> Run:
@@ -97,28 +97,34 @@ async def send_load(
 
     :raises ProblemError: when the device refuses. The run is then removed.
     """
-    run = begun.run
+    run = started_run.run
     occupation = Occupation(
-        str(run.id), begun.patient, run.recording_name, run.session_id, changes, begun.end_range, begun.side
+        str(run.id),
+        started_run.patient,
+        run.recording_name,
+        run.session_id,
+        changes,
+        started_run.end_range,
+        started_run.side,
     )
     never_begun = partial(stores.event_spool.put_not_begun, "run", run.id)
-    refusal = await station.command(command, occupation, by=here, refused_late=never_begun)
+    refusal = await station.command(command, occupation, by=operator, refused_late=never_begun)
     if refusal:
         if refusal.code != NO_ANSWER:
-            await run_in_threadpool(_forget_run, stores, begun)
+            await run_in_threadpool(_forget_run, stores, started_run)
         raise refused(refusal)
     return run
 
 
-def _forget_run(stores: RunStores, begun: BegunRun) -> None:
+def _forget_run(stores: RunStores, started_run: StartedRun) -> None:
     """Remove a run that the device refused."""
-    if begun.without_database:
+    if started_run.without_database:
         # This is queued behind the record of the run's beginning, which may not be delivered yet.
-        stores.event_spool.put_not_begun("run", begun.run.id)
-        stores.offline_sessions.finish_run(begun.run.id, None)
+        stores.event_spool.put_not_begun("run", started_run.run.id)
+        stores.offline_sessions.finish_run(started_run.run.id, None)
         return
     try:
         with stores.database.write() as session:
-            runs.remove_refused(session, begun.run.id)
+            runs.remove_refused(session, started_run.run.id)
     except DatabaseUnavailableError:
-        stores.event_spool.put_not_begun("run", begun.run.id)
+        stores.event_spool.put_not_begun("run", started_run.run.id)

@@ -58,8 +58,10 @@ def page_policy(nonce: str) -> str:
 
 def allowed_hosts(settings: Settings) -> frozenset[str]:
     """Return the allowed host names: loopback, this computer's names if other computers can reach it, and those of the settings."""
-    own = set() if settings.is_on_loopback else {name.lower() for name in (socket.gethostname(), socket.getfqdn())}
-    return _LOOPBACK | {name for name in own if _HOST.fullmatch(name)} | settings.named_hosts
+    own_names = (
+        set() if settings.is_on_loopback else {name.lower() for name in (socket.gethostname(), socket.getfqdn())}
+    )
+    return _LOOPBACK | {name for name in own_names if _HOST.fullmatch(name)} | settings.named_hosts
 
 
 class SecurityMiddleware:
@@ -90,8 +92,8 @@ class SecurityMiddleware:
         """Return status, code, message and next step if the request must be refused, else None."""
         headers = Headers(scope=scope)
         host = _single_value(headers, "host")
-        found = _HOST.fullmatch(host) if host else None
-        if not (host and found and self._is_own(found["name"].lower(), scope)):
+        host_match = _HOST.fullmatch(host) if host else None
+        if not (host and host_match and self._is_own(host_match["name"].lower(), scope)):
             return (
                 400,
                 "unknown_host",
@@ -115,7 +117,7 @@ class SecurityMiddleware:
             return False
 
 
-def _is_foreign(scope: Scope, headers: Headers, own: str) -> bool:
+def _is_foreign(scope: Scope, headers: Headers, own_origin: str) -> bool:
     """Return whether a browser names another site's page as the origin. Other clients send neither these headers nor a browser's
     cookies.
     """
@@ -126,7 +128,7 @@ def _is_foreign(scope: Scope, headers: Headers, own: str) -> bool:
         # Another site may link to the page, but not embed or read it.
         opened = headers.get("sec-fetch-mode") == "navigate" and headers.get("sec-fetch-dest") == "document"
         return site not in ("", "same-origin", "none") and not opened
-    return site not in ("", "same-origin") or origin.lower() not in ("", own)
+    return site not in ("", "same-origin") or origin.lower() not in ("", own_origin)
 
 
 def _single_value(headers: Headers, name: str) -> str | None:

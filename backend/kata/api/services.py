@@ -1,7 +1,7 @@
 """Everything that the routes of one running service use.
 
-``app.state.services`` holds the one instance of :class:`Services`; the application's state holds nothing else. Modules of this package
-Packages below the API may not import this module. They read the same object through a Protocol of their own that names only the parts they
+``app.state.services`` holds the one instance of :class:`Services`; the application's state holds nothing else. Only modules of
+this package may import this module. Packages below the API read the same object through a Protocol of their own that names only the parts they
 use; :func:`attach` makes the type checker prove that ``Services`` satisfies each of these Protocols.
 """
 

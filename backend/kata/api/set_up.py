@@ -185,12 +185,12 @@ async def _warm_up(figures: FigureWorker, station: Station) -> None:
 
 def _letterhead(settings: Settings) -> letterhead.Letterhead:
     """Return the clinic's letterhead. If the logo cannot be used, return a letterhead without it, so that the service can start."""
-    read = partial(letterhead.read, settings.clinic_name, settings.clinic_address, settings.clinic_phone)
+    read_letterhead = partial(letterhead.read, settings.clinic_name, settings.clinic_address, settings.clinic_phone)
     try:
-        return read(settings.clinic_logo)
+        return read_letterhead(settings.clinic_logo)
     except letterhead.LetterheadError as error:
         log.error("%s Reports are printed without a logo.", error)
-        return read(None)
+        return read_letterhead(None)
 
 
 def clinic_time_zone(settings: Settings, database: Database) -> tzinfo:

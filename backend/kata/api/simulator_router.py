@@ -79,23 +79,23 @@ def get_simulator(simulation: TheSimulation) -> SimulatorState:
 
 
 @router.post("/pedal", summary="Press or release the simulated pedal", responses=PROBLEMS.of(422))
-def set_pedal(simulation: TheSimulation, wanted: PedalRequest) -> SimulatorState:
+def set_pedal(simulation: TheSimulation, body: PedalRequest) -> SimulatorState:
     """Press or release the pedal and return the new state."""
     with closing(simulation.process.client()) as client:
-        return _state(simulation, client.pedal(wanted.down))
+        return _state(simulation, client.pedal(body.down))
 
 
 @router.post("/estop", summary="Press or release the simulated emergency stop", responses=PROBLEMS.of(422))
-def set_estop(simulation: TheSimulation, wanted: EstopRequest) -> SimulatorState:
+def set_estop(simulation: TheSimulation, body: EstopRequest) -> SimulatorState:
     """Press or release the emergency stop and return the new state."""
     with closing(simulation.process.client()) as client:
-        return _state(simulation, client.estop(wanted.pressed))
+        return _state(simulation, client.estop(body.pressed))
 
 
 @router.post("/guide", summary="Guide the arm with the simulated hand", responses=PROBLEMS.of(409, 422))
-def guide_arm(simulation: TheSimulation, wanted: GuideRequest) -> SimulatorState:
+def guide_arm(simulation: TheSimulation, body: GuideRequest) -> SimulatorState:
     """Make the hand guide the arm along a motion with the pedal pressed."""
-    motion = simulation.get(wanted.motion_id)
+    motion = simulation.get(body.motion_id)
     with closing(simulation.process.client()) as client:
         try:
             return _state(simulation, client.guide(motion))

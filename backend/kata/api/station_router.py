@@ -16,7 +16,7 @@ from kata.api.errors import refused
 from kata.api.lease_dependencies import Operator, Watcher, record_takeover
 from kata.api.live_view import LiveStateView
 from kata.api.redaction import Redaction
-from kata.api.run_start import BegunRun, RunStores, TheRunStores, send_load, writing
+from kata.api.run_start import RunStores, StartedRun, TheRunStores, send_load, writing
 from kata.api.services import services_of
 from kata.api.simulator_router import AnySimulation
 from kata.api.stopping import stop_by_user
@@ -101,12 +101,12 @@ class SeenState(Schema):
     )
 
 
-async def guarded(station: TheStation, seen: SeenState) -> Guard:
+async def guarded(station: TheStation, seen_state: SeenState) -> Guard:
     """Return the guard of a command that can start motion, release an arm or reset a stop.
 
     :raises ProblemError: 409 when the state is too old or lies in the future.
     """
-    guard = station.clock.guard(seen.stops, seen.seen_at)
+    guard = station.clock.guard(seen_state.stops, seen_state.seen_at)
     if isinstance(guard, ipc_messages.Refusal):
         raise refused(guard)
     return guard
@@ -191,10 +191,10 @@ async def get_station(
     live_view: TheLiveView,
     offline_cache: TheOfflineCache,
     actor: TheActor,
-    here: Watcher,
+    watcher: Watcher,
 ) -> StationState:
     """Return the station and its newest state. The WebSocket /api/live sends updates. Patients whom you may not see are left out."""
-    state = await Redaction(actor, database, offline_cache).apply(live_view.state(here))
+    state = await Redaction(actor, database, offline_cache).apply(live_view.state(watcher))
     return StationState(station=station.info, live=Live.model_validate(state))
 
 
@@ -205,32 +205,32 @@ async def get_drive_trend(station: TheStation) -> DriveTrendData:
 
 
 @router.post("/lease", responses=PROBLEMS.of(409, 422), summary="Take the lease of the apparatus")
-async def take_lease(request: Request, station: TheStation, here: Watcher, wanted: LeaseRequest) -> LeaseLive:
+async def take_lease(request: Request, station: TheStation, watcher: Watcher, body: LeaseRequest) -> LeaseLive:
     """Operate the apparatus from this browser. The first command also takes the lease if it is free.
 
     Other browsers can watch and can stop the apparatus. If the operator's browser cannot be reached, playback pauses after 2 s, and the
     motors release the arm after 30 s.
     """
     before = station.operating.holder
-    refusal = station.operating.take(here, take_over=wanted.take_over)
+    refusal = station.operating.take(watcher, take_over=body.take_over)
     if refusal:
         raise refused(refusal)
-    if before and before.id != here.id:
+    if before and before.id != watcher.id:
         record_takeover(services_of(request).audit_log, before)
-    return station.operating.lease_for(here)
+    return station.operating.lease_for(watcher)
 
 
 @router.delete("/lease", responses=PROBLEMS.of(409), summary="Release the lease of the apparatus")
-async def release_lease(station: TheStation, here: Watcher) -> LeaseLive:
+async def release_lease(station: TheStation, watcher: Watcher) -> LeaseLive:
     """Stop operating the apparatus. Refused while the motors move or hold the arm, or may do either."""
-    refusal = station.operating.release(here, station.torque)
+    refusal = station.operating.release(watcher, station.torque)
     if refusal:
         raise refused(refusal)
-    return station.operating.lease_for(here)
+    return station.operating.lease_for(watcher)
 
 
 @router.post("/side", responses=PROBLEMS.of(409, 422), summary="Set the side of the apparatus")
-async def set_side(station: TheStation, simulation: AnySimulation, here: Operator, wanted: SideRequest) -> Accepted:
+async def set_side(station: TheStation, simulation: AnySimulation, operator: Operator, body: SideRequest) -> Accepted:
     """Confirm that the apparatus has been turned, with its pin, to a shoulder. A simulated apparatus is turned by this request.
 
     Before this request, motions of the other shoulder can be neither taught nor played, because motors 3 and 4 turn in the opposite
@@ -240,9 +240,9 @@ async def set_side(station: TheStation, simulation: AnySimulation, here: Operato
 
     async def meanwhile() -> None:
         if simulation:
-            await run_in_threadpool(simulation.set_side, wanted.side)
+            await run_in_threadpool(simulation.set_side, body.side)
 
-    refusal = await station.set_side(wanted.side, meanwhile)
+    refusal = await station.set_side(body.side, meanwhile)
     if refusal:
         raise refused(refusal)
     return Accepted(accepted=True)
@@ -254,8 +254,8 @@ async def teach(
     database: TheDatabase,
     event_spool: TheEventSpool,
     apparatus: TheApparatus,
-    here: Operator,
-    wanted: TeachRequest,
+    operator: Operator,
+    body: TeachRequest,
 ) -> Teaching:
     """Begin teaching: torque is off, and samples are recorded while the pedal is pressed.
 
@@ -263,11 +263,11 @@ async def teach(
     teaching is refused before any record is read.
     """
     _refuse_by_mode(station, "teach")
-    teaching, patient = await run_in_threadpool(_begin_teaching, database, event_spool, wanted, apparatus)
+    teaching, patient = await run_in_threadpool(_begin_teaching, database, event_spool, body, apparatus)
     occupation = Occupation(str(teaching.id), PatientRef(id=patient.id, name=patient.name))
     command = ipc_messages.Teach(teaching_id=str(teaching.id), side=side_of(teaching.side))
     never_begun = partial(event_spool.put_not_begun, "teaching", teaching.id)
-    refusal = await station.command(command, occupation, by=here, refused_late=never_begun)
+    refusal = await station.command(command, occupation, by=operator, refused_late=never_begun)
     if refusal:
         if refusal.code != NO_ANSWER:
             never_begun()
@@ -276,9 +276,9 @@ async def teach(
 
 
 @router.post("/finish-teaching", responses=_COMMAND, summary="Finish teaching")
-async def finish_teaching(station: TheStation, here: Operator) -> Accepted:
+async def finish_teaching(station: TheStation, operator: Operator) -> Accepted:
     """End teaching and save its takes."""
-    return await _send(station, ipc_messages.FinishTeaching(), here)
+    return await _send(station, ipc_messages.FinishTeaching(), operator)
 
 
 @router.post("/load", responses=PROBLEMS.of(404, 409, 410, 422, 503), summary="Load a recording for playback")
@@ -286,8 +286,8 @@ async def load(
     station: TheStation,
     stores: TheRunStores,
     apparatus: TheApparatus,
-    here: Operator,
-    wanted: LoadRequest,
+    operator: Operator,
+    body: LoadRequest,
 ) -> Run:
     """Check a recording with its settings against the apparatus' limits and load it as a new run.
 
@@ -297,77 +297,77 @@ async def load(
     _refuse_by_mode(station, "load")
     # No database access from here until the device has answered: if the database failed in between, the run would never end.
     try:
-        begun = await run_in_threadpool(
-            _begin_run, stores.database, stores.event_spool, wanted, apparatus, station.config
+        started_run = await run_in_threadpool(
+            _begin_run, stores.database, stores.event_spool, body, apparatus, station.config
         )
     except DatabaseUnavailableError:
         offline_run = await run_in_threadpool(
-            _begin_without_database, stores.offline_sessions, stores.event_spool, wanted, apparatus, station.config
+            _begin_without_database, stores.offline_sessions, stores.event_spool, body, apparatus, station.config
         )
         if offline_run is None:
             raise
-        begun = offline_run
+        started_run = offline_run
     else:
-        stores.offline_sessions.cache.attend(begun.patient.id, wanted.session_id)
-    run, motion, learned = begun.run, begun.motion, begun.learned
+        stores.offline_sessions.cache.attend(started_run.patient.id, body.session_id)
+    run, motion, learned = started_run.run, started_run.motion, started_run.learned
     command = ipc_messages.Load(
         run_id=str(run.id),
         recording_id=str(run.recording_id),
         times_s=motion.times_s.astype("<f8").tobytes(),
         angles_deg=motion.angles_deg.astype("<f8").tobytes(),
-        side=begun.side,
-        load_level=wanted.load_level,
-        limits_deg=begun.limits,
-        arm_limits=begun.allowed.arm,
-        max_speed_deg_s=begun.allowed.max_speed_deg_s,
-        method=wanted.method,
+        side=started_run.side,
+        load_level=body.load_level,
+        limits_deg=started_run.limits,
+        arm_limits=started_run.allowed.arm,
+        max_speed_deg_s=started_run.allowed.max_speed_deg_s,
+        method=body.method,
         correction_deg=learned.angles_deg.astype("<f8").tobytes() if learned else b"",
         correction_step_s=learned.step_s if learned else 0.0,
-        repetition_s=motion.duration_s / wanted.repetitions,
+        repetition_s=motion.duration_s / body.repetitions,
     )
-    changes = (*motion.done, *_METHOD_TEXTS[wanted.method, learned is not None], *_learning_notes(learned))
-    return await send_load(station, stores, here, begun, command, changes)
+    changes = (*motion.done, *_METHOD_TEXTS[body.method, learned is not None], *_learning_notes(learned))
+    return await send_load(station, stores, operator, started_run, command, changes)
 
 
 @router.post("/unload", responses=_COMMAND, summary="Unload the recording")
-async def unload(station: TheStation, here: Operator) -> Accepted:
+async def unload(station: TheStation, operator: Operator) -> Accepted:
     """Unload the recording without playing it."""
-    return await _send(station, ipc_messages.Unload(), here)
+    return await _send(station, ipc_messages.Unload(), operator)
 
 
 @router.post("/approach", responses=_GUARDED, summary="Move to the start of the recording")
-async def approach(station: TheStation, stores: TheRunStores, guard: Guarded, here: Operator) -> Accepted:
+async def approach(station: TheStation, stores: TheRunStores, guard: Guarded, operator: Operator) -> Accepted:
     """Switch torque on, move slowly to the recording's start, and hold there. Refused if a contraindication forbids motion."""
     await _refuse_contraindicated(station, stores)
-    return await _send(station, ipc_messages.Approach(stops=guard.stops, expires_ns=guard.expires_ns), here)
+    return await _send(station, ipc_messages.Approach(stops=guard.stops, expires_ns=guard.expires_ns), operator)
 
 
 @router.post("/play", responses=_GUARDED, summary="Play the recording")
-async def play(station: TheStation, stores: TheRunStores, guard: Guarded, here: Operator) -> Accepted:
+async def play(station: TheStation, stores: TheRunStores, guard: Guarded, operator: Operator) -> Accepted:
     """Play from the current position on the path. Refused if a contraindication forbids motion."""
     await _refuse_contraindicated(station, stores)
-    return await _send(station, ipc_messages.Play(stops=guard.stops, expires_ns=guard.expires_ns), here)
+    return await _send(station, ipc_messages.Play(stops=guard.stops, expires_ns=guard.expires_ns), operator)
 
 
 @router.post("/pause", responses=_COMMAND, summary="Pause the playback")
-async def pause(station: TheStation, here: Operator) -> Accepted:
+async def pause(station: TheStation, operator: Operator) -> Accepted:
     """Slow down on the path and hold."""
-    return await _send(station, ipc_messages.Pause(), here)
+    return await _send(station, ipc_messages.Pause(), operator)
 
 
 @router.post("/reduce-range", responses=_COMMAND, summary="Reduce the range of motion")
-async def reduce_range(station: TheStation, here: Operator) -> Accepted:
+async def reduce_range(station: TheStation, operator: Operator) -> Accepted:
     """Reduce the range by a tenth during playback, towards the recording's rest posture.
 
     The reduced range recovers slowly with each repetition.
     """
-    return await _send(station, ipc_messages.ReduceRange(), here)
+    return await _send(station, ipc_messages.ReduceRange(), operator)
 
 
 @router.post("/return", responses=_GUARDED, summary="Return and release torque")
-async def return_to_rest(station: TheStation, guard: Guarded, here: Operator) -> Accepted:
+async def return_to_rest(station: TheStation, guard: Guarded, operator: Operator) -> Accepted:
     """Return slowly to the pose where the approach began, then switch torque off."""
-    return await _send(station, ipc_messages.Return(stops=guard.stops, expires_ns=guard.expires_ns), here)
+    return await _send(station, ipc_messages.Return(stops=guard.stops, expires_ns=guard.expires_ns), operator)
 
 
 @router.post("/stop", responses=_COMMAND, summary="Stop the apparatus")
@@ -383,15 +383,15 @@ async def stop(request: Request) -> Accepted:
 
 
 @router.post("/release-torque", responses=_GUARDED, summary="Release torque found at connection")
-async def release_torque(station: TheStation, guard: Guarded, here: Operator) -> Accepted:
+async def release_torque(station: TheStation, guard: Guarded, operator: Operator) -> Accepted:
     """Switch off torque that was already on when the drives were connected. The arm must be supported. Only possible while stopped."""
-    return await _send(station, ipc_messages.ReleaseTorque(stops=guard.stops, expires_ns=guard.expires_ns), here)
+    return await _send(station, ipc_messages.ReleaseTorque(stops=guard.stops, expires_ns=guard.expires_ns), operator)
 
 
 @router.post("/acknowledge", responses=_GUARDED, summary="Acknowledge a stop")
-async def acknowledge(station: TheStation, guard: Guarded, here: Operator) -> Accepted:
+async def acknowledge(station: TheStation, guard: Guarded, operator: Operator) -> Accepted:
     """Acknowledge a stop whose causes have cleared. This starts no motion."""
-    return await _send(station, ipc_messages.Acknowledge(stops=guard.stops, expires_ns=guard.expires_ns), here)
+    return await _send(station, ipc_messages.Acknowledge(stops=guard.stops, expires_ns=guard.expires_ns), operator)
 
 
 async def _refuse_contraindicated(station: Station, stores: RunStores) -> None:
@@ -403,9 +403,9 @@ async def _refuse_contraindicated(station: Station, stores: RunStores) -> None:
     occupation = station.occupation
     if occupation is None or occupation.session_id is None or occupation.side is None:
         return
-    known = stores.offline_sessions.cache.find_session(occupation.session_id)
-    if known:
-        contraindications.check(known.banner.contraindications_of(occupation.side))
+    cached = stores.offline_sessions.cache.find_session(occupation.session_id)
+    if cached:
+        contraindications.check(cached.banner.contraindications_of(occupation.side))
     else:
         with suppress(DatabaseUnavailableError):
             await run_in_threadpool(_require_none, stores.database, occupation.patient.id, occupation.side)
@@ -421,18 +421,18 @@ def _refuse_by_mode(station: Station, name: ipc_messages.CommandName) -> None:
         raise refused(refusal)
 
 
-async def _send(station: Station, command: ipc_messages.Command, here: Browser | None) -> Accepted:
-    refusal = await station.command(command, by=here)
+async def _send(station: Station, command: ipc_messages.Command, operator: Browser | None) -> Accepted:
+    refusal = await station.command(command, by=operator)
     if refusal:
         raise refused(refusal)
     return Accepted(accepted=True)
 
 
 def _begin_teaching(
-    database: Database, event_spool: EventSpool, wanted: TeachRequest, apparatus: checks.ApparatusState
+    database: Database, event_spool: EventSpool, requested: TeachRequest, apparatus: checks.ApparatusState
 ) -> tuple[TeachingRow, PatientRow]:
     with writing(database, event_spool, "teaching") as (session, began):
-        patient = patients.get(session, wanted.patient_id)
+        patient = patients.get(session, requested.patient_id)
         if patient.archived_at:
             raise ProblemError(
                 409,
@@ -440,18 +440,18 @@ def _begin_teaching(
                 clinic_texts.PATIENT_ARCHIVED(patient=patient.name),
                 clinic_texts.RESTORE_PATIENT_FIRST(),
             )
-        side = checks.teaching_side(patient, wanted.side)
+        side = checks.teaching_side(patient, requested.side)
         contraindications.require_none(session, patient.id, side)
-        request = checks.TeachingRequest(patient.id, side, wanted.fixtures)
-        confirmed = checks.ConfirmedNow(wanted.looked_at, wanted.identifiers, wanted.taught_by)
+        request = checks.TeachingRequest(patient.id, side, requested.fixtures)
+        confirmed = checks.ConfirmedNow(requested.looked_at, requested.identifiers, requested.taught_by)
         checks.require_teaching(session, request, confirmed, apparatus)
         row = TeachingRow(
             id=uuid4(),
             patient_id=patient.id,
-            name=wanted.name,
+            name=requested.name,
             side=side,
-            taught_by=wanted.taught_by,
-            fixtures=sorted(wanted.fixtures),
+            taught_by=requested.taught_by,
+            fixtures=sorted(requested.fixtures),
             started_at=utc_now(),
         )
         began.append(row.id)
@@ -464,40 +464,42 @@ def _learning_notes(learned: Correction | None) -> list[Text]:
     return lessons.fall_back(learned.lesson) if learned and learned.lesson else []
 
 
-def _run_request(wanted: LoadRequest) -> runs.RunRequest:
-    settings = runs.settings_of(wanted)
-    position = wanted.programme_position
-    return runs.RunRequest(wanted.session_id, wanted.recording_id, wanted.load_level, settings, wanted.method, position)
+def _run_request(requested: LoadRequest) -> runs.RunRequest:
+    settings = runs.settings_of(requested)
+    position = requested.programme_position
+    return runs.RunRequest(
+        requested.session_id, requested.recording_id, requested.load_level, settings, requested.method, position
+    )
 
 
 def _begin_run(
     database: Database,
     event_spool: EventSpool,
-    wanted: LoadRequest,
+    requested: LoadRequest,
     apparatus: checks.ApparatusState,
     config: StationConfig,
-) -> BegunRun:
+) -> StartedRun:
     """Check the recording in a read session, which takes seconds for an hour of motion, then write. Other writers need not wait for the
     check.
     """
-    request = _run_request(wanted)
+    request = _run_request(requested)
     with database.read() as session:
         prepared = runs.to_begin(session, request, apparatus.station)
-        if wanted.programme_position is not None:
-            planned.check_timer(session, wanted.session_id)
+        if requested.programme_position is not None:
+            planned.check_timer(session, requested.session_id)
         learned = learning.correction(session, prepared.corrected_by)
-        recording = recordings.get(session, wanted.recording_id)
+        recording = recordings.get(session, requested.recording_id)
         side = side_of(recording.side)
         contraindications.require_none(session, recording.patient_id, side)
         allowed = doctors_limits.allowed(session, recording.patient_id, side)
         taught = runs.taught(session, recording.id)
     motion = runs.with_settings(taught, request.settings)
-    limits = allowed.check(motion, wanted.load_level, wanted.method)
+    limits = allowed.check(motion, requested.load_level, requested.method)
     with writing(database, event_spool, "run") as (session, began):
         row = runs.begin(session, request, apparatus.station, prepared=prepared)
         began.append(row.id)
-        if wanted.programme_position is not None:
-            planned.check_timer(session, wanted.session_id)
+        if requested.programme_position is not None:
+            planned.check_timer(session, requested.session_id)
         contraindications.require_none(session, recording.patient_id, side)
         if doctors_limits.allowed(session, recording.patient_id, side) != allowed:
             raise ProblemError(
@@ -507,10 +509,10 @@ def _begin_run(
                 texts.LOAD_AGAIN(),
             )
         # Checked last, so that users do not prepare a patient for a recording that may not be played.
-        checks.require(session, wanted.session_id, wanted.recording_id, apparatus)
-        patient = sessions.get(session, wanted.session_id).patient
-        _note_exceeded(session, patient.id, side, wanted)
-        return BegunRun(
+        checks.require(session, requested.session_id, requested.recording_id, apparatus)
+        patient = sessions.get(session, requested.session_id).patient
+        _note_exceeded(session, patient.id, side, requested)
+        return StartedRun(
             run=runs.as_run(row),
             motion=motion,
             learned=learned,
@@ -518,43 +520,49 @@ def _begin_run(
             limits=limits,
             allowed=allowed,
             patient=PatientRef(id=patient.id, name=patient.name),
-            end_range=end_range.live(taught, side, config, plans.end_range_of(session, row), wanted.load_level),
+            end_range=end_range.live(taught, side, config, plans.end_range_of(session, row), requested.load_level),
         )
 
 
-def _note_exceeded(session: Session, patient_id: UUID, side: Side, wanted: LoadRequest) -> None:
+def _note_exceeded(session: Session, patient_id: UUID, side: Side, requested: LoadRequest) -> None:
     """Record in the audit trail the settings that exceed the stage's proposal. They are played as requested."""
     episode = episodes.open_episode(session, patient_id, side)
     stage = episode.stage.stage if episode and episode.stage else None
-    if exceeded := stages.exceeded(stage, wanted.load_level, wanted):
+    if exceeded := stages.exceeded(stage, requested.load_level, requested):
         note_detail("beyond_stage", "+".join(exceeded))
 
 
 def _begin_without_database(
     offline_sessions: OfflineSessions,
     event_spool: EventSpool,
-    wanted: LoadRequest,
+    requested: LoadRequest,
     apparatus: checks.ApparatusState,
     config: StationConfig,
-) -> BegunRun | None:
+) -> StartedRun | None:
     """Begin a run from the offline cache. Return None if the cache lacks data or the spool cannot store the run."""
-    found = offline_sessions.start_run(_run_request(wanted), apparatus)
-    if found is None:
+    checked_run = offline_sessions.start_run(_run_request(requested), apparatus)
+    if checked_run is None:
         return None
-    for event in found.new_answers:
+    for event in checked_run.new_answers:
         event_spool.put_offline_event(event)
-    if not event_spool.put_offline_event(found.started):
-        event_spool.put_not_begun("run", found.started.id)
-        offline_sessions.finish_run(found.started.id, None)
+    if not event_spool.put_offline_event(checked_run.started):
+        event_spool.put_not_begun("run", checked_run.started.id)
+        offline_sessions.finish_run(checked_run.started.id, None)
         return None
-    return BegunRun(
-        found.run,
-        found.motion,
-        found.learned,
-        found.recording.side,
-        found.limits,
-        found.recording.allowed,
-        PatientRef(id=found.patient.id, name=found.patient.name),
-        end_range.live(found.recording.taught, found.recording.side, config, found.end_range, wanted.load_level),
+    return StartedRun(
+        checked_run.run,
+        checked_run.motion,
+        checked_run.learned,
+        checked_run.recording.side,
+        checked_run.limits,
+        checked_run.recording.allowed,
+        PatientRef(id=checked_run.patient.id, name=checked_run.patient.name),
+        end_range.live(
+            checked_run.recording.taught,
+            checked_run.recording.side,
+            config,
+            checked_run.end_range,
+            requested.load_level,
+        ),
         without_database=True,
     )

@@ -135,33 +135,35 @@ def get_station_settings(
     responses=PROBLEMS.of(409, 422),
     summary="Check a station's file before its import",
 )
-def preview_station_settings(request: Request, given: StationFile) -> SettingsPreview:
+def preview_station_settings(request: Request, body: StationFile) -> SettingsPreview:
     """Check a station's file and return what it would change. Nothing is stored."""
     services = services_of(request)
-    wanted, present, file = _wanted(services, given)
-    changes = [SettingChange.model_validate(change) for change in changes_between(present, wanted)]
-    return SettingsPreview(changes=changes, recommission=_needs_commissioning(services, wanted, file))
+    imported, present, file = _read_imported(services, body)
+    changes = [SettingChange.model_validate(change) for change in changes_between(present, imported)]
+    return SettingsPreview(changes=changes, recommission=_needs_commissioning(services, imported, file))
 
 
 @router.put(
     "/api/station/configuration", responses=PROBLEMS.of(409, 422), summary="Import a station's file", status_code=200
 )
 def import_station_settings(
-    request: Request, database: TheDatabase, actor: TheActor, given: StationFile
+    request: Request, database: TheDatabase, actor: TheActor, body: StationFile
 ) -> SettingsPreview:
     """Replace the station's file and return the changes. The service uses the new file after its next start."""
     services = services_of(request)
-    wanted, present, file = _wanted(services, given)
+    imported, present, file = _read_imported(services, body)
     with database.write() as session:
         station_service.register(
-            session, wanted, __version__, utc_now(), simulated=services.settings.simulate, changed_by=actor.name
+            session, imported, __version__, utc_now(), simulated=services.settings.simulate, changed_by=actor.name
         )
-        _replace(file, wanted)
-    changes = [SettingChange.model_validate(change) for change in changes_between(present, wanted)]
-    return SettingsPreview(changes=changes, recommission=_needs_commissioning(services, wanted, file))
+        _replace(file, imported)
+    changes = [SettingChange.model_validate(change) for change in changes_between(present, imported)]
+    return SettingsPreview(changes=changes, recommission=_needs_commissioning(services, imported, file))
 
 
-def _wanted(services: Services, given: StationFile) -> tuple[config.StationConfig, config.StationConfig, Path]:
+def _read_imported(
+    services: Services, station_file: StationFile
+) -> tuple[config.StationConfig, config.StationConfig, Path]:
     """Return the given configuration, the present one, and the path of the station's file.
 
     :raises ProblemError: 409 when the service has no file; 422 with each invalid field, its value and its range.
@@ -170,33 +172,33 @@ def _wanted(services: Services, given: StationFile) -> tuple[config.StationConfi
     if file is None:
         raise ProblemError(409, "no_station_file", texts.NO_STATION_FILE(), texts.START_WITH_STATION_FILE())
     try:
-        wanted = config.decode(given.config.encode())
+        imported = config.decode(station_file.config.encode())
     except config.ConfigError as error:
         message = texts.SETTINGS_INVALID(problems=str(error))
         raise ProblemError(422, "settings_invalid", message, texts.CORRECT_STATION_FILE()) from error
-    if wanted.name != services.station_name:
-        message = texts.OTHER_STATIONS_FILE(given=wanted.name, station=services.station_name)
+    if imported.name != services.station_name:
+        message = texts.OTHER_STATIONS_FILE(given=imported.name, station=services.station_name)
         raise ProblemError(422, "other_stations_file", message, texts.CORRECT_STATION_FILE())
     try:
-        return wanted, config.read(file), file
+        return imported, config.read(file), file
     except config.ConfigError as error:
         raise ProblemError(409, "no_station_file", texts.NO_STATION_FILE(), texts.START_WITH_STATION_FILE()) from error
 
 
-def _needs_commissioning(services: Services, wanted: config.StationConfig, file: Path) -> bool:
+def _needs_commissioning(services: Services, imported: config.StationConfig, file: Path) -> bool:
     if services.settings.simulate:
         return False
     record = readable_record(record_path(file))
-    return record is None or not record.passed or not has_configuration(record, wanted)
+    return record is None or not record.passed or not has_configuration(record, imported)
 
 
-def _replace(file: Path, wanted: config.StationConfig) -> None:
+def _replace(file: Path, imported: config.StationConfig) -> None:
     """Replace the station's file atomically.
 
     :raises ProblemError: 409 when it cannot be written.
     """
     try:
-        replace_file(file, config.as_toml(wanted).encode())
+        replace_file(file, config.as_toml(imported).encode())
     except OSError as error:
         message = texts.STATION_FILE_NOT_WRITTEN(reason=error.strerror or "")
         raise ProblemError(409, "station_file_not_written", message, texts.COPY_STATION_FILE()) from error

@@ -36,9 +36,9 @@ async def get_support_bundle(request: Request) -> Response:
     services = services_of(request)
     figures = generate_latest(services.metrics.registry)
     with TemporaryDirectory(prefix="kata-support-") as folder:
-        made = Path(folder) / "made.zip"
-        await _run(services.settings, made)
-        content = await asyncio.to_thread(_completed, made, figures)
+        command_bundle = Path(folder) / "made.zip"
+        await _run(services.settings, command_bundle)
+        content = await asyncio.to_thread(_completed, command_bundle, figures)
     name = f"kata-support-{__version__}.zip"
     return Response(
         content, media_type="application/zip", headers={"Content-Disposition": f'attachment; filename="{name}"'}
@@ -70,13 +70,13 @@ async def _run(settings: Settings, out: Path) -> None:
         raise ProblemError(503, "no_support_bundle", texts.NO_SUPPORT_BUNDLE(), texts.RUN_SUPPORT_COMMAND())
 
 
-def _completed(made: Path, figures: bytes) -> bytes:
+def _completed(command_bundle: Path, figures: bytes) -> bytes:
     """Return the command's bundle with the service's log and metrics."""
-    whole = made.with_name("whole.zip")
-    with zipfile.ZipFile(made) as parts, zipfile.ZipFile(whole, "w", zipfile.ZIP_DEFLATED) as bundle:
+    completed = command_bundle.with_name("whole.zip")
+    with zipfile.ZipFile(command_bundle) as parts, zipfile.ZipFile(completed, "w", zipfile.ZIP_DEFLATED) as bundle:
         for part in parts.infolist():
             if part.filename != _FROM_SERVICE:
                 bundle.writestr(part, parts.read(part))
         bundle.writestr(_FROM_SERVICE, logs.RECENT.text())
         bundle.writestr("metrics.txt", figures)
-    return whole.read_bytes()
+    return completed.read_bytes()

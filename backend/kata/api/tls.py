@@ -167,13 +167,13 @@ def _addresses(host: str) -> set[str]:
             return {host}
     except ValueError:
         return {host.lower()}
-    own = set()
+    addresses = set()
     # Connecting a UDP socket sends nothing but selects this computer's address. The targets are reserved for documentation.
     for family, target in ((socket.AF_INET, "192.0.2.1"), (socket.AF_INET6, "2001:db8::1")):
         with contextlib.suppress(OSError), socket.socket(family, socket.SOCK_DGRAM) as probe:
             probe.connect((target, 9))
-            own.add(str(probe.getsockname()[0]))
-    return own
+            addresses.add(str(probe.getsockname()[0]))
+    return addresses
 
 
 def _general_name(host: str) -> x509.GeneralName:
