@@ -78,14 +78,14 @@ def find_actor(session: Session, token: str, now: datetime) -> Actor | None:
 
     :raises ProblemError: 401 when the token has expired or was revoked, or its owner's account is disabled.
     """
-    found = session.execute(
+    token_and_account = session.execute(
         select(AccessTokenRow, AccountRow)
         .join(AccountRow, AccountRow.id == AccessTokenRow.account_id)
         .where(AccessTokenRow.secret_hash == secrets.hash_secret(token))
     ).one_or_none()
-    if found is None:
+    if token_and_account is None:
         return None
-    row, account = found
+    row, account = token_and_account
     if row.revoked_at is not None or row.expires_at <= now or account.disabled_at is not None:
         if context := REQUEST_CONTEXT.get():
             context.account_id = account.id

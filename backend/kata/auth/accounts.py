@@ -59,13 +59,13 @@ def create(
     """
     row = AccountRow(id=uuid4(), username=fold_username(username), name=name, role=role, created_at=now, updated_at=now)
     session.add(row)
-    taken = ProblemError(409, "username_taken", texts.USERNAME_TAKEN(), texts.CHOOSE_ANOTHER_USERNAME())
+    name_taken = ProblemError(409, "username_taken", texts.USERNAME_TAKEN(), texts.CHOOSE_ANOTHER_USERNAME())
     if row.username in demonstration.USERNAMES:
-        raise taken
+        raise name_taken
     try:
         session.flush()
     except IntegrityError as error:
-        raise taken from error
+        raise name_taken from error
     set_stations(session, row, stations)
     return row
 
@@ -83,16 +83,16 @@ def link_subject(session: Session, row: AccountRow, subject: str | None, now: da
     """
     if subject == row.oidc_subject:
         return
-    taken = ProblemError(409, "openid_taken", texts.OPENID_TAKEN(), texts.UNLINK_OPENID_FIRST())
+    subject_taken = ProblemError(409, "openid_taken", texts.OPENID_TAKEN(), texts.UNLINK_OPENID_FIRST())
     if row.username in demonstration.USERNAMES or (subject and find_by_subject(session, subject)):
-        raise taken
+        raise subject_taken
     if row.oidc_subject:
         login_session.end_all(session, row.id, "openid", now)
     row.oidc_subject = subject
     try:
         session.flush()
     except IntegrityError as error:
-        raise taken from error
+        raise subject_taken from error
 
 
 def issue_code(row: AccountRow, now: datetime) -> str:

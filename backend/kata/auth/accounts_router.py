@@ -92,14 +92,14 @@ def list_accounts(database: TheDatabase, auth: TheAuthentication) -> Page[Accoun
 
 
 @router.post("", status_code=201, responses=PROBLEMS.of(401, 403, 409, 422), summary="Create an account")
-def create_account(database: TheDatabase, auth: TheAuthentication, given: AccountCreate) -> OneTimeCode:
+def create_account(database: TheDatabase, auth: TheAuthentication, body: AccountCreate) -> OneTimeCode:
     """Create an account. Its user sets a password with the returned one-time code."""
     now = auth.now()
     with database.write() as session:
-        row = accounts.create(session, given.username, given.name, given.role, given.stations, now)
+        row = accounts.create(session, body.username, body.name, body.role, body.stations, now)
         code = accounts.issue_code(row, now)
         return OneTimeCode(
-            account=_as_account(auth, row, sorted(set(given.stations))), code=code, until=now + accounts.CODE_VALIDITY
+            account=_as_account(auth, row, sorted(set(body.stations))), code=code, until=now + accounts.CODE_VALIDITY
         )
 
 
@@ -118,11 +118,11 @@ def update_account(
         was_administrator = row.role == "administrator" and row.disabled_at is None
         row.name = change.name or row.name
         stations = login_session.stations_of(session, row.id)
-        wanted = stations if change.stations is None else sorted(set(change.stations))
+        new_stations = stations if change.stations is None else sorted(set(change.stations))
         role = change.role or row.role
-        if role != row.role or wanted != stations:
+        if role != row.role or new_stations != stations:
             row.role = role
-            accounts.set_stations(session, row, wanted)
+            accounts.set_stations(session, row, new_stations)
             login_session.end_all(session, row.id, "role", now)
             access_tokens.revoke_all(session, row.id, now)
         if change.openid is not None:
@@ -133,32 +133,32 @@ def update_account(
             accounts.check_administrators_left(session)
         row.updated_at = now
         session.flush()
-        shown = _as_account(auth, row, wanted)
+        updated = _as_account(auth, row, new_stations)
     auth_services(request).auth_cache.forget_account(account_id)
     auth.revocations.check_now()
-    return shown
+    return updated
 
 
 @router.post(
     "/{account_id}/reset", responses=PROBLEMS.of(401, 403, 404, 422), summary="Issue a new one-time code for an account"
 )
 def reset_account(
-    request: Request, database: TheDatabase, auth: TheAuthentication, account_id: UUID, given: AccountReset
+    request: Request, database: TheDatabase, auth: TheAuthentication, account_id: UUID, body: AccountReset
 ) -> OneTimeCode:
     """Sign out all browsers of an account and return a one-time code, with which its user sets a new password."""
     now = auth.now()
     with database.write() as session:
         row = accounts.get(session, account_id)
-        code = accounts.reset(session, row, now, with_second_factor=given.second_factor)
+        code = accounts.reset(session, row, now, with_second_factor=body.second_factor)
         session.flush()
-        shown = OneTimeCode(
+        one_time_code = OneTimeCode(
             account=_as_account(auth, row, login_session.stations_of(session, row.id)),
             code=code,
             until=now + accounts.CODE_VALIDITY,
         )
     auth_services(request).auth_cache.forget_account(account_id)
     auth.revocations.check_now()
-    return shown
+    return one_time_code
 
 
 def _stored_subject(auth: Authentication, subject: str) -> str | None:

@@ -58,9 +58,9 @@ class AuthCache:
         """Return the cached login sessions."""
         return {actor.login_session_id for actor, _ in list(self._actors.values())}
 
-    def forget_login_sessions(self, ended: Collection[UUID]) -> None:
+    def forget_login_sessions(self, ended_ids: Collection[UUID]) -> None:
         """Remove login sessions that have ended."""
-        for key in [key for key, (actor, _) in list(self._actors.items()) if actor.login_session_id in ended]:
+        for key in [key for key, (actor, _) in list(self._actors.items()) if actor.login_session_id in ended_ids]:
             self._drop(key)
 
     def _drop(self, key: str) -> None:

@@ -74,14 +74,14 @@ class SessionRevocations:
 
     async def until_ended(self, login_session_id: UUID) -> None:
         """Return when this login session has ended."""
-        ended = asyncio.Event()
-        self._waiting.setdefault(login_session_id, set()).add(ended)
+        ended_event = asyncio.Event()
+        self._waiting.setdefault(login_session_id, set()).add(ended_event)
         # The login session may have ended since it was read.
         self._check.set()
         try:
-            await ended.wait()
+            await ended_event.wait()
         finally:
-            self._waiting[login_session_id].discard(ended)
+            self._waiting[login_session_id].discard(ended_event)
             if not self._waiting[login_session_id]:
                 del self._waiting[login_session_id]
 
@@ -115,8 +115,8 @@ class SessionRevocations:
                 continue
             auth_cache.forget_login_sessions(session_ids - active)
             for login_session_id in session_ids - active:
-                for ended in self._waiting.get(login_session_id, ()):
-                    ended.set()
+                for ended_event in self._waiting.get(login_session_id, ()):
+                    ended_event.set()
 
     def _read_active(self, session_ids: set[UUID]) -> set[UUID]:
         with self._database.read() as session:

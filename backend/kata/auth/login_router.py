@@ -69,27 +69,27 @@ class SetPassword(Schema):
 
 @router.post("/api/sign-in", responses=PROBLEMS.of(401, 403, 422, 429), summary="Sign in with a password")
 def sign_in_by_password(
-    request: Request, response: Response, database: TheDatabase, auth: TheAuthentication, given: SignIn
+    request: Request, response: Response, database: TheDatabase, auth: TheAuthentication, body: SignIn
 ) -> Me:
     """Sign in with user name and password, and with the second factor if the account has one."""
     with database.read() as session:
-        account = accounts.find_by_username(session, given.username)
+        account = accounts.find_by_username(session, body.username)
     if account:
         set_audited_account(account.id)
-    of_name, of_address = throttle_key(given.username), _count_attempt(request, auth, given.username)
-    fits = auth.passwords.verify(account.password_hash if account else None, given.password)
+    of_name, of_address = throttle_key(body.username), _count_attempt(request, auth, body.username)
+    fits = auth.passwords.verify(account.password_hash if account else None, body.password)
     if account is None or account.disabled_at is not None or not fits:
         # Every failure has the same message, so that the answer does not reveal existing user names.
         raise ProblemError(401, "wrong_password", texts.WRONG_NAME_OR_PASSWORD(), texts.TRY_AGAIN_OR_ASK_FOR_CODE())
     outdated = account.password_hash and auth.passwords.is_outdated(account.password_hash)
-    rehashed = auth.passwords.hash(given.password) if outdated else None
+    rehashed = auth.passwords.hash(body.password) if outdated else None
     with database.write() as session:
         account = accounts.get(session, account.id)
         if account.disabled_at is not None:
             raise ProblemError(401, "wrong_password", texts.WRONG_NAME_OR_PASSWORD(), texts.ASK_ADMINISTRATOR())
         method: Method = "password"
         if account.totp_confirmed_at is not None:
-            if given.code is None:
+            if body.code is None:
                 # The attempt still counts for the user name, so that codes cannot be guessed faster than passwords.
                 auth.throttle.undo_attempt(of_address)
                 raise ProblemError(
@@ -98,7 +98,7 @@ def sign_in_by_password(
                     texts.SECOND_FACTOR_NEEDED(),
                     texts.TYPE_APP_CODE(),
                 )
-            accepted = second_factor.use_code(session, auth.factor_key, account, given.code, auth.now())
+            accepted = second_factor.use_code(session, auth.factor_key, account, body.code, auth.now())
             if accepted is None:
                 raise ProblemError(401, "wrong_code", texts.CODE_WRONG_OR_USED(), texts.WAIT_FOR_NEXT_CODE())
             method = accepted
@@ -112,10 +112,10 @@ def sign_in_by_password(
 
 @router.post("/api/sign-in/link", responses=PROBLEMS.of(401, 422), summary="Sign in with a demonstration link")
 def sign_in_by_link(
-    request: Request, response: Response, database: TheDatabase, auth: TheAuthentication, given: LinkSignIn
+    request: Request, response: Response, database: TheDatabase, auth: TheAuthentication, body: LinkSignIn
 ) -> Me:
     """Sign in to the demonstration clinic by a link that `kata serve --simulate` has printed."""
-    role = auth.links.take(given.secret) if auth.links.allowed else None
+    role = auth.links.take(body.secret) if auth.links.allowed else None
     if role is None:
         raise ProblemError(401, "link_used", texts.LINK_USED(), texts.RESTART_FOR_NEW_LINKS())
     with database.write() as session:
@@ -128,7 +128,7 @@ def sign_in_by_link(
     "/api/set-up", responses=PROBLEMS.of(401, 422, 429), summary="Create an administrator with the set-up link"
 )
 def set_up_clinic(
-    request: Request, response: Response, database: TheDatabase, auth: TheAuthentication, given: SetUp
+    request: Request, response: Response, database: TheDatabase, auth: TheAuthentication, body: SetUp
 ) -> Me:
     """Create the first administrator, or a further one for a clinic that is locked out, and sign in as this user."""
     address = f"address {address_of(request)}"
@@ -139,17 +139,17 @@ def set_up_clinic(
         texts.LINK_USED_OR_OLD(),
         texts.PRINT_NEW_LINK(),
     )
-    if not set_up.is_valid(auth.folder, given.secret, auth.now()):
+    if not set_up.is_valid(auth.folder, body.secret, auth.now()):
         raise invalid
     auth.throttle.undo_attempt(address)
-    auth.passwords.check_choice(given.password, given.username, given.name)
-    password_hash = auth.passwords.hash(given.password)
+    auth.passwords.check_choice(body.password, body.username, body.name)
+    password_hash = auth.passwords.hash(body.password)
     now = auth.now()
     with database.write() as session:
-        account = accounts.find_by_username(session, given.username, to_change=True)
+        account = accounts.find_by_username(session, body.username, to_change=True)
         if account is None or account.username in demonstration.USERNAMES:
-            account = accounts.create(session, given.username, given.name, "administrator", (), now)
-        account.name, account.role = given.name, "administrator"
+            account = accounts.create(session, body.username, body.name, "administrator", (), now)
+        account.name, account.role = body.name, "administrator"
         accounts.set_stations(session, account, ())
         accounts.disable(session, account, now, disabled=False)
         second_factor.remove(session, account)
@@ -168,7 +168,7 @@ def set_up_clinic(
     responses=PROBLEMS.of(401, 422, 429),
     summary="Set a password with a one-time code",
 )
-def set_password_by_code(request: Request, database: TheDatabase, auth: TheAuthentication, given: SetPassword) -> None:
+def set_password_by_code(request: Request, database: TheDatabase, auth: TheAuthentication, body: SetPassword) -> None:
     """Set a password with a one-time code that an administrator has issued. The user can then sign in with the password."""
     # The attempt does not count for the user name, so that a user whose name an attacker has throttled can still use a one-time code.
     address = f"address {address_of(request)}"
@@ -180,21 +180,21 @@ def set_password_by_code(request: Request, database: TheDatabase, auth: TheAuthe
         texts.ASK_FOR_NEW_CODE(),
     )
     with database.read() as session:
-        account = accounts.find_by_username(session, given.username)
+        account = accounts.find_by_username(session, body.username)
         if account:
             set_audited_account(account.id)
-        if account is None or not accounts.code_is_valid(account, given.code, auth.now()):
+        if account is None or not accounts.code_is_valid(account, body.code, auth.now()):
             raise invalid
     auth.throttle.undo_attempt(address)
-    auth.passwords.check_choice(given.password, account.username, account.name)
-    password_hash = auth.passwords.hash(given.password)
+    auth.passwords.check_choice(body.password, account.username, account.name)
+    password_hash = auth.passwords.hash(body.password)
     with database.write() as session:
         account = accounts.get(session, account.id)
-        if not accounts.code_is_valid(account, given.code, auth.now()):
+        if not accounts.code_is_valid(account, body.code, auth.now()):
             raise invalid
         accounts.set_password(session, account, password_hash, auth.now())
         entries.add_entry(session, entries.entry("set_password_by_code", subject=f"account {account.id}"))
-    auth.throttle.succeeded(throttle_key(given.username))
+    auth.throttle.succeeded(throttle_key(body.username))
     auth.revocations.check_now()
 
 

@@ -83,8 +83,8 @@ def find_actor(
     is_former_secret = and_(
         LoginSessionRow.before_hash == hashed, LoginSessionRow.proved_at > now - _FORMER_SECRET_VALIDITY
     )
-    found = _find_actor(session, LoginSessionRow.secret_hash == hashed, now, limits, operator_under_torque)
-    return found or _find_actor(session, is_former_secret, now, limits, operator_under_torque)
+    actor = _find_actor(session, LoginSessionRow.secret_hash == hashed, now, limits, operator_under_torque)
+    return actor or _find_actor(session, is_former_secret, now, limits, operator_under_torque)
 
 
 def find_actor_by_id(session: Session, login_session_id: UUID, now: datetime, limits: Limits) -> Actor | None:
@@ -107,14 +107,14 @@ def _find_actor(
     limits: Limits,
     operator_under_torque: UUID | None = None,
 ) -> Actor | None:
-    found = session.execute(
+    session_and_account = session.execute(
         select(LoginSessionRow, AccountRow)
         .join(AccountRow, AccountRow.id == LoginSessionRow.account_id)
         .where(condition, LoginSessionRow.ended_at.is_(None))
     ).one_or_none()
-    if found is None:
+    if session_and_account is None:
         return None
-    row, account = found
+    row, account = session_and_account
     age = now - row.began_at
     longest = limits.longest + (limits.extension if row.id == operator_under_torque else timedelta())
     # Setting the clock back does not extend the login session.

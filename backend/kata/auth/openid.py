@@ -66,8 +66,8 @@ class IdTokenClaims(msgspec.Struct, frozen=True):
     """True if the provider states a second factor by one of the values in the settings."""
 
 
-def login_state_of(begun: OidcLoginState | PendingMfa | None, state: str) -> OidcLoginState | None:
+def login_state_of(login_state: OidcLoginState | PendingMfa | None, state: str) -> OidcLoginState | None:
     """Return the login that this browser has begun if its state matches the provider's answer, else None."""
-    if isinstance(begun, OidcLoginState) and hmac.compare_digest(begun.state.encode(), state.encode()):
-        return begun
+    if isinstance(login_state, OidcLoginState) and hmac.compare_digest(login_state.state.encode(), state.encode()):
+        return login_state
     return None

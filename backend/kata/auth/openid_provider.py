@@ -90,7 +90,7 @@ class Provider:
 
         :raises ProblemError: 503 when the provider does not answer.
         """
-        begun = OidcLoginState(
+        login_state = OidcLoginState(
             state=secrets.new_secret(),
             nonce=secrets.new_secret(),
             verifier=secrets.new_secret(),
@@ -103,16 +103,16 @@ class Provider:
             with self._session(metadata) as session:
                 address, _ = session.create_authorization_url(
                     metadata["authorization_endpoint"],
-                    state=begun.state,
-                    code_verifier=begun.verifier,
-                    nonce=begun.nonce,
+                    state=login_state.state,
+                    code_verifier=login_state.verifier,
+                    nonce=login_state.nonce,
                     redirect_uri=redirect,
                     prompt="login",
                     max_age=0,
                 )
-        return str(address), begun
+        return str(address), login_state
 
-    def confirm(self, begun: OidcLoginState, code: str, now: datetime) -> IdTokenClaims:
+    def confirm(self, login_state: OidcLoginState, code: str, now: datetime) -> IdTokenClaims:
         """Exchange the code that the browser brought back from the provider for the claims about its user.
 
         :raises ProblemError: 401 when the provider refuses the code or the provider's answer is invalid; 503 when the provider does not
@@ -125,12 +125,12 @@ class Provider:
                     metadata["token_endpoint"],
                     grant_type="authorization_code",
                     code=code,
-                    redirect_uri=begun.redirect,
-                    code_verifier=begun.verifier,
+                    redirect_uri=login_state.redirect,
+                    code_verifier=login_state.verifier,
                     allow_redirects=False,
                 )
                 keys = KeySet.import_key_set(self._fetch_json(session, metadata["jwks_uri"]))  # type: ignore[arg-type]
-            claims = self._claims(token, keys, begun, now)
+            claims = self._claims(token, keys, login_state, now)
         amr = claims.get("amr") or []
         values = {value for value in (claims.get("acr"), *amr) if isinstance(value, str)}
         return IdTokenClaims(str(claims["sub"]), two_factors=bool(values & self._factors))
@@ -217,7 +217,7 @@ class Provider:
             raise TypeError(f"{url} does not answer with a JSON object")
         return content
 
-    def _claims(self, token: dict[str, Any], keys: KeySet, begun: OidcLoginState, now: datetime) -> Any:
+    def _claims(self, token: dict[str, Any], keys: KeySet, login_state: OidcLoginState, now: datetime) -> Any:
         """Return the claims of the ID token after checking signature, issuer, audience, nonce and times.
 
         :raises JoseError: when a check fails.
@@ -236,13 +236,13 @@ class Provider:
                 "aud": {"essential": True, "value": self._client},
                 "sub": {"essential": True},
             },
-            {"nonce": begun.nonce, "client_id": self._client, "access_token": token.get("access_token")},
+            {"nonce": login_state.nonce, "client_id": self._client, "access_token": token.get("access_token")},
         )
         claims.validate(now=int(now.timestamp()), leeway=_CLOCK_TOLERANCE_S)
         authenticated_at = claims.get("auth_time")
         if (
             not isinstance(authenticated_at, int | float)
-            or authenticated_at < begun.at.timestamp() - _CLOCK_TOLERANCE_S
+            or authenticated_at < login_state.at.timestamp() - _CLOCK_TOLERANCE_S
         ):
             # Another user may have signed in at the provider before, in the same browser.
             raise InvalidClaimError("auth_time")

@@ -104,13 +104,13 @@ async def get_sign_in_options(auth: TheAuthentication) -> SignInOptions:
 
 @router.post("/openid/begin", responses=PROBLEMS.of(404, 422, 503), summary="Begin a login at the OpenID provider")
 async def begin_openid(
-    request: Request, response: Response, auth: TheAuthentication, given: BeginOpenId
+    request: Request, response: Response, auth: TheAuthentication, body: BeginOpenId
 ) -> ProviderAddress:
     """Begin to sign in, or to unlock the screen, at the clinic's OpenID provider. Return the address of the provider's login page."""
     provider, now = _provider(auth), auth.now()
     redirect = f"{request.url.scheme}://{request.url.netloc}{_CALLBACK_SCREEN}"
-    address, begun = await _run_with_limit(provider, partial(provider.begin, redirect, given.to, now))
-    _set_cookie(request, response, auth, begun)
+    address, login_state = await _run_with_limit(provider, partial(provider.begin, redirect, body.to, now))
+    _set_cookie(request, response, auth, login_state)
     return ProviderAddress(address=address)
 
 
@@ -118,19 +118,19 @@ async def begin_openid(
     "/openid", responses=PROBLEMS.of(401, 403, 404, 422, 429, 503), summary="Complete a login at the OpenID provider"
 )
 async def sign_in_by_openid(
-    request: Request, response: Response, database: TheDatabase, auth: TheAuthentication, given: OidcCallback
+    request: Request, response: Response, database: TheDatabase, auth: TheAuthentication, body: OidcCallback
 ) -> LoginResult:
     """Sign in, or unlock the screen, with the provider's answer."""
     provider = _provider(auth)
     of_address = f"address {address_of(request)}"
     auth.throttle.begin((of_address, ADDRESS_POLICY))
-    begun = login_state_of(auth.state_cookies.decrypt(_cookie(request), auth.now()), given.state)
-    if begun is None:
+    login_state = login_state_of(auth.state_cookies.decrypt(_cookie(request), auth.now()), body.state)
+    if login_state is None:
         raise ProblemError(401, "openid_not_begun", texts.OPENID_NOT_BEGUN(), texts.BEGIN_AGAIN())
-    if not given.code or not provider.is_issuer(given.iss):
+    if not body.code or not provider.is_issuer(body.iss):
         raise provider.refusal()
-    claims = await _run_with_limit(provider, partial(provider.confirm, begun, given.code, auth.now()))
-    result = await run_in_threadpool(_sign_in, request, response, database, auth, begun, claims)
+    claims = await _run_with_limit(provider, partial(provider.confirm, login_state, body.code, auth.now()))
+    result = await run_in_threadpool(_sign_in, request, response, database, auth, login_state, claims)
     auth.throttle.undo_attempt(of_address)
     auth.revocations.check_now()
     return result
@@ -140,7 +140,7 @@ async def sign_in_by_openid(
     "/openid/code", responses=PROBLEMS.of(401, 404, 422, 429), summary="Give the second factor after an OpenID login"
 )
 def confirm_openid(
-    request: Request, response: Response, database: TheDatabase, auth: TheAuthentication, given: OpenIdCode
+    request: Request, response: Response, database: TheDatabase, auth: TheAuthentication, body: OpenIdCode
 ) -> LoginResult:
     """Check the code of the account's second factor if the provider has not checked a second factor."""
     _provider(auth)
@@ -155,7 +155,7 @@ def confirm_openid(
     with database.write() as session:
         account = accounts.get(session, pending.account_id)
         _check_enabled(account)
-        if second_factor.use_code(session, auth.factor_key, account, given.code, auth.now()) is None:
+        if second_factor.use_code(session, auth.factor_key, account, body.code, auth.now()) is None:
             raise ProblemError(401, "wrong_code", texts.CODE_WRONG_OR_USED(), texts.WAIT_FOR_NEXT_CODE())
         user = start_login_session(request, response, session, auth, account, "oidc_two")
     auth.throttle.undo_attempt(of_address)
@@ -169,7 +169,7 @@ def _sign_in(
     response: Response,
     database: Database,
     auth: Authentication,
-    begun: OidcLoginState,
+    login_state: OidcLoginState,
     claims: IdTokenClaims,
 ) -> LoginResult:
     provider, now = _provider(auth), auth.now()
@@ -196,15 +196,15 @@ def _sign_in(
             )
             user = describe_user(session, renew_login_session(request, response, session, auth, present_actor), auth)
         elif account.totp_confirmed_at is not None and not claims.two_factors:
-            _set_cookie(request, response, auth, PendingMfa(account_id=account.id, to=begun.to))
+            _set_cookie(request, response, auth, PendingMfa(account_id=account.id, to=login_state.to))
             entries.add_entry(session, entries.entry("sign_in_by_openid", detail={"needed": "second_factor"}))
-            return LoginResult(me=None, to=begun.to)
+            return LoginResult(me=None, to=login_state.to)
         else:
             user = start_login_session(
                 request, response, session, auth, account, "oidc_two" if claims.two_factors else "oidc"
             )
     _set_cookie(request, response, auth, None)
-    return LoginResult(me=user, to=begun.to)
+    return LoginResult(me=user, to=login_state.to)
 
 
 def _check_enabled(account: AccountRow) -> None:

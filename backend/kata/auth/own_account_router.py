@@ -93,10 +93,10 @@ class OwnLoginSession(Schema):
 
 
 @router.put("/language", responses=PROBLEMS.of(401, 422), summary="Choose the page's language")
-def choose_language(database: TheDatabase, auth: TheAuthentication, actor: TheActor, given: LanguageChoice) -> Me:
+def choose_language(database: TheDatabase, auth: TheAuthentication, actor: TheActor, body: LanguageChoice) -> Me:
     """Set the page's language for this account on every browser."""
     with database.write() as session:
-        accounts.get(session, actor.account_id).language = given.language
+        accounts.get(session, actor.account_id).language = body.language
         session.flush()
         return describe_user(session, actor, auth)
 
@@ -110,10 +110,10 @@ def lock_screen(database: TheDatabase, auth: TheAuthentication, actor: TheActor)
 
 @router.post("/unlock", responses=PROBLEMS.of(401, 403, 422, 429), summary="Unlock the screen")
 def unlock_screen(
-    request: Request, response: Response, database: TheDatabase, auth: TheAuthentication, actor: TheActor, given: Unlock
+    request: Request, response: Response, database: TheDatabase, auth: TheAuthentication, actor: TheActor, body: Unlock
 ) -> Me:
     """Unlock the screen with the password."""
-    require_reauthentication(database, auth, actor, given.password)
+    require_reauthentication(database, auth, actor, body.password)
     with database.write() as session:
         return describe_user(session, renew_login_session(request, response, session, auth, actor), auth)
 
@@ -125,14 +125,14 @@ def change_password(
     database: TheDatabase,
     auth: TheAuthentication,
     actor: TheActor,
-    given: ChangePassword,
+    body: ChangePassword,
 ) -> None:
     """Change the own password and sign out all other browsers."""
-    require_reauthentication(database, auth, actor, given.old_password)
+    require_reauthentication(database, auth, actor, body.old_password)
     with database.read() as session:
         account = session.get_one(AccountRow, actor.account_id)
-    auth.passwords.check_choice(given.password, account.username, account.name)
-    password_hash = auth.passwords.hash(given.password)
+    auth.passwords.check_choice(body.password, account.username, account.name)
+    password_hash = auth.passwords.hash(body.password)
     with database.write() as session:
         row = accounts.get(session, actor.account_id)
         accounts.set_password(session, row, password_hash, auth.now(), except_session=actor.login_session_id)
@@ -144,10 +144,10 @@ def change_password(
     "/second-factor", responses=PROBLEMS.of(401, 403, 409, 422, 429), summary="Begin to set up a second factor"
 )
 def begin_second_factor(
-    database: TheDatabase, auth: TheAuthentication, actor: TheActor, given: Reauthentication
+    database: TheDatabase, auth: TheAuthentication, actor: TheActor, body: Reauthentication
 ) -> SecondFactorSetup:
     """Begin to set up a second factor. It becomes valid when a code is confirmed."""
-    require_reauthentication(database, auth, actor, given.password)
+    require_reauthentication(database, auth, actor, body.password)
     with database.write() as session:
         address = second_factor.begin(auth.factor_key, accounts.get(session, actor.account_id))
     return SecondFactorSetup(address=address, picture=second_factor.qr_code(address))
@@ -160,13 +160,13 @@ def confirm_second_factor(
     database: TheDatabase,
     auth: TheAuthentication,
     actor: TheActor,
-    given: SecondFactorConfirmation,
+    body: SecondFactorConfirmation,
 ) -> RecoveryCodes:
     """Confirm the second factor by one of its codes. All other browsers are signed out."""
     now = auth.now()
     with database.write() as session:
         account = accounts.get(session, actor.account_id)
-        codes = second_factor.confirm(session, auth.factor_key, account, given.code, now)
+        codes = second_factor.confirm(session, auth.factor_key, account, body.code, now)
         renew_login_session(request, response, session, auth, actor, "totp")
         login_session.end_all(session, actor.account_id, "password", now, except_session=actor.login_session_id)
     auth.revocations.check_now()
@@ -177,18 +177,18 @@ def confirm_second_factor(
     "/second-factor", status_code=204, responses=PROBLEMS.of(401, 403, 422, 429), summary="Remove the second factor"
 )
 def remove_second_factor(
-    database: TheDatabase, auth: TheAuthentication, actor: TheActor, given: Annotated[SecondFactorRemoval, Body()]
+    database: TheDatabase, auth: TheAuthentication, actor: TheActor, body: Annotated[SecondFactorRemoval, Body()]
 ) -> None:
     """Remove the second factor. This always needs the password and a code. A user who must have a second factor has to set up another at
     once.
     """
-    require_reauthentication(database, auth, actor, given.password, password_always=True)
+    require_reauthentication(database, auth, actor, body.password, password_always=True)
     key = f"second factor {actor.account_id}"
     auth.throttle.begin((key, USERNAME_POLICY))
     with database.write() as session:
         account = accounts.get(session, actor.account_id)
         if account.totp_confirmed_at and not second_factor.use_code(
-            session, auth.factor_key, account, given.code, auth.now()
+            session, auth.factor_key, account, body.code, auth.now()
         ):
             raise ProblemError(403, "wrong_code", texts.CODE_WRONG_OR_USED(), texts.WAIT_FOR_NEXT_CODE())
         second_factor.remove(session, account)
@@ -214,10 +214,10 @@ def end_own_sign_in(
     auth: TheAuthentication,
     actor: TheActor,
     sign_in_id: UUID,
-    given: Annotated[Reauthentication, Body()],
+    body: Annotated[Reauthentication, Body()],
 ) -> None:
     """End another login session of the user."""
-    require_reauthentication(database, auth, actor, given.password)
+    require_reauthentication(database, auth, actor, body.password)
     with database.write() as session:
         row = session.get(LoginSessionRow, sign_in_id)
         if row is None or row.account_id != actor.account_id:
@@ -226,10 +226,10 @@ def end_own_sign_in(
     auth.revocations.check_now()
 
 
-def _as_own_session(row: LoginSessionRow, here: UUID) -> OwnLoginSession:
+def _as_own_session(row: LoginSessionRow, this_login_session_id: UUID) -> OwnLoginSession:
     return OwnLoginSession(
         id=row.id,
-        here=row.id == here,
+        here=row.id == this_login_session_id,
         began_at=row.began_at,
         seen_at=row.seen_at,
         address=row.address,

@@ -76,9 +76,9 @@ class Passwords:
     def _is_common(self, password: str, names: tuple[str, ...]) -> bool:
         lower = password.lower()
         core = lower.strip(_PADDING)
-        known = {word for text in (*names, *_SERVICE_WORDS) for word in text.lower().split() if len(word) > 2}
+        guessable_words = {word for text in (*names, *_SERVICE_WORDS) for word in text.lower().split() if len(word) > 2}
         remainder = lower
-        for word in sorted(known, key=len, reverse=True):
+        for word in sorted(guessable_words, key=len, reverse=True):
             remainder = remainder.replace(word, "")
         return (
             lower in self._common

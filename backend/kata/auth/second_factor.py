@@ -21,7 +21,7 @@ _STEP_S: Final = 30
 _RECOVERY_CODES: Final = 10
 
 
-def roles_required(who: MfaRequirement) -> frozenset[Role]:
+def roles_required(requirement: MfaRequirement) -> frozenset[Role]:
     """Return the roles that need a second factor."""
     everyone: frozenset[Role] = frozenset(get_args(Role))
     roles: dict[MfaRequirement, frozenset[Role]] = {
@@ -29,7 +29,7 @@ def roles_required(who: MfaRequirement) -> frozenset[Role]:
         "administrators": frozenset({"administrator"}),
         "nobody": frozenset(),
     }
-    return roles[who]
+    return roles[requirement]
 
 
 def begin(key: FactorKey, account: AccountRow) -> str:
@@ -83,7 +83,7 @@ def use_code(
     """
     if _use_app_code(key, account, code, now):
         return "totp"
-    taken = session.execute(
+    used_code_id = session.execute(
         update(RecoveryCodeRow)
         .where(
             RecoveryCodeRow.account_id == account.id,
@@ -93,7 +93,7 @@ def use_code(
         .values(used_at=now)
         .returning(RecoveryCodeRow.code_hash)
     ).scalar_one_or_none()
-    if taken:
+    if used_code_id:
         return "recovery"
     if account.totp_sealed is not None and key.decrypt(account.totp_sealed, account.id) is None:
         raise ProblemError(
