@@ -35,9 +35,9 @@ def read(path: Path) -> list[AnchorLine]:
     :raises OSError: when the file does not exist.
     """
     lines = []
-    for written in path.read_bytes().splitlines():
+    for encoded in path.read_bytes().splitlines():
         with suppress(ValueError, KeyError, TypeError):
-            fields = json.loads(written)
+            fields = json.loads(encoded)
             head = Head(int(fields["number"]), bytes.fromhex(fields["hash"]))
             lines.append(AnchorLine(int(fields["line"]), str(fields["anchor"]), head))
     return lines

@@ -155,8 +155,8 @@ class AuditLog(AuditHook):
         while not self._spool.has_room:  # noqa: ASYNC110 - a disk does not signal free space
             await asyncio.sleep(_FULL_POLL_S)
         with self._changed:
-            for due in self._deduplicator.add(entry, self._clock()):
-                self._spool.put_entry(due)
+            for due_entry in self._deduplicator.add(entry, self._clock()):
+                self._spool.put_entry(due_entry)
             self._changed.notify_all()
 
     def record_at_once(self, entry: Entry) -> None:

@@ -67,8 +67,8 @@ def link(before: bytes, values: Sequence[Any]) -> bytes:
 def head(session: Session) -> Head:
     """Return the present head of the chain."""
     query = select(AuditRow.number, AuditRow.hash).order_by(AuditRow.number.desc()).limit(1)
-    found = session.execute(query).one_or_none()
-    return Head(found.number, found.hash) if found else NOTHING
+    row = session.execute(query).one_or_none()
+    return Head(row.number, row.hash) if row else NOTHING
 
 
 def wait_for_others(session: Session) -> None:

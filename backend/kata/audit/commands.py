@@ -52,11 +52,11 @@ def verify_trail(
     from kata.audit.verify import verify
     from kata.database.engine import Database, DatabaseError
 
-    given: dict[str, Any] = {"data": data} if data else {}
-    settings = Settings(**given)
+    options: dict[str, Any] = {"data": data} if data else {}
+    settings = Settings(**options)
     anchors = anchor or [settings.effective_audit_anchor]
     copies = anchor_copy or ([settings.audit_anchor_copy] if settings.audit_anchor_copy else [])
-    lost = [file for file in copies if not os.access(file, os.R_OK)]
+    unreadable = [file for file in copies if not os.access(file, os.R_OK)]
     known_head = _parse_head(head)
     began_s = time.perf_counter()
     try:
@@ -73,17 +73,17 @@ def verify_trail(
         typer.echo(json.dumps(_as_json(verdict, format_head(verdict.head)), indent=2))
     else:
         _print_verdict(verdict, format_head(verdict.head), anchors, time.perf_counter() - began_s)
-        typer.echo(_describe_proof(settings.data, [*copies, *anchors], lost, with_head=known_head is not None))
-    for unread in lost:
+        typer.echo(_describe_proof(settings.data, [*copies, *anchors], unreadable, with_head=known_head is not None))
+    for unread in unreadable:
         typer.echo(f"The anchor's copy {unread} cannot be read, so the audit trail was not compared with it.", err=True)
-    if not verdict.intact or lost:
+    if not verdict.intact or unreadable:
         raise typer.Exit(2 if verdict.intact else 1)
 
 
-def _parse_head(given: str) -> "Head | None":
-    if not given:
+def _parse_head(text: str) -> "Head | None":
+    if not text:
         return None
-    match = re.fullmatch(r"(\d+):([0-9a-f]{64})", given)
+    match = re.fullmatch(r"(\d+):([0-9a-f]{64})", text)
     if match is None:
         raise typer.BadParameter("A head is a number, a colon and 64 hexadecimal characters, as verify prints it.")
     from kata.audit.chain import Head
@@ -115,11 +115,11 @@ def _print_verdict(verdict: "Verdict", head: str, anchors: list[Path], took_s: f
     typer.echo(f"The audit trail ends at {head}")
 
 
-def _describe_proof(data: Path, files: list[Path], lost: list[Path], *, with_head: bool) -> str:
+def _describe_proof(data: Path, files: list[Path], unreadable: list[Path], *, with_head: bool) -> str:
     """Return a text that says what the verification proves and what it does not prove."""
     from kata.audit.anchor_copy import is_elsewhere
 
-    elsewhere = [file for file in files if file not in lost and file.exists() and is_elsewhere(file, data)]
+    elsewhere = [file for file in files if file not in unreadable and file.exists() and is_elsewhere(file, data)]
     if elsewhere:
         return f"Compared with {', '.join(map(str, elsewhere))}. Not proven: that this file was not changed together with database and anchor."
     if with_head:

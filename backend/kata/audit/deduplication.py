@@ -39,7 +39,7 @@ class Deduplicator:
         """Return the entries to record: those of :meth:`expire`, and ``entry`` unless an equal entry was recorded within the last
         minute.
         """
-        due = self.expire(now_s)
+        due_entries = self.expire(now_s)
         # Without a login only the address counts, because otherwise every invented id would be remembered.
         subject = (entry.patient_id, entry.subject) if entry.account_id else None
         requester = (entry.account_id, entry.sign_in_id, entry.address, entry.role)
@@ -47,10 +47,10 @@ class Deduplicator:
         window = self._windows.get(key)
         if window is None:
             self._windows[key] = _Window(entry, now_s + WINDOW_S, entry.at)
-            return [*due, entry]
+            return [*due_entries, entry]
         window.repetitions += 1
         window.last_at = entry.at
-        return due
+        return due_entries
 
     def expire(self, now_s: float) -> list[Entry]:
         """Remove ended windows. Return, for each repeated refusal, an entry with the number of repetitions. Repeated views are not

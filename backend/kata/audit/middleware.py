@@ -48,19 +48,19 @@ class AuditMiddleware:
         audit_log = services.audit_log
         CURRENT_ACTOR.set(None)
         REQUEST_CONTEXT.set(None)
-        begun = False
+        has_begun = False
 
         async def sent(message: Message) -> None:
-            nonlocal begun
-            if not begun:
-                begun = True
+            nonlocal has_begun
+            if not has_begun:
+                has_begun = True
                 await _record_outcome(audit_log, scope, _SOCKET_STATUS.get(message["type"]) or int(message["status"]))
             await send(message)
 
         try:
             await self._app(scope, receive, sent)
         except Exception:
-            if not begun:
+            if not has_begun:
                 await _record_outcome(audit_log, scope, 500)
             raise
 

@@ -92,23 +92,23 @@ def list_audit(
     """Return the entries that match every given filter, newest first."""
     services: AuditServices = request.app.state.services
     services.audit_log.until_written(1.0)
-    wanted = (
+    filters = (
         (AuditRow.account_id, account_id),
         (AuditRow.patient_id, patient_id),
         (AuditRow.action, action),
         (AuditRow.outcome, outcome),
         (AuditRow.station, station),
     )
-    query = select(AuditRow).where(*(column == value for column, value in wanted if value is not None))
+    query = select(AuditRow).where(*(column == value for column, value in filters if value is not None))
     if since:
         query = query.where(AuditRow.at >= since)
     if until:
         query = query.where(AuditRow.at < until)
     with database.read() as session:
         rows = list(session.scalars(_NEWEST_FIRST.page(query, after, limit)))
-        shown, further = _NEWEST_FIRST.cut(rows, limit, lambda row: (row.at, row.number))
+        page_rows, further = _NEWEST_FIRST.cut(rows, limit, lambda row: (row.at, row.number))
         heads = _describe_heads(services.audit_log, services.settings, shared=database.file is None, session=session)
-        return AuditPage(items=[_to_entry(row) for row in shown], next=further, heads=heads)
+        return AuditPage(items=[_to_entry(row) for row in page_rows], next=further, heads=heads)
 
 
 def _describe_heads(audit_log: AuditLog, settings: Settings, *, shared: bool, session: Session) -> AuditHeads:

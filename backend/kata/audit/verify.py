@@ -63,7 +63,8 @@ class Verdict:
 class _ComparedRows:
     """Data from the rows that are compared with the anchors."""
 
-    wanted: set[int]
+    numbers: set[int]
+    """Numbers of the rows whose hashes are compared."""
     hashes: dict[int, bytes] = field(default_factory=dict)
     anchored: dict[str, tuple[int, int]] = field(default_factory=dict)
     """Per anchor: the highest number of lines that a row names, and the number of that row."""
@@ -90,8 +91,7 @@ def verify(
     :param copies: copies of these anchors, stored elsewhere.
     :param export: file to which each row is written as a line of JSON.
     :param of_backup: set if the rows are those of a backup: number of lines that the anchor had when the backup began. Further lines may
-        contain later
-        rows, and anchors of other services are not checked.
+        contain later rows, and anchors of other services are not checked.
     """
     # The anchors are read before the rows, because later lines contain later rows, and again after the rows, because later rows name more
     # lines.
@@ -99,8 +99,8 @@ def verify(
     elsewhere = [_read_anchor(file) for file in copies]
     verdict = Verdict()
     numbers = {line.head.number for lines in (*before, *elsewhere) for line in lines}
-    seen = _ComparedRows(numbers | ({known_head.number} if known_head else set()))
-    _verify_rows(session, verdict, seen, export)
+    compared = _ComparedRows(numbers | ({known_head.number} if known_head else set()))
+    _verify_rows(session, verdict, compared, export)
     gaps = list(restored_gaps(session))
     for gap in gaps:
         verdict.remarks.append(f"Row {gap.number}: a backup was restored, which discarded the rows since that backup.")
@@ -110,23 +110,23 @@ def verify(
             for line in lines
             if of_backup is None or line.line <= of_backup or line.head.number <= verdict.head.number
         ]
-        _compare_chain([line for line in of_rows if not any(gap.explains(line) for gap in gaps)], verdict, seen)
+        _compare_chain([line for line in of_rows if not any(gap.explains(line) for gap in gaps)], verdict, compared)
     for file, copied in zip(copies, elsewhere, strict=True):
         _compare_copy(copied, before, verdict, file)
         of_rows = [line for line in copied if not any(gap.explains(line) for gap in gaps)]
-        _compare_chain(of_rows, verdict, seen, "the anchor's copy")
+        _compare_chain(of_rows, verdict, compared, "the anchor's copy")
     after = [_read_anchor(file) for file in anchors]
     for lines in after:
-        _check_anchor(lines, verdict, seen)
+        _check_anchor(lines, verdict, compared)
         verdict.lines += len(lines)
-    for name in seen.anchored.keys() - {line.anchor for lines in after for line in lines}:
-        expected, number = seen.anchored[name]
+    for name in compared.anchored.keys() - {line.anchor for lines in after for line in lines}:
+        expected, number = compared.anchored[name]
         if expected and of_backup is None:
             verdict.add(
                 number, number, f"Row {number} names the anchor {name} with {expected} lines, which was not given."
             )
     if known_head:
-        _compare_chain([AnchorLine(1, "", known_head)], verdict, seen)
+        _compare_chain([AnchorLine(1, "", known_head)], verdict, compared)
     return verdict
 
 
@@ -134,7 +134,7 @@ def _read_anchor(file: Path) -> list[AnchorLine]:
     return anchor.read(file) if file.exists() else []
 
 
-def _verify_rows(session: Session, verdict: Verdict, seen: _ComparedRows, export: IO[str] | None) -> None:
+def _verify_rows(session: Session, verdict: Verdict, compared: _ComparedRows, export: IO[str] | None) -> None:
     before = NOTHING
     for number, values, stored in _read_rows(session):
         missing = number - before.number - 1
@@ -152,13 +152,13 @@ def _verify_rows(session: Session, verdict: Verdict, seen: _ComparedRows, export
             # After a gap, only the anchor can verify the row.
             if not is_correct and missing == 0:
                 verdict.add(number, number, f"Row {number} or the row before it, {max(1, number - 1)}, was changed.")
-            seen.add(number, values)
+            compared.add(number, values)
             if export:
                 export.write(_export_line(values, stored))
         before = Head(number, stored)
         verdict.rows += 1
-        if number in seen.wanted:
-            seen.hashes[number] = stored
+        if number in compared.numbers:
+            compared.hashes[number] = stored
     verdict.head = before
 
 
@@ -206,15 +206,15 @@ def _compare_copy(
         )
     for name in {line.anchor for line in copied}:
         ends = max(line.line for line in copied if line.anchor == name)
-        more = [line for line in present if line.anchor == name and line.line > ends]
-        if more:
+        extra_lines = [line for line in present if line.anchor == name and line.line > ends]
+        if extra_lines:
             verdict.remarks.append(
-                f"The copy {file} ends {len(more)} lines before the anchor. The later lines are stored only on this computer."
+                f"The copy {file} ends {len(extra_lines)} lines before the anchor. The later lines are stored only on this computer."
             )
 
 
 def _compare_chain(
-    lines: Sequence[AnchorLine], verdict: Verdict, seen: _ComparedRows, name: str = "the anchor"
+    lines: Sequence[AnchorLine], verdict: Verdict, compared: _ComparedRows, name: str = "the anchor"
 ) -> None:
     """Compare the chain with these lines. ``name``: what the lines are called in a finding."""
     last = max((line.head.number for line in lines), default=0)
@@ -227,16 +227,16 @@ def _compare_chain(
     for line in sorted(lines, key=lambda line: line.head.number):
         if line.head.number > end:
             break
-        if seen.hashes.get(line.head.number) != line.head.hash:
-            first, found = good + 1, line.head.number
+        if compared.hashes.get(line.head.number) != line.head.hash:
+            first, number = good + 1, line.head.number
             verdict.add(
-                first, found, f"{_describe_rows(first, found)} not what was anchored: the chain was recomputed there."
+                first, number, f"{_describe_rows(first, number)} not what was anchored: the chain was recomputed there."
             )
             break
         good = line.head.number
 
 
-def _check_anchor(lines: Sequence[AnchorLine], verdict: Verdict, seen: _ComparedRows) -> None:
+def _check_anchor(lines: Sequence[AnchorLine], verdict: Verdict, compared: _ComparedRows) -> None:
     """Check that no line of the anchor is missing or changed."""
     name = lines[0].anchor if lines else ""
     before, head = 0, 0
@@ -246,7 +246,7 @@ def _check_anchor(lines: Sequence[AnchorLine], verdict: Verdict, seen: _Compared
                 head, line.head.number, f"After line {before} of the anchor, lines are missing or were changed."
             )
         before, head = line.line, line.head.number
-    expected, number = seen.anchored.get(name, (0, 0))
+    expected, number = compared.anchored.get(name, (0, 0))
     if expected > before:
         verdict.add(
             number, number, f"The anchor ends at line {before}; when row {number} was written, it had {expected}."
