@@ -13,7 +13,7 @@ from fastapi.testclient import TestClient
 
 from kata.auth.login_session import COOKIE
 from kata.backups.router import Backups
-from kata.backups.schedule import due, next_at, night_lock
+from kata.backups.schedule import is_due, next_at, night_lock
 from kata.database.engine import Database
 from kata.database.upgrade import upgrade
 from kata.errors import ProblemError
@@ -149,15 +149,17 @@ def test_backup_is_due_after_its_hour_in_clinic_time() -> None:
         return datetime(2026, 11, day, hour, minute, tzinfo=TOKYO).astimezone(UTC)
 
     last_night = at(2, 31, day=21)
-    assert not due(at(2, 29), "02:30", TOKYO, last_night, last_night)
-    assert due(at(2, 30), "02:30", TOKYO, last_night, last_night)
-    assert due(at(9), "02:30", TOKYO, last_night, last_night), "a computer that was off at night makes the backup later"
-    assert not due(at(9), "02:30", TOKYO, at(2, 31), at(2, 31))
-    assert due(at(9), "02:30", TOKYO, None, None)
-    assert not due(at(9), "never", TOKYO, None, None)
+    assert not is_due(at(2, 29), "02:30", TOKYO, last_night, last_night)
+    assert is_due(at(2, 30), "02:30", TOKYO, last_night, last_night)
+    assert is_due(at(9), "02:30", TOKYO, last_night, last_night), (
+        "a computer that was off at night makes the backup later"
+    )
+    assert not is_due(at(9), "02:30", TOKYO, at(2, 31), at(2, 31))
+    assert is_due(at(9), "02:30", TOKYO, None, None)
+    assert not is_due(at(9), "never", TOKYO, None, None)
     # A failed backup is repeated after a pause.
-    assert not due(at(9), "02:30", TOKYO, last_night, at(8, 30))
-    assert due(at(9), "02:30", TOKYO, last_night, at(7, 59))
+    assert not is_due(at(9), "02:30", TOKYO, last_night, at(8, 30))
+    assert is_due(at(9), "02:30", TOKYO, last_night, at(7, 59))
 
 
 def test_next_backup_is_shown_in_clinic_time() -> None:

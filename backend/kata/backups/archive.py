@@ -87,10 +87,10 @@ def read_archive(file: Path, keys: list[Identity], folder: Path, check: Callable
 
     :raises BackupError: when no key fits, or the file is truncated, changed, of a newer version or not a backup.
     """
-    found: list[Contents] = []
+    contents: list[Contents] = []
 
     def unpack(source: IO[bytes]) -> None:
-        found.append(_unpack(source, folder, check))
+        contents.append(_unpack(source, folder, check))
         while source.read(1 << 16):
             # Read to the end, because only the end of the file proves that it is complete.
             pass
@@ -113,7 +113,7 @@ def read_archive(file: Path, keys: list[Identity], folder: Path, check: Callable
         raise _incomplete_error(file) from error
     except (tarfile.TarError, EOFError) as error:
         raise _incomplete_error(file) from error
-    return found[0]
+    return contents[0]
 
 
 def _incomplete_error(file: Path) -> BackupError:
@@ -163,21 +163,21 @@ def _extract(tar: tarfile.TarFile, member: tarfile.TarInfo, folder: Path) -> Non
     opened = tar.extractfile(member)
     assert opened is not None
     mode = member.mode & 0o600
-    with opened, os.fdopen(os.open(target, os.O_WRONLY | os.O_CREAT | os.O_EXCL, mode), "wb") as written:
-        shutil.copyfileobj(opened, written)
-        written.flush()
-        os.fsync(written.fileno())
+    with opened, os.fdopen(os.open(target, os.O_WRONLY | os.O_CREAT | os.O_EXCL, mode), "wb") as output:
+        shutil.copyfileobj(opened, output)
+        output.flush()
+        os.fsync(output.fileno())
 
 
 def _parse_contents(description: bytes) -> Contents:
     try:
-        found = msgspec.json.decode(description, type=dict[str, Any]).get("format", "")
-        if found == _FORMAT:
+        file_format = msgspec.json.decode(description, type=dict[str, Any]).get("format", "")
+        if file_format == _FORMAT:
             return msgspec.json.decode(description, type=Contents)
     except msgspec.MsgspecError as error:
         raise BackupError("Kata cannot read the description in this backup") from error
     raise BackupError(
-        f"this backup was made by a newer version of Kata (its format is {found!r}); install that version, then restore"
+        f"this backup was made by a newer version of Kata (its format is {file_format!r}); install that version, then restore"
     )
 
 

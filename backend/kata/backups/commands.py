@@ -115,8 +115,8 @@ def _print_audit_result(rows: int | None, problem: str) -> None:
     )
 
 
-def _settings_from(**given: Any) -> Settings:
-    return Settings(**{name: value for name, value in given.items() if value is not None})
+def _settings_from(**options: Any) -> Settings:
+    return Settings(**{name: value for name, value in options.items() if value is not None})
 
 
 def _as_sentence(error: Exception) -> str:

@@ -76,12 +76,12 @@ def expired_backups(folder: Path, now: datetime) -> list[Path]:
 
 
 def _list_backups(folder: Path) -> list[tuple[datetime, Path]]:
-    found: list[tuple[datetime, Path]] = []
+    backups: list[tuple[datetime, Path]] = []
     for file in folder.glob(f"*{SUFFIX}"):
         with suppress(ValueError):
             at = datetime.strptime(file.name[: -len(SUFFIX)].rpartition("-")[0], _FILE_NAME_FORMAT).replace(tzinfo=UTC)
-            found.append((at, file))
-    return found
+            backups.append((at, file))
+    return backups
 
 
 def _create_and_verify(settings: Settings, record: BackupRecord) -> BackupRecord:

@@ -83,8 +83,8 @@ def one_at_a_time(settings: Settings) -> Iterator[None]:
 @contextmanager
 def work_folder(settings: Settings) -> Iterator[Path]:
     """Create a temporary folder for unencrypted data in the data folder. Only this user can read it."""
-    with TemporaryDirectory(prefix=_WORK_PREFIX, dir=settings.data) as made:
-        yield Path(made)
+    with TemporaryDirectory(prefix=_WORK_PREFIX, dir=settings.data) as temporary:
+        yield Path(temporary)
 
 
 def records_folder(settings: Settings) -> Path:
@@ -120,7 +120,7 @@ def files_besides_database(settings: Settings, database: Path | None) -> list[Pa
     if database:
         left_out |= {database.with_name(database.name + ending) for ending in _DATABASE_SUFFIXES}
     ours = (_WORK_PREFIX, _ASIDE_PREFIX, _RESTORE_MARKER, _RECORDS, _BEFORE_UPDATE)
-    found: list[Path] = []
+    files: list[Path] = []
 
     def walk(folder: Path) -> None:
         for path in sorted(folder.iterdir()):
@@ -131,8 +131,8 @@ def files_besides_database(settings: Settings, database: Path | None) -> list[Pa
             if path.is_dir():
                 walk(path)
             elif path.is_file() and not (copies and path.name.startswith(copies)):
-                found.append(path.relative_to(settings.data))
+                files.append(path.relative_to(settings.data))
 
     if settings.data.is_dir():
         walk(settings.data)
-    return found
+    return files

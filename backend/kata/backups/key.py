@@ -53,10 +53,10 @@ def adopt_key(settings: Settings, key: Path) -> bool:
     secret, public = settings.backup_key_file, public_key_file(settings)
     if secret.exists() or public.exists():
         return False
-    found = identities(key)
+    secret_keys = identities(key)
     secret.parent.mkdir(parents=True, exist_ok=True)
     _write_private(secret, key.read_text())
-    _write_private(public, f"{found[0].to_public()}\n")
+    _write_private(public, f"{secret_keys[0].to_public()}\n")
     return True
 
 
@@ -91,14 +91,14 @@ def identities(file: Path) -> list[Identity]:
     :raises BackupError: when the file cannot be read or contains no key.
     """
     try:
-        found = [Identity.from_str(line) for line in _read_lines(file)]
+        secret_keys = [Identity.from_str(line) for line in _read_lines(file)]
     except IdentityError as error:
         raise BackupError(
             f"{file} is not a backup key: its last line must be a complete key that begins with AGE-SECRET-KEY-1"
         ) from error
-    if not found:
+    if not secret_keys:
         raise BackupError(f"{file} contains no key; a key is a line that begins with AGE-SECRET-KEY-1")
-    return found
+    return secret_keys
 
 
 def _read_lines(file: Path) -> list[str]:
@@ -111,11 +111,11 @@ def _read_lines(file: Path) -> list[str]:
     return [line for line in lines if line and not line.startswith("#")]
 
 
-def _parse_recipient(text: str, where: Path | str) -> Recipient:
+def _parse_recipient(text: str, source: Path | str) -> Recipient:
     try:
         return Recipient.from_str(text)
     except RecipientError as error:
-        raise BackupError(f"{where} contains {text!r}, which is not a public key of age (age1...)") from error
+        raise BackupError(f"{source} contains {text!r}, which is not a public key of age (age1...)") from error
 
 
 def _write_private(file: Path, text: str) -> None:

@@ -168,29 +168,29 @@ def _contents_check(settings: Settings, database: Database) -> Callable[[Content
     """Return a function that raises BackupError if a backup with these contents cannot be restored here."""
 
     def check(contents: Contents) -> None:
-        here = kind_of(database)
-        if contents.database != here:
+        own_database = kind_of(database)
+        if contents.database != own_database:
             step = (
                 "leave KATA_DATABASE_URL empty"
                 if contents.database == "sqlite"
                 else "set KATA_DATABASE_URL to an empty PostgreSQL database"
             )
             raise BackupError(
-                f"this is a backup of a {_DATABASE_NAMES[contents.database]} database, but this computer uses {_DATABASE_NAMES[here]}: {step}"
+                f"this is a backup of a {_DATABASE_NAMES[contents.database]} database, but this computer uses {_DATABASE_NAMES[own_database]}: {step}"
             )
         # Imported here, because the service imports this module and would start later.
         from alembic.script import ScriptDirectory
 
-        known = {revision.revision for revision in ScriptDirectory(str(migrations())).walk_revisions()}
-        if contents.schema and contents.schema not in known:
+        known_revisions = {revision.revision for revision in ScriptDirectory(str(migrations())).walk_revisions()}
+        if contents.schema and contents.schema not in known_revisions:
             raise BackupError(
                 f"this backup was made by a newer version of Kata ({contents.program}, schema {contents.schema}); the version "
                 f"here is {__version__}. Install the newer version, then restore"
             )
-        free, wanted = shutil.disk_usage(settings.data).free, _DISK_SPACE_FACTOR * contents.bytes
-        if free < wanted:
+        free, needed = shutil.disk_usage(settings.data).free, _DISK_SPACE_FACTOR * contents.bytes
+        if free < needed:
             raise BackupError(
-                f"unpacking needs {wanted / 1e6:.0f} MB on the disk of {settings.data}, and {free / 1e6:.0f} MB are free"
+                f"unpacking needs {needed / 1e6:.0f} MB on the disk of {settings.data}, and {free / 1e6:.0f} MB are free"
             )
 
     return check

@@ -31,7 +31,7 @@ from kata.backups.catalogue import (
     write_record,
 )
 from kata.backups.key import key_location
-from kata.backups.schedule import RETRY_AFTER, due, next_at, night_lock
+from kata.backups.schedule import RETRY_AFTER, is_due, next_at, night_lock
 from kata.backups.tables import BackupRow
 from kata.database.base import utc_now
 from kata.database.engine import Database
@@ -184,10 +184,10 @@ class Backups:
     def _is_due_by_catalogue(self) -> bool:
         """Return whether a backup is due, counting backups of all services on this database."""
         with self._database.read() as session:
-            made = last_made(session)
+            newest_backup = last_made(session)
             attempts = [row.at for row in newest(session, 1)[0]]
-        made_at = made.at if made else None
-        return due(utc_now(), self._settings.backup_time, self._time_zone(), made_at, max(attempts, default=None))
+        made_at = newest_backup.at if newest_backup else None
+        return is_due(utc_now(), self._settings.backup_time, self._time_zone(), made_at, max(attempts, default=None))
 
     async def _make_backup(self, kind: Kind) -> None:
         if kind == "asked":

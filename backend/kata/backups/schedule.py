@@ -32,7 +32,7 @@ def night_lock(database: Database) -> ExitStack | None:
     return None
 
 
-def due(now: datetime, at: str, zone: tzinfo, made_at: datetime | None, tried_at: datetime | None) -> bool:
+def is_due(now: datetime, at: str, zone: tzinfo, made_at: datetime | None, tried_at: datetime | None) -> bool:
     """Return whether a backup is due: the newest usable backup is older than the last time of day ``at``, and there was no recent attempt.
 
     :param zone: time zone of the clinic.
