@@ -88,9 +88,9 @@ def test_files_rotate_and_imported_ones_are_deleted(tmp_path: Path) -> None:
     assert len(list(tmp_path.glob("*.spool"))) > 3
     assert answer(made.after(0, 1000)) == [f"{n:03d}" for n in range(50)]
     assert answer(made.after(20, 5)) == [f"{n:03d}" for n in range(20, 25)]
-    made.taken(30)
+    made.delete_up_to(30)
     assert answer(made.after(30, 1000)) == [f"{n:03d}" for n in range(30, 50)]
-    made.taken(50)
+    made.delete_up_to(50)
     assert len(list(tmp_path.glob("*.spool"))) == 1
     made.close()
     again = filled(tmp_path, "next")

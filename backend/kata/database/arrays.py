@@ -130,9 +130,11 @@ def _compress_column(values: Floats, column: SampleColumn, along: Floats | None)
 
 def _encode_axis(values: Floats, column: SampleColumn, along: Floats | None) -> bytes:
     missing = np.isnan(values)
-    known = values[~missing]
-    step, offset = _detect_grid(known, column.resolution) if column.in_encoder_counts else (column.resolution, 0.0)
-    steps = np.rint((known - offset) / step).astype(np.int64)
+    present_values = values[~missing]
+    step, offset = (
+        _detect_grid(present_values, column.resolution) if column.in_encoder_counts else (column.resolution, 0.0)
+    )
+    steps = np.rint((present_values - offset) / step).astype(np.int64)
     if along is not None:
         steps = steps - _to_steps(along, step)[~missing]
     order, starts, differences = _smallest_differences(steps)
@@ -186,22 +188,22 @@ def _decompress_column(part: bytes, shape: list[int], resolution: float, along: 
     for axis in range(values.shape[1]):
         step, offset, order, width, some_missing = _AXIS_HEADER.unpack_from(data, position)
         position += _AXIS_HEADER.size
-        known = np.ones(count, dtype=bool)
+        is_present = np.ones(count, dtype=bool)
         if some_missing:
             bits = np.frombuffer(data, np.uint8, -(-count // 8), position)
-            known = np.unpackbits(bits, count=count) == 0
+            is_present = np.unpackbits(bits, count=count) == 0
             position += len(bits)
         starts = np.frombuffer(data, "<i8", order, position)
         position += starts.nbytes
-        stored = int(known.sum()) - order
+        stored = int(is_present.sum()) - order
         folded = np.zeros((stored, 8), dtype=np.uint8)
         folded[:, :width] = np.frombuffer(data, np.uint8, stored * width, position).reshape(width, stored).T
         position += stored * width
         steps = _integrate(folded.view("<u8").ravel(), starts)
         if along is not None:
-            steps = steps + _to_steps(along, step)[known]
+            steps = steps + _to_steps(along, step)[is_present]
         values[:, axis] = np.nan
-        values[known, axis] = steps * step + offset
+        values[is_present, axis] = steps * step + offset
     return values.reshape(shape)
 
 

@@ -118,8 +118,8 @@ class AvailabilityMonitor:
                 self._changed.wait_for(lambda: self._closing or self._lost)
                 if self._changed.wait_for(lambda: self._closing, self._retry_s):
                     return
-                lost = dict(self._lost)
-            for engine, since in lost.items():
+                outages = dict(self._lost)
+            for engine, since in outages.items():
                 if self._is_answering(engine):
                     with self._changed:
                         del self._lost[engine]

@@ -84,8 +84,8 @@ def scratch(database: Database, file: Path) -> Iterator[Database]:
     :raises DatabaseError: when PostgreSQL refuses to create the database, or cannot restore everything.
     """
     if database.file:
-        with closing(_open_sqlite(file)) as made:
-            yield made
+        with closing(_open_sqlite(file)) as copied:
+            yield copied
         return
     name = f"{_SCRATCH_PREFIX}{int(time.time())}_{uuid4().hex[:8]}"
     server = database.writer.execution_options(isolation_level="AUTOCOMMIT")
@@ -102,8 +102,8 @@ def scratch(database: Database, file: Path) -> Iterator[Database]:
     try:
         url = database.url.set(database=name)
         _run_pg_restore(url, file)
-        with closing(Database(url.render_as_string(hide_password=False))) as made:
-            yield made
+        with closing(Database(url.render_as_string(hide_password=False))) as copied:
+            yield copied
     finally:
         with server.connect() as connection:
             connection.exec_driver_sql(f'DROP DATABASE IF EXISTS "{name}" WITH (FORCE)')
@@ -118,15 +118,15 @@ def replaced(database: Database, file: Path, aside: Path) -> Iterator[Database]:
     :raises DatabaseError: when other clients are connected to PostgreSQL, or PostgreSQL cannot restore everything.
     """
     if database.file:
-        with closing(_open_sqlite(file)) as made:
-            yield made
+        with closing(_open_sqlite(file)) as copied:
+            yield copied
         _replace_files(database.file, file, aside)
         return
     schema = _aside_schema(aside)
     with database.writer.begin() as connection:
-        if others := _remaining_clients(connection):
+        if other_clients := _remaining_clients(connection):
             raise DatabaseError(
-                f"other clients are connected to {_url_text(database)} ({', '.join(others)}); stop every Kata that uses it, then restore"
+                f"other clients are connected to {_url_text(database)} ({', '.join(other_clients)}); stop every Kata that uses it, then restore"
             )
         try:
             connection.exec_driver_sql(f'ALTER SCHEMA public RENAME TO "{schema}"')
@@ -187,7 +187,7 @@ def _existing_files(file: Path) -> list[Path]:
     return [part for ending in _FILE_SUFFIXES if (part := file.with_name(file.name + ending)).exists()]
 
 
-def _replace_files(file: Path, made: Path, aside: Path) -> None:
+def _replace_files(file: Path, new_file: Path, aside: Path) -> None:
     """Move all files or none: after an error, move back those that were moved."""
     file.parent.mkdir(parents=True, exist_ok=True)
     moved: list[Path] = []
@@ -196,7 +196,7 @@ def _replace_files(file: Path, made: Path, aside: Path) -> None:
             aside.mkdir(parents=True, exist_ok=True)
             shutil.move(part, aside / part.name)
             moved.append(part)
-        shutil.move(made, file)
+        shutil.move(new_file, file)
     except BaseException:
         for part in moved:
             shutil.move(aside / part.name, part)
@@ -227,11 +227,11 @@ def _run_program(program: str, url: URL, *arguments: str) -> None:
 def _remaining_clients(connection: Connection) -> list[str]:
     """Return the other clients. The server still lists a client for a moment after it has disconnected, so ask several times."""
     limit_s = time.monotonic() + _DISCONNECTED_WITHIN_S
-    while (others := _other_clients(connection)) and time.monotonic() < limit_s:
+    while (other_clients := _other_clients(connection)) and time.monotonic() < limit_s:
         sleep(_ASK_AGAIN_AFTER_S)
         # A transaction sees the list of its first look until this call.
         connection.exec_driver_sql("SELECT pg_stat_clear_snapshot()")
-    return others
+    return other_clients
 
 
 def _other_clients(connection: Connection) -> list[str]:

@@ -132,8 +132,8 @@ class Delivery:
                 row = SpoolRow(id=self._spool.id, station=self._station, taken=0, at=utc_now())
                 session.add(row)
             # A folder that was restored to an older state gives new records the numbers of delivered ones.
-            taken = row.taken = min(row.taken, self._spool.found)
-        self._set_delivered(taken)
+            delivered = row.taken = min(row.taken, self._spool.last_at_start)
+        self._set_delivered(delivered)
 
     def _deliver(self, at_once: int) -> None:
         try:
@@ -146,7 +146,7 @@ class Delivery:
                 row.taken = records[count - 1].number if records else last
                 row.at = utc_now()
                 session.flush()
-                taken = row.taken
+                delivered = row.taken
         except (OperationalError, NoConnectionError, DatabaseUnavailableError):
             raise
         except (SQLAlchemyError, ValueError) as error:
@@ -156,8 +156,8 @@ class Delivery:
                     if self._spool.last > (self._delivered or 0):
                         self._deliver(1)
                 return
-            taken = self._set_aside(error)
-        self._set_delivered(taken)
+            delivered = self._set_aside(error)
+        self._set_delivered(delivered)
 
     def _set_aside(self, error: Exception) -> int:
         """Append a record that the database refuses to a file, and skip it."""
@@ -176,4 +176,4 @@ class Delivery:
         with self._changed:
             self._delivered = number
             self._changed.notify_all()
-        self._spool.taken(number)
+        self._spool.delete_up_to(number)

@@ -201,8 +201,8 @@ def _limit_answer_time(engine: Engine, answer_s: float) -> None:
     limits = _SERVICE_PARAMETERS | {"statement_timeout": str(server_ms), "lock_timeout": str(server_ms)}
     set_limits = "SELECT " + ", ".join(f"set_config('{name}', '{value}', false)" for name, value in limits.items())
 
-    def connect(_: Any, __: Any, arguments: list[Any], named: dict[str, Any]) -> Any:
-        return Limited.connect(*arguments, **named)
+    def connect(_: Any, __: Any, arguments: list[Any], keyword_arguments: dict[str, Any]) -> Any:
+        return Limited.connect(*arguments, **keyword_arguments)
 
     def connected(connection: Any, _: Any) -> None:
         connection.execute(set_limits)

@@ -9,8 +9,8 @@ _DEBIAN_FOLDER: Final = Path("/usr/lib/postgresql")
 
 def postgresql_program(name: str) -> Path | None:
     """Return the path of a program such as ``pg_dump``, from PATH or else Debian's newest version. Return None if it is not installed."""
-    found = shutil.which(name)
-    candidates = [Path(found)] if found else sorted(_DEBIAN_FOLDER.glob(f"*/bin/{name}"), key=_version, reverse=True)
+    path = shutil.which(name)
+    candidates = [Path(path)] if path else sorted(_DEBIAN_FOLDER.glob(f"*/bin/{name}"), key=_version, reverse=True)
     return next(iter(candidates), None)
 
 

@@ -144,8 +144,8 @@ def _blocks_within(head: dict[str, Any], clock: str, start_s: float, end_s: floa
 
 def _value_range(values: Floats) -> list[float] | None:
     """Return the lowest and highest value, slightly widened because stored values are rounded. Return None if all values are missing."""
-    known = values[~np.isnan(values)]
-    return [float(known.min()) - 1e-5, float(known.max()) + 1e-5] if len(known) else None
+    present_values = values[~np.isnan(values)]
+    return [float(present_values.min()) - 1e-5, float(present_values.max()) + 1e-5] if len(present_values) else None
 
 
 def _rate_hz(times_s: Floats) -> float | None:

@@ -118,7 +118,7 @@ class Spool:
         self._woken = False
         self._file = -1
         self.id, self.last = self._find_last()
-        self.found = self.last
+        self.last_at_start = self.last
         """Number of the last record at the start."""
         self._open_file(self.last + 1)
         self._thread = threading.Thread(target=self._run, name="spool", daemon=True)
@@ -161,19 +161,19 @@ class Spool:
         with self._changed:
             return self._changed.wait_for(lambda: not self._waiting, limit_s)
 
-    def after(self, number: int, most: int) -> list[Record]:
+    def after(self, number: int, limit: int) -> list[Record]:
         """Return at most ``most`` records after this number, in order."""
-        found: list[Record] = []
+        records: list[Record] = []
         last = self.last
         files = self._list_files()
         for path, following in zip(files, [*files[1:], None], strict=True):
             # The next file contains the records from its first number on again.
             end = min(last, _first_number(following) - 1) if following else last
-            if len(found) < most and end > number and (part := read(path)):
-                found += [record for record in part.records if number < record.number <= end]
-        return found[:most]
+            if len(records) < limit and end > number and (part := read(path)):
+                records += [record for record in part.records if number < record.number <= end]
+        return records[:limit]
 
-    def taken(self, number: int) -> None:
+    def delete_up_to(self, number: int) -> None:
         """Delete the files that contain only records up to this number, because the database has them."""
         files = self._list_files()
         for path, following in pairwise(files):
@@ -254,9 +254,9 @@ class Spool:
             crc = zlib.crc32(payload, crc)
             framed += _FRAME.pack(len(payload), crc) + payload
         try:
-            written = os.write(self._file, framed)
-            if written < len(framed):
-                raise OSError(f"the disk has accepted {written} of {len(framed)} bytes")
+            written_bytes = os.write(self._file, framed)
+            if written_bytes < len(framed):
+                raise OSError(f"the disk has accepted {written_bytes} of {len(framed)} bytes")
             os.fdatasync(self._file)
         except OSError:
             # Remove the partial write, so that the retry does not store records twice. The retry opens another file.

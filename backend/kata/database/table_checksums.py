@@ -27,12 +27,12 @@ def checksums(connection: Connection) -> dict[str, TableChecksum]:
     return {name: _checksum_table(connection, name) for name in sorted(inspect(connection).get_table_names())}
 
 
-def differences(expected: dict[str, TableChecksum], found: dict[str, TableChecksum]) -> list[str]:
+def differences(expected: dict[str, TableChecksum], actual: dict[str, TableChecksum]) -> list[str]:
     """Return one sentence for each difference; empty if there is none."""
-    sentences = [f"missing table {name}" for name in expected.keys() - found.keys()]
-    sentences += [f"unexpected table {name}" for name in found.keys() - expected.keys()]
-    for name in expected.keys() & found.keys():
-        before, after = expected[name], found[name]
+    sentences = [f"missing table {name}" for name in expected.keys() - actual.keys()]
+    sentences += [f"unexpected table {name}" for name in actual.keys() - expected.keys()]
+    for name in expected.keys() & actual.keys():
+        before, after = expected[name], actual[name]
         if before.rows != after.rows:
             sentences.append(f"{name} has {after.rows} rows instead of {before.rows}")
         elif before != after:

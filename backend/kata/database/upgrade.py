@@ -128,16 +128,16 @@ def _upgrade_lock(connection: Connection) -> Iterator[None]:
             connection.commit()
 
 
-def _is_usable(connection: Connection, present: str, known: list[str]) -> bool:
+def _is_usable(connection: Connection, present: str, known_revisions: list[str]) -> bool:
     """Return whether this program, which knows the revisions ``known``, can use the database of a newer program."""
-    if present in known:
+    if present in known_revisions:
         return False
     try:
         oldest = connection.scalar(select(SchemaRow.oldest).where(SchemaRow.revision == present))
     except SQLAlchemyError:
         oldest = None
     connection.rollback()
-    return oldest in known
+    return oldest in known_revisions
 
 
 def _copy_before_upgrade(file: Path, version: str) -> None:
