@@ -50,7 +50,7 @@ class Browser:
 
 
 @dataclass(slots=True)
-class _Held:
+class _Holding:
     browser: Browser
     since: datetime
     taken_from: str | None
@@ -65,7 +65,7 @@ class Lease:
     """The lease of one apparatus."""
 
     def __init__(self) -> None:
-        self._held: _Held | None = None
+        self._holding: _Holding | None = None
         self._listening: Counter[UUID] = Counter()
 
     # -- presence ------------------------------------------------------------------------------------------------
@@ -73,16 +73,16 @@ class Lease:
     def page_opened(self, browser: Browser) -> None:
         """Note that a page of the browser begins to listen."""
         self._listening[browser.id] += 1
-        if held := self._of(browser):
-            held.listened = True
+        if holding := self._of(browser):
+            holding.listened = True
 
     def page_closed(self, browser: Browser, now: ClockReading) -> None:
         """Note that a page of the browser has stopped listening."""
         self._listening[browser.id] -= 1
         if self._listening[browser.id] <= 0:
             del self._listening[browser.id]
-            if held := self._of(browser):
-                held.present_until = max(held.present_until, now)
+            if holding := self._of(browser):
+                holding.present_until = max(holding.present_until, now)
 
     def listens(self, browser: Browser) -> bool:
         """Return True if a page of the browser listens."""
@@ -90,16 +90,16 @@ class Lease:
 
     def note_request(self, browser: Browser, now: ClockReading) -> None:
         """Note a request of the browser, which shows that it is present now."""
-        if held := self._of(browser):
-            held.present_until = max(held.present_until, now if held.listened else now.later(PAUSE_AFTER_S))
+        if holding := self._of(browser):
+            holding.present_until = max(holding.present_until, now if holding.listened else now.later(PAUSE_AFTER_S))
 
     # -- the holder ----------------------------------------------------------------------------------------------
 
     def refusal(self, browser: Browser) -> Refusal | None:
         """Return the refusal of the browser's commands; None if it holds the lease or the lease is free."""
-        if self._held is None or self._of(browser):
+        if self._holding is None or self._of(browser):
             return None
-        name = self._held.browser.name
+        name = self._holding.browser.name
         return Refusal.of(
             code=NOT_OPERATING,
             message=texts.OPERATED_ELSEWHERE(operator=name),
@@ -108,20 +108,20 @@ class Lease:
 
     def take(self, browser: Browser, now: ClockReading, *, take_over: bool = False) -> Refusal | None:
         """Give the lease to the browser. Refused while another browser holds it, unless this one takes over."""
-        if held := self._of(browser):
-            held.paused = False
+        if holding := self._of(browser):
+            holding.paused = False
         else:
             refusal = self.refusal(browser)
             if refusal and not take_over:
                 return refusal
-            taken_from = self._held.browser.name if self._held else None
-            self._held = _Held(browser, now.at, taken_from, now, listened=self._listening[browser.id] > 0)
+            taken_from = self._holding.browser.name if self._holding else None
+            self._holding = _Holding(browser, now.at, taken_from, now, listened=self._listening[browser.id] > 0)
         self.note_request(browser, now)
         return None
 
     def release(self, browser: Browser, torque: TorqueState) -> Refusal | None:
         """Free the lease of the browser. Refused while the motors move or hold the arm, or may do so."""
-        if self._held is None:
+        if self._holding is None:
             return None
         refusal = self.refusal(browser)
         if refusal is None and torque == "unknown":
@@ -137,13 +137,13 @@ class Lease:
                 next_step=texts.MOVE_BACK_OR_HAND_OVER(),
             )
         if refusal is None:
-            self._held = None
+            self._holding = None
         return refusal
 
     @property
     def holder(self) -> Browser | None:
         """Return the browser that holds the lease, None if it is free."""
-        return self._held.browser if self._held else None
+        return self._holding.browser if self._holding else None
 
     # -- the holder's absence --------------------------------------------------------------------------------------
 
@@ -157,7 +157,7 @@ class Lease:
         if absent_s < PAUSE_AFTER_S:
             return None
         if absent_s >= STOP_AND_RELEASE_AFTER_S and torque == "off":
-            self._held = None
+            self._holding = None
             return None
         if absent_s >= STOP_AND_RELEASE_AFTER_S and mode not in _NOTHING_TO_STOP:
             return "stop"
@@ -167,28 +167,28 @@ class Lease:
         """Note that the playback was paused because the holder's browser is absent. The page shows this until the holder sends
         a command.
         """
-        if self._held:
-            self._held.paused = True
+        if self._holding:
+            self._holding.paused = True
 
     def live(self, browser: Browser | None, now: ClockReading) -> LeaseLive:
         """Return the lease as ``browser`` sees it. With None, no lease counts as the caller's own."""
-        held = self._held
-        if held is None:
+        holding = self._holding
+        if holding is None:
             return LeaseLive(holder=None, mine=False, since=None, taken_from=None, unreachable_since=None, paused=False)
         return LeaseLive(
-            holder=held.browser.name,
-            mine=browser is not None and held.browser.id == browser.id,
-            since=held.since,
-            taken_from=held.taken_from,
-            unreachable_since=held.present_until.at if self._absent_s(now) > 0 else None,
-            paused=held.paused,
+            holder=holding.browser.name,
+            mine=browser is not None and holding.browser.id == browser.id,
+            since=holding.since,
+            taken_from=holding.taken_from,
+            unreachable_since=holding.present_until.at if self._absent_s(now) > 0 else None,
+            paused=holding.paused,
         )
 
-    def _of(self, browser: Browser) -> _Held | None:
-        return self._held if self._held and self._held.browser.id == browser.id else None
+    def _of(self, browser: Browser) -> _Holding | None:
+        return self._holding if self._holding and self._holding.browser.id == browser.id else None
 
     def _absent_s(self, now: ClockReading) -> float:
-        held = self._held
-        if held is None or self._listening[held.browser.id] > 0:
+        holding = self._holding
+        if holding is None or self._listening[holding.browser.id] > 0:
             return 0.0
-        return max(0.0, now.s - held.present_until.s)
+        return max(0.0, now.s - holding.present_until.s)

@@ -47,9 +47,9 @@ class LiveEndRange:
             self._waiting.append(snapshot)
         if self._waiting and snapshot.t_ns - self._waiting[0].t_ns >= _PART_NS:
             self.counter.add(
-                np.array([taken.t_ns for taken in self._waiting]) / 1e9,
-                np.array([[axis.measured_deg for axis in taken.axes] for taken in self._waiting], dtype=np.float64),
-                np.array([[axis.torque_nm for axis in taken.axes] for taken in self._waiting]),
+                np.array([waiting.t_ns for waiting in self._waiting]) / 1e9,
+                np.array([[axis.measured_deg for axis in waiting.axes] for waiting in self._waiting], dtype=np.float64),
+                np.array([[axis.torque_nm for axis in waiting.axes] for waiting in self._waiting]),
             )
             self._waiting.clear()
             self._counted_s = self.counter.times_s().get(self.prescribed.motor)

@@ -118,8 +118,8 @@ class SnapshotTracker:
 
     def _end_range(self, snapshot: Snapshot) -> LiveEndRange | None:
         """Return the counter of the snapshot's run, or None."""
-        known = self.occupation
-        return known.end_range if known and snapshot.run and snapshot.run.run_id == known.id else None
+        occupation = self.occupation
+        return occupation.end_range if occupation and snapshot.run and snapshot.run.run_id == occupation.id else None
 
     def _note_verification(self, snapshot: Snapshot) -> None:
         """Convert the device's monotonic time to the wall clock once for each change, because stored events use the wall clock."""
@@ -141,13 +141,13 @@ class SnapshotTracker:
     def _with_occupation(self, state: dict[str, Any] | None, key: str) -> dict[str, Any] | None:
         if state is None:
             return None
-        known = self.occupation if self.occupation and self.occupation.id == state[key] else None
+        occupation = self.occupation if self.occupation and self.occupation.id == state[key] else None
         return state | {
-            "patient": known.patient if known else None,
-            "recording_name": known.recording_name if known else None,
-            "changes": known.changes if known else (),
-            "changes_keys": [TextKey.of(change) for change in known.changes] if known else [],
-            "session_id": known.session_id if known else None,
+            "patient": occupation.patient if occupation else None,
+            "recording_name": occupation.recording_name if occupation else None,
+            "changes": occupation.changes if occupation else (),
+            "changes_keys": [TextKey.of(change) for change in occupation.changes] if occupation else [],
+            "session_id": occupation.session_id if occupation else None,
         }
 
     def _may_hold(self, snapshot: Snapshot) -> bool:
