@@ -131,11 +131,11 @@ def test_the_figure_worker_calculates_the_same_results(
     try:
         clinic.importer.run(paths[second])
         if broken == 2:
-            assert (clinic.importer.due, paths[second].exists()) == (1, True)
+            assert (clinic.importer.waiting, paths[second].exists()) == (1, True)
             clinic.importer.run_due()
     finally:
         worker.close()
-    assert (clinic.importer.due, paths[second].exists()) == (0, False)
+    assert (clinic.importer.waiting, paths[second].exists()) == (0, False)
     assert results(second) == results(first)
 
 
@@ -609,12 +609,12 @@ def test_journal_waits_for_a_run_not_stored_yet(clinic: Clinic) -> None:
     path = clinic.journal("run", run_id, [2.0], end=JournalEnd(reason="completed"))
     importer.run(path)
     assert path.exists()
-    assert importer.due == 1
+    assert importer.waiting == 1
     with clinic.database.write() as session:
         visit = sessions.begin(session, clinic.patient_id)
         runs.begin(session, runs.RunRequest(visit.id, recording_id)).id = run_id
     importer.run_due()
-    assert (importer.due, clinic.saved[-1].id) == (0, run_id)
+    assert (importer.waiting, clinic.saved[-1].id) == (0, run_id)
 
     has_undelivered[0] = False
     lost = clinic.journal("run", uuid4(), [2.0], end=JournalEnd(reason="completed"))

@@ -43,7 +43,7 @@ def begin(clinic: Clinic, recording_id: UUID, kind: Kind) -> UUID:
             allowed(session, clinic.patient_id, "right"),
             end_feel.farthest_deg(session, request, STATION, today),
         )
-        way = end_feel.longest_way(taught, limits, config, request.speed_deg_s, farthest_deg)
+        way = end_feel.longest_outward_path(taught, limits, config, request.speed_deg_s, farthest_deg)
         prepared = end_feel.prepare(session, request, way, config, today)
         row = runs.begin(session, runs.RunRequest(visit.id, recording_id), STATION)
         end_feel.add(session, row, request, prepared, STATION)

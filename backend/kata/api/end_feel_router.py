@@ -98,10 +98,10 @@ def _begin(
         allowed = doctors_limits.allowed(session, recording.patient_id, side)
         taught = runs.taught(session, recording.id)
         farthest_deg = end_feel.farthest_deg(session, request, config.name, apparatus.today)
-    movement = end_feel.longest_way(taught, allowed, config, request.speed_deg_s, farthest_deg)
-    limits = allowed.check(movement.motion, request.load_level, "smooth")
+    path = end_feel.longest_outward_path(taught, allowed, config, request.speed_deg_s, farthest_deg)
+    limits = allowed.check(path.motion, request.load_level, "smooth")
     with writing(stores.database, stores.event_spool, "run") as (session, began):
-        prepared = end_feel.prepare(session, request, movement, config, apparatus.today)
+        prepared = end_feel.prepare(session, request, path, config, apparatus.today)
         row = runs.begin(session, run_request, apparatus.station)
         began.append(row.id)
         end_feel.add(session, row, request, prepared, config.name)
@@ -113,7 +113,7 @@ def _begin(
         patient = sessions.get(session, request.session_id).patient
         started_run = StartedRun(
             run=runs.as_run(row),
-            motion=movement.motion,
+            motion=path.motion,
             learned=None,
             side=side,
             limits=limits,

@@ -43,7 +43,7 @@ class Metrics:
         ProcessCollector(registry=self.registry)
 
     def add_gauge(self, name: str, description: str, read_value: Callable[[], float]) -> None:
-        """Register a gauge whose value ``now`` returns at each scrape. A ``name`` that contains no unit is a count."""
+        """Register a gauge whose value ``read_value`` returns at each scrape. A ``name`` that contains no unit is a count."""
         Gauge(name, description, registry=self.registry).set_function(read_value)
 
     @asynccontextmanager

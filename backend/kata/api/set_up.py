@@ -408,7 +408,7 @@ async def set_up_metrics(storage: Storage, at_station: StationServices, stack: A
     metrics.add_gauge(
         "kata_spool_waiting",
         "Records of the station that wait on its computer for the database.",
-        lambda: storage.event_spool.delivery.waiting + at_station.importer.due,
+        lambda: storage.event_spool.delivery.waiting + at_station.importer.waiting,
     )
     metrics.add_gauge(
         "kata_ready_patients",
@@ -441,7 +441,7 @@ def _record_outage(audit_log: AuditLog, since: datetime) -> None:
 def _database_status(database: Database, event_spool: EventSpool, importer: Importer) -> DatabaseStatus:
     return DatabaseStatus(
         unavailable_since=database.unavailable_since,
-        waiting=event_spool.delivery.waiting + importer.due,
+        waiting=event_spool.delivery.waiting + importer.waiting,
         spool_full_since=event_spool.spool.full_since,
     )
 

@@ -97,9 +97,9 @@ class EventSpool:
         """Spool an audit entry. The entry gets its place in the chain when it is delivered."""
         self._put(_AuditEntry(entry))
 
-    def put_not_begun(self, what: Literal["run", "teaching", "session"], id_: UUID) -> None:
+    def put_not_begun(self, kind: Literal["run", "teaching", "session"], id_: UUID) -> None:
         """Spool the removal of a run, teaching or session that never began."""
-        self._put(NotBegun(what, id_))
+        self._put(NotBegun(kind, id_))
 
     def put_offline_event(self, event: OfflineEvent, limit_s: float = _ON_DISK_S) -> bool:
         """Spool an offline event. Return True if it is on disk within ``limit_s`` seconds."""
@@ -173,14 +173,16 @@ def _decoded(record: Record) -> _SpoolItem:
 
 def _store_events(session: Session, items: Sequence[_SpoolItem]) -> None:
     new = [item.happening for item in items if isinstance(item, _DeviceEvent)]
-    there = set(session.scalars(select(DeviceEventRow.id).where(DeviceEventRow.id.in_([event.id for event in new]))))
-    rows = {event.id: DeviceEventRow(**vars(event), ended_at=None) for event in new if event.id not in there}
+    stored_ids = set(
+        session.scalars(select(DeviceEventRow.id).where(DeviceEventRow.id.in_([event.id for event in new])))
+    )
+    rows = {event.id: DeviceEventRow(**vars(event), ended_at=None) for event in new if event.id not in stored_ids}
     session.add_all(rows.values())
     session.flush()
     for item in items:
         if isinstance(item, _Acknowledged):
-            ended = update(DeviceEventRow).where(DeviceEventRow.id.in_(item.ended.ids))
-            session.execute(ended.values(ended_at=item.ended.at))
+            end_alarms = update(DeviceEventRow).where(DeviceEventRow.id.in_(item.ended.ids))
+            session.execute(end_alarms.values(ended_at=item.ended.at))
 
 
 def _remove(session: Session, item: NotBegun) -> None:

@@ -107,7 +107,7 @@ class Importer:
                     log.exception("%s could not be imported; the file was not changed", path.name)
 
     @property
-    def due(self) -> int:
+    def waiting(self) -> int:
         """Return the number of journals that wait for the database."""
         return len(self._due)
 
@@ -148,9 +148,9 @@ class Importer:
 
     def _give_up_unended(self, before: datetime) -> None:
         with by_program("give_up_unended", self._config.name), self._database.write() as session:
-            lost = runs.give_up_unended(session, self._config.name, before)
-        if lost:
-            log.warning("%d runs lost their journal when their device process ended", lost)
+            count = runs.give_up_unended(session, self._config.name, before)
+        if count:
+            log.warning("%d runs lost their journal when their device process ended", count)
 
     def _import(self, path: Path) -> None:
         try:
@@ -198,8 +198,8 @@ class Importer:
         if self.worker is None or recorded.kind != "run":
             return None
         with self._database.read() as session:
-            ended = runs.ended_playback(session, recorded, self._config)
-        return self.worker.build(calculate, ended) if ended else None
+            playback = runs.ended_playback(session, recorded, self._config)
+        return self.worker.build(calculate, playback) if playback else None
 
     def _store(
         self, session: Session, recorded: journal.Journal, identity: UUID, results: PlaybackResults | None

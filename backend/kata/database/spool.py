@@ -162,7 +162,7 @@ class Spool:
             return self._changed.wait_for(lambda: not self._waiting, limit_s)
 
     def after(self, number: int, limit: int) -> list[Record]:
-        """Return at most ``most`` records after this number, in order."""
+        """Return at most ``limit`` records after this number, in order."""
         records: list[Record] = []
         last = self.last
         files = self._list_files()

@@ -129,7 +129,7 @@ def _upgrade_lock(connection: Connection) -> Iterator[None]:
 
 
 def _is_usable(connection: Connection, present: str, known_revisions: list[str]) -> bool:
-    """Return whether this program, which knows the revisions ``known``, can use the database of a newer program."""
+    """Return whether this program, which knows the revisions ``known_revisions``, can use the database of a newer program."""
     if present in known_revisions:
         return False
     try:

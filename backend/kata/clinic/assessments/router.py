@@ -61,10 +61,10 @@ def list_patient_assessments(
     status_code=201,
     responses=PROBLEMS.of(404, 409, 422),
 )
-def create_assessment(database: TheDatabase, episode_id: UUID, found: AssessmentCreate) -> Assessment:
+def create_assessment(database: TheDatabase, episode_id: UUID, body: AssessmentCreate) -> Assessment:
     """Store an assessment."""
     with database.write() as session:
-        return service.as_assessment(service.create(session, episode_id, found))
+        return service.as_assessment(service.create(session, episode_id, body))
 
 
 @router.get("/api/assessments/{assessment_id}", summary="Get an assessment", responses=PROBLEMS.of(404, 422))
@@ -84,7 +84,7 @@ def update_assessment(database: TheDatabase, assessment_id: UUID, change: Assess
 @router.post(
     "/api/assessments/{assessment_id}/withdraw", summary="Withdraw an assessment", responses=PROBLEMS.of(404, 409, 422)
 )
-def withdraw_assessment(database: TheDatabase, assessment_id: UUID, seen: AssessmentWithdraw) -> Assessment:
+def withdraw_assessment(database: TheDatabase, assessment_id: UUID, body: AssessmentWithdraw) -> Assessment:
     """Withdraw an assessment that was entered by mistake. It remains visible, but figures ignore it. A repeated call changes nothing."""
     with database.write() as session:
-        return service.as_assessment(service.withdraw(session, assessment_id, seen.updated_at))
+        return service.as_assessment(service.withdraw(session, assessment_id, body.updated_at))

@@ -240,6 +240,12 @@ class AssessmentForm(Schema):
 def has_findings(assessment: "AssessmentCreate | Assessment") -> bool:
     """True if the assessment contains a finding."""
     pains = (assessment.pain_rest, assessment.pain_active, assessment.pain_passive, assessment.pain_average)
-    answered = any(answer is not None for answer in assessment.spadi or [])
-    others = isinstance(assessment, Assessment) and assessment.questionnaires
-    return bool(assessment.rom or assessment.note or answered or others or any(pain is not None for pain in pains))
+    spadi_answered = any(answer is not None for answer in assessment.spadi or [])
+    other_questionnaires = isinstance(assessment, Assessment) and assessment.questionnaires
+    return bool(
+        assessment.rom
+        or assessment.note
+        or spadi_answered
+        or other_questionnaires
+        or any(pain is not None for pain in pains)
+    )

@@ -134,7 +134,7 @@ def _check_birth(session: Session, episode: EpisodeRow, assessed_at: datetime) -
 def create(
     session: Session,
     episode_id: UUID,
-    found: AssessmentCreate,
+    assessment: AssessmentCreate,
     questionnaires: dict[str, list[int | None]] | None = None,
 ) -> AssessmentRow:
     """Store an assessment.
@@ -145,38 +145,38 @@ def create(
     """
     episode = episode_of(session, episode_id)
     check_not_archived(session, episode)
-    _check_birth(session, episode, found.assessed_at)
+    _check_birth(session, episode, assessment.assessed_at)
     row = AssessmentRow(
         id=uuid4(),
         episode_id=episode_id,
         updated_at=utc_now(),
         withdrawn_at=None,
-        rom=_rows(found.rom),
-        spadi_score=spadi.total(found.spadi),
+        rom=_rows(assessment.rom),
+        spadi_score=spadi.total(assessment.spadi),
         questionnaires=questionnaires or {},
-        **found.model_dump(exclude={"rom"}),
+        **assessment.model_dump(exclude={"rom"}),
     )
     session.add(row)
     session.flush()
     return row
 
 
-def change(session: Session, assessment_id: UUID, given: AssessmentUpdate) -> AssessmentRow:
+def change(session: Session, assessment_id: UUID, update: AssessmentUpdate) -> AssessmentRow:
     """Change only the given fields.
 
     :raises ProblemError: 404; 409 when the assessment was changed meanwhile or was withdrawn; 422 when it would contain no finding, or is
         before birth.
     """
-    row = _to_change(session, assessment_id, given.updated_at)
+    row = _to_change(session, assessment_id, update.updated_at)
     if row.withdrawn_at:
         raise ProblemError(409, "withdrawn", texts.ASSESSMENT_WITHDRAWN(), texts.ENTER_NEW_ASSESSMENT())
-    if given.assessed_at:
-        _check_birth(session, episode_of(session, row.episode_id), given.assessed_at)
-    for name, value in given.model_dump(exclude_unset=True, exclude={"rom", "updated_at"}).items():
+    if update.assessed_at:
+        _check_birth(session, episode_of(session, row.episode_id), update.assessed_at)
+    for name, value in update.model_dump(exclude_unset=True, exclude={"rom", "updated_at"}).items():
         if value is not None or name in _MAY_BE_EMPTIED:
             setattr(row, name, value)
-    if given.rom is not None:
-        row.rom = _rows(given.rom)
+    if update.rom is not None:
+        row.rom = _rows(update.rom)
     if not has_findings(as_assessment(row)):
         raise ProblemError(422, "nothing_found", texts.ASSESSMENT_WOULD_BE_EMPTY(), texts.WITHDRAW_IF_MISTAKEN())
     row.spadi_score = spadi.total(row.spadi)
@@ -185,14 +185,14 @@ def change(session: Session, assessment_id: UUID, given: AssessmentUpdate) -> As
     return row
 
 
-def withdraw(session: Session, assessment_id: UUID, seen: datetime) -> AssessmentRow:
+def withdraw(session: Session, assessment_id: UUID, seen_version: datetime) -> AssessmentRow:
     """Withdraw an assessment that was entered by mistake. It remains visible, but figures ignore it. A repeated call changes nothing.
 
     :raises ProblemError: 404; 409 when the assessment was changed meanwhile.
     """
     if (row := get(session, assessment_id)).withdrawn_at:
         return row
-    row = _to_change(session, assessment_id, seen)
+    row = _to_change(session, assessment_id, seen_version)
     row.withdrawn_at = row.updated_at = utc_now()
     session.flush()
     return row
@@ -217,7 +217,7 @@ def as_assessment(row: AssessmentRow) -> Assessment:
         pain_average=row.pain_average,
         spadi=row.spadi,
         spadi_score=scored,
-        questionnaires=[_answered(code, answers) for code, answers in row.questionnaires.items()],
+        questionnaires=[_questionnaire_score(code, answers) for code, answers in row.questionnaires.items()],
         note=row.note,
         updated_at=row.updated_at,
         withdrawn_at=row.withdrawn_at,
@@ -225,13 +225,13 @@ def as_assessment(row: AssessmentRow) -> Assessment:
 
 
 def _find(
-    session: Session, which: ColumnElement[bool], limit: int, after: str | None
+    session: Session, condition: ColumnElement[bool], limit: int, after: str | None
 ) -> tuple[Sequence[AssessmentRow], str | None]:
-    rows = session.scalars(_NEWEST_FIRST.page(select(AssessmentRow).where(which), after, limit)).all()
+    rows = session.scalars(_NEWEST_FIRST.page(select(AssessmentRow).where(condition), after, limit)).all()
     return _NEWEST_FIRST.cut(rows, limit, lambda row: (row.assessed_at, row.id))
 
 
-def _to_change(session: Session, assessment_id: UUID, seen: datetime) -> AssessmentRow:
+def _to_change(session: Session, assessment_id: UUID, seen_version: datetime) -> AssessmentRow:
     """Return the assessment for a change. PostgreSQL locks the row, because two requests could otherwise change the same version. SQLite
     has one writer.
     """
@@ -239,11 +239,11 @@ def _to_change(session: Session, assessment_id: UUID, seen: datetime) -> Assessm
     if row is None:
         raise not_found(texts.ASSESSMENT_NOT_FOUND)
     patients.check_not_erased(patients.get(session, episode_of(session, row.episode_id).patient_id))
-    check_version(row.updated_at, seen)
+    check_version(row.updated_at, seen_version)
     return row
 
 
-def _answered(code: str, answers: list[int | None]) -> QuestionnaireScore:
+def _questionnaire_score(code: str, answers: list[int | None]) -> QuestionnaireScore:
     """Return a stored questionnaire. It has no score if only another version knows the questionnaire."""
     definition = DEFINITIONS.get(code)
     fits = definition is not None and definition.fits(answers)

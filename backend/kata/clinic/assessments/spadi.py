@@ -62,8 +62,8 @@ class Score:
 
 def score(answers: Sequence[int | None]) -> Score:
     """Return the score of 13 answers in the items' order, 0 to 10 each, None if unanswered."""
-    found = definitions.score(SPADI, answers)
-    return Score(found.scales["pain"], found.scales["disability"], found.total)
+    scores = definitions.score(SPADI, answers)
+    return Score(scores.scales["pain"], scores.scales["disability"], scores.total)
 
 
 def total(answers: Sequence[int | None] | None) -> float | None:

@@ -23,5 +23,5 @@ def import_records(database: Database, station: str, station_file: Path) -> None
             except RecordError as error:
                 log.warning("a commissioning record is not imported: %s", error)
                 continue
-            for ended in service.finished(record) if record else ():
-                service.add(session, station, ended)
+            for finished in service.finished(record) if record else ():
+                service.add(session, station, finished)

@@ -50,8 +50,8 @@ def finished(record: CommissioningRecord) -> Iterator[FinishedCommissioning]:
     yield FinishedCommissioning("full", record.by, own_steps(record), sealed(structs.replace(record, checks=())))
     for steps in _check_runs(record.checks):
         if steps[-1].step == CHECKED[-1] or not steps[-1].passed:
-            own = sealed(structs.replace(record, steps=(), checks=steps))
-            yield FinishedCommissioning("check", steps[0].by, steps, own)
+            own_record = sealed(structs.replace(record, steps=(), checks=steps))
+            yield FinishedCommissioning("check", steps[0].by, steps, own_record)
 
 
 def _check_runs(checks: Sequence[RecordedStep]) -> Iterator[tuple[RecordedStep, ...]]:
@@ -67,31 +67,33 @@ def _check_runs(checks: Sequence[RecordedStep]) -> Iterator[tuple[RecordedStep, 
         yield tuple(steps)
 
 
-def add(session: Session, station: str, ended: FinishedCommissioning) -> bool:
+def add(session: Session, station: str, finished: FinishedCommissioning) -> bool:
     """Store a commissioning or check. Return False if it is already stored."""
-    began_at = datetime.fromisoformat(ended.steps[0].began_at)
+    began_at = datetime.fromisoformat(finished.steps[0].began_at)
     stored = select(CommissioningRow.id).where(
-        CommissioningRow.station == station, CommissioningRow.kind == ended.kind, CommissioningRow.began_at == began_at
+        CommissioningRow.station == station,
+        CommissioningRow.kind == finished.kind,
+        CommissioningRow.began_at == began_at,
     )
     if session.scalar(stored) is not None:
         return False
-    last = ended.steps[-1]
+    last = finished.steps[-1]
     session.add(
         CommissioningRow(
             id=uuid4(),
             station=station,
-            kind=ended.kind,
-            done_by=ended.done_by,
-            software=ended.record.kata,
+            kind=finished.kind,
+            done_by=finished.done_by,
+            software=finished.record.kata,
             began_at=began_at,
             ended_at=datetime.fromisoformat(last.ended_at),
             passed=last.passed,
             fault=last.fault,
             fault_key=msgspec.to_builtins(last.fault_key),
-            digest=ended.record.digest,
-            configuration_digest=ended.record.configuration_digest,
-            figures=_figures(ended.steps),
-            record=msgspec.json.encode(ended.record).decode(),
+            digest=finished.record.digest,
+            configuration_digest=finished.record.configuration_digest,
+            figures=_figures(finished.steps),
+            record=msgspec.json.encode(finished.record).decode(),
         )
     )
     return True

@@ -50,13 +50,13 @@ def list_contraindications(database: TheDatabase, patient_id: UUID) -> Page[Cont
     responses=PROBLEMS.of(404, 409, 422),
 )
 def add_contraindication(
-    database: TheDatabase, offline_cache: TheOfflineCache, patient_id: UUID, given: ContraindicationCreate
+    database: TheDatabase, offline_cache: TheOfflineCache, patient_id: UUID, body: ContraindicationCreate
 ) -> Contraindication:
     """Record a contraindication. It takes effect at the next teaching, load, approach or play. A running motion is not stopped."""
     with database.write() as session:
-        made = service.add(session, patient_id, given)
+        added = service.add(session, patient_id, body)
     _show_at_station(database, offline_cache, patient_id)
-    return made
+    return added
 
 
 @router.post(
@@ -65,11 +65,11 @@ def add_contraindication(
     responses=PROBLEMS.of(404, 409, 422),
 )
 def sign_off_contraindication(
-    database: TheDatabase, offline_cache: TheOfflineCache, contraindication_id: UUID, given: SignOff
+    database: TheDatabase, offline_cache: TheOfflineCache, contraindication_id: UUID, body: SignOff
 ) -> Contraindication:
     """Record that a doctor allows the treatment in spite of a contraindication."""
     with database.write() as session:
-        changed = service.sign_off(session, contraindication_id, given)
+        changed = service.sign_off(session, contraindication_id, body)
     _show_at_station(database, offline_cache, changed.patient_id)
     return changed
 
@@ -80,11 +80,11 @@ def sign_off_contraindication(
     responses=PROBLEMS.of(404, 409, 422),
 )
 def resolve_contraindication(
-    database: TheDatabase, offline_cache: TheOfflineCache, contraindication_id: UUID, given: Resolution
+    database: TheDatabase, offline_cache: TheOfflineCache, contraindication_id: UUID, body: Resolution
 ) -> Contraindication:
     """Record why a contraindication no longer applies. It stays in the record."""
     with database.write() as session:
-        changed = service.resolve(session, contraindication_id, given)
+        changed = service.resolve(session, contraindication_id, body)
     _show_at_station(database, offline_cache, changed.patient_id)
     return changed
 

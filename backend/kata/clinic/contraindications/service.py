@@ -47,15 +47,15 @@ def present(session: Session, patient_id: UUID) -> list[Contraindication]:
     query = select(ContraindicationRow).where(
         ContraindicationRow.patient_id == patient_id, ContraindicationRow.resolved_at.is_(None)
     )
-    found = [
+    contraindications = [
         _as_contraindication(session, row) for row in session.scalars(query.order_by(ContraindicationRow.noted_at))
     ]
-    return sorted(found, key=lambda contraindication: not contraindication.stops_motion)
+    return sorted(contraindications, key=lambda contraindication: not contraindication.stops_motion)
 
 
-def of_shoulder(found: Iterable[Contraindication], side: str) -> list[Contraindication]:
+def of_shoulder(contraindications: Iterable[Contraindication], side: str) -> list[Contraindication]:
     """Return the contraindications that concern this shoulder."""
-    return [contraindication for contraindication in found if contraindication.side in (None, side)]
+    return [contraindication for contraindication in contraindications if contraindication.side in (None, side)]
 
 
 def require_none(session: Session, patient_id: UUID, side: str) -> None:
@@ -66,12 +66,12 @@ def require_none(session: Session, patient_id: UUID, side: str) -> None:
     check(of_shoulder(present(session, patient_id), side))
 
 
-def check(found: Iterable[Contraindication]) -> None:
+def check(contraindications: Iterable[Contraindication]) -> None:
     """Check that none of the contraindications presently forbids motion. This needs no database.
 
     :raises ProblemError: 409 ``contraindicated``, or ``sign_off_needed`` if a doctor may allow the motion.
     """
-    stopping = [contraindication for contraindication in found if contraindication.stops_motion]
+    stopping = [contraindication for contraindication in contraindications if contraindication.stops_motion]
     blocking = [
         KINDS[contraindication.code].name for contraindication in stopping if contraindication.effect == "block"
     ]
@@ -86,7 +86,7 @@ def check(found: Iterable[Contraindication]) -> None:
         )
 
 
-def add(session: Session, patient_id: UUID, given: ContraindicationCreate) -> Contraindication:
+def add(session: Session, patient_id: UUID, contraindication: ContraindicationCreate) -> Contraindication:
     """Record a contraindication.
 
     :raises ProblemError: 404; 409 for an erased patient, without an open episode for a condition of a shoulder, and for a condition that
@@ -95,11 +95,13 @@ def add(session: Session, patient_id: UUID, given: ContraindicationCreate) -> Co
     patient = patients.get(session, patient_id, to_change=True)
     patients.check_not_erased(patient)
     episode = None
-    if KINDS[given.code].scope == "episode":
-        wanted = episodes.get(session, given.episode_id) if given.episode_id else patient.episode
-        episode = _open(wanted, patient_id)
-    same = [found for found in present(session, patient_id) if found.code == given.code]
-    if given.code != "other" and any(found.side == (episode.side if episode else None) for found in same):
+    if KINDS[contraindication.code].scope == "episode":
+        chosen = episodes.get(session, contraindication.episode_id) if contraindication.episode_id else patient.episode
+        episode = _open(chosen, patient_id)
+    same = [recorded for recorded in present(session, patient_id) if recorded.code == contraindication.code]
+    if contraindication.code != "other" and any(
+        recorded.side == (episode.side if episode else None) for recorded in same
+    ):
         raise ProblemError(
             409, "already_recorded", texts.CONTRAINDICATION_RECORDED(), texts.CHECK_LIST_OF_CONTRAINDICATIONS()
         )
@@ -107,17 +109,17 @@ def add(session: Session, patient_id: UUID, given: ContraindicationCreate) -> Co
         id=uuid4(),
         patient_id=patient_id,
         episode_id=episode.id if episode else None,
-        code=given.code,
-        note=given.note,
+        code=contraindication.code,
+        note=contraindication.note,
         noted_at=utc_now(),
-        noted_by=given.noted_by,
+        noted_by=contraindication.noted_by,
     )
     session.add(row)
     session.flush()
     return _as_contraindication(session, row)
 
 
-def sign_off(session: Session, contraindication_id: UUID, given: SignOff) -> Contraindication:
+def sign_off(session: Session, contraindication_id: UUID, permission: SignOff) -> Contraindication:
     """Record that a doctor allows the treatment.
 
     :raises ProblemError: 404; 409 for a resolved contraindication, and for one that a doctor cannot sign off.
@@ -125,18 +127,18 @@ def sign_off(session: Session, contraindication_id: UUID, given: SignOff) -> Con
     row = _to_change(session, contraindication_id)
     if kind_of(row.code).effect != "sign_off":
         raise ProblemError(409, "no_sign_off", texts.NO_SIGN_OFF_FOR_THIS(), texts.RESOLVE_CONTRAINDICATION())
-    row.signed_off_at, row.signed_off_by = utc_now(), given.doctor
+    row.signed_off_at, row.signed_off_by = utc_now(), permission.doctor
     session.flush()
     return _as_contraindication(session, row)
 
 
-def resolve(session: Session, contraindication_id: UUID, given: Resolution) -> Contraindication:
+def resolve(session: Session, contraindication_id: UUID, resolution: Resolution) -> Contraindication:
     """Record that a contraindication no longer applies.
 
     :raises ProblemError: 404; 409 when it is already resolved.
     """
     row = _to_change(session, contraindication_id)
-    row.resolved_at, row.resolved_by, row.resolution = utc_now(), given.resolved_by, given.reason
+    row.resolved_at, row.resolved_by, row.resolution = utc_now(), resolution.resolved_by, resolution.reason
     session.flush()
     return _as_contraindication(session, row)
 

@@ -184,19 +184,19 @@ def _check_path(limits: dict[int, MotionLimit], side: Side, path: Trajectory, do
     by_motor_4 = motion_of_motor_4(angles[:, 2])
     for number, limit in sorted(limits.items()):
         basic = BASIC_MOTIONS[number - 1]
-        made = by_motor_4 == number if number in _MOTOR_4 else np.full(len(times_s), True)
+        is_made = by_motor_4 == number if number in _MOTOR_4 else np.full(len(times_s), True)
         lowest = -math.inf if limit.lowest_deg is None else limit.lowest_deg
         highest = math.inf if limit.highest_deg is None else limit.highest_deg
         angle = angles[:, basic.axis - 1]
-        beyond = np.where(made, np.maximum(lowest - angle, angle - highest), -math.inf)
+        beyond = np.where(is_made, np.maximum(lowest - angle, angle - highest), -math.inf)
         worst = int(np.argmax(beyond))
         if beyond[worst] > 0:
             over = angle[worst] > highest
             # Rounded away from the limit, so that a refused angle does not look like an allowed one.
-            shown = (math.ceil if over else math.floor)(angle[worst] * 10) / 10
+            rounded_deg = (math.ceil if over else math.floor)(angle[worst] * 10) / 10
             name = Text(basic.name.lower(), basic.name.key)
             beyond_limit = {
-                "number": number, "motion": name, "angle_deg": shown, "at_s": times_s[worst], "doctor": doctor
+                "number": number, "motion": name, "angle_deg": rounded_deg, "at_s": times_s[worst], "doctor": doctor
             }  # fmt: skip
             raise ProblemError(
                 422,
@@ -214,9 +214,9 @@ def _check_arm(arm: ArmLimits, side: Side, path: Trajectory, doctor: str) -> Non
     if worst.margin_deg >= -POSE_ROUNDING_DEG:
         return
     # Rounded away from the limit, so that a refused angle does not look like an allowed one.
-    shown = (math.ceil if worst.upper else math.floor)(worst.value_deg * 10) / 10
+    rounded_deg = (math.ceil if worst.upper else math.floor)(worst.value_deg * 10) / 10
     beyond_limit = {
-        "quantity": worst.quantity, "angle_deg": shown, "at_s": times_s[worst.row], "doctor": doctor
+        "quantity": worst.quantity, "angle_deg": rounded_deg, "at_s": times_s[worst.row], "doctor": doctor
     }  # fmt: skip
     raise ProblemError(
         422,
@@ -233,13 +233,13 @@ def _range(limits: dict[int, MotionLimit], motion: int) -> tuple[float, float]:
 
 
 def _lowest(limits: dict[int, MotionLimit], motion: int) -> float:
-    found = limits[motion].lowest_deg if motion in limits else None
-    return -FREE_DEG if found is None else found
+    lowest_deg = limits[motion].lowest_deg if motion in limits else None
+    return -FREE_DEG if lowest_deg is None else lowest_deg
 
 
 def _highest(limits: dict[int, MotionLimit], motion: int, free_deg: float) -> float:
-    found = limits[motion].highest_deg if motion in limits else None
-    return free_deg if found is None else found
+    highest_deg = limits[motion].highest_deg if motion in limits else None
+    return free_deg if highest_deg is None else highest_deg
 
 
 def _body(motors_deg: Floats, side: Side) -> Floats:
@@ -262,13 +262,13 @@ def _of_motors(limits: dict[int, MotionLimit]) -> MotorLimits:
 
 
 def _of_motor(motor: int, limits: dict[int, MotionLimit]) -> tuple[float, float]:
-    made = [basic.number for basic in BASIC_MOTIONS if basic.motors == (motor,)]
-    known = [limits[number] for number in made if number in limits]
-    if not made or len(known) < len(made):
+    motions = [basic.number for basic in BASIC_MOTIONS if basic.motors == (motor,)]
+    known_limits = [limits[number] for number in motions if number in limits]
+    if not motions or len(known_limits) < len(motions):
         return _FREE_DEG
-    lowest = [limit.lowest_deg for limit in known if limit.lowest_deg is not None]
-    highest = [limit.highest_deg for limit in known if limit.highest_deg is not None]
+    lowest = [limit.lowest_deg for limit in known_limits if limit.lowest_deg is not None]
+    highest = [limit.highest_deg for limit in known_limits if limit.highest_deg is not None]
     return (
-        min(lowest) if len(lowest) == len(made) else _FREE_DEG[0],
-        max(highest) if len(highest) == len(made) else _FREE_DEG[1],
+        min(lowest) if len(lowest) == len(motions) else _FREE_DEG[0],
+        max(highest) if len(highest) == len(motions) else _FREE_DEG[1],
     )

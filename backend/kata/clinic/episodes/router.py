@@ -28,10 +28,10 @@ def list_episodes(database: TheDatabase, patient_id: UUID) -> Page[Episode]:
     status_code=201,
     responses=PROBLEMS.of(404, 409, 422),
 )
-def open_episode(database: TheDatabase, patient_id: UUID, wanted: EpisodeCreate) -> Episode:
+def open_episode(database: TheDatabase, patient_id: UUID, body: EpisodeCreate) -> Episode:
     """Open an episode of care for a shoulder. Each shoulder has at most one open episode."""
     with database.write() as session:
-        return Episode.model_validate(service.open_new(session, patient_id, wanted))
+        return Episode.model_validate(service.open_new(session, patient_id, body))
 
 
 @router.get("/api/episodes/{episode_id}", summary="Get an episode of care", responses=PROBLEMS.of(404, 422))
@@ -51,10 +51,10 @@ def update_episode(database: TheDatabase, episode_id: UUID, change: EpisodeUpdat
 @router.post(
     "/api/episodes/{episode_id}/close", summary="Close an episode of care", responses=PROBLEMS.of(404, 409, 422)
 )
-def close_episode(database: TheDatabase, episode_id: UUID, given: EpisodeClose) -> Episode:
+def close_episode(database: TheDatabase, episode_id: UUID, body: EpisodeClose) -> Episode:
     """Close an episode of care. The apparatus plays no motion to this shoulder until an episode is open again."""
     with database.write() as session:
-        return Episode.model_validate(service.close(session, episode_id, given))
+        return Episode.model_validate(service.close(session, episode_id, body))
 
 
 @router.post(
@@ -69,10 +69,10 @@ def reopen_episode(database: TheDatabase, episode_id: UUID) -> Episode:
 @router.post(
     "/api/episodes/{episode_id}/stages", summary="Add a stage", status_code=201, responses=PROBLEMS.of(404, 409, 422)
 )
-def add_stage(database: TheDatabase, episode_id: UUID, given: StageCreate) -> Episode:
+def add_stage(database: TheDatabase, episode_id: UUID, body: StageCreate) -> Episode:
     """Record the stage of the shoulder from a given day on."""
     with database.write() as session:
-        return Episode.model_validate(service.add_stage(session, episode_id, given))
+        return Episode.model_validate(service.add_stage(session, episode_id, body))
 
 
 @router.delete(

@@ -46,7 +46,7 @@ class MotionLimit(Schema):
         return self
 
 
-class _Given(Schema):
+class _EpisodeFields(Schema):
     """Fields that requests to open and to change an episode have in common."""
 
     @model_validator(mode="after")
@@ -74,7 +74,7 @@ SpeedLimit = Annotated[float, Field(ge=SPEED_RANGE_DEG_S[0], le=SPEED_RANGE_DEG_
 Limits = Annotated[list[MotionLimit], Field(max_length=len(BASIC_MOTIONS), description=_LIMITS)]
 
 
-class EpisodeCreate(_Given):
+class EpisodeCreate(_EpisodeFields):
     """A new episode of care."""
 
     side: Side
@@ -91,7 +91,7 @@ class EpisodeCreate(_Given):
     limits_by: Doer = Field("", description=_DOCTOR, examples=["Dr. Mori"])
 
 
-class EpisodeUpdate(_Given):
+class EpisodeUpdate(_EpisodeFields):
     """A change of an episode. ``updated_at`` is the version that the editor saw. If the episode has changed since, nothing is saved."""
 
     diagnosis: Diagnosis | None = None

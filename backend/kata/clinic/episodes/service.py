@@ -47,16 +47,16 @@ def open_episode(session: Session, patient_id: UUID, side: str) -> EpisodeRow | 
     return session.scalars(query.where(EpisodeRow.closed_at.is_(None))).first()
 
 
-def open_new(session: Session, patient_id: UUID, wanted: EpisodeCreate) -> EpisodeRow:
+def open_new(session: Session, patient_id: UUID, episode: EpisodeCreate) -> EpisodeRow:
     """Open an episode of care.
 
     :raises ProblemError: 404; 409 for an archived patient, and while that shoulder has an open episode; 422 when limits have no doctor, a
         certainty has no diagnosis, or a day is before birth.
     """
     patient = patients.get(session, patient_id, to_change=True)
-    _may_open(session, patient, wanted.side)
+    _may_open(session, patient, episode.side)
     now = utc_now()
-    row = EpisodeRow(id=uuid4(), patient_id=patient_id, opened_at=now, updated_at=now, **wanted.model_dump())
+    row = EpisodeRow(id=uuid4(), patient_id=patient_id, opened_at=now, updated_at=now, **episode.model_dump())
     _check(row, patient)
     session.add(row)
     session.flush()
@@ -64,7 +64,7 @@ def open_new(session: Session, patient_id: UUID, wanted: EpisodeCreate) -> Episo
     return row
 
 
-def change(session: Session, episode_id: UUID, given: EpisodeUpdate) -> EpisodeRow:
+def change(session: Session, episode_id: UUID, update: EpisodeUpdate) -> EpisodeRow:
     """Change only the given fields.
 
     :raises ProblemError: 404; 409 when the episode is closed or was changed meanwhile; 422 when limits have no doctor, a certainty has no
@@ -72,8 +72,8 @@ def change(session: Session, episode_id: UUID, given: EpisodeUpdate) -> EpisodeR
     """
     row, patient = _to_change(session, episode_id)
     _must_go_on(row)
-    check_version(row.updated_at, given.updated_at)
-    for name, value in given.model_dump(exclude_unset=True, exclude={"updated_at"}).items():
+    check_version(row.updated_at, update.updated_at)
+    for name, value in update.model_dump(exclude_unset=True, exclude={"updated_at"}).items():
         if value is not None or name in _MAY_BE_EMPTIED:
             setattr(row, name, value)
     _check(row, patient)
@@ -81,19 +81,19 @@ def change(session: Session, episode_id: UUID, given: EpisodeUpdate) -> EpisodeR
     return row
 
 
-def close(session: Session, episode_id: UUID, given: EpisodeClose) -> EpisodeRow:
+def close(session: Session, episode_id: UUID, closing: EpisodeClose) -> EpisodeRow:
     """Close an episode of care.
 
     :raises ProblemError: 404; 409 when the episode is closed, was changed meanwhile, or has an open session.
     """
     row, _ = _to_change(session, episode_id)
     _must_go_on(row)
-    check_version(row.updated_at, given.updated_at)
+    check_version(row.updated_at, closing.updated_at)
     unended = select(SessionRow.id).where(SessionRow.episode_id == episode_id, SessionRow.ended_at.is_(None))
     if session.scalars(unended.limit(1)).first():
         raise ProblemError(409, "session_open", texts.EPISODE_SESSION_OPEN(), texts.END_SESSION_THEN_CLOSE())
     row.closed_at = row.updated_at = utc_now()
-    row.closing_note = given.closing_note
+    row.closing_note = closing.closing_note
     return row
 
 
@@ -109,7 +109,7 @@ def reopen(session: Session, episode_id: UUID) -> EpisodeRow:
     return row
 
 
-def add_stage(session: Session, episode_id: UUID, given: StageCreate) -> EpisodeRow:
+def add_stage(session: Session, episode_id: UUID, new_stage: StageCreate) -> EpisodeRow:
     """Record the stage of the shoulder from a given day on.
 
     :raises ProblemError: 404; 409 when the episode is closed, or a stage is already recorded for that day; 422 when the day is before
@@ -117,10 +117,10 @@ def add_stage(session: Session, episode_id: UUID, given: StageCreate) -> Episode
     """
     row, patient = _to_change(session, episode_id)
     _must_go_on(row)
-    _not_before_birth(given.since, patient, texts.STAGE_BEFORE_BIRTH)
-    if any(stage.since == given.since for stage in row.stages):
+    _not_before_birth(new_stage.since, patient, texts.STAGE_BEFORE_BIRTH)
+    if any(stage.since == new_stage.since for stage in row.stages):
         raise ProblemError(409, "stage_noted", texts.STAGE_NOTED(), texts.REMOVE_STAGE_OR_OTHER_DAY())
-    session.add(StageRow(id=uuid4(), episode_id=episode_id, noted_at=utc_now(), **given.model_dump()))
+    session.add(StageRow(id=uuid4(), episode_id=episode_id, noted_at=utc_now(), **new_stage.model_dump()))
     session.flush()
     session.refresh(row)
     return row

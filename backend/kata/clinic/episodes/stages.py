@@ -69,10 +69,10 @@ def exceeded(stage: str | None, load_level: int, settings: _Settings) -> list[Pr
     proposal = PROPOSALS.get(stage or "")
     if proposal is None:
         return []
-    given: dict[ProposedSetting, float] = {
+    values: dict[ProposedSetting, float] = {
         "load_level": load_level,
         "speed_percent": settings.speed_percent,
         "range_percent": settings.range_percent,
         "repetitions": settings.repetitions,
     }
-    return [name for name, value in given.items() if value > getattr(proposal, name)]
+    return [name for name, value in values.items() if value > getattr(proposal, name)]

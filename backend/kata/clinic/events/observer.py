@@ -100,9 +100,9 @@ class Observer:
     def _end_alarms(self) -> list[NewDeviceEvent | AlarmsEnded]:
         if not self._alarms:
             return []
-        ended = AlarmsEnded(tuple(self._alarms.values()), utc_now())
+        alarms_ended = AlarmsEnded(tuple(self._alarms.values()), utc_now())
         self._alarms = {}
-        return [ended]
+        return [alarms_ended]
 
     def _estop_of(self, live: Live) -> list[NewDeviceEvent | AlarmsEnded]:
         if live.estop == "pressed":

@@ -14,8 +14,8 @@ log = logging.getLogger(__name__)
 
 
 @asynccontextmanager
-async def recording(station: Station, put: Callable[[NewDeviceEvent | AlarmsEnded], None]) -> AsyncIterator[None]:
-    """Pass the station's events to ``put`` while the context lasts. At its end, pass the last events. ``put`` returns at once."""
+async def recording(station: Station, store: Callable[[NewDeviceEvent | AlarmsEnded], None]) -> AsyncIterator[None]:
+    """Pass the station's events to ``store`` while the context lasts. At its end, pass the last events. ``store`` returns at once."""
     observer = Observer(station.info.name)
 
     def take(subscription: Subscription) -> None:
@@ -23,12 +23,12 @@ async def recording(station: Station, put: Callable[[NewDeviceEvent | AlarmsEnde
             log.error("the service was too busy to record all events of the device; some are missing")
             subscription.overflown = False
         for item in observer.observe_state(station.live(), station.occupation):
-            put(item)
+            store(item)
         while subscription.waiting:
             event = subscription.waiting.popleft()
             if isinstance(event, EventLive):
                 for row in observer.observe_event(event):
-                    put(row)
+                    store(row)
 
     async def listen(subscription: Subscription) -> None:
         while True:

@@ -31,6 +31,6 @@ def list_events(
     An alarm also has the time of its acknowledgement. The patient is named only to users who may see that record.
     """
     with database.read() as session:
-        wanted = EventFilter(station, session_id, patient_id, kind, code)
-        rows, following = service.find(session, wanted, limit, after)
+        event_filter = EventFilter(station, session_id, patient_id, kind, code)
+        rows, following = service.find(session, event_filter, limit, after)
         return Page[DeviceEvent](items=service.shown_to(session, actor, rows), next=following)

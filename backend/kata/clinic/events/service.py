@@ -42,18 +42,18 @@ class EventFilter:
 
 
 def find(
-    session: Session, wanted: EventFilter, limit: int, after: str | None
+    session: Session, event_filter: EventFilter, limit: int, after: str | None
 ) -> tuple[Sequence[DeviceEventRow], str | None]:
     """Return a page of events (newest first) and the next cursor.
 
     :raises ProblemError: 422 when ``after`` is not a valid cursor.
     """
     columns = (
-        (DeviceEventRow.station, wanted.station),
-        (DeviceEventRow.session_id, wanted.session_id),
-        (DeviceEventRow.patient_id, wanted.patient_id),
-        (DeviceEventRow.kind, wanted.kind),
-        (DeviceEventRow.code, wanted.code),
+        (DeviceEventRow.station, event_filter.station),
+        (DeviceEventRow.session_id, event_filter.session_id),
+        (DeviceEventRow.patient_id, event_filter.patient_id),
+        (DeviceEventRow.kind, event_filter.kind),
+        (DeviceEventRow.code, event_filter.code),
     )
     query = select(DeviceEventRow).where(*(column == value for column, value in columns if value is not None))
     rows = list(session.scalars(_NEWEST_FIRST.page(query, after, limit)))

@@ -19,11 +19,11 @@ router = APIRouter(tags=["questionnaires"])
     responses=PROBLEMS.of(404, 409, 422),
 )
 def start_patient_mode(
-    database: TheDatabase, auth: TheAuthentication, actor: TheActor, episode_id: UUID, wanted: PatientModeStart
+    database: TheDatabase, auth: TheAuthentication, actor: TheActor, episode_id: UUID, body: PatientModeStart
 ) -> None:
     """Lock the screen of this browser and show a questionnaire to the patient. Unlocking the screen ends the patient's mode."""
     with database.write() as session:
-        service.start(session, actor, episode_id, wanted, auth.now())
+        service.start(session, actor, episode_id, body, auth.now())
 
 
 @router.get("/api/me/questionnaire", summary="Get the patient's questionnaire")
@@ -35,8 +35,8 @@ def get_patient_questionnaire(database: TheDatabase, actor: TheActor) -> Patient
 
 @router.put("/api/me/questionnaire", summary="Answer the patient's questionnaire", responses=PROBLEMS.of(404, 409, 422))
 def answer_patient_questionnaire(
-    database: TheDatabase, auth: TheAuthentication, actor: TheActor, given: PatientAnswers
+    database: TheDatabase, auth: TheAuthentication, actor: TheActor, body: PatientAnswers
 ) -> PatientQuestionnaire:
     """Store the patient's answers so far. When the patient has finished, store them as an assessment."""
     with database.write() as session:
-        return service.answer(session, actor, given, auth.now())
+        return service.answer(session, actor, body, auth.now())

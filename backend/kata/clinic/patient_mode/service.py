@@ -31,14 +31,14 @@ from kata.errors import ProblemError, not_found
 _Mode = tuple[PatientModeRow, Definition, QuestionnaireTextsRow]
 
 
-def start(session: Session, actor: Actor, episode_id: UUID, wanted: PatientModeStart, now: datetime) -> None:
+def start(session: Session, actor: Actor, episode_id: UUID, requested: PatientModeStart, now: datetime) -> None:
     """Give this browser to the patient: lock its screen and show the questionnaire.
 
     :raises ProblemError: 404; 409 when the texts are missing, for an archived patient, and for a demonstration account.
     """
     assessments.check_not_archived(session, assessments.episode_of(session, episode_id))
-    definition = DEFINITIONS.get(wanted.questionnaire)
-    if definition is None or session.get(QuestionnaireTextsRow, (wanted.questionnaire, wanted.language)) is None:
+    definition = DEFINITIONS.get(requested.questionnaire)
+    if definition is None or session.get(QuestionnaireTextsRow, (requested.questionnaire, requested.language)) is None:
         raise ProblemError(409, "no_texts", texts.NO_LICENSED_TEXTS(), texts.IMPORT_LICENSED_TEXTS())
     login_session.lock(session, actor.login_session_id, now)
     session.merge(
@@ -46,7 +46,7 @@ def start(session: Session, actor: Actor, episode_id: UUID, wanted: PatientModeS
             login_session_id=actor.login_session_id,
             episode_id=episode_id,
             questionnaire=definition.code,
-            language=wanted.language,
+            language=requested.language,
             answers=[None] * len(definition.item_scales),
             started_at=now,
             finished_at=None,
@@ -57,10 +57,10 @@ def start(session: Session, actor: Actor, episode_id: UUID, wanted: PatientModeS
 def present(session: Session, actor: Actor) -> PatientQuestionnaire | None:
     """Return the questionnaire of this browser, or None if it is not in the patient's mode."""
     mode = _find(session, actor)
-    return _shown(mode) if mode else None
+    return _as_questionnaire(mode) if mode else None
 
 
-def _shown(mode: _Mode) -> PatientQuestionnaire:
+def _as_questionnaire(mode: _Mode) -> PatientQuestionnaire:
     row, definition, words = mode
     questions = [
         PatientQuestion(
@@ -82,7 +82,7 @@ def _shown(mode: _Mode) -> PatientQuestionnaire:
     )
 
 
-def answer(session: Session, actor: Actor, given: PatientAnswers, now: datetime) -> PatientQuestionnaire:
+def answer(session: Session, actor: Actor, patient_answers: PatientAnswers, now: datetime) -> PatientQuestionnaire:
     """Store the answers so far; when the patient has finished, store them as an assessment. Return the questionnaire.
 
     :raises ProblemError: 404 when the browser is not in the patient's mode; 409 when the questionnaire is already finished; 422 for answers
@@ -94,15 +94,15 @@ def answer(session: Session, actor: Actor, given: PatientAnswers, now: datetime)
     row, definition, _ = mode
     if row.finished_at:
         raise ProblemError(409, "finished", texts.QUESTIONNAIRE_FINISHED(), texts.GIVE_TABLET_BACK())
-    if not definition.fits(given.answers):
+    if not definition.fits(patient_answers.answers):
         raise ProblemError(422, "answers_unfit", texts.ANSWERS_DO_NOT_FIT(), texts.RELOAD_QUESTIONNAIRE())
-    row.answers = list(given.answers)
-    if given.finished:
+    row.answers = list(patient_answers.answers)
+    if patient_answers.finished:
         row.answers, row.finished_at = [], now
         # Without any answer there is no finding.
-        if any(given_answer is not None for given_answer in given.answers):
-            _store(session, row.episode_id, definition, list(given.answers), actor.name, now)
-    return _shown(mode)
+        if any(given_answer is not None for given_answer in patient_answers.answers):
+            _store(session, row.episode_id, definition, list(patient_answers.answers), actor.name, now)
+    return _as_questionnaire(mode)
 
 
 def _store(
@@ -110,8 +110,8 @@ def _store(
 ) -> AssessmentRow:
     if definition.code == "spadi":
         return assessments.create(session, episode_id, AssessmentCreate(assessed_at=now, assessed_by=by, spadi=answers))
-    found = AssessmentCreate.model_construct(assessed_at=now, assessed_by=by, rom=[], spadi=None, note="")
-    return assessments.create(session, episode_id, found, questionnaires={definition.code: answers})
+    assessment = AssessmentCreate.model_construct(assessed_at=now, assessed_by=by, rom=[], spadi=None, note="")
+    return assessments.create(session, episode_id, assessment, questionnaires={definition.code: answers})
 
 
 def _find(session: Session, actor: Actor) -> _Mode | None:

@@ -38,8 +38,8 @@ def numbers_of(search: str) -> list[str]:
 
 
 def _forms(word: str) -> list[str]:
-    meant = _HYPHEN.sub("-", word)
-    return [word] if meant == word else [word, meant]
+    with_hyphen = _HYPHEN.sub("-", word)
+    return [word] if with_hyphen == word else [word, with_hyphen]
 
 
 def _iso(day: re.Match[str]) -> str:

@@ -36,14 +36,14 @@ def find(
     for forms in words_of(search):
         query = query.where(or_(*(PatientRow.search_text.contains(form, autoescape=True) for form in forms)))
     if hidden is not None:
-        shown: ColumnElement[bool] = PatientRow.id.not_in(hidden)
+        is_shown: ColumnElement[bool] = PatientRow.id.not_in(hidden)
         if search.strip():
             # A separate query, so that the list still needs only its index.
-            named = select(PatientRow.id).where(PatientRow.clinic_number.in_(numbers_of(search)))
-            shown = or_(shown, PatientRow.id.in_(named))
-        query = query.where(shown)
-    found = _BY_NAME.page(query, after, limit).subquery()
-    records = select(PatientRow).join(found, found.c.id == PatientRow.id).order_by(PatientRow.name, PatientRow.id)
+            exactly_numbered = select(PatientRow.id).where(PatientRow.clinic_number.in_(numbers_of(search)))
+            is_shown = or_(is_shown, PatientRow.id.in_(exactly_numbered))
+        query = query.where(is_shown)
+    page_ids = _BY_NAME.page(query, after, limit).subquery()
+    records = select(PatientRow).join(page_ids, page_ids.c.id == PatientRow.id).order_by(PatientRow.name, PatientRow.id)
     # One query, because a second one with the ids of the page would take longer than the join with a few episodes.
     rows = session.scalars(records.options(joinedload(PatientRow.episodes).lazyload(EpisodeRow.stages))).unique().all()
     return _BY_NAME.cut(rows, limit, lambda row: (row.name, row.id))
@@ -66,8 +66,8 @@ def create(session: Session, patient: PatientCreate) -> PatientRow:
     :raises ProblemError: 409 when the clinic number is taken.
     """
     now = utc_now()
-    given = patient.model_dump(exclude={"affected_side"})
-    row = PatientRow(id=uuid4(), created_at=now, updated_at=now, archived_at=None, **given)
+    values = patient.model_dump(exclude={"affected_side"})
+    row = PatientRow(id=uuid4(), created_at=now, updated_at=now, archived_at=None, **values)
     row.episodes = [EpisodeRow(id=uuid4(), side=patient.affected_side, opened_at=now, updated_at=now)]
     session.add(row)
     _flush(session, patient.clinic_number)
@@ -82,8 +82,8 @@ def update(session: Session, patient_id: UUID, change: PatientUpdate) -> Patient
     row = get(session, patient_id, to_change=True)
     check_not_erased(row)
     check_version(row.updated_at, change.updated_at)
-    given = change.model_dump(exclude_unset=True, exclude={"archived", "updated_at"})
-    for name, value in given.items():
+    values = change.model_dump(exclude_unset=True, exclude={"archived", "updated_at"})
+    for name, value in values.items():
         if value is not None or name in _MAY_BE_EMPTIED:
             setattr(row, name, value)
     if change.archived is not None:

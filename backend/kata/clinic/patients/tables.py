@@ -14,8 +14,8 @@ from kata.database.base import Base, UtcDateTime
 
 
 def _found_by(context: DefaultExecutionContext) -> str:
-    given: dict[str, Any] = context.get_current_parameters()  # type: ignore[no-untyped-call]
-    return search.text_of(given["name"], given.get("kana"), given["clinic_number"], given.get("birth_date"))
+    values: dict[str, Any] = context.get_current_parameters()  # type: ignore[no-untyped-call]
+    return search.text_of(values["name"], values.get("kana"), values["clinic_number"], values.get("birth_date"))
 
 
 class PatientRow(Base):

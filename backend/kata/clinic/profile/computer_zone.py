@@ -18,8 +18,8 @@ def computer_zone(local_time: Path = _LOCAL_TIME) -> str:
 
     UTC is the zone of computers and containers that were not set to a zone, so it says nothing about the clinic. Neither does an offset.
     """
-    given = os.environ.get("TZ")
-    name = _linked_zone(local_time) if given is None else given.removeprefix(":")
+    variable = os.environ.get("TZ")
+    name = _linked_zone(local_time) if variable is None else variable.removeprefix(":")
     if name in _UNNAMED or name.startswith("Etc/"):
         return ""
     try:
@@ -33,5 +33,5 @@ def _linked_zone(local_time: Path) -> str:
         target = str(local_time.readlink())
     except OSError:
         return ""
-    _, found, name = target.partition(_ZONES)
-    return name.removeprefix("posix/") if found else ""
+    _, separator, name = target.partition(_ZONES)
+    return name.removeprefix("posix/") if separator else ""

@@ -34,12 +34,12 @@ def get_clinic_profile(request: Request, database: TheDatabase) -> ClinicProfile
 
 @router.put("/api/clinic-profile", responses=PROBLEMS.of(422), summary="Change the clinic's letterhead and time zone")
 def update_clinic_profile(
-    request: Request, database: TheDatabase, actor: TheActor, wanted: ClinicProfileUpdate
+    request: Request, database: TheDatabase, actor: TheActor, body: ClinicProfileUpdate
 ) -> ClinicProfile:
     """Replace the head of printed reports and the clinic's time zone. Reports use the new values at once. The logo is a setting of the
     service.
     """
     with database.write() as session:
-        service.change(session, actor, wanted)
+        service.change(session, actor, body)
         session.flush()
         return service.read(session, _settings(request))

@@ -58,17 +58,17 @@ def adopt_computer_zone(session: Session, settings: Settings) -> None:
     session.add(row)
 
 
-def change(session: Session, actor: Actor, wanted: ClinicProfileUpdate) -> None:
+def change(session: Session, actor: Actor, profile: ClinicProfileUpdate) -> None:
     """Replace the clinic's data.
 
     :raises ProblemError: 422 when the time zone is unknown or missing.
     """
     try:
-        ZoneInfo(wanted.time_zone)
+        ZoneInfo(profile.time_zone)
     except (ZoneInfoNotFoundError, ValueError, OSError) as error:
         raise ProblemError(422, "no_time_zone", texts.TIME_ZONE_UNKNOWN(), texts.CHOOSE_TIME_ZONE()) from error
     row = session.get(ClinicProfileRow, THE_CLINIC) or ClinicProfileRow(id=THE_CLINIC)
-    for name, value in wanted.model_dump().items():
+    for name, value in profile.model_dump().items():
         setattr(row, name, value)
     row.updated_at, row.updated_by = utc_now(), actor.name
     session.add(row)

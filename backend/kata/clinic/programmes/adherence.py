@@ -226,11 +226,11 @@ def _prescribed_s(session: Session, episode_id: UUID) -> dict[UUID | None, dict[
         .join(ProgrammeRow, ProgrammeRow.id == ProgrammeVersionRow.programme_id)
         .where(ProgrammeRow.episode_id == episode_id, ProgrammeItemRow.end_range.is_not(None))
     )
-    found: dict[UUID | None, dict[int, float]] = defaultdict(lambda: defaultdict(float))
+    prescribed_s: dict[UUID | None, dict[int, float]] = defaultdict(lambda: defaultdict(float))
     for version_id, stored in session.execute(query):
         prescribed = EndRangePrescription.model_validate(stored)
-        found[version_id][prescribed.motion] += 60.0 * prescribed.minutes
-    return found
+        prescribed_s[version_id][prescribed.motion] += 60.0 * prescribed.minutes
+    return prescribed_s
 
 
 def _counted_s(session: Session, episode_id: UUID) -> dict[tuple[UUID, int], float]:
@@ -252,11 +252,11 @@ def _counted_s(session: Session, episode_id: UUID) -> dict[tuple[UUID, int], flo
             ProgrammeItemRow.end_range.is_not(None),
         )
     )
-    found: dict[tuple[UUID, int], float] = defaultdict(float)
+    counted_s: dict[tuple[UUID, int], float] = defaultdict(float)
     for session_id, motion, seconds, prescribed in session.execute(query):
         if prescribed["motion"] == motion:
-            found[session_id, motion] += seconds
-    return found
+            counted_s[session_id, motion] += seconds
+    return counted_s
 
 
 def _end_range_of(

@@ -67,20 +67,20 @@ class ItemPlayback:
 
 def playback_of(item: ProgrammeItemRequest) -> ItemPlayback:
     """Return the settings on which an item's check depends."""
-    asked = PlaybackSettings(item.speed_percent, item.repetitions, item.pause_s, item.range_percent)
-    return ItemPlayback(item.recording_id, asked, item.method, item.load_level, item.end_range)
+    settings = PlaybackSettings(item.speed_percent, item.repetitions, item.pause_s, item.range_percent)
+    return ItemPlayback(item.recording_id, settings, item.method, item.load_level, item.end_range)
 
 
 def item_problems(
     session: Session, episode: EpisodeRow, items: Sequence[ProgrammeItemRequest]
 ) -> dict[int, ProblemError]:
     """Return the items that cannot be in this episode's programme, by position from 1, with the reason."""
-    found = {}
+    problems = {}
     for place, item in enumerate(items, start=1):
         problem = _item_problem(session.get(RecordingRow, item.recording_id), item, episode, place)
         if problem:
-            found[place] = problem
-    return found
+            problems[place] = problem
+    return problems
 
 
 def look_up(session: Session, episode: EpisodeRow, items: Sequence[ProgrammeItemRequest]) -> CheckData:
@@ -92,16 +92,16 @@ def look_up(session: Session, episode: EpisodeRow, items: Sequence[ProgrammeItem
 
 
 def check(
-    worker: FigureWorker, found: CheckData, items: Sequence[ProgrammeItemRequest], config: StationConfig
+    worker: FigureWorker, data: CheckData, items: Sequence[ProgrammeItemRequest], config: StationConfig
 ) -> list[float | ProblemError]:
     """Return each item's duration in seconds, or why the item cannot be played. This waits for the worker process: call it from a worker
     thread.
     """
-    playbacks = {playback_of(item) for place, item in enumerate(items, start=1) if place not in found.problems}
-    lasting = dict(worker.build(durations, tuple(playbacks), found.samples, config, found.allowed)) if playbacks else {}
+    playbacks = {playback_of(item) for place, item in enumerate(items, start=1) if place not in data.problems}
+    lasting = dict(worker.build(durations, tuple(playbacks), data.samples, config, data.allowed)) if playbacks else {}
     checked: list[float | ProblemError] = []
     for place, item in enumerate(items, start=1):
-        lasts_s = found.problems[place] if place in found.problems else lasting[playback_of(item)]
+        lasts_s = data.problems[place] if place in data.problems else lasting[playback_of(item)]
         checked.append(_unplayable(place, lasts_s) if isinstance(lasts_s, ItemProblem) else lasts_s)
     return checked
 
@@ -119,14 +119,16 @@ def _duration(
     try:
         columns = unpack(series)
         motion = Motion(columns["time_s"], columns["angle_deg"])
-        found = repetition_times(motion, playback.asked)
+        times = repetition_times(motion, playback.asked)
         # Two repetitions contain every transition that many repetitions contain.
-        few = with_settings(motion, replace(playback.asked, repetitions=min(playback.asked.repetitions, 2)))
-        config.check_reference(playback.method, reference(playback.method, few.times_s, few.angles_deg), allowed.side)
-        allowed.check_path(few, playback.method)
+        shortened = with_settings(motion, replace(playback.asked, repetitions=min(playback.asked.repetitions, 2)))
+        config.check_reference(
+            playback.method, reference(playback.method, shortened.times_s, shortened.angles_deg), allowed.side
+        )
+        allowed.check_path(shortened, playback.method)
         if playback.end_range:
             prescribed, side = playback.end_range, allowed.side
-            if why := _end_range_problem(prescribed, motion, few, side):
+            if why := _end_range_problem(prescribed, motion, shortened, side):
                 return ItemProblem(why, next_step=texts.CHANGE_END_RANGE())
             if why := end_range.level_problem(motion, side, config, prescribed, playback.load_level):
                 return ItemProblem(why, next_step=texts.CHANGE_LEVEL_OR_TORQUE())
@@ -136,7 +138,7 @@ def _duration(
         return ItemProblem(text_of(error))
     except ProblemError as problem:
         return ItemProblem(problem.message, problem.code, problem.next_step)
-    return found.duration_s
+    return times.duration_s
 
 
 def _end_range_problem(prescribed: EndRangePrescription, taught: Motion, played: Motion, side: Side) -> Text | None:

@@ -219,11 +219,11 @@ def _runs(session: Session, session_id: UUID) -> list[RunRow]:
 
 def _item(item: ProgrammeItem, runs: Sequence[RunRow]) -> ItemDone:
     done = sum(run.repetitions_done or 0 for run in runs)
-    share: Share = "all" if done >= item.repetitions else "some" if done or any(map(_begun, runs)) else "none"
+    share: Share = "all" if done >= item.repetitions else "some" if done or any(map(_has_begun, runs)) else "none"
     return ItemDone(**dict(item), runs=[_as_run(run, item) for run in runs], repetitions_done=done, done=share)
 
 
-def _begun(run: RunRow) -> bool:
+def _has_begun(run: RunRow) -> bool:
     return run.outcome != "unloaded" and run.played_s != 0.0
 
 

@@ -15,18 +15,18 @@ _ON_THE_PATH: Final = (*_FORWARD, PHASE_REVERSING)
 
 
 def count_repetitions(
-    journal: Journal, outcome: str, asked: PlaybackSettings, made: Callable[[], tuple[Motion, Motion]]
+    journal: Journal, outcome: str, settings: PlaybackSettings, motions: Callable[[], tuple[Motion, Motion]]
 ) -> tuple[int, float]:
     """Return how many repetitions a finished run completed, and how many seconds it spent on the path.
 
-    ``made`` returns the motion of the recording and that of the run. It is called only if they are needed.
+    ``motions`` returns the motion of the recording and that of the run. It is called only if they are needed.
     """
     played_s = float(np.isin(journal.phase, _ON_THE_PATH).sum()) / journal.rate_hz
     reached_s = journal.path_s[np.isin(journal.phase, _FORWARD)]
     if outcome == "completed":
-        return asked.repetitions, played_s
+        return settings.repetitions, played_s
     if len(reached_s) == 0:
         return 0, played_s
-    found = repetition_times_of(*made(), asked)
+    times = repetition_times_of(*motions(), settings)
     # The last sample of a repetition can be one sample before its end, with some jitter.
-    return found.done(float(reached_s.max()) + 1.5 / journal.rate_hz), played_s
+    return times.done(float(reached_s.max()) + 1.5 / journal.rate_hz), played_s

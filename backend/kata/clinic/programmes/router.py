@@ -50,15 +50,15 @@ def list_programmes(database: TheDatabase, patient_id: UUID) -> Page[Programme]:
     responses=PROBLEMS.of(404, 409, 422),
 )
 def create_programme(
-    database: TheDatabase, worker: TheFigures, station: TheStation, patient_id: UUID, wanted: ProgrammeCreate
+    database: TheDatabase, worker: TheFigures, station: TheStation, patient_id: UUID, body: ProgrammeCreate
 ) -> ProgrammeDetail:
     """Create a programme. Each item is checked as it is when it is loaded; an item that this station cannot play is refused."""
     with database.read() as session:
-        episode = service.open_episode(session, patient_id, wanted.episode_id)
-        found = checks.look_up(session, episode, wanted.items)
-    durations_s = _durations(worker, found, wanted.items, station)
+        episode = service.open_episode(session, patient_id, body.episode_id)
+        data = checks.look_up(session, episode, body.items)
+    durations_s = _durations(worker, data, body.items, station)
     with database.write() as session:
-        return service.as_detail(session, service.create(session, patient_id, wanted, durations_s))
+        return service.as_detail(session, service.create(session, patient_id, body, durations_s))
 
 
 @router.post(
@@ -67,13 +67,13 @@ def create_programme(
     responses=PROBLEMS.of(404, 409, 422),
 )
 def preview_programme(
-    database: TheDatabase, worker: TheFigures, station: TheStation, patient_id: UUID, wanted: ProgrammePreviewRequest
+    database: TheDatabase, worker: TheFigures, station: TheStation, patient_id: UUID, body: ProgrammePreviewRequest
 ) -> Preview:
     """Return how long each item would take, or why it cannot be played. Nothing is stored."""
     with database.read() as session:
-        episode = service.open_episode(session, patient_id, wanted.episode_id)
-        found = checks.look_up(session, episode, wanted.items)
-    checked = checks.check(worker, found, wanted.items, station.config)
+        episode = service.open_episode(session, patient_id, body.episode_id)
+        data = checks.look_up(session, episode, body.items)
+    checked = checks.check(worker, data, body.items, station.config)
     items = [
         ItemPreview(duration_s=None, problem=result.message, problem_key=TextKey.of(result.message))
         if isinstance(result, ProblemError)
@@ -110,15 +110,15 @@ def update_programme(database: TheDatabase, programme_id: UUID, change: Programm
     responses=PROBLEMS.of(404, 409, 422),
 )
 def create_programme_version(
-    database: TheDatabase, worker: TheFigures, station: TheStation, programme_id: UUID, wanted: VersionCreate
+    database: TheDatabase, worker: TheFigures, station: TheStation, programme_id: UUID, body: VersionCreate
 ) -> ProgrammeDetail:
     """Add a version to a programme. It is checked like a new programme. Older versions stay readable."""
     with database.read() as session:
         row = service.changeable(session, programme_id)
-        found = checks.look_up(session, row.episode, wanted.items)
-    durations_s = _durations(worker, found, wanted.items, station)
+        data = checks.look_up(session, row.episode, body.items)
+    durations_s = _durations(worker, data, body.items, station)
     with database.write() as session:
-        return service.as_detail(session, service.add_version(session, programme_id, wanted, durations_s))
+        return service.as_detail(session, service.add_version(session, programme_id, body, durations_s))
 
 
 @router.get(
@@ -144,11 +144,11 @@ def get_adherence(
 
 
 def _durations(
-    worker: FigureWorker, found: CheckData, items: Sequence[ProgrammeItemRequest], station: Station
+    worker: FigureWorker, data: CheckData, items: Sequence[ProgrammeItemRequest], station: Station
 ) -> list[float]:
     """:raises ProblemError: names the first item that cannot be played, with the reason."""
     durations_s = []
-    for checked in checks.check(worker, found, items, station.config):
+    for checked in checks.check(worker, data, items, station.config):
         if isinstance(checked, ProblemError):
             raise checked
         durations_s.append(checked)

@@ -50,7 +50,7 @@ class ProgrammePreviewRequest(ProgrammeItemsRequest):
     episode_id: UUID | None = Field(None, description="Episode of the programme; by default the open episode.")
 
 
-class VersionWanted(ProgrammeItemsRequest):
+class VersionFields(ProgrammeItemsRequest):
     """The content of a version."""
 
     made_by: By = Field("", description="Name of the person who prescribes; empty: your name.", examples=["Aoki Rin"])
@@ -61,14 +61,14 @@ class VersionWanted(ProgrammeItemsRequest):
     sessions_per_week: Wish = None
 
 
-class ProgrammeCreate(VersionWanted):
+class ProgrammeCreate(VersionFields):
     """A new programme, with its first version."""
 
     name: Name = Field(examples=["Morning"])
     episode_id: UUID | None = Field(None, description="Episode of the programme; by default the open episode.")
 
 
-class VersionCreate(VersionWanted):
+class VersionCreate(VersionFields):
     """A new version of a programme."""
 
     based_on: Number = Field(

@@ -20,7 +20,7 @@ from kata.clinic.programmes.schemas import (
     ProgrammeUpdate,
     ProgrammeVersion,
     VersionCreate,
-    VersionWanted,
+    VersionFields,
 )
 from kata.clinic.programmes.tables import ProgrammeItemRow, ProgrammeRow, ProgrammeVersionRow
 from kata.database.base import utc_now
@@ -93,34 +93,36 @@ def changeable(session: Session, programme_id: UUID) -> ProgrammeRow:
     return row
 
 
-def create(session: Session, patient_id: UUID, wanted: ProgrammeCreate, durations_s: Sequence[float]) -> ProgrammeRow:
+def create(
+    session: Session, patient_id: UUID, programme: ProgrammeCreate, durations_s: Sequence[float]
+) -> ProgrammeRow:
     """Store a programme with its first version. ``durations_s``: the checked durations of its items.
 
     :raises ProblemError: as in :func:`open_episode`, and when a recording does not fit the episode.
     """
-    episode = open_episode(session, patient_id, wanted.episode_id)
+    episode = open_episode(session, patient_id, programme.episode_id)
     now = utc_now()
     row = ProgrammeRow(
-        id=uuid4(), episode_id=episode.id, episode=episode, name=wanted.name, created_at=now, updated_at=now
+        id=uuid4(), episode_id=episode.id, episode=episode, name=programme.name, created_at=now, updated_at=now
     )
     session.add(row)
     session.flush()
-    _add_version(session, row, 1, wanted, durations_s)
+    _add_version(session, row, 1, programme, durations_s)
     return row
 
 
 def add_version(
-    session: Session, programme_id: UUID, wanted: VersionCreate, durations_s: Sequence[float]
+    session: Session, programme_id: UUID, version: VersionCreate, durations_s: Sequence[float]
 ) -> ProgrammeRow:
     """Store a new version. Older versions are kept.
 
     :raises ProblemError: as in :func:`changeable`, when a recording does not fit the episode, and 409 when a newer version exists.
     """
     row = changeable(session, programme_id)
-    if newest_number(session, row.id) != wanted.based_on:
+    if newest_number(session, row.id) != version.based_on:
         raise edited_meanwhile()
     row.updated_at = utc_now()
-    _add_version(session, row, wanted.based_on + 1, wanted, durations_s)
+    _add_version(session, row, version.based_on + 1, version, durations_s)
     return row
 
 
@@ -155,19 +157,19 @@ def _still_open(episode: EpisodeRow) -> EpisodeRow:
 
 
 def _add_version(
-    session: Session, row: ProgrammeRow, number: int, wanted: VersionWanted, durations_s: Sequence[float]
+    session: Session, row: ProgrammeRow, number: int, new_version: VersionFields, durations_s: Sequence[float]
 ) -> None:
-    for problem in checks.item_problems(session, row.episode, wanted.items).values():
+    for problem in checks.item_problems(session, row.episode, new_version.items).values():
         raise problem
     version = ProgrammeVersionRow(
         id=uuid4(),
         programme_id=row.id,
         number=number,
         made_at=utc_now(),
-        made_by=wanted.made_by,
-        note=wanted.note,
-        timer_minutes=wanted.timer_minutes,
-        sessions_per_week=wanted.sessions_per_week,
+        made_by=new_version.made_by,
+        note=new_version.note,
+        timer_minutes=new_version.timer_minutes,
+        sessions_per_week=new_version.sessions_per_week,
     )
     session.add(version)
     try:
@@ -177,7 +179,7 @@ def _add_version(
         raise edited_meanwhile() from error
     session.add_all(
         ProgrammeItemRow(version_id=version.id, position=position, duration_s=duration_s, **item.model_dump())
-        for position, (item, duration_s) in enumerate(zip(wanted.items, durations_s, strict=True), start=1)
+        for position, (item, duration_s) in enumerate(zip(new_version.items, durations_s, strict=True), start=1)
     )
     session.flush()
     session.expire(row, ["versions"])

@@ -83,10 +83,10 @@ def rom(panels: Sequence[RomPanel], columns: int = _MOST_COLUMNS) -> Figure:
         layout |= axes.layout(last, [lowest - spare, highest + spare])
         layout["annotations"].append(axes.title(texts.FIGURE_MEASURE_DEG(measure=panel.measure.english)))
         for line in panel.lines:
-            traces += [axes.own(trace, first=place == 0) for trace in _rom_line(line, last)]
+            traces += [axes.on_axes(trace, first=place == 0) for trace in _rom_line(line, last)]
         level = _level(texts.FIGURE_REFERENCE(), panel.measure.reference_deg, last, _SLATE, "solid", is_angle=True)
         level["line"]["width"] = 3.0
-        traces.append(axes.own(level, first=place == 0))
+        traces.append(axes.on_axes(level, first=place == 0))
     _show_each_name_once(traces)
     return _figure(traces, layout)
 
@@ -123,9 +123,13 @@ def spadi(points: Sequence[SpadiPoint]) -> Figure:
     layout = _layout(420) | _axes(texts.FIGURE_SPADI_SCALE(), [-4, 104], last)
     if lines[0].points:
         baseline = lines[0].points[0].value
-        least, _ = IMPORTANT_CHANGE
+        smallest_change, _ = IMPORTANT_CHANGE
         traces.append(_level(texts.FIGURE_BASELINE(), baseline, last, _INDIGO, "dot"))
-        traces.append(_level(texts.FIGURE_BETTER_PERHAPS(points=least), baseline - least, last, _GREEN, "dash"))
+        traces.append(
+            _level(
+                texts.FIGURE_BETTER_PERHAPS(points=smallest_change), baseline - smallest_change, last, _GREEN, "dash"
+            )
+        )
         traces.append(
             _level(
                 texts.FIGURE_BETTER_IMPORTANT(points=DETECTABLE_CHANGE),
@@ -142,7 +146,7 @@ def spadi(points: Sequence[SpadiPoint]) -> Figure:
                 "x0": 0,
                 "x1": 1,
                 "y0": baseline - DETECTABLE_CHANGE,
-                "y1": baseline - least,
+                "y1": baseline - smallest_change,
                 "fillcolor": _GREEN,
                 "opacity": 0.12,
                 "line": {"width": 0},
@@ -167,7 +171,7 @@ def questionnaires(panels: Sequence[QuestionnairePanel]) -> Figure:
         ends = [definition.lowest_total - spare, definition.highest_total + spare]
         layout |= axes.layout(last, ends, y_title=_scale_of(definition))
         layout["annotations"].append(axes.title(definition.title))
-        traces += [axes.own(trace, first=place == 0) for trace in _total_lines(panel, last)]
+        traces += [axes.on_axes(trace, first=place == 0) for trace in _total_lines(panel, last)]
     _show_each_name_once(traces)
     return _figure(traces, layout)
 
@@ -210,11 +214,15 @@ def tracking(tracked: Sequence[Tracked]) -> Figure:
         highest = max((getattr(playbacks, part) for playbacks in tracked), default=1.0)
         layout |= axes.layout(last, [0, 1.1 * highest + 0.2])
         layout["annotations"].append(axes.title(title))
-        for place, (name, own) in enumerate(by_recording.items()):
+        for place, (name, playbacks_of_recording) in enumerate(by_recording.items()):
             line = LineSeries(
-                name, tuple(Point(playbacks.at, playbacks.week, getattr(playbacks, part)) for playbacks in own)
+                name,
+                tuple(
+                    Point(playbacks.at, playbacks.week, getattr(playbacks, part))
+                    for playbacks in playbacks_of_recording
+                ),
             )
-            traces.append(axes.own(_nth_line(line, place, texts.FIGURE_NAMED_ANGLE_HOVER()), first=row == 0))
+            traces.append(axes.on_axes(_nth_line(line, place, texts.FIGURE_NAMED_ANGLE_HOVER()), first=row == 0))
     return _figure(traces, layout)
 
 
@@ -243,29 +251,29 @@ def end_feel(points: Sequence[EndFeelPoint]) -> Figure:
     lines: dict[tuple[str, str, float], list[EndFeelPoint]] = defaultdict(list)
     for point in points:
         lines[point.motion, point.side, point.torque_nm].append(point)
-    for place, ((motion, side, torque_nm), own) in enumerate(lines.items()):
+    for place, ((motion, side, torque_nm), points_of_line) in enumerate(lines.items()):
         name = texts.FIGURE_END_FEEL_LINE(motion=motion, side=side, torque_nm=torque_nm)
-        line = LineSeries(name, tuple(Point(point.at, point.week, point.range_deg) for point in own))
-        error = {"type": "data", "array": [point.half_deg for point in own]}
+        line = LineSeries(name, tuple(Point(point.at, point.week, point.range_deg) for point in points_of_line))
+        error = {"type": "data", "array": [point.half_deg for point in points_of_line]}
         traces.append(_nth_line(line, place, texts.FIGURE_NAMED_ANGLE_HOVER()) | {"error_y": error})
     values = [point.range_deg for point in points] or [0.0]
     axes = _axes(texts.FIGURE_END_FEEL_RANGE(), [min(values) - 10.0, max(values) + 10.0], last)
     return _figure(traces, _layout(420) | axes)
 
 
-def end_range(found: EndRangeGain) -> Figure:
+def end_range(end_range_gain: EndRangeGain) -> Figure:
     """Return the end-range time of each week and motion as bars, and below it the gain of passive range on the same weeks."""
     height = _MARGINS + 2 * _PANEL_HEIGHT
     layout = _layout(height) | {"barmode": "group"}
-    gained = [point for line in found.gains for point in line.points]
+    gained = [point for line in end_range_gain.gains for point in line.points]
     # The bar of the last week ends where the week ends.
-    last = max([_last_week(gained), *(int(point.week) + 1.0 for point in found.points)])
+    last = max([_last_week(gained), *(int(point.week) + 1.0 for point in end_range_gain.points)])
     dose, gain = (_Panel(row, 2, height, columns=1) for row in (0, 1))
     layout["annotations"] = [dose.title(texts.FIGURE_END_RANGE_IN_WEEK()), gain.title(texts.FIGURE_GAIN_OF_RANGE())]
     traces = []
-    for place, motion in enumerate(dict.fromkeys(point.motion for point in found.points)):
+    for place, motion in enumerate(dict.fromkeys(point.motion for point in end_range_gain.points)):
         # The last session of a week has the sum of the week.
-        sums = {int(point.week): point for point in found.points if point.motion == motion}
+        sums = {int(point.week): point for point in end_range_gain.points if point.motion == motion}
         bars = {
             "type": "bar",
             "name": motion,
@@ -274,10 +282,10 @@ def end_range(found: EndRangeGain) -> Figure:
             "marker": {"color": _COLOURS[place % len(_COLOURS)]},
             "hovertemplate": texts.FIGURE_MINUTES_HOVER(),
         }
-        traces.append(dose.own(bars, first=True))
-    for place, line in enumerate(found.gains):
-        traces.append(gain.own(_nth_line(line, place, texts.FIGURE_NAMED_ANGLE_HOVER()), first=True))
-    highest = max((point.in_week_min for point in found.points), default=1.0)
+        traces.append(dose.on_axes(bars, first=True))
+    for place, line in enumerate(end_range_gain.gains):
+        traces.append(gain.on_axes(_nth_line(line, place, texts.FIGURE_NAMED_ANGLE_HOVER()), first=True))
+    highest = max((point.in_week_min for point in end_range_gain.points), default=1.0)
     values = [0.0, *(point.value for point in gained)]
     layout |= dose.layout(last, [0, 1.1 * highest + 0.1])
     layout |= gain.layout(last, [min(values) - 5.0, max(values) + 5.0])
@@ -288,7 +296,7 @@ def adherence(weeks: Sequence[AdherenceWeek]) -> Figure:
     """Return the sessions per week as bars and the prescribed sessions as a line."""
     mondays = [week.begins_on for week in weeks]
     hover = texts.FIGURE_WEEK_HOVER()
-    came = {
+    sessions = {
         "type": "bar",
         "name": texts.FIGURE_SESSIONS(),
         "x": mondays,
@@ -306,7 +314,7 @@ def adherence(weeks: Sequence[AdherenceWeek]) -> Figure:
         "marker": {"color": _ORANGE, "symbol": "diamond"},
         "hovertemplate": hover,
     }
-    traces = [came, *([wished] if any(week.sessions_wished for week in weeks) else [])]
+    traces = [sessions, *([wished] if any(week.sessions_wished for week in weeks) else [])]
     highest = max((max(week.sessions, week.sessions_wished or 0) for week in weeks), default=1)
     # Without these, Plotly names Sundays.
     ticks = {"tick0": mondays[0], "dtick": _WEEK_MS * -(-len(weeks) // _MOST_DAYS)} if mondays else {}
@@ -337,7 +345,7 @@ class _Panel:
         """Return both axes."""
         y_axis = _GRID | ({"title": {"text": y_title}} if y_title else {})
         return {
-            f"xaxis{self._number}": _week_axis(last, named=self._lowest)
+            f"xaxis{self._number}": _week_axis(last, with_title=self._lowest)
             | {"domain": self._x, "anchor": f"y{self._number}"},
             f"yaxis{self._number}": y_axis | {"domain": self._y, "anchor": f"x{self._number}", "range": y_range},
         }
@@ -357,7 +365,7 @@ class _Panel:
             "showarrow": False,
         }
 
-    def own(self, trace: _Trace, *, first: bool) -> _Trace:
+    def on_axes(self, trace: _Trace, *, first: bool) -> _Trace:
         """Return a trace on the panel's axes. The panels share one legend."""
         shared = {"xaxis": f"x{self._number}", "yaxis": f"y{self._number}", "legendgroup": str(trace["name"])}
         return trace | shared | {"showlegend": first}
@@ -421,10 +429,10 @@ def _last_week(points: Iterable[Point | SpadiPoint | TotalPoint | Tracked | EndF
 
 def _show_each_name_once(traces: list[_Trace]) -> None:
     """Show each name only once in the legend. The first panel may lack a line, so any panel may show the name."""
-    shown: set[str] = set()
+    shown_names: set[str] = set()
     for trace in traces:
-        trace["showlegend"] = trace["name"] not in shown
-        shown.add(trace["name"])
+        trace["showlegend"] = trace["name"] not in shown_names
+        shown_names.add(trace["name"])
 
 
 def _layout(height: int) -> dict[str, Any]:
@@ -433,9 +441,9 @@ def _layout(height: int) -> dict[str, Any]:
     return _LAYOUT | {"height": height, "legend": legend}
 
 
-def _week_axis(last: float, *, named: bool = True) -> dict[str, Any]:
+def _week_axis(last: float, *, with_title: bool = True) -> dict[str, Any]:
     """Return a time axis with labels at about a dozen whole weeks."""
-    title = {"text": texts.FIGURE_WEEK() if named else ""}
+    title = {"text": texts.FIGURE_WEEK() if with_title else ""}
     return _GRID | {"title": title, "range": [-0.2, last + 0.2], "tick0": 0, "dtick": max(1, round(last / 12))}
 
 

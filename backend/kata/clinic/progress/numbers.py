@@ -191,9 +191,9 @@ def end_feel(points: Sequence[EndFeelPoint]) -> NumberTable:
     return NumberTable(columns=columns, rows=rows)
 
 
-def end_range(found: EndRangeGain) -> NumberTable:
+def end_range(gain: EndRangeGain) -> NumberTable:
     """Return a table with one row per session and motion."""
-    rows: list[list[Cell]] = [[point.at, point.motion, point.minutes, point.in_week_min] for point in found.points]
+    rows: list[list[Cell]] = [[point.at, point.motion, point.minutes, point.in_week_min] for point in gain.points]
     columns = [
         _moment(texts.FIGURE_SESSION()),
         _text(texts.FIGURE_MOTION()),

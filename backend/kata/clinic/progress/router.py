@@ -60,13 +60,13 @@ def get_progress(
     held and prescribed; weeks begin on Monday in the clinic's zone. end_feel: passive range at 60 % of the chosen torque.
     end_range: end-range time in each week of the episode and motion, with the gain of passive range.
     """
-    read, draw, tabulate = _CHARTS[chart]
+    read_data, draw, tabulate = _CHARTS[chart]
     with database.read() as session:
-        found = read(session, service.timeline_of(session, episode_id, zone))
+        data = read_data(session, service.timeline_of(session, episode_id, zone))
         simulated = chart not in _WITHOUT_SESSIONS and service.any_simulated(session, episode_id)
-    table = with_texts(asdict(tabulate(found)))
-    lines = _NOTES[chart](found) if chart in _NOTES else []
-    figure = figures.rom(found, columns) if chart == "rom" else draw(found)
+    table = with_texts(asdict(tabulate(data)))
+    lines = _NOTES[chart](data) if chart in _NOTES else []
+    figure = figures.rom(data, columns) if chart == "rom" else draw(data)
     parts = {
         "figure": with_texts(figure),
         "table": table,

@@ -138,14 +138,16 @@ def questionnaire_panels(session: Session, timeline: EpisodeTimeline) -> list[Qu
     """Return a panel for each answered questionnaire other than the SPADI. A questionnaire that only another version knows has none."""
     query = select(AssessmentRow.assessed_at, AssessmentRow.questionnaires)
     query = query.where(*_counted(timeline.episode_id)).order_by(AssessmentRow.assessed_at, AssessmentRow.id)
-    found: dict[str, list[TotalPoint]] = defaultdict(list)
-    for at, answered in session.execute(query):
-        for code, answers in answered.items():
+    points_by_code: dict[str, list[TotalPoint]] = defaultdict(list)
+    for at, questionnaires in session.execute(query):
+        for code, answers in questionnaires.items():
             definition = DEFINITIONS.get(code)
             if definition is not None and definition.fits(answers):
-                found[code].append(TotalPoint(at, timeline.week(at), score(definition, answers).total))
+                points_by_code[code].append(TotalPoint(at, timeline.week(at), score(definition, answers).total))
     return [
-        QuestionnairePanel(definition, tuple(found[code])) for code, definition in DEFINITIONS.items() if code in found
+        QuestionnairePanel(definition, tuple(points_by_code[code]))
+        for code, definition in DEFINITIONS.items()
+        if code in points_by_code
     ]
 
 
@@ -170,8 +172,8 @@ def tracked(session: Session, timeline: EpisodeTimeline) -> list[Tracked]:
         Tracked(names[recording], method, at, timeline.week(at), playbacks, rmse_deg, peak_deg)
         for at, recording, method, playbacks, rmse_deg, peak_deg in session.execute(query)
     ]
-    places = {name: place for place, name in enumerate(names.values())}
-    return sorted(tracked, key=lambda playbacks: (playbacks.at, places[playbacks.recording]))
+    order = {name: place for place, name in enumerate(names.values())}
+    return sorted(tracked, key=lambda playbacks: (playbacks.at, order[playbacks.recording]))
 
 
 def correction_lines(session: Session, timeline: EpisodeTimeline) -> list[LineSeries]:

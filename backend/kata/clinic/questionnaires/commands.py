@@ -58,16 +58,16 @@ def import_texts(
     if definition is None:
         fail(f"There is no questionnaire {code}. The questionnaires are {', '.join(DEFINITIONS)}.")
     try:
-        given = read_texts(file.read_bytes(), definition)
+        licensed = read_texts(file.read_bytes(), definition)
     except (ValueError, OSError) as error:
         fail(f"{file} is not imported: {error}.")
     database = Database(settings.effective_database_url)
     try:
         upgrade(database)
         with by_program("import_questionnaire_texts"), database.write() as session:
-            store_texts(session, code, given, utc_now(), may_be_exported=may_be_exported)
+            store_texts(session, code, licensed, utc_now(), may_be_exported=may_be_exported)
     except DatabaseError as error:
         fail(str(error))
     finally:
         database.close()
-    typer.echo(f"{given.title} ({given.language}): {len(given.items)} items. {given.copyright}")
+    typer.echo(f"{licensed.title} ({licensed.language}): {len(licensed.items)} items. {licensed.copyright}")

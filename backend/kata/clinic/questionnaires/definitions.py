@@ -115,22 +115,22 @@ class Scores(msgspec.Struct, frozen=True):
 
 def score(definition: Definition, answers: Sequence[int | None]) -> Scores:
     """Return the scores. ``answers``: one per item, None if unanswered. The mean of a scale leaves out unanswered items."""
-    found: dict[str, float | None] = {}
+    scores: dict[str, float | None] = {}
     first = 0
     complete = sum(answer is None for answer in answers) <= definition.most_unanswered
     for scale in definition.scales:
         answered = [answer for answer in answers[first : first + scale.items] if answer is not None]
         first += scale.items
-        found[scale.code] = (
+        scores[scale.code] = (
             scale.factor * sum(answered) / len(answered) + scale.constant if complete and answered else None
         )
-    known = [value for value in found.values() if value is not None]
-    if len(known) < len(found):
-        return Scores(dict.fromkeys(found), None)
+    known_scores = [value for value in scores.values() if value is not None]
+    if len(known_scores) < len(scores):
+        return Scores(dict.fromkeys(scores), None)
     if definition.total == "t_score":
         lowest = sum(scale.lowest for scale in definition.item_scales)
-        return Scores(found, definition.conversion[sum(answer or 0 for answer in answers) - lowest])
-    return Scores(found, sum(known) / len(known) if definition.total == "mean" else sum(known))
+        return Scores(scores, definition.conversion[sum(answer or 0 for answer in answers) - lowest])
+    return Scores(scores, sum(known_scores) / len(known_scores) if definition.total == "mean" else sum(known_scores))
 
 
 def read_definition(file: Path) -> Definition:
@@ -143,13 +143,13 @@ def read_definition(file: Path) -> Definition:
 
 
 def _by_code(folder: Path) -> dict[str, Definition]:
-    found = [read_definition(path) for path in sorted(folder.glob("*.toml"))]
-    return {definition.code: definition for definition in found}
+    definitions = [read_definition(path) for path in sorted(folder.glob("*.toml"))]
+    return {definition.code: definition for definition in definitions}
 
 
 _ours: Final = _by_code(_FOLDER)
-_known: Final = dict(_ours)
-DEFINITIONS: Final[Mapping[str, Definition]] = MappingProxyType(_known)
+_registered: Final = dict(_ours)
+DEFINITIONS: Final[Mapping[str, Definition]] = MappingProxyType(_registered)
 """Every questionnaire by its code: those of Kata and those of the clinic's folder (:func:`use_folder`)."""
 SPADI: Final = _ours["spadi"]
 
@@ -163,8 +163,8 @@ def use_folder(folder: Path) -> None:
     """Use the definitions of a clinic's folder in addition to Kata's. They replace those of an earlier call. An unusable file is logged
     and left out.
     """
-    _known.clear()
-    _known.update(_ours)
+    _registered.clear()
+    _registered.update(_ours)
     for file in sorted(folder.glob("*.toml")):
         try:
             definition = read_definition(file)
@@ -172,7 +172,7 @@ def use_folder(folder: Path) -> None:
         except (ValueError, OSError) as error:
             log.error("the questionnaire in %s is not used: %s", file, error)
         else:
-            _known[definition.code] = definition
+            _registered[definition.code] = definition
 
 
 def check_new(definition: Definition) -> None:

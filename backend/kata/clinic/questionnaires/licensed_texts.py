@@ -48,27 +48,27 @@ def read_texts(data: bytes, definition: Definition) -> LicensedTexts:
         raise ValueError("the file is not a FHIR Questionnaire")
     if resource.get("language") not in LANGUAGES:
         raise ValueError(f"language must be one of {', '.join(LANGUAGES)}")
-    found: dict[str, ItemText] = {}
+    texts_by_link: dict[str, ItemText] = {}
     for item in _items(resource.get("item")):
         link = str(item.get("linkId"))
-        if link in found:
+        if link in texts_by_link:
             raise ValueError(f"the item {link} occurs twice")
-        found[link] = ItemText(_text(item, "text", f"item {link}"), _options(item, link))
+        texts_by_link[link] = ItemText(_text(item, "text", f"item {link}"), _options(item, link))
     scales = definition.item_scales
-    wanted = [str(number) for number in range(1, len(scales) + 1)]
-    if sorted(found) != sorted(wanted):
+    expected_links = [str(number) for number in range(1, len(scales) + 1)]
+    if sorted(texts_by_link) != sorted(expected_links):
         raise ValueError(
-            f"{definition.title} has the items 1 to {len(wanted)}; the file has {', '.join(found) or 'none'}"
+            f"{definition.title} has the items 1 to {len(expected_links)}; the file has {', '.join(texts_by_link) or 'none'}"
         )
-    for link, scale in zip(wanted, scales, strict=True):
+    for link, scale in zip(expected_links, scales, strict=True):
         answers = {str(answer) for answer in range(scale.lowest, scale.highest + 1)}
-        if strange := sorted(set(found[link].options) - answers):
+        if strange := sorted(set(texts_by_link[link].options) - answers):
             raise ValueError(f"item {link} is answered {scale.lowest} to {scale.highest}, not {', '.join(strange)}")
     return LicensedTexts(
         resource["language"],
         _text(resource, "title", "the questionnaire"),
         _text(resource, "copyright", "the questionnaire"),
-        [found[link] for link in wanted],
+        [texts_by_link[link] for link in expected_links],
     )
 
 
@@ -82,20 +82,20 @@ def _items(items: Any) -> Iterator[dict[str, Any]]:
         yield from _items(item.get("item"))
 
 
-def _text(part: dict[str, Any], name: str, where: str) -> str:
+def _text(part: dict[str, Any], name: str, location: str) -> str:
     text = part.get(name)
     if not isinstance(text, str) or not text.strip() or len(text) > _LONGEST or "\0" in text:
-        raise ValueError(f"{where} must have a {name} of at most {_LONGEST} characters")
+        raise ValueError(f"{location} must have a {name} of at most {_LONGEST} characters")
     return text.strip()
 
 
 def _options(item: dict[str, Any], link: str) -> dict[str, str]:
-    found = {}
+    options = {}
     for option in item.get("answerOption") or []:
         coding = option.get("valueCoding") if isinstance(option, dict) else None
         if not isinstance(coding, dict):
             raise ValueError(f"item {link}: an answerOption must have a valueCoding")
-        found[_text(coding, "code", f"an answer of item {link}")] = _text(
+        options[_text(coding, "code", f"an answer of item {link}")] = _text(
             coding, "display", f"an answer of item {link}"
         )
-    return found
+    return options

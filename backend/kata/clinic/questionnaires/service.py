@@ -13,16 +13,16 @@ from kata.clinic.questionnaires.tables import QuestionnaireTextsRow
 
 
 def store_texts(
-    session: Session, code: str, given: LicensedTexts, now: datetime, *, may_be_exported: bool
+    session: Session, code: str, licensed: LicensedTexts, now: datetime, *, may_be_exported: bool
 ) -> QuestionnaireTextsRow:
     """Store the texts of a questionnaire in one language. They replace earlier ones."""
     return session.merge(
         QuestionnaireTextsRow(
             questionnaire=code,
-            language=given.language,
-            title=given.title,
-            copyright=given.copyright,
-            items=msgspec.to_builtins(given.items),
+            language=licensed.language,
+            title=licensed.title,
+            copyright=licensed.copyright,
+            items=msgspec.to_builtins(licensed.items),
             may_be_exported=may_be_exported,
             imported_at=now,
         )
@@ -55,5 +55,5 @@ def _as_questionnaire(definition: Definition, languages: list[str]) -> Questionn
     )
 
 
-def _threshold(given: Threshold) -> ChangeThreshold:
-    return ChangeThreshold(points=given.points, up_to_points=given.up_to, source=given.source)
+def _threshold(threshold: Threshold) -> ChangeThreshold:
+    return ChangeThreshold(points=threshold.points, up_to_points=threshold.up_to, source=threshold.source)

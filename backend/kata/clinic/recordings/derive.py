@@ -42,7 +42,7 @@ class Derived:
     samples: int
 
 
-def derive(source: Source, wanted: Edit, config: StationConfig) -> Derived:
+def derive(source: Source, edit_request: Edit, config: StationConfig) -> Derived:
     """Apply an edit and check the result.
 
     :raises UnreadableError: when the samples are damaged.
@@ -51,35 +51,35 @@ def derive(source: Source, wanted: Edit, config: StationConfig) -> Derived:
     """
     columns = unpack(source.series)
     motion = Motion(columns["time_s"], columns["angle_deg"], source.done)
-    side: Side = ("left" if source.side == "right" else "right") if isinstance(wanted, Mirror) else source.side
-    made = _done(motion, wanted, source.side, side)
-    if made.duration_s > LONGEST_S:
-        raise EditError(motion_texts.WOULD_LAST_TOO_LONG(minutes=made.duration_s / 60))
-    series = pack({"time_s": made.times_s, "angle_deg": made.angles_deg}, SAMPLE_COLUMNS)
+    side: Side = ("left" if source.side == "right" else "right") if isinstance(edit_request, Mirror) else source.side
+    edited = _done(motion, edit_request, source.side, side)
+    if edited.duration_s > LONGEST_S:
+        raise EditError(motion_texts.WOULD_LAST_TOO_LONG(minutes=edited.duration_s / 60))
+    series = pack({"time_s": edited.times_s, "angle_deg": edited.angles_deg}, SAMPLE_COLUMNS)
     # Check the stored samples, because these will be played.
     stored = unpack(series)
     config.check_reference("smooth", reference("smooth", stored["time_s"], stored["angle_deg"]), side)
     downsampled = downsampling.of_recording(stored["time_s"], stored["angle_deg"])
-    return Derived(series, downsampled, side, made.done, float(stored["time_s"][-1]), len(stored["time_s"]))
+    return Derived(series, downsampled, side, edited.done, float(stored["time_s"][-1]), len(stored["time_s"]))
 
 
-def _done(motion: Motion, wanted: Edit, from_side: Side, to_side: Side) -> Motion:
-    match wanted:
+def _done(motion: Motion, edit_request: Edit, from_side: Side, to_side: Side) -> Motion:
+    match edit_request:
         case Trim():
-            return edit.trim(motion, wanted.start_s, wanted.end_s)
+            return edit.trim(motion, edit_request.start_s, edit_request.end_s)
         case Hold():
-            return edit.held(motion, wanted.at_s, wanted.hold_s)
+            return edit.held(motion, edit_request.at_s, edit_request.hold_s)
         case Scale():
-            return edit.scaled(motion, wanted.percent, wanted.motors)
+            return edit.scaled(motion, edit_request.percent, edit_request.motors)
         case Isolate():
-            return edit.isolated(motion, wanted.motors)
+            return edit.isolated(motion, edit_request.motors)
         case WarmUp():
-            return edit.warm_up(motion, wanted.less_deg, wanted.step_deg, wanted.pause_s)
+            return edit.warm_up(motion, edit_request.less_deg, edit_request.step_deg, edit_request.pause_s)
         case Stretch():
-            return edit.stretch(motion, wanted.further_deg, wanted.back_deg, wanted.hold_s)
+            return edit.stretch(motion, edit_request.further_deg, edit_request.back_deg, edit_request.hold_s)
         case Retouch():
-            points = [ChangePoint(point.motor, point.at_s, point.change_deg) for point in wanted.points]
-            return retouched(motion, wanted.start_s, wanted.end_s, points)
+            points = [ChangePoint(point.motor, point.at_s, point.change_deg) for point in edit_request.points]
+            return retouched(motion, edit_request.start_s, edit_request.end_s, points)
         case Mirror():
             return _mirrored(motion, from_side, to_side)
 

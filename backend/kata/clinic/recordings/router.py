@@ -70,15 +70,15 @@ def update_recording(database: TheDatabase, recording_id: UUID, change: Recordin
     responses=PROBLEMS.of(404, 410, 422),
 )
 def derive_recording(
-    database: TheDatabase, worker: TheFigures, station: TheStation, recording_id: UUID, wanted: Edit
+    database: TheDatabase, worker: TheFigures, station: TheStation, recording_id: UUID, body: Edit
 ) -> RecordingDetail:
     """Apply an edit and store the result as a new recording of the same patient. The original stays unchanged.
 
     The result is checked against the station's limits as it is when it is loaded. A refusal names motor and time.
     """
-    _, made = _derived(database, worker, station, recording_id, wanted)
+    _, derived = _derived(database, worker, station, recording_id, body)
     with database.write() as session:
-        new_id = service.store_derived(session, recording_id, made, wanted.name, station.config.name).id
+        new_id = service.store_derived(session, recording_id, derived, body.name, station.config.name).id
     return _detail(database, new_id)
 
 
@@ -89,11 +89,11 @@ def derive_recording(
     responses=PROBLEMS.of(404, 410, 422),
 )
 def preview_derived_recording(
-    database: TheDatabase, worker: TheFigures, station: TheStation, recording_id: UUID, wanted: Edit
+    database: TheDatabase, worker: TheFigures, station: TheStation, recording_id: UUID, body: Edit
 ) -> StreamingResponse:
     """Return a figure of the edited motion over the original. The edit is checked in the same way as for storing, but not stored."""
-    source, made = _derived(database, worker, station, recording_id, wanted)
-    figure = worker.build(figures.derived, source.series, made.series)
+    source, derived = _derived(database, worker, station, recording_id, body)
+    figure = worker.build(figures.derived, source.series, derived.series)
     return StreamingResponse(figures.pieces(figure), media_type="application/json")
 
 
@@ -130,13 +130,13 @@ def get_recording_motion(database: TheDatabase, recording_id: UUID) -> MotionPre
 
 
 def _derived(
-    database: Database, worker: FigureWorker, station: Station, recording_id: UUID, wanted: Edit
+    database: Database, worker: FigureWorker, station: Station, recording_id: UUID, edit: Edit
 ) -> tuple[Source, Derived]:
     with database.read() as session:
         service.samples(session, recording_id)
         source = service.source(session, recording_id)
     try:
-        return source, worker.build(derive, source, wanted, station.config)
+        return source, worker.build(derive, source, edit, station.config)
     except EditError as error:
         raise ProblemError(
             422,

@@ -110,19 +110,19 @@ def figure_samples(session: Session, recording_id: UUID, window: Window | None) 
     get(session, recording_id)
     if window:
         return RecordingFigureSamples(SAMPLES.read_within(session, recording_id, "time_s", *window), None, window)
-    seen = SAMPLES.read_overview(session, recording_id)
-    return RecordingFigureSamples(SAMPLES.read(session, recording_id) if seen is None else None, seen, None)
+    overview = SAMPLES.read_overview(session, recording_id)
+    return RecordingFigureSamples(SAMPLES.read(session, recording_id) if overview is None else None, overview, None)
 
 
 def ranges(taught: Samples) -> list[MotorRange]:
     """Return the range and speed of each motor."""
     # The samples of a motion that was joined from parts have irregular times.
     begins_s = taught.times_s[taught.times_s <= taught.times_s[-1] - _SPEED_WINDOW_S]
-    found = []
+    motor_ranges = []
     for axis, angles in enumerate(taught.angles_deg.T):
         later = np.interp(begins_s + _SPEED_WINDOW_S, taught.times_s, angles)
         speeds = np.abs(later - angles[: len(begins_s)]) / _SPEED_WINDOW_S
-        found.append(
+        motor_ranges.append(
             MotorRange(
                 motor=axis + 1,
                 min_deg=float(angles.min()),
@@ -130,19 +130,19 @@ def ranges(taught: Samples) -> list[MotorRange]:
                 max_speed_deg_s=float(speeds.max(initial=0.0)),
             )
         )
-    return found
+    return motor_ranges
 
 
 def margin(taught: Samples, side: Side) -> ReachMargin:
     """Return the point at which the motion is nearest to the edge of the reachable set. Takes 1.4 s for an hour of motion."""
-    found = nearest(taught.angles_deg, lambda motors_deg: reachable_set(motors_deg, side))
+    nearest_point = nearest(taught.angles_deg, lambda motors_deg: reachable_set(motors_deg, side))
     return ReachMargin(
-        margin_deg=round(found.margin_deg, 1),
-        at_s=float(taught.times_s[found.row]),
-        quantity=str(found.quantity),
-        quantity_key=TextKey.of(found.quantity),
-        value_deg=round(found.value_deg, 1),
-        limit_deg=found.limit_deg,
+        margin_deg=round(nearest_point.margin_deg, 1),
+        at_s=float(taught.times_s[nearest_point.row]),
+        quantity=str(nearest_point.quantity),
+        quantity_key=TextKey.of(nearest_point.quantity),
+        value_deg=round(nearest_point.value_deg, 1),
+        limit_deg=nearest_point.limit_deg,
     )
 
 
@@ -155,37 +155,37 @@ def source(session: Session, recording_id: UUID) -> Source:
     return Source(stored_samples(session, recording_id), side_of(row.side), tuple(row.done))
 
 
-def store_derived(session: Session, parent_id: UUID, made: Derived, name: str | None, station: str) -> RecordingRow:
+def store_derived(session: Session, parent_id: UUID, derived: Derived, name: str | None, station: str) -> RecordingRow:
     """Store a derived recording. Its default name is the parent's name and the edit.
 
     :raises ProblemError: 404.
     """
     parent = get(session, parent_id)
-    what = made.done[-1]
+    last_step = derived.done[-1]
     row = RecordingRow(
         id=uuid4(),
         patient_id=parent.patient_id,
         teaching_id=None,
         take=None,
         parent_id=parent.id,
-        done=[str(step) for step in made.done],
-        done_keys=[*_known_keys(parent), *(sent_key(step) for step in made.done[len(parent.done) :])],
-        name=name or f"{parent.name[: LONGEST_NAME - len(what) - 2]}, {what}",
-        side=made.side,
+        done=[str(step) for step in derived.done],
+        done_keys=[*_known_keys(parent), *(sent_key(step) for step in derived.done[len(parent.done) :])],
+        name=name or f"{parent.name[: LONGEST_NAME - len(last_step) - 2]}, {last_step}",
+        side=derived.side,
         station=station,
         taught_by=parent.taught_by,
         fixtures=list(parent.fixtures),
         taught_at=utc_now(),
-        duration_s=made.duration_s,
+        duration_s=derived.duration_s,
         rate_hz=parent.rate_hz,
-        samples=made.samples,
+        samples=derived.samples,
         simulated=parent.simulated,
         note="",
         archived_at=None,
     )
     session.add(row)
     session.flush()
-    SAMPLES.store(session, row.id, made.series, made.downsampled)
+    SAMPLES.store(session, row.id, derived.series, derived.downsampled)
     return row
 
 
@@ -217,13 +217,13 @@ def store_teaching(session: Session, journal: Journal) -> list[RecordingRow] | N
         return None
     new = []
     for take in np.unique(journal.take).tolist():
-        taken = journal.take == take
-        times_s = (journal.t_ns[taken] - journal.t_ns[taken][0]) / 1e9
+        of_take = journal.take == take
+        times_s = (journal.t_ns[of_take] - journal.t_ns[of_take][0]) / 1e9
         recording_id = uuid5(teaching.id, str(take))
         if times_s[-1] < SHORTEST_TAKE_S or session.get(RecordingRow, recording_id):
             continue
-        angles_deg = journal.measured_deg[taken].astype(np.float64)
-        taught_at = _wall_time(journal, int(journal.t_ns[taken][0]))
+        angles_deg = journal.measured_deg[of_take].astype(np.float64)
+        taught_at = _wall_time(journal, int(journal.t_ns[of_take][0]))
         row = RecordingRow(
             id=recording_id,
             patient_id=teaching.patient_id,

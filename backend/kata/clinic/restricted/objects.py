@@ -54,14 +54,14 @@ WITHOUT_PATIENT: Final = frozenset(
 """Ids of records that belong to no patient."""
 
 
-def patients_of(session: Session, named: Iterable[tuple[str, UUID]]) -> list[UUID]:
+def patients_of(session: Session, records: Iterable[tuple[str, UUID]]) -> list[UUID]:
     """Return the patients to whom these records belong, in order, each once. Unknown ids are ignored."""
-    found: dict[UUID, None] = {}
-    for name, id_ in named:
+    patients: dict[UUID, None] = {}
+    for name, id_ in records:
         owner = session.scalars(OF_A_PATIENT[name](id_)).first()
         if owner is not None:
-            found[owner] = None
-    return list(found)
+            patients[owner] = None
+    return list(patients)
 
 
 def _of_episode(column: Any, condition: Any) -> _Owner:

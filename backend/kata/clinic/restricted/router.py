@@ -26,11 +26,11 @@ def get_record_access(database: TheDatabase, actor: TheActor, patient_id: UUID) 
 
 @router.put("/api/patients/{patient_id}/access", summary="Restrict or open a record", responses=PROBLEMS.of(404, 422))
 def change_record_access(
-    database: TheDatabase, actor: TheActor, patient_id: UUID, wanted: RecordAccessChange
+    database: TheDatabase, actor: TheActor, patient_id: UUID, body: RecordAccessChange
 ) -> RecordAccess:
     """Restrict a record to a care team, or open it to all users who may read records."""
     with database.write() as session:
-        service.change(session, patient_id, wanted)
+        service.change(session, patient_id, body)
         return service.access(session, actor, patient_id)
 
 
@@ -39,10 +39,10 @@ def change_record_access(
     summary="Open a restricted record in an emergency",
     responses=PROBLEMS.of(404, 409, 422),
 )
-def break_glass(database: TheDatabase, actor: TheActor, patient_id: UUID, wanted: BreakGlass) -> RecordAccess:
+def break_glass(database: TheDatabase, actor: TheActor, patient_id: UUID, body: BreakGlass) -> RecordAccess:
     """Open a restricted record for four hours in an emergency. Administrators see the access and its reason."""
     with database.write() as session:
-        service.break_glass(session, actor, patient_id, wanted.reason)
+        service.break_glass(session, actor, patient_id, body.reason)
         return service.access(session, actor, patient_id)
 
 

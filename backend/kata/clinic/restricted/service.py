@@ -45,8 +45,8 @@ def hidden(actor: Actor) -> Select[UUID]:
 
 def hidden_among(session: Session, actor: Actor, patient_ids: Iterable[UUID]) -> set[UUID]:
     """Return those of the given patients whose records this actor may not see."""
-    wanted = set(patient_ids)
-    return set(session.scalars(hidden(actor).where(PatientRow.id.in_(wanted)))) if wanted else set()
+    ids = set(patient_ids)
+    return set(session.scalars(hidden(actor).where(PatientRow.id.in_(ids)))) if ids else set()
 
 
 def may_see(session: Session, actor: Actor | None, patient_ids: Iterable[UUID]) -> bool:
@@ -79,14 +79,14 @@ def access(session: Session, actor: Actor, patient_id: UUID) -> RecordAccess:
     )
 
 
-def change(session: Session, patient_id: UUID, wanted: RecordAccessChange) -> None:
+def change(session: Session, patient_id: UUID, access: RecordAccessChange) -> None:
     """Restrict a record to a team, or open it to all users who may read records.
 
     :raises ProblemError: 404; 422 when one of these accounts does not exist.
     """
     patient = patients.get(session, patient_id, to_change=True)
-    known = set(session.scalars(select(AccountRow.id).where(AccountRow.id.in_(wanted.account_ids))))
-    if unknown := wanted.account_ids - known:
+    existing_ids = set(session.scalars(select(AccountRow.id).where(AccountRow.id.in_(access.account_ids))))
+    if unknown := access.account_ids - existing_ids:
         raise ProblemError(
             422,
             "no_account",
@@ -94,9 +94,9 @@ def change(session: Session, patient_id: UUID, wanted: RecordAccessChange) -> No
             texts.RELOAD_ACCOUNTS(),
             [("#/account_ids", str(account_id)) for account_id in sorted(unknown, key=str)],
         )
-    patient.restricted = wanted.restricted
+    patient.restricted = access.restricted
     session.execute(delete(CareTeamRow).where(CareTeamRow.patient_id == patient_id))
-    session.add_all(CareTeamRow(patient_id=patient_id, account_id=account_id) for account_id in known)
+    session.add_all(CareTeamRow(patient_id=patient_id, account_id=account_id) for account_id in existing_ids)
     session.flush()
 
 
@@ -127,9 +127,9 @@ def break_glass_accesses(session: Session, limit: int, after: str | None) -> tup
     query = select(BreakGlassAccessRow, AccountRow.name).join(
         AccountRow, AccountRow.id == BreakGlassAccessRow.account_id
     )
-    found = session.execute(_UNREVIEWED_FIRST.page(query, after, limit)).all()
+    records = session.execute(_UNREVIEWED_FIRST.page(query, after, limit)).all()
     rows, further = _UNREVIEWED_FIRST.cut(
-        found, limit, lambda pair: (pair[0].reviewed_at is None, pair[0].at, pair[0].id)
+        records, limit, lambda pair: (pair[0].reviewed_at is None, pair[0].at, pair[0].id)
     )
     return [_as_access(row, name) for row, name in rows], further
 

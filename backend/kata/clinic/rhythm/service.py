@@ -94,12 +94,12 @@ def rhythm(worker: FigureWorker, stored: StoredMotion) -> ApparatusRhythm:
 
     :raises ProblemError: 409 when nothing was played; 410 when samples are damaged; 422 when no scapula can have a pose with these angles.
     """
-    found = worker.build(_rhythm, stored)
-    if found is None:
+    result = worker.build(_rhythm, stored)
+    if result is None:
         raise ProblemError(409, "nothing_played", texts.NOTHING_PLAYED(), texts.NOTHING_TO_COMPARE())
-    if isinstance(found, _NoPose):
-        raise ProblemError(422, "no_pose", texts.RHYTHM_NO_POSE(reason=found.reason), texts.RHYTHM_CHECK_APPARATUS())
-    return found
+    if isinstance(result, _NoPose):
+        raise ProblemError(422, "no_pose", texts.RHYTHM_NO_POSE(reason=result.reason), texts.RHYTHM_CHECK_APPARATUS())
+    return result
 
 
 def _sound(session: Session, row: RecordingRow) -> _Sound:
@@ -109,7 +109,7 @@ def _sound(session: Session, row: RecordingRow) -> _Sound:
         return _Sound([], "sides_unknown")
     if row.side not in treated:
         return _Sound([], "sound_side")
-    found = session.scalars(
+    candidates = session.scalars(
         select(RecordingRow)
         .where(
             RecordingRow.patient_id == row.patient_id,
@@ -132,7 +132,7 @@ def _sound(session: Session, row: RecordingRow) -> _Sound:
             ),
             recordings.stored_samples(session, recording.id),
         )
-        for recording in found
+        for recording in candidates
     ]
     return _Sound(rows, None if rows else "no_recording")
 
@@ -162,24 +162,26 @@ def _motions(stored: StoredMotion) -> dict[CurveOf, MotionRhythm]:
 
 
 def _compared(stored: StoredMotion, motions: dict[CurveOf, MotionRhythm]) -> ApparatusRhythm:
-    own = next(iter(motions.values()))
-    sound, compared = _like(own, stored.sound.rows)
+    own_rhythm = next(iter(motions.values()))
+    sound, compared = _like(own_rhythm, stored.sound.rows)
     no_sound = None if sound else stored.sound.reason or "no_like_motion"
     curves = [_curve(of, found_rhythm) for of, motion in motions.items() for found_rhythm in motion.rhythms]
     leads: list[RhythmLead] = []
     if compared is not None:
-        curves += [_curve("sound", found_rhythm) for found_rhythm in compared.rhythms if own.like(found_rhythm.widest)]
-        found = ((of, lead(motion, compared)) for of, motion in motions.items())
-        leads = [_lead(of, found_lead) for of, found_lead in found if found_lead is not None]
+        curves += [
+            _curve("sound", found_rhythm) for found_rhythm in compared.rhythms if own_rhythm.like(found_rhythm.widest)
+        ]
+        found_leads = ((of, lead(motion, compared)) for of, motion in motions.items())
+        leads = [_lead(of, found_lead) for of, found_lead in found_leads if found_lead is not None]
     return ApparatusRhythm(
         side=stored.side,
         recording_id=stored.recording_id,
         run_id=stored.run_id,
         moved_at=stored.moved_at,
-        elevation_min_deg=_rounded(own.elevation_range_deg[0]),
-        elevation_max_deg=_rounded(own.elevation_range_deg[1]),
-        scapula_min_deg=_rounded(own.scapula_range_deg[0]),
-        scapula_max_deg=_rounded(own.scapula_range_deg[1]),
+        elevation_min_deg=_rounded(own_rhythm.elevation_range_deg[0]),
+        elevation_max_deg=_rounded(own_rhythm.elevation_range_deg[1]),
+        scapula_min_deg=_rounded(own_rhythm.scapula_range_deg[0]),
+        scapula_max_deg=_rounded(own_rhythm.scapula_range_deg[1]),
         curves=curves,
         sound=sound,
         no_sound=no_sound,
@@ -193,29 +195,31 @@ def _taught(series: Series, side: Side) -> MotionRhythm:
 
 
 def _like(
-    own: MotionRhythm, sound: Sequence[tuple[SoundRecording, Series]]
+    own_motion: MotionRhythm, sound: Sequence[tuple[SoundRecording, Series]]
 ) -> tuple[SoundRecording | None, MotionRhythm | None]:
-    """Return the first recording that has a pass in the same direction and plane as a pass of ``own``."""
+    """Return the first recording that has a pass in the same direction and plane as a pass of ``own_motion``."""
     for row, series in sound:
-        found = _taught(series, row.side)
-        if any(found.like(own_rhythm.widest) for own_rhythm in own.rhythms):
-            return row, found
+        taught = _taught(series, row.side)
+        if any(taught.like(own_rhythm.widest) for own_rhythm in own_motion.rhythms):
+            return row, taught
     return None, None
 
 
-def _curve(of: CurveOf, one: Rhythm) -> RhythmCurve:
-    curve, found = one.widest, one.reference
-    reference = found and RhythmReference(source=found.source, ratio=found.ratio, ratio_deviation=found.deviation)
+def _curve(of: CurveOf, motion_rhythm: Rhythm) -> RhythmCurve:
+    curve, published = motion_rhythm.widest, motion_rhythm.reference
+    reference = published and RhythmReference(
+        source=published.source, ratio=published.ratio, ratio_deviation=published.deviation
+    )
     return RhythmCurve(
         of=of,
         direction=curve.direction,
         plane=curve.plane,
         plane_deg=_rounded(curve.plane_deg),
-        passes=one.passes,
+        passes=motion_rhythm.passes,
         elevation_deg=_column(curve.elevation_deg),
         scapula_deg=_column(curve.scapula_deg),
-        bands=[_band(band) for band in one.bands],
-        whole=_band(one.whole),
+        bands=[_band(band) for band in motion_rhythm.bands],
+        whole=_band(motion_rhythm.whole),
         reference=reference,
     )
 
@@ -232,14 +236,14 @@ def _band(band: BandRatio) -> RhythmBand:
     )
 
 
-def _lead(of: CurveOf, found: Lead) -> RhythmLead:
+def _lead(of: CurveOf, motion_lead: Lead) -> RhythmLead:
     return RhythmLead(
         of=of,
-        from_deg=_rounded(found.from_deg),
-        to_deg=_rounded(found.to_deg),
-        largest_deg=_rounded(found.largest_deg),
-        at_elevation_deg=_rounded(found.at_elevation_deg),
-        ahead_from_deg=_maybe(found.ahead_from_deg),
+        from_deg=_rounded(motion_lead.from_deg),
+        to_deg=_rounded(motion_lead.to_deg),
+        largest_deg=_rounded(motion_lead.largest_deg),
+        at_elevation_deg=_rounded(motion_lead.at_elevation_deg),
+        ahead_from_deg=_maybe(motion_lead.ahead_from_deg),
     )
 
 

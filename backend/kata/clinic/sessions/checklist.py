@@ -61,8 +61,8 @@ def playback_fixtures(taught_with: Sequence[str], *, rotates: bool) -> tuple[Fix
 
     In teaching the therapist holds the elbow with elbow fixer 1. In playback elbow fixer 2 holds it.
     """
-    said = {fixer for fixer in taught_with if fixer.startswith("arm_fixer")}
-    second = "arm_fixer_2" in said if said else rotates
+    taught_arm_fixers = {fixer for fixer in taught_with if fixer.startswith("arm_fixer")}
+    second = "arm_fixer_2" in taught_arm_fixers if taught_arm_fixers else rotates
     return ("arm_fixer_2", "elbow_fixer_2") if second else ("arm_fixer_1",)
 
 

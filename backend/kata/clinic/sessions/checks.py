@@ -78,7 +78,7 @@ def checklist(
 
 
 def check_states(
-    asked: Sequence[Need], given: Sequence[Answer], apparatus: ApparatusState, estop_tested_at: datetime | None
+    required: Sequence[Need], answers: Sequence[Answer], apparatus: ApparatusState, estop_tested_at: datetime | None
 ) -> tuple[CheckState, ...]:
     """Return the required checks with the given answers and the present answers of the apparatus.
 
@@ -89,8 +89,8 @@ def check_states(
         "estop": estop_test(estop_tested_at, apparatus),
     }
     # Identity must be confirmed again today, because a session that was left open may be continued with another patient in the chair.
-    of_today = [answer for answer in given if answer.check != "identity" or answer.at >= apparatus.today]
-    return match_answers(asked, of_today, detected)
+    of_today = [answer for answer in answers if answer.check != "identity" or answer.at >= apparatus.today]
+    return match_answers(required, of_today, detected)
 
 
 def estop_test(tested_at: datetime | None, apparatus: ApparatusState) -> datetime | None:
@@ -132,9 +132,12 @@ def teaching_checklist(
 ) -> tuple[CheckState, ...]:
     """Return the checklist of a teaching. Its answers are those of the patient's open session, if there is one, and ``confirmed``."""
     clinic_session = service.open_of(session, teaching.patient_id)
-    given = [*(answers(clinic_session) if clinic_session else ()), *confirmed]
+    all_answers = [*(answers(clinic_session) if clinic_session else ()), *confirmed]
     return check_states(
-        _teaching_needs(teaching), given, apparatus, events.estop_tested_at(session, apparatus.station, apparatus.today)
+        _teaching_needs(teaching),
+        all_answers,
+        apparatus,
+        events.estop_tested_at(session, apparatus.station, apparatus.today),
     )
 
 
@@ -181,7 +184,11 @@ def teaching_side(patient: PatientRow, side: Side | None) -> Side:
 
 
 def confirm(
-    session: DatabaseSession, session_id: UUID, check: CheckName, given: CheckConfirmation, apparatus: ApparatusState
+    session: DatabaseSession,
+    session_id: UUID,
+    check: CheckName,
+    confirmation: CheckConfirmation,
+    apparatus: ApparatusState,
 ) -> tuple[CheckState, ...]:
     """Store a user's confirmation of a check.
 
@@ -190,21 +197,21 @@ def confirm(
     """
     clinic_session = service.to_change(session, session_id)
     ending.check_goes_on(clinic_session.ended_at)
-    need = confirmable(needs(session, clinic_session, given.recording_id), check)
+    need = confirmable(needs(session, clinic_session, confirmation.recording_id), check)
     subject = need.subject
     if check == "identity":
-        subject = identity.subject(given.identifiers, clinic_session.patient.birth_date)
+        subject = identity.subject(confirmation.identifiers, clinic_session.patient.birth_date)
         note_detail("identity", subject)
-    store_answer(clinic_session, Answer(check, subject, utc_now(), given.checked_by))
-    return checklist(session, session_id, given.recording_id, apparatus)
+    store_answer(clinic_session, Answer(check, subject, utc_now(), confirmation.checked_by))
+    return checklist(session, session_id, confirmation.recording_id, apparatus)
 
 
-def confirmable(asked: Sequence[Need], check: CheckName) -> Need:
+def confirmable(required: Sequence[Need], check: CheckName) -> Need:
     """Return a check that a user may confirm.
 
     :raises ProblemError: 409 for a check that only the apparatus answers, and for fixtures without a recording.
     """
-    need = next((need for need in asked if need.check == check), None)
+    need = next((need for need in required if need.check == check), None)
     if need is None:
         raise ProblemError(409, "no_recording", texts.FIXTURES_DEPEND_ON_RECORDING(), texts.CHOOSE_RECORDING_FIRST())
     if need.detected:

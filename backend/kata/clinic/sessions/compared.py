@@ -33,7 +33,7 @@ log = logging.getLogger(__name__)
 
 
 @dataclass(frozen=True)
-class _Places:
+class _SampleTimes:
     """Positions of the arm. ``path_s`` and ``wall_s``: ``(m,)`` of compared samples; ``reduced_s``: ``(r,)`` with reduced range."""
 
     path_s: Floats
@@ -43,7 +43,7 @@ class _Places:
 
 @dataclass(frozen=True)
 class _Angles:
-    """Five angles of motors or poses: ``(n, 5)`` of the requested motion, and ``(m, 5)`` and ``(r, 5)`` at :class:`_Places`."""
+    """Five angles of motors or poses: ``(n, 5)`` of the requested motion, and ``(m, 5)`` and ``(r, 5)`` at :class:`_SampleTimes`."""
 
     requested: Floats
     taught: Floats
@@ -85,25 +85,25 @@ def compare_run(run_id: str, journal: Journal, requested: Motion, taught: Motion
     if not np.any(playing):
         return RunErrors({"compared_percent": compared_percent})
     wall_s = _wall_clock_s(journal, moving)[playing]
-    places = _Places(journal.path_s[playing], wall_s, journal.path_s[reduced])
+    times = _SampleTimes(journal.path_s[playing], wall_s, journal.path_s[reduced])
     measured = journal.measured_deg.astype(np.float64)
     motors = _Angles(requested.angles_deg, taught.angles_deg, measured[playing], measured[reduced])
-    compared = compare(requested.times_s, motors.requested, places.path_s, motors.played, journal.torque_nm[playing])
+    compared = compare(requested.times_s, motors.requested, times.path_s, motors.played, journal.torque_nm[playing])
     tracking = [
         {"motor": motor.motor, "torque_peak_nm": motor.torque_peak_nm}
         | _columns(motor)
-        | _beside(requested.times_s, places, motors, motor.motor - 1)
+        | _beside(requested.times_s, times, motors, motor.motor - 1)
         for motor in compared.motors
     ]
     try:
-        motions = _motions(requested.times_s, places, motors.poses(side))
+        motions = _motions(requested.times_s, times, motors.poses(side))
     except OutOfReachError as error:
         log.warning("run %s is compared by motors only: %s", run_id, error)
         motions = []
     phases.widen(tracking, motions, journal.measured_deg[reduced], side)
     run = {
         "compared_percent": compared_percent,
-        "clock_offset_s": largest(places.wall_s - places.path_s),
+        "clock_offset_s": largest(times.wall_s - times.path_s),
         "samples": compared.samples,
     }
     return RunErrors(run, compared, tracking, motions)
@@ -113,11 +113,11 @@ def _wall_clock_s(journal: Journal, moving: NDArray[np.bool_]) -> Floats:
     return wall_clock_s((journal.t_ns - journal.t_ns[0]) / 1e9, journal.path_s, moving)
 
 
-def _motions(times_s: Floats, places: _Places, poses: _Angles) -> list[dict[str, Any]]:
+def _motions(times_s: Floats, times: _SampleTimes, poses: _Angles) -> list[dict[str, Any]]:
     """Compare the basic motions."""
     return [
-        {"motion": motion.motion.number} | _columns(motion) | _beside(times_s, places, poses, motion.motion.axis - 1)
-        for motion in compare_motions(times_s, poses.requested, places.path_s, poses.played)
+        {"motion": motion.motion.number} | _columns(motion) | _beside(times_s, times, poses, motion.motion.axis - 1)
+        for motion in compare_motions(times_s, poses.requested, times.path_s, poses.played)
     ]
 
 
@@ -138,12 +138,12 @@ def _columns(tracking: Tracking) -> dict[str, Any]:
     }
 
 
-def _beside(times_s: Floats, places: _Places, angles: _Angles, axis: int) -> dict[str, Any]:
+def _beside(times_s: Floats, times: _SampleTimes, angles: _Angles, axis: int) -> dict[str, Any]:
     """Return the columns of one angle that are shown beside its errors: errors on the wall clock, and the change by settings."""
     requested, taught = angles.requested[:, axis], angles.taught[:, axis]
-    wall = error_figures(places.wall_s, angles.played[:, axis] - angles_at(times_s, requested, places.wall_s))
-    change = angles_at(times_s, requested - taught, places.path_s)
-    if len(places.reduced_s):
-        reduced = angles.reduced[:, axis] - angles_at(times_s, taught, places.reduced_s)
+    wall = error_figures(times.wall_s, angles.played[:, axis] - angles_at(times_s, requested, times.wall_s))
+    change = angles_at(times_s, requested - taught, times.path_s)
+    if len(times.reduced_s):
+        reduced = angles.reduced[:, axis] - angles_at(times_s, taught, times.reduced_s)
         change = np.concatenate([change, reduced])
     return {"wall_peak_deg": wall.peak_deg, "wall_rmse_deg": wall.rmse_deg, "change_deg": largest(change)}

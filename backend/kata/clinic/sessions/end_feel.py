@@ -1,6 +1,6 @@
 """Begin end-feel runs, and calculate their results. The caller commits. docs/explanation/end-feel.md defines method and figures.
 
-A baseline is played with a test weight in the fixers, and its test with the patient's arm on the same way. Both are runs of the patient's
+A baseline is played with a test weight in the fixers, and its test with the patient's arm on the same path. Both are runs of the patient's
 session: they have the same checks, limits and stops as a playback.
 """
 
@@ -40,11 +40,11 @@ Unmeasured = Literal["torque_not_reached", "resistance_from_start", "guarding", 
 LEAST_RANGE_DEG: Final = 20.0
 """A motion with less range has no free part in which the arm can be weighed."""
 _FURTHER_DEG: Final = (15.0, 10.0, 5.0, 0.0)
-"""Distances that the way may go beyond the recorded end, the largest first. The limits decide."""
+"""Distances that the path may go beyond the recorded end, the largest first. The limits decide."""
 _FROM_LIMIT_DEG: Final = 1.0
-"""Distance that the way keeps from the end of the apparatus' range."""
+"""Distance that the path keeps from the end of the apparatus' range."""
 _SHORT_DEG: Final = 3.0
-"""Distance before the way's end at which a baseline may end, because friction and weight hold the arm back."""
+"""Distance before the end of the path at which a baseline may end, because friction and weight hold the arm back."""
 _WEIGHED_AFTER_DEG: Final = 4.0
 _WEIGHED_SHARE: Final = 0.5
 """The arm is weighed from :data:`_WEIGHED_AFTER_DEG` after the start to this share of the recorded range, in which the shoulder is free."""
@@ -73,8 +73,8 @@ class EndFeelRequest:
 
 
 @dataclass(frozen=True)
-class Way:
-    """The way out of a test along a recorded motion."""
+class OutwardPath:
+    """the outward path of a test along a recorded motion."""
 
     motion: Motion
     motor: int
@@ -115,8 +115,8 @@ class Way:
         return tuple((self.outward * np.interp(angles, places_deg, torque_nm)).tolist())
 
 
-def way_of(taught: Motion, side: Side, speed_deg_s: float, further_deg: float = 0.0) -> Way:
-    """Return the way out along a recorded motion.
+def outward_path_of(taught: Motion, side: Side, speed_deg_s: float, further_deg: float = 0.0) -> OutwardPath:
+    """Return the outward path along a recorded motion.
 
     :raises ProblemError: 409 when the recording moves no motor of the shoulder joint far enough.
     """
@@ -129,41 +129,41 @@ def way_of(taught: Motion, side: Side, speed_deg_s: float, further_deg: float = 
         )
     motion, motor = end_feel.way_out(taught, speed_deg_s, further_deg)
     gone_deg = float(motion.angles_deg[-1, motor - 1] - motion.angles_deg[0, motor - 1])
-    return Way(motion, motor, side, 1 if gone_deg > 0 else -1, further_deg, abs(gone_deg) - further_deg)
+    return OutwardPath(motion, motor, side, 1 if gone_deg > 0 else -1, further_deg, abs(gone_deg) - further_deg)
 
 
 def farthest_deg(session: DatabaseSession, request: EndFeelRequest, station: str, today: datetime) -> float:
-    """Return how far beyond the recorded end a way may go. A test goes no farther than its baseline: the weight is unknown there."""
+    """Return how far beyond the recorded end a path may go. A test goes no farther than its baseline: the weight is unknown there."""
     if request.kind == "baseline":
         return math.inf
     row = baseline_of(session, request.recording_id, station, request.speed_deg_s, today)
     return row.further_deg if row else math.inf
 
 
-def longest_way(
+def longest_outward_path(
     taught: Motion, allowed: DoctorLimits, config: StationConfig, speed_deg_s: float, farthest_deg: float
-) -> Way:
-    """Return the way that goes farthest beyond the recorded end within the limits of apparatus and doctor.
+) -> OutwardPath:
+    """Return the path that goes farthest beyond the recorded end within the limits of apparatus and doctor.
 
     :param farthest_deg: :func:`farthest_deg`.
-    :raises ProblemError: 409 as in :func:`way_of`; 422 when even the recorded motion exceeds a limit of the doctor.
+    :raises ProblemError: 409 as in :func:`outward_path_of`; 422 when even the recorded motion exceeds a limit of the doctor.
     """
     refused: ProblemError | None = None
     for further_deg in _FURTHER_DEG:
         if further_deg > farthest_deg:
             continue
-        way = way_of(taught, allowed.side, speed_deg_s, further_deg)
-        axis = config.axes[way.motor - 1]
-        end_deg = float(way.motion.angles_deg[-1, way.motor - 1])
+        path = outward_path_of(taught, allowed.side, speed_deg_s, further_deg)
+        axis = config.axes[path.motor - 1]
+        end_deg = float(path.motion.angles_deg[-1, path.motor - 1])
         inside = axis.min_deg + _FROM_LIMIT_DEG <= end_deg <= axis.max_deg - _FROM_LIMIT_DEG
         if further_deg and not inside:
             continue
         try:
-            allowed.check_path(way.motion, "smooth")
+            allowed.check_path(path.motion, "smooth")
         except ProblemError as error:
             refused = error
         else:
-            return way
+            return path
     assert refused is not None
     raise refused
 
@@ -172,37 +172,39 @@ def longest_way(
 class Prepared:
     """An end-feel run that can be stored and loaded."""
 
-    way: Way
+    path: OutwardPath
     test: EndFeel
     baseline_run_id: UUID | None
 
 
 def prepare(
-    session: DatabaseSession, request: EndFeelRequest, way: Way, config: StationConfig, today: datetime
+    session: DatabaseSession, request: EndFeelRequest, path: OutwardPath, config: StationConfig, today: datetime
 ) -> Prepared:
-    """Return the run's way, the device's test and the run of its baseline.
+    """Return the run's path, the device's test and the run of its baseline.
 
     :param today: beginning of today. A baseline must be newer.
     :raises ProblemError: 409 when a test has no baseline of today at this station.
     """
     if request.kind == "baseline":
-        strong_nm = _BASELINE_SHARE * config.axes[way.motor - 1].max_torque_nm * request.load_level / RESISTANCE_LEVELS
-        return Prepared(way, EndFeel(motor=way.motor, torque_nm=strong_nm, expected_nm=(0.0, 0.0), repetitions=1), None)
+        strong_nm = _BASELINE_SHARE * config.axes[path.motor - 1].max_torque_nm * request.load_level / RESISTANCE_LEVELS
+        return Prepared(
+            path, EndFeel(motor=path.motor, torque_nm=strong_nm, expected_nm=(0.0, 0.0), repetitions=1), None
+        )
     row = baseline_of(session, request.recording_id, config.name, request.speed_deg_s, today)
     if row is None:
         raise ProblemError(409, "no_baseline_today", texts.NO_BASELINE_TODAY(), texts.MEASURE_BASELINE_FIRST())
     baseline = _curve(row)
-    growth = end_feel.arm_growth(way.postures_deg(baseline.places_deg), way.motor, way.side, way.outward)
-    from_deg, to_deg = (angle - float(way.angles_deg[0]) for angle in way.weighed_deg)
+    growth = end_feel.arm_growth(path.postures_deg(baseline.places_deg), path.motor, path.side, path.outward)
+    from_deg, to_deg = (angle - float(path.angles_deg[0]) for angle in path.weighed_deg)
     test = EndFeel(
-        motor=way.motor,
+        motor=path.motor,
         torque_nm=request.torque_nm,
-        expected_nm=way.along(baseline.places_deg, baseline.out_nm),
-        back_nm=way.along(baseline.places_deg, baseline.back_nm),
-        arm_nm=tuple(way.along(baseline.places_deg, column) for column in growth.T),
+        expected_nm=path.along(baseline.places_deg, baseline.out_nm),
+        back_nm=path.along(baseline.places_deg, baseline.back_nm),
+        arm_nm=tuple(path.along(baseline.places_deg, column) for column in growth.T),
         weighed_s=(from_deg / request.speed_deg_s, to_deg / request.speed_deg_s),
     )
-    return Prepared(way, test, row.run_id)
+    return Prepared(path, test, row.run_id)
 
 
 def baseline_of(
@@ -227,16 +229,16 @@ def baseline_of(
 
 def add(session: DatabaseSession, run: RunRow, request: EndFeelRequest, prepared: Prepared, station: str) -> None:
     """Store what an end-feel run asks."""
-    way = prepared.way
+    path = prepared.path
     run.end_feel = EndFeelRow(
         run_id=run.id,
         kind=request.kind,
         station=station,
-        motion=way.number,
-        motor=way.motor,
-        outward=way.outward,
+        motion=path.number,
+        motor=path.motor,
+        outward=path.outward,
         speed_deg_s=request.speed_deg_s,
-        further_deg=way.further_deg,
+        further_deg=path.further_deg,
         torque_nm=prepared.test.torque_nm,
         baseline_run_id=prepared.baseline_run_id,
     )
@@ -247,7 +249,7 @@ def complete(session: DatabaseSession, run: RunRow, row: EndFeelRow, journal: Jo
     """Calculate the result of an end-feel run that has ended."""
     playing = journal.phase == PHASE_PLAYING
     axis = row.motor - 1
-    found = end_feel.curves(
+    curves = end_feel.curves(
         journal.path_s[playing],
         journal.measured_deg[playing][:, axis],
         journal.torque_nm[playing][:, axis],
@@ -255,9 +257,9 @@ def complete(session: DatabaseSession, run: RunRow, row: EndFeelRow, journal: Jo
     )
     try:
         if row.kind == "baseline":
-            _complete_baseline(session, run, row, end_feel.together(found))
+            _complete_baseline(session, run, row, end_feel.together(curves))
         else:
-            _measure(session, run, row, found)
+            _measure(session, run, row, curves)
     except GuardingError as error:
         row.unmeasured, row.disagreement_nm = "guarding", error.disagreement_nm
     except TooFewWaysError:
@@ -265,30 +267,30 @@ def complete(session: DatabaseSession, run: RunRow, row: EndFeelRow, journal: Jo
 
 
 def _complete_baseline(session: DatabaseSession, run: RunRow, row: EndFeelRow, curve: TorqueAngleCurve) -> None:
-    """Store the curve of a baseline that reached the way's end. A test must not go where the weight is unknown."""
-    if curve.places_deg[-1] < _way(session, run, row).angles_deg[-1] - _SHORT_DEG:
+    """Store the curve of a baseline that reached the end of the path. A test must not go where the weight is unknown."""
+    if curve.places_deg[-1] < _outward_path(session, run, row).angles_deg[-1] - _SHORT_DEG:
         row.unmeasured = "too_few_ways"
     else:
         row.curve = _encoded(curve)
 
 
-def _way(session: DatabaseSession, run: RunRow, row: EndFeelRow) -> Way:
-    """Return the way of a stored run."""
+def _outward_path(session: DatabaseSession, run: RunRow, row: EndFeelRow) -> OutwardPath:
+    """Return the outward path of a stored run."""
     samples = recordings.samples(session, run.recording_id)
     taught = Motion(samples.times_s, samples.angles_deg)
-    return way_of(taught, side_of(run.recording.side), row.speed_deg_s, row.further_deg)
+    return outward_path_of(taught, side_of(run.recording.side), row.speed_deg_s, row.further_deg)
 
 
-def _measure(session: DatabaseSession, run: RunRow, row: EndFeelRow, found: Sequence[TorqueAngleCurve]) -> None:
+def _measure(session: DatabaseSession, run: RunRow, row: EndFeelRow, curves: Sequence[TorqueAngleCurve]) -> None:
     """:raises GuardingError, TooFewWaysError: as in :func:`kata.motion.end_feel.measured`."""
     base = session.get(EndFeelRow, row.baseline_run_id)
     if base is None or base.curve is None:
         log.warning("the baseline of run %s is missing", run.id)
         raise TooFewWaysError("no baseline")
     baseline = _curve(base)
-    way = _way(session, run, row)
-    growth = end_feel.arm_growth(way.postures_deg(baseline.places_deg), row.motor, way.side, row.outward)
-    result = end_feel.measured(found, baseline, growth, way.weighed_deg, row.torque_nm)
+    path = _outward_path(session, run, row)
+    growth = end_feel.arm_growth(path.postures_deg(baseline.places_deg), row.motor, path.side, row.outward)
+    result = end_feel.measured(curves, baseline, growth, path.weighed_deg, row.torque_nm)
     row.unmeasured, row.disagreement_nm = result.unmeasured, result.disagreement_nm
     row.curve = _encoded(result.curve)
     if result.figures and result.interval:

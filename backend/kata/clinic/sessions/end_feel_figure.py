@@ -38,9 +38,9 @@ class DrawnCurve:
     mean_nm: list[float]
 
 
-def draw(own: Sequence[DrawnCurve], other_side: Sequence[DrawnCurve]) -> dict[str, Any]:
-    """Return the figure. The first of ``own`` is drawn with both ways, the others are earlier ones."""
-    newest, *earlier = own
+def draw(own_curves: Sequence[DrawnCurve], other_side: Sequence[DrawnCurve]) -> dict[str, Any]:
+    """Return the figure. The first of ``own_curves`` is drawn with both ways, the others are earlier ones."""
+    newest, *earlier = own_curves
     traces = [
         _line(texts.FIGURE_THIS_TEST(), newest, newest.mean_nm, _INDIGO, "solid", 3.0),
         _line(texts.FIGURE_WAY_OUT(), newest, newest.out_nm, _INDIGO, "dot", 1.2),

@@ -100,8 +100,8 @@ def guide(session: DatabaseSession, session_id: UUID, station: str, today: datet
     )
     if visit.episode:
         query = query.where(RecordingRow.side == visit.episode.side)
-    found = (_motion(session, visit, row, station, today) for row in session.scalars(query))
-    return EndFeelGuide(speed_deg_s=SPEED_DEG_S, motions=[guided for guided in found if guided])
+    motions = (_motion(session, visit, row, station, today) for row in session.scalars(query))
+    return EndFeelGuide(speed_deg_s=SPEED_DEG_S, motions=[guided for guided in motions if guided])
 
 
 def _motion(
@@ -110,20 +110,20 @@ def _motion(
     side = side_of(recording.side)
     try:
         samples = recordings.samples(session, recording.id)
-        way = end_feel.way_of(Motion(samples.times_s, samples.angles_deg), side, SPEED_DEG_S)
+        path = end_feel.outward_path_of(Motion(samples.times_s, samples.angles_deg), side, SPEED_DEG_S)
     except ProblemError:
         # Damaged samples, or a motion without an end-feel.
         return None
-    basic = BASIC_MOTIONS[way.number - 1]
+    basic = BASIC_MOTIONS[path.number - 1]
     baseline = end_feel.baseline_of(session, recording.id, station, SPEED_DEG_S, today)
     tests = [run for run in visit.runs if run.recording_id == recording.id and _is_test(run)]
     return EndFeelMotion(
         recording_id=recording.id,
         recording_name=recording.name,
-        motion=way.number,
+        motion=path.number,
         name=basic.name,
         name_key=sent_key(basic.name),
-        motor=way.motor,
+        motor=path.motor,
         side=side,
         baseline_run_id=baseline.run_id if baseline else None,
         tests=[as_result(run, visit) for run in reversed(tests)],
@@ -183,16 +183,16 @@ def measured_before(
 
 
 def _figure(
-    own: Sequence[tuple[RunRow, EndFeelRow | None]], beside: Sequence[RunRow], zone: tzinfo
+    own_runs: Sequence[tuple[RunRow, EndFeelRow | None]], beside: Sequence[RunRow], zone: tzinfo
 ) -> dict[str, Any] | None:
-    drawn = [curve for run, row in own if row and (curve := _drawn(run, row, zone))]
-    other = [curve for run in beside if run.end_feel and (curve := _drawn(run, run.end_feel, zone))]
-    if not drawn or drawn[0].run_id != own[0][0].id:
+    curves = [curve for run, row in own_runs if row and (curve := _drawn_curve(run, row, zone))]
+    other = [curve for run in beside if run.end_feel and (curve := _drawn_curve(run, run.end_feel, zone))]
+    if not curves or curves[0].run_id != own_runs[0][0].id:
         return None
-    return draw(drawn, other)
+    return draw(curves, other)
 
 
-def _drawn(run: RunRow, row: EndFeelRow, zone: tzinfo) -> DrawnCurve | None:
+def _drawn_curve(run: RunRow, row: EndFeelRow, zone: tzinfo) -> DrawnCurve | None:
     curve = end_feel.curve_of(row)
     if curve is None:
         return None
@@ -208,7 +208,7 @@ def as_csv(session: DatabaseSession, run_id: UUID) -> str:
     """
     run, row = end_feel.of_run(session, run_id)
     # The table contains no day.
-    curve = _drawn(run, row, UTC)
+    curve = _drawn_curve(run, row, UTC)
     if curve is None:
         raise ProblemError(409, "no_curve", texts.END_FEEL_NO_CURVE(), texts.MEASURE_AGAIN())
     simulated = bool(service.get(session, run.session_id).simulated)
@@ -218,9 +218,9 @@ def as_csv(session: DatabaseSession, run_id: UUID) -> str:
         "torque_back_nm": curve.back_nm,
         "torque_mean_nm": curve.mean_nm,
     }
-    written = StringIO()
-    writer = csv.writer(written)
+    buffer = StringIO()
+    writer = csv.writer(buffer)
     writer.writerow([*columns, *(["simulated"] if simulated else [])])
     for values in zip(*columns.values(), strict=True):
         writer.writerow([*values, *(["true"] if simulated else [])])
-    return written.getvalue()
+    return buffer.getvalue()

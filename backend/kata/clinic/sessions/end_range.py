@@ -44,7 +44,7 @@ def live(
     if prescribed is None:
         return None
     motor = motor_of(prescribed)
-    wanted = PrescribedEndRange(
+    prescription = PrescribedEndRange(
         motion=prescribed.motion,
         name=BASIC_MOTIONS[prescribed.motion - 1].name,
         motor=motor,
@@ -53,7 +53,7 @@ def live(
         torque_nm=prescribed.torque_nm,
         problem=level_problem(taught, side, config, prescribed, load_level),
     )
-    return LiveEndRange(wanted, counter(taught, side, config, prescribed, [motor]))
+    return LiveEndRange(prescription, counter(taught, side, config, prescribed, [motor]))
 
 
 def level_problem(
@@ -74,13 +74,13 @@ def level_problem(
     least_nm = (
         carried_nm[:, motor - 1].min() + load.coulomb_nm[motor - 1] + load.share[motor - 1] * prescribed.torque_nm
     )
-    named = {"motion": BASIC_MOTIONS[prescribed.motion - 1].name, "torque_nm": prescribed.torque_nm}
+    parameters = {"motion": BASIC_MOTIONS[prescribed.motion - 1].name, "torque_nm": prescribed.torque_nm}
     levels = range(1, RESISTANCE_LEVELS + 1)
-    enough = [level for level in levels if config.resistance_thresholds_nm(level)[motor - 1] > least_nm]
-    if not enough:
-        return texts.END_RANGE_TORQUE_TOO_HIGH(**named)
-    if load_level < enough[0]:
-        return texts.END_RANGE_LEVEL_TOO_LOW(**named, level=load_level, least=enough[0])
+    sufficient_levels = [level for level in levels if config.resistance_thresholds_nm(level)[motor - 1] > least_nm]
+    if not sufficient_levels:
+        return texts.END_RANGE_TORQUE_TOO_HIGH(**parameters)
+    if load_level < sufficient_levels[0]:
+        return texts.END_RANGE_LEVEL_TOO_LOW(**parameters, level=load_level, least=sufficient_levels[0])
     return None
 
 

@@ -68,8 +68,8 @@ def run_not_ended() -> ProblemError:
 def suggested_reason(planned: Sequence[SessionItem], runs: Sequence[Played]) -> EndReason:
     """Return the end reason that the runs suggest."""
     played = [run for run in runs if run.outcome not in ("unloaded", "loaded")]
-    whole = {run.programme_position for run in played if run.outcome == "completed"}
-    if planned and all(item.position in whole for item in planned):
+    completed_positions = {run.programme_position for run in played if run.outcome == "completed"}
+    if planned and all(item.position in completed_positions for item in planned):
         return "completed"
     if played and played[-1].outcome in ("stopped", "interrupted"):
         return "stopped"

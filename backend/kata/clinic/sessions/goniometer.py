@@ -28,7 +28,7 @@ def measured_deg(live: Live, motion: int) -> float | None:
 def add(
     session: DatabaseSession,
     session_id: UUID,
-    given: GoniometerReadingCreate,
+    reading: GoniometerReadingCreate,
     *,
     station: str,
     measured_deg: float | None,
@@ -39,7 +39,7 @@ def add(
     :raises ProblemError: 404; 409 when the session is signed, or no apparatus angle is given or measured in this session.
     """
     row = service.to_change(session, session_id)
-    apparatus_deg = given.apparatus_deg
+    apparatus_deg = reading.apparatus_deg
     if apparatus_deg is None and row.ended_at is None and row.station == station:
         apparatus_deg = measured_deg
     if apparatus_deg is None:
@@ -49,11 +49,11 @@ def add(
         GoniometerReadingRow(
             id=uuid4(),
             session_id=session_id,
-            motion=given.motion,
+            motion=reading.motion,
             apparatus_deg=apparatus_deg,
-            patient_deg=given.patient_deg,
+            patient_deg=reading.patient_deg,
             read_at=row.ended_at or now,
-            read_by=given.read_by,
+            read_by=reading.read_by,
         )
     )
     return _changed(session, row)

@@ -28,18 +28,16 @@ def add_goniometer_reading(
     database: TheDatabase,
     now: Annotated[tuple[str, Live], Depends(_live)],
     session_id: UUID,
-    given: GoniometerReadingCreate,
+    body: GoniometerReadingCreate,
 ) -> Session:
     """Store a goniometer reading at the present pose, or at a given apparatus angle.
 
     From readings of a motion at two or more poses, the patient's angles during the session's runs are estimated.
     """
     station, live = now
-    measured_deg = goniometer.measured_deg(live, given.motion)
+    measured_deg = goniometer.measured_deg(live, body.motion)
     with database.write() as session:
-        return service.as_session(
-            goniometer.add(session, session_id, given, station=station, measured_deg=measured_deg)
-        )
+        return service.as_session(goniometer.add(session, session_id, body, station=station, measured_deg=measured_deg))
 
 
 @router.delete(

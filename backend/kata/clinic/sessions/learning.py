@@ -24,7 +24,7 @@ log = logging.getLogger(__name__)
 
 
 def newest(
-    session: DatabaseSession, recording_id: UUID, asked: PlaybackSettings, station: str, at: datetime
+    session: DatabaseSession, recording_id: UUID, settings: PlaybackSettings, station: str, at: datetime
 ) -> UUID | None:
     """Return the newest run with the same settings that has a correction for a run at this time, or None.
 
@@ -39,10 +39,10 @@ def newest(
             SessionRow.simulated == simulated,
             RunCorrectionRow.station == station,
             RunRow.recording_id == recording_id,
-            RunRow.speed_percent == asked.speed_percent,
-            RunRow.repetitions == asked.repetitions,
-            RunRow.pause_s == asked.pause_s,
-            RunRow.range_percent == asked.range_percent,
+            RunRow.speed_percent == settings.speed_percent,
+            RunRow.repetitions == settings.repetitions,
+            RunRow.pause_s == settings.pause_s,
+            RunRow.range_percent == settings.range_percent,
         )
         .order_by(RunRow.started_at.desc())
     )

@@ -59,7 +59,7 @@ def learn(
     if journal.station != config.name:
         return _nothing(texts.NOT_LEARNED_OTHER_STATION())
     try:
-        found = next_correction(
+        correction = next_correction(
             before,
             reference("learned", motion.times_s, motion.angles_deg),
             journal.repetition,
@@ -70,14 +70,14 @@ def learn(
     except ValueError as error:
         log.warning("nothing is learned from run %s: %s", run_id, error)
         return _nothing(texts.NOT_LEARNED_NO_FIT())
-    lesson = found.lesson
+    lesson = correction.lesson
     assert lesson is not None
     if lesson.fell_back:
         log.warning("the error of motors %s grew in run %s: the earlier correction is used", lesson.fell_back, run_id)
-    count = len(found.angles_deg)
+    count = len(correction.angles_deg)
     stored = {
         "time_s": np.arange(count) * STEP_S,
-        "correction_deg": found.angles_deg,
+        "correction_deg": correction.angles_deg,
         "played_deg": lesson.played_deg,
         "error_deg": np.tile(lesson.error_deg, (count, 1)),
         "gain": np.tile(lesson.gain, (count, 1)),
@@ -85,7 +85,7 @@ def learn(
     }
     run = {
         "learning": _stored(fall_back(lesson) + _not_compared(lesson, motion)),
-        "learned_rms_deg": float(np.sqrt(np.mean(found.angles_deg**2, axis=0)).max()),
+        "learned_rms_deg": float(np.sqrt(np.mean(correction.angles_deg**2, axis=0)).max()),
     }
     return Learned(run, arrays.encode(stored, COLUMNS))
 
@@ -110,5 +110,5 @@ def _nothing(reason: Text) -> Learned:
     return Learned({"learning": _stored([reason])})
 
 
-def _stored(found: list[Text]) -> list[dict[str, Any]]:
-    return [{"message": str(text), "message_key": sent_key(text)} for text in found]
+def _stored(messages: list[Text]) -> list[dict[str, Any]]:
+    return [{"message": str(text), "message_key": sent_key(text)} for text in messages]

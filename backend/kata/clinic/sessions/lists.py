@@ -71,18 +71,18 @@ _BY_STOP: Final = Keyset(tuple[datetime, UUID], SessionStopRow.started_at, Sessi
 
 
 def find(
-    session: DatabaseSession, wanted: SessionFilter, limit: int, after: str | None
+    session: DatabaseSession, session_filter: SessionFilter, limit: int, after: str | None
 ) -> tuple[list[SessionSummary], str | None]:
     """Return a page of sessions (newest first) and the next cursor.
 
     :raises ProblemError: 422 when ``after`` is not a valid cursor.
     """
     # Find the ids first, which needs only an index; then load one page of rows.
-    order = _BY_TIME if wanted.stop is None else _BY_STOP
-    found = order.page(_ids(wanted), after, limit).subquery()
-    rows = _rows(session, found, SessionRow.started_at.desc(), SessionRow.id.desc())
-    shown, further = order.cut(rows, limit, lambda row: (row.started_at, row.id))
-    return [_summary(row) for row in shown], further
+    order = _BY_TIME if session_filter.stop is None else _BY_STOP
+    page_ids = order.page(_ids(session_filter), after, limit).subquery()
+    rows = _rows(session, page_ids, SessionRow.started_at.desc(), SessionRow.id.desc())
+    page_rows, further = order.cut(rows, limit, lambda row: (row.started_at, row.id))
+    return [_summary(row) for row in page_rows], further
 
 
 def summaries(session: DatabaseSession, ids: Select[Any], *order: ColumnElement[Any]) -> list[SessionSummary]:
@@ -99,39 +99,39 @@ def filter_options(session: DatabaseSession) -> SessionFilterOptions:
     )
 
 
-def _rows(session: DatabaseSession, found: Subquery, *order: ColumnElement[Any]) -> Sequence[Any]:
+def _rows(session: DatabaseSession, page_ids: Subquery, *order: ColumnElement[Any]) -> Sequence[Any]:
     columns = (
         SessionRow.id, SessionRow.started_at, SessionRow.ended_at, SessionRow.therapist, SessionRow.station,
         SessionRow.simulated, SessionRow.run_count, SessionRow.stop_count, SessionRow.signed_at,
         SessionRow.patient_id, SessionRow.episode_id, PatientRow.name, PatientRow.clinic_number,
     )  # fmt: skip
-    query = select(*columns).join(found, found.c.id == SessionRow.id)
+    query = select(*columns).join(page_ids, page_ids.c.id == SessionRow.id)
     query = query.join(PatientRow, PatientRow.id == SessionRow.patient_id)
     return session.execute(query.order_by(*order)).all()
 
 
-def _ids(wanted: SessionFilter) -> Select[Any]:
+def _ids(session_filter: SessionFilter) -> Select[Any]:
     """Return the query of the ids without order and limit. The page adds both."""
     query: Select[Any]
     table: type[SessionRow] | type[SessionStopRow]
-    if wanted.stop is None:
+    if session_filter.stop is None:
         table = SessionRow
         query = select(SessionRow.id)
     else:
         table = SessionStopRow
-        query = select(SessionStopRow.session_id.label("id")).where(SessionStopRow.code == wanted.stop)
-        if wanted.patient_id or wanted.hidden is not None:
+        query = select(SessionStopRow.session_id.label("id")).where(SessionStopRow.code == session_filter.stop)
+        if session_filter.patient_id or session_filter.hidden is not None:
             query = query.join(SessionRow, SessionRow.id == SessionStopRow.session_id)
-    if wanted.since:
-        query = query.where(table.started_at >= wanted.since)
-    if wanted.until:
-        query = query.where(table.started_at < wanted.until)
-    if wanted.hidden is not None:
-        query = query.where(SessionRow.patient_id.not_in(wanted.hidden))
+    if session_filter.since:
+        query = query.where(table.started_at >= session_filter.since)
+    if session_filter.until:
+        query = query.where(table.started_at < session_filter.until)
+    if session_filter.hidden is not None:
+        query = query.where(SessionRow.patient_id.not_in(session_filter.hidden))
     for column, value in (
-        (SessionRow.patient_id, wanted.patient_id),
-        (table.therapist, wanted.therapist),
-        (table.station, wanted.station),
+        (SessionRow.patient_id, session_filter.patient_id),
+        (table.therapist, session_filter.therapist),
+        (table.station, session_filter.station),
     ):
         if value is not None:
             query = query.where(column == value)

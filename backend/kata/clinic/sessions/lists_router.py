@@ -43,8 +43,10 @@ def list_sessions(
     """Return sessions of all patients whose records you may see, newest first. All given filters must match."""
     with database.read() as session:
         hidden = restricted.hidden(actor)
-        wanted = SessionFilter(since=since, until=until, therapist=therapist, station=station, stop=stop, hidden=hidden)
-        items, further = lists.find(session, wanted, limit, after)
+        session_filter = SessionFilter(
+            since=since, until=until, therapist=therapist, station=station, stop=stop, hidden=hidden
+        )
+        items, further = lists.find(session, session_filter, limit, after)
         return Page[SessionSummary](items=items, next=further)
 
 

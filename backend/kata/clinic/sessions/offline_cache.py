@@ -56,7 +56,7 @@ class OfflineCache:
         self._opened: dict[UUID, datetime] = {}
         """Last activity of each patient at this station."""
         self._attended: UUID | None = None
-        self._known: dict[UUID, CachedPatient] = {}
+        self._cached: dict[UUID, CachedPatient] = {}
         self._unsent: dict[UUID, UUID] = {}
         """Patient by session, for sessions that changed while the database was unavailable."""
         self._changes = 0
@@ -76,9 +76,9 @@ class OfflineCache:
         with self.lock:
             self._attended = patient_id
             self._touch(patient_id, utc_now())
-            known = self._known.get(patient_id)
-            if known and (known.clinic_session.id if known.clinic_session else None) != session_id:
-                del self._known[patient_id]
+            cached = self._cached.get(patient_id)
+            if cached and (cached.clinic_session.id if cached.clinic_session else None) != session_id:
+                del self._cached[patient_id]
             self._due_s = 0.0
 
     def refresh_soon(self) -> None:
@@ -97,14 +97,14 @@ class OfflineCache:
             if now_s < self._due_s or (self._unsent and self._has_undelivered()):
                 return
             self._due_s = now_s + _REFRESH_S
-            before, changes = dict(self._known), self._changes
+            before, changes = dict(self._cached), self._changes
         try:
             with self._database.read() as session:
                 self.zone = self.read_zone(session)
                 today = checks.today(self.zone)
-                seen = prefetch.seen_here(session, self._station, today)
-                wanted = self._wanted(seen, today)
-                known = prefetch.fetch(session, self._station, wanted, today.date(), before)
+                seen_at = prefetch.seen_here(session, self._station, today)
+                patient_ids = self._patients_to_cache(seen_at, today)
+                cached = prefetch.fetch(session, self._station, patient_ids, today.date(), before)
                 tested_at = events.estop_tested_at(session, self._station, today)
         except DatabaseUnavailableError:
             return
@@ -113,7 +113,7 @@ class OfflineCache:
                 # A change was made during the read, so the result is outdated.
                 self._due_s = 0.0
                 return
-            self._known, self._unsent = known, {}
+            self._cached, self._unsent = cached, {}
             self.estop_tested_at = max(filter(None, (tested_at, self.estop_tested_at)), default=None)
 
     @property
@@ -124,13 +124,13 @@ class OfflineCache:
     @property
     def may_load(self) -> bool:
         """True if a recording can be loaded in one of the open sessions."""
-        return any(known.clinic_session and not known.clinic_session.ended_at for known in self._usable())
+        return any(cached.clinic_session and not cached.clinic_session.ended_at for cached in self._usable())
 
     def ready(self) -> list[ReadyPatient]:
         """Return the patients whose session can begin or continue, by name. Empty while the database is available."""
         if not self.is_needed:
             return []
-        ready = [known.as_ready() for known in self._ready()]
+        ready = [cached.as_ready() for cached in self._ready()]
         return sorted(ready, key=lambda entry: (entry.patient.name, entry.patient.clinic_number))
 
     @property
@@ -142,20 +142,20 @@ class OfflineCache:
         """Return True if the patient is in the cache."""
         return self.find_patient(patient_id) is not None
 
-    def owner_of(self, named: Iterable[tuple[str, UUID]]) -> UUID | None:
+    def owner_of(self, records: Iterable[tuple[str, UUID]]) -> UUID | None:
         """Return the patient who owns every named record, or None if there is no such patient."""
-        wanted = set(named)
-        return next((known.patient.id for known in self._usable() if wanted <= _named_by(known)), None)
+        record_set = set(records)
+        return next((cached.patient.id for cached in self._usable() if record_set <= _records_of(cached)), None)
 
-    def is_pending(self, named: Iterable[tuple[str, UUID]]) -> bool:
+    def is_pending(self, records: Iterable[tuple[str, UUID]]) -> bool:
         """Return True if a change to one of the named records may not be in the database yet."""
         with self.lock:
-            return any(id_ in self._unsent or id_ in self._unsent.values() for _, id_ in named)
+            return any(id_ in self._unsent or id_ in self._unsent.values() for _, id_ in records)
 
-    def _wanted(self, seen: Mapping[UUID, datetime], today: datetime) -> list[UUID]:
+    def _patients_to_cache(self, seen_at: Mapping[UUID, datetime], today: datetime) -> list[UUID]:
         """Return today's patients, the most recent first. The attended patient always comes first, even after midnight."""
         with self.lock:
-            for patient_id, at in seen.items():
+            for patient_id, at in seen_at.items():
                 self._touch(patient_id, max(at, self._opened.get(patient_id, at)))
             for patient_id in [
                 patient for patient, at in self._opened.items() if at < today and patient != self._attended
@@ -176,58 +176,62 @@ class OfflineCache:
         """Return the entries that are recent enough to use."""
         since = (self._database.unavailable_since or utc_now()) - _MAX_AGE
         with self.lock:
-            return [known for known in self._known.values() if known.at >= since]
+            return [cached for cached in self._cached.values() if cached.at >= since]
 
     def _ready(self) -> list[CachedPatient]:
-        return [known for known in self._usable() if known.clinic_session or self.may_begin(known)]
+        return [cached for cached in self._usable() if cached.clinic_session or self.may_begin(cached)]
 
-    def may_begin(self, known: CachedPatient) -> bool:
+    def may_begin(self, cached: CachedPatient) -> bool:
         """Return True if a session of this patient may begin: there is a programme, and the patient was seen here today."""
-        day = self._opened.get(known.patient.id)
-        return known.programme is not None and day is not None and day >= checks.today(self.zone)
+        day = self._opened.get(cached.patient.id)
+        return cached.programme is not None and day is not None and day >= checks.today(self.zone)
 
     def find_patient(self, patient_id: UUID) -> CachedPatient | None:
         """Return the patient's entry, or None if there is no recent one."""
-        return next((known for known in self._usable() if known.patient.id == patient_id), None)
+        return next((cached for cached in self._usable() if cached.patient.id == patient_id), None)
 
     def find_session(self, session_id: UUID) -> CachedPatient | None:
         """Return the entry of the patient with this session, or None if there is no recent one."""
         return next(
-            (known for known in self._usable() if known.clinic_session and known.clinic_session.id == session_id), None
+            (cached for cached in self._usable() if cached.clinic_session and cached.clinic_session.id == session_id),
+            None,
         )
 
     def with_loaded_run(self, run_id: UUID) -> list[CachedPatient]:
         """Return the entries, including old ones, whose session contains this run without an outcome."""
         return [
-            known
-            for known in self._known.values()
-            if known.clinic_session
-            and any(run.id == run_id and run.outcome == "loaded" for run in known.clinic_session.runs)
+            cached
+            for cached in self._cached.values()
+            if cached.clinic_session
+            and any(run.id == run_id and run.outcome == "loaded" for run in cached.clinic_session.runs)
         ]
 
     def replace_banner(self, banner: PatientBanner) -> None:
         """Store a patient's banner that was changed in the database, so that the next motion is checked against it."""
         with self.lock:
-            if known := self._known.get(banner.patient_id):
-                self._known[banner.patient_id] = replace(known, banner=banner)
+            if cached := self._cached.get(banner.patient_id):
+                self._cached[banner.patient_id] = replace(cached, banner=banner)
                 # A refresh that is reading now may have read the former banner.
                 self._changes += 1
             self._due_s = 0.0
 
-    def store(self, known: CachedPatient) -> None:
+    def store(self, cached: CachedPatient) -> None:
         """Store an entry that a user changed without the database."""
-        self._known[known.patient.id] = known
-        if known.clinic_session:
-            self._unsent[known.clinic_session.id] = known.patient.id
+        self._cached[cached.patient.id] = cached
+        if cached.clinic_session:
+            self._unsent[cached.clinic_session.id] = cached.patient.id
         self._changes += 1
         self._due_s = 0.0
 
 
-def _named_by(known: CachedPatient) -> set[tuple[str, UUID]]:
+def _records_of(cached: CachedPatient) -> set[tuple[str, UUID]]:
     """Return every record of one patient that a request can name."""
-    named = {("patient_id", known.patient.id), *(("recording_id", recording) for recording in known.recordings)}
-    if known.programme:
-        named.add(("programme_version_id", known.programme.version_id))
-    if known.clinic_session:
-        named |= {("session_id", known.clinic_session.id), *(("run_id", run.id) for run in known.clinic_session.runs)}
-    return named
+    records = {("patient_id", cached.patient.id), *(("recording_id", recording) for recording in cached.recordings)}
+    if cached.programme:
+        records.add(("programme_version_id", cached.programme.version_id))
+    if cached.clinic_session:
+        records |= {
+            ("session_id", cached.clinic_session.id),
+            *(("run_id", run.id) for run in cached.clinic_session.runs),
+        }
+    return records

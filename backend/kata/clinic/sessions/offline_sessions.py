@@ -71,8 +71,8 @@ class OfflineSessions:
 
     def session(self, session_id: UUID) -> Session | None:
         """Return the cached session, or None if it is unknown."""
-        known = self.cache.find_session(session_id)
-        return known.clinic_session if known else None
+        cached = self.cache.find_session(session_id)
+        return cached.clinic_session if cached else None
 
     def open_session(
         self, session_id: UUID, patient_id: UUID, therapist: str, programme_version_id: UUID | None
@@ -82,13 +82,13 @@ class OfflineSessions:
         The caller spools the returned event.
         """
         with self.cache.lock:
-            known = self.cache.find_patient(patient_id)
-            if known is None or not self.cache.is_needed:
+            cached = self.cache.find_patient(patient_id)
+            if cached is None or not self.cache.is_needed:
                 return None
-            if known.clinic_session and not known.clinic_session.ended_at:
-                return known.clinic_session, None
-            programme, episode_id = known.programme, known.episode_id
-            if programme is None or episode_id is None or not self.cache.may_begin(known):
+            if cached.clinic_session and not cached.clinic_session.ended_at:
+                return cached.clinic_session, None
+            programme, episode_id = cached.programme, cached.episode_id
+            if programme is None or episode_id is None or not self.cache.may_begin(cached):
                 return None
             if programme.version_id != programme_version_id:
                 return None
@@ -96,39 +96,39 @@ class OfflineSessions:
             opened = SessionOpened(
                 session_id, patient_id, episode_id, programme.version_id, therapist, self._station, at
             )
-            clinic_session = known.new_clinic_session(session_id, therapist, self._station, at)
+            clinic_session = cached.new_clinic_session(session_id, therapist, self._station, at)
             minutes = programme.timer_minutes
             timer = planned.PlanTimer(minutes=minutes, played_s=0.0, left_s=60.0 * minutes) if minutes else None
-            self.cache.store(replace(known, clinic_session=clinic_session, timer=timer, at_s=time.monotonic()))
+            self.cache.store(replace(cached, clinic_session=clinic_session, timer=timer, at_s=time.monotonic()))
             self.cache.attend(patient_id, session_id)
             return clinic_session, opened
 
     def discard_session(self, session_id: UUID) -> None:
         """Remove a session that could not be spooled."""
         with self.cache.lock:
-            if known := self.cache.find_session(session_id):
-                self.cache.store(replace(known, clinic_session=None, timer=None))
+            if cached := self.cache.find_session(session_id):
+                self.cache.store(replace(cached, clinic_session=None, timer=None))
 
-    def update_session(self, session_id: UUID, given: SessionUpdate) -> tuple[Session, list[PainRecorded]] | None:
+    def update_session(self, session_id: UUID, update: SessionUpdate) -> tuple[Session, list[PainRecorded]] | None:
         """Store pain scores. Return None if the session is unknown or the update contains other fields.
 
         :raises ProblemError: 409 when the session was changed meanwhile.
         """
         with self.cache.lock:
-            known = self.cache.find_session(session_id)
-            clinic_session = known.clinic_session if known else None
-            said = given.model_dump(exclude_unset=True, exclude={"updated_at"})
-            if known is None or clinic_session is None or not said or not said.keys() <= set(_PAIN):
+            cached = self.cache.find_session(session_id)
+            clinic_session = cached.clinic_session if cached else None
+            scores = update.model_dump(exclude_unset=True, exclude={"updated_at"})
+            if cached is None or clinic_session is None or not scores or not scores.keys() <= set(_PAIN):
                 return None
-            check_version(clinic_session.updated_at, given.updated_at)
+            check_version(clinic_session.updated_at, update.updated_at)
             at = utc_now()
             events = [
-                PainRecorded(clinic_session.id, when, said[when], getattr(clinic_session, when), at, self._station)
+                PainRecorded(clinic_session.id, when, scores[when], getattr(clinic_session, when), at, self._station)
                 for when in _PAIN
-                if when in said
+                if when in scores
             ]
-            changed = clinic_session.model_copy(update={**said, "updated_at": at})
-            self.cache.store(replace(known, clinic_session=changed))
+            changed = clinic_session.model_copy(update={**scores, "updated_at": at})
+            self.cache.store(replace(cached, clinic_session=changed))
             return changed, events
 
     def end_session(
@@ -139,9 +139,9 @@ class OfflineSessions:
         :raises ProblemError: 409 while a run in it has not ended.
         """
         with self.cache.lock:
-            known = self.cache.find_session(session_id)
-            clinic_session = known.clinic_session if known else None
-            if known is None or clinic_session is None:
+            cached = self.cache.find_session(session_id)
+            clinic_session = cached.clinic_session if cached else None
+            if cached is None or clinic_session is None:
                 return None
             if clinic_session.ended_at:
                 return clinic_session, None
@@ -149,9 +149,9 @@ class OfflineSessions:
                 raise ending.run_not_ended()
             ending.check_played(clinic_session.runs)
             at = utc_now()
-            ended = clinic_session.model_copy(update={"ended_at": at, "end_reason": reason, "updated_at": at})
-            self.cache.store(replace(known, clinic_session=ended))
-            return ended, SessionClosed(session_id, reason, at, self._station)
+            ended_session = clinic_session.model_copy(update={"ended_at": at, "end_reason": reason, "updated_at": at})
+            self.cache.store(replace(cached, clinic_session=ended_session))
+            return ended_session, SessionClosed(session_id, reason, at, self._station)
 
     def checklist(
         self, session_id: UUID, recording_id: UUID | None, apparatus: checks.ApparatusState
@@ -159,26 +159,26 @@ class OfflineSessions:
         """Return the result of :func:`kata.clinic.sessions.checks.checklist`, and the identifiers in the record. Return None if session
         or recording is unknown.
         """
-        found = self._find_playable(session_id, recording_id)
-        return (self._checked(*found, apparatus), found[0].identity) if found else None
+        playable = self._find_playable(session_id, recording_id)
+        return (self._checked(*playable, apparatus), playable[0].identity) if playable else None
 
-    def answer_check(self, session_id: UUID, check: CheckName, given: CheckConfirmation) -> CheckAnswered | None:
+    def answer_check(self, session_id: UUID, check: CheckName, confirmation: CheckConfirmation) -> CheckAnswered | None:
         """Store a user's answer to a check. Return None if session or recording is unknown. The caller spools the returned event.
 
         :raises ProblemError: 409 for a check that only the apparatus answers, and after the session's end; 422 as in
             :func:`kata.clinic.sessions.identity.subject`.
         """
         with self.cache.lock:
-            found = self._find_playable(session_id, given.recording_id)
-            if found is None:
+            playable = self._find_playable(session_id, confirmation.recording_id)
+            if playable is None:
                 return None
-            known, clinic_session, recording = found
+            cached, clinic_session, recording = playable
             ending.check_goes_on(clinic_session.ended_at)
             subject = checks.confirmable(recording.needs, check).subject
             if check == "identity":
-                subject = identity.subject(given.identifiers, known.identity.birth_date)
-            ticked = CheckAnswered(session_id, check, subject, utc_now(), given.checked_by)
-            self.cache.store(replace(known, clinic_session=_with_answers(clinic_session, [ticked])))
+                subject = identity.subject(confirmation.identifiers, cached.identity.birth_date)
+            ticked = CheckAnswered(session_id, check, subject, utc_now(), confirmation.checked_by)
+            self.cache.store(replace(cached, clinic_session=_with_answers(clinic_session, [ticked])))
             return ticked
 
     def start_run(self, request: runs.RunRequest, apparatus: checks.ApparatusState) -> CheckedRun | None:
@@ -188,22 +188,22 @@ class OfflineSessions:
             :func:`kata.clinic.programmes.planned.check_timer`,
             :meth:`DoctorLimits.check` and :func:`kata.clinic.sessions.checks.require`.
         """
-        found = self._find_playable(request.session_id, request.recording_id)
-        if found is None:
+        playable = self._find_playable(request.session_id, request.recording_id)
+        if playable is None:
             return None
-        known, clinic_session, recording = found
+        cached, clinic_session, recording = playable
         ending.check_goes_on(clinic_session.ended_at)
         items = clinic_session.programme.items if clinic_session.programme else []
         if request.programme_position is not None:
-            places = [(item.position, item.recording_id) for item in items]
-            plans.check_place(places, request.programme_position, request.recording_id)
+            planned_items = [(item.position, item.recording_id) for item in items]
+            plans.check_place(planned_items, request.programme_position, request.recording_id)
             # The time played since the refresh is unknown. It cannot be longer than the time that has passed.
-            if known.timer and known.timer.left_s <= time.monotonic() - known.at_s:
-                raise planned.timer_over(known.timer.minutes)
-        contraindications.check(known.banner.contraindications_of(recording.side))
+            if cached.timer and cached.timer.left_s <= time.monotonic() - cached.at_s:
+                raise planned.timer_over(cached.timer.minutes)
+        contraindications.check(cached.banner.contraindications_of(recording.side))
         motion = runs.with_settings(recording.taught, request.settings)
         limits = recording.allowed.check(motion, request.load_level, request.method)
-        checked = self._checked(known, clinic_session, recording, apparatus)
+        checked = self._checked(cached, clinic_session, recording, apparatus)
         checks.require_all(checked)
         corrected_by, learned = (
             recording.learned.get(request.settings, (None, None)) if request.method == "learned" else (None, None)
@@ -234,33 +234,33 @@ class OfflineSessions:
                 )
                 self.cache.store(replace(now, clinic_session=clinic_session))
         prescribed = next((item.end_range for item in items if item.position == request.programme_position), None)
-        return CheckedRun(started, new_answers, run, recording, motion, learned, limits, known.patient, prescribed)
+        return CheckedRun(started, new_answers, run, recording, motion, learned, limits, cached.patient, prescribed)
 
     def finish_run(self, run_id: UUID, outcome: RunOutcome | None, ended_at: datetime | None = None) -> None:
         """Store a run's outcome. If it is None, the device has refused the run, which is then removed."""
-        ended = {"outcome": outcome, "ended_at": ended_at}
+        changes = {"outcome": outcome, "ended_at": ended_at}
         with self.cache.lock:
-            for known in self.cache.with_loaded_run(run_id):
-                if clinic_session := known.clinic_session:
+            for cached in self.cache.with_loaded_run(run_id):
+                if clinic_session := cached.clinic_session:
                     after = [
-                        run.model_copy(update=ended) if run.id == run_id else run
+                        run.model_copy(update=changes) if run.id == run_id else run
                         for run in clinic_session.runs
                         if outcome or run.id != run_id
                     ]
-                    self.cache.store(replace(known, clinic_session=clinic_session.model_copy(update={"runs": after})))
+                    self.cache.store(replace(cached, clinic_session=clinic_session.model_copy(update={"runs": after})))
 
     def _find_playable(
         self, session_id: UUID, recording_id: UUID | None
     ) -> tuple[CachedPatient, Session, CachedRecording] | None:
-        known = self.cache.find_session(session_id)
-        if known is None or known.clinic_session is None or recording_id is None:
+        cached = self.cache.find_session(session_id)
+        if cached is None or cached.clinic_session is None or recording_id is None:
             return None
-        recording = known.recordings.get(recording_id)
-        return (known, known.clinic_session, recording) if recording else None
+        recording = cached.recordings.get(recording_id)
+        return (cached, cached.clinic_session, recording) if recording else None
 
     def _checked(
         self,
-        known: CachedPatient,
+        cached: CachedPatient,
         clinic_session: Session,
         recording: CachedRecording,
         apparatus: checks.ApparatusState,
@@ -273,5 +273,7 @@ def _answers(clinic_session: Session) -> list[Answer]:
 
 
 def _with_answers(clinic_session: Session, ticked: Iterable[CheckAnswered]) -> Session:
-    more = [CheckAnswer(check=answer.check, subject=answer.subject, at=answer.at, by=answer.by) for answer in ticked]
-    return clinic_session.model_copy(update={"checks": [*clinic_session.checks, *more]})
+    new_answers = [
+        CheckAnswer(check=answer.check, subject=answer.subject, at=answer.at, by=answer.by) for answer in ticked
+    ]
+    return clinic_session.model_copy(update={"checks": [*clinic_session.checks, *new_answers]})

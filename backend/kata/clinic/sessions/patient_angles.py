@@ -18,9 +18,9 @@ class PatientAngles:
             reading = PoseReading(row.apparatus_deg, row.patient_deg, self._minutes(row.read_at))
             by_motion.setdefault(row.motion, []).append(reading)
         self._estimators = {
-            motion: PatientAngleEstimator(found)
-            for motion, found in by_motion.items()
-            if at_two_poses([reading.apparatus_deg for reading in found])
+            motion: PatientAngleEstimator(readings_of_motion)
+            for motion, readings_of_motion in by_motion.items()
+            if at_two_poses([reading.apparatus_deg for reading in readings_of_motion])
         }
 
     def at(self, motion: int, apparatus_deg: float | None, moment: datetime) -> PatientAngle | None:

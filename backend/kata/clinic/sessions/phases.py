@@ -26,8 +26,8 @@ def reversal_starts(phase: NDArray[np.generic]) -> NDArray[np.intp]:
     count as a new beginning.
     """
     counted = np.flatnonzero(phase != PHASE_PAUSED)
-    back = phase[counted] == PHASE_REVERSING
-    starts: NDArray[np.intp] = counted[np.diff(back.astype(np.int8), prepend=0) == 1]
+    is_reversing = phase[counted] == PHASE_REVERSING
+    starts: NDArray[np.intp] = counted[np.diff(is_reversing.astype(np.int8), prepend=0) == 1]
     return starts
 
 
@@ -39,12 +39,12 @@ def least_range_percent(motion: Motion, phase: NDArray[np.uint8], path_s: Floats
     lessened = phase == PHASE_REDUCED_RANGE
     if not np.any(lessened):
         return None
-    rest = rest_posture_deg(motion.angles_deg)
-    asked = motion.at(np.clip(path_s[lessened], 0.0, motion.duration_s)) - rest
-    went = measured_deg[lessened] - rest
-    way = np.sum(asked**2, axis=1)
-    far = way >= _FAR**2 * way.max()
-    share = np.sum(asked[far] * went[far], axis=1) / np.maximum(way[far], 1e-9)
+    rest_deg = rest_posture_deg(motion.angles_deg)
+    requested_deg = motion.at(np.clip(path_s[lessened], 0.0, motion.duration_s)) - rest_deg
+    went = measured_deg[lessened] - rest_deg
+    requested_squared = np.sum(requested_deg**2, axis=1)
+    far = requested_squared >= _FAR**2 * requested_squared.max()
+    share = np.sum(requested_deg[far] * went[far], axis=1) / np.maximum(requested_squared[far], 1e-9)
     return float(np.clip(round(100 * float(share.min())), 0, 100))
 
 

@@ -39,12 +39,12 @@ def require(row: SessionRow, position: int, recording_id: UUID) -> None:
     check_place([(item.position, item.recording_id) for item in items(row)], position, recording_id)
 
 
-def check_place(places: Iterable[tuple[int, UUID]], position: int, recording_id: UUID) -> None:
-    """Check that ``places`` contains the recording at this position.
+def check_place(planned_items: Iterable[tuple[int, UUID]], position: int, recording_id: UUID) -> None:
+    """Check that ``planned_items`` contains the recording at this position.
 
     :raises ProblemError: 409.
     """
-    if (position, recording_id) not in places:
+    if (position, recording_id) not in planned_items:
         raise ProblemError(
             409,
             "not_planned",

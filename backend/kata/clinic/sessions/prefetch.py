@@ -113,22 +113,26 @@ class CachedPatient:
 
 
 def fetch(
-    session: DatabaseSession, station: str, wanted: Sequence[UUID], today: date, before: Mapping[UUID, CachedPatient]
+    session: DatabaseSession,
+    station: str,
+    patient_ids: Sequence[UUID],
+    today: date,
+    before: Mapping[UUID, CachedPatient],
 ) -> dict[UUID, CachedPatient]:
-    """Return those ``wanted`` patients whose session is open or could begin. If there are too many samples, return the first patients.
+    """Return those of the given patients whose session is open or could begin. If there are too many samples, return the first patients.
 
     Patients with a restricted or archived record are left out. ``today``: in the clinic's time zone. ``before``: result of the last call.
     """
-    there = (PatientRow.id.in_(wanted), ~PatientRow.restricted, PatientRow.archived_at.is_(None))
-    of_patients = select(PatientRow).where(*there)
+    conditions = (PatientRow.id.in_(patient_ids), ~PatientRow.restricted, PatientRow.archived_at.is_(None))
+    of_patients = select(PatientRow).where(*conditions)
     of_patients = of_patients.options(selectinload(PatientRow.episodes).lazyload(EpisodeRow.stages))
     rows = {row.id: row for row in session.scalars(of_patients)}
     open_sessions = select(SessionRow).where(SessionRow.patient_id.in_(rows), SessionRow.ended_at.is_(None))
     clinic_sessions = {row.patient_id: row for row in session.scalars(open_sessions.order_by(SessionRow.started_at))}
     versions = programmes.of_patients(session, rows)
-    found: dict[UUID, CachedPatient] = {}
-    left = _MOST_SAMPLES
-    for row in (rows[key] for key in wanted if key in rows):
+    cached: dict[UUID, CachedPatient] = {}
+    remaining_samples = _MOST_SAMPLES
+    for row in (rows[key] for key in patient_ids if key in rows):
         episode = row.episode if row.episode and row.episode.closed_at is None else None
         of_episode = [
             version
@@ -146,12 +150,12 @@ def fetch(
         ]
         needed = dict.fromkeys([*(item.recording_id for item in items), *played])
         size = sum(recordings.get(session, recording_id).samples for recording_id in needed)
-        if found and size > left:
+        if cached and size > remaining_samples:
             continue
-        left -= size
+        remaining_samples -= size
         at, at_s, had = utc_now(), time.monotonic(), before.get(row.id)
         playable = _playables(session, row, station, needed, items, had)
-        found[row.id] = CachedPatient(
+        cached[row.id] = CachedPatient(
             patient=SessionPatient.model_validate(row),
             identity=PatientIdentity.model_validate(row),
             banner=banner.of_patient(session, row, today),
@@ -168,7 +172,7 @@ def fetch(
             at=at,
             at_s=at_s,
         )
-    return found
+    return cached
 
 
 def seen_here(session: DatabaseSession, station: str, since: datetime) -> dict[UUID, datetime]:
@@ -197,7 +201,7 @@ def _playables(
     for item in items:
         if item.method == "learned":
             learned.setdefault(item.recording_id, set()).add(runs.settings_of(item))
-    found: dict[UUID, CachedRecording] = {}
+    playables: dict[UUID, CachedRecording] = {}
     for recording_id in needed:
         had = before.recordings.get(recording_id) if before else None
         try:
@@ -207,8 +211,8 @@ def _playables(
                 log.info("recording %s is not cached: %s", recording_id, error)
             continue
         if playable:
-            found[recording_id] = playable
-    return found
+            playables[recording_id] = playable
+    return playables
 
 
 def _playable(
@@ -232,13 +236,13 @@ def _playable(
         return None
     taught = before.taught if before else runs.taught(session, recording_id)
     learned: dict[edit.PlaybackSettings, tuple[UUID, Correction]] = {}
-    for asked in learning_asked:
-        newest = learning.newest(session, recording_id, asked, station, utc_now())
-        had = before.learned.get(asked) if before else None
+    for settings in learning_asked:
+        newest = learning.newest(session, recording_id, settings, station, utc_now())
+        had = before.learned.get(settings) if before else None
         if had and had[0] == newest:
-            learned[asked] = had
+            learned[settings] = had
         elif newest and (correction := learning.correction(session, newest)):
-            learned[asked] = (newest, correction)
+            learned[settings] = (newest, correction)
     return CachedRecording(
         name=recording.name,
         side=side_of(recording.side),

@@ -225,10 +225,10 @@ def _changes_of_session(
     session: DatabaseSession, clinic_session: SessionRow, patient: PatientRow, version: ProgrammeVersionRow
 ) -> Iterator[Change]:
     meanwhile = or_(SessionRow.ended_at.is_(None), SessionRow.ended_at > clinic_session.started_at)
-    others = select(SessionRow.id).where(
+    other_sessions = select(SessionRow.id).where(
         SessionRow.patient_id == patient.id, SessionRow.id != clinic_session.id, meanwhile
     )
-    if session.scalars(others).first():
+    if session.scalars(other_sessions).first():
         yield "another"
     if version.programme.archived_at or programmes.newest_number(session, version.programme_id) != version.number:
         yield "programme"

@@ -104,10 +104,10 @@ def get_patient_banner(database: TheDatabase, offline_cache: TheOfflineCache, pa
             today = checks.today(offline_cache.read_zone(session)).date()
             return banner.of_patient(session, patients.get(session, patient_id), today)
     except DatabaseUnavailableError:
-        known = offline_cache.find_patient(patient_id)
-        if known is None:
+        cached = offline_cache.find_patient(patient_id)
+        if cached is None:
             raise
-        return known.banner
+        return cached.banner
 
 
 @router.post(
@@ -118,30 +118,30 @@ def create_session(
     station: TheStation,
     offline_sessions: TheOfflineSessions,
     event_spool: TheEventSpool,
-    wanted: SessionCreate,
+    body: SessionCreate,
 ) -> Session:
     """Begin a session at this station, or continue the patient's open session. A patient has at most one open session.
 
     While the database is unavailable, a session can begin only for a patient and a programme of /api/station/ready-patients.
     """
-    what = (wanted.patient_id, wanted.therapist, wanted.programme_version_id)
+    arguments = (body.patient_id, body.therapist, body.programme_version_id)
     # The id is generated here, so that a session that the database stored before it was lost is not stored again.
     session_id = uuid4()
     try:
         with database.write() as session:
-            begun = service.as_session(service.begin(session, *what, station.info.name, session_id))
+            created = service.as_session(service.begin(session, *arguments, station.info.name, session_id))
     except DatabaseUnavailableError:
-        found = offline_sessions.open_session(session_id, *what)
-        if found is None:
+        offline = offline_sessions.open_session(session_id, *arguments)
+        if offline is None:
             raise
-        begun, opened = found
+        created, opened = offline
         if opened and not event_spool.put_offline_event(opened):
             event_spool.put_not_begun("session", opened.id)
             offline_sessions.discard_session(opened.id)
             raise
-        return begun
-    offline_sessions.cache.attend(begun.patient.id, begun.id)
-    return begun
+        return created
+    offline_sessions.cache.attend(created.patient.id, created.id)
+    return created
 
 
 @router.get("/api/sessions/{session_id}", summary="Get a session with its runs", responses=PROBLEMS.of(404, 422))
@@ -151,10 +151,10 @@ def get_session(database: TheDatabase, offline_sessions: TheOfflineSessions, ses
         with database.read() as session:
             return service.as_session(service.get(session, session_id))
     except DatabaseUnavailableError:
-        known = offline_sessions.session(session_id)
-        if known is None:
+        cached = offline_sessions.session(session_id)
+        if cached is None:
             raise
-        return known
+        return cached
 
 
 @router.patch("/api/sessions/{session_id}", summary="Change a session", responses=PROBLEMS.of(404, 409, 422))
@@ -170,10 +170,10 @@ def update_session(
         with database.write() as session:
             changed = service.as_session(service.change(session, session_id, change))
     except DatabaseUnavailableError:
-        said = offline_sessions.update_session(session_id, change)
-        if said is None:
+        offline = offline_sessions.update_session(session_id, change)
+        if offline is None:
             raise
-        changed, events = said
+        changed, events = offline
         for event in events:
             event_spool.put_offline_event(event)
         return changed
@@ -196,14 +196,14 @@ def get_checklist(
     """Return the checklist of a recording with its answers. The apparatus itself answers some checks."""
     try:
         with database.read() as session:
-            found = checks.checklist(session, session_id, recording_id, apparatus)
+            states = checks.checklist(session, session_id, recording_id, apparatus)
             patient = PatientIdentity.model_validate(service.get(session, session_id).patient)
-            return checks.as_checklist(found, patient)
+            return checks.as_checklist(states, patient)
     except DatabaseUnavailableError:
-        known = offline_sessions.checklist(session_id, recording_id, apparatus)
-        if known is None:
+        offline = offline_sessions.checklist(session_id, recording_id, apparatus)
+        if offline is None:
             raise
-        return checks.as_checklist(*known)
+        return checks.as_checklist(*offline)
 
 
 @router.put(
@@ -218,22 +218,22 @@ def confirm_check(
     event_spool: TheEventSpool,
     session_id: UUID,
     check: CheckName,
-    given: CheckConfirmation,
+    body: CheckConfirmation,
 ) -> Checklist:
     """Confirm a check of the checklist. `identity` needs two identifiers that the patient stated."""
     try:
         with database.write() as session:
-            confirmed = checks.confirm(session, session_id, check, given, apparatus)
+            confirmed = checks.confirm(session, session_id, check, body, apparatus)
             patient = service.get(session, session_id).patient
             patient_id = patient.id
             checklist = checks.as_checklist(confirmed, PatientIdentity.model_validate(patient))
     except DatabaseUnavailableError:
-        ticked = offline_sessions.answer_check(session_id, check, given)
-        known = offline_sessions.checklist(session_id, given.recording_id, apparatus)
-        if ticked is None or known is None:
+        ticked = offline_sessions.answer_check(session_id, check, body)
+        offline = offline_sessions.checklist(session_id, body.recording_id, apparatus)
+        if ticked is None or offline is None:
             raise
         event_spool.put_offline_event(ticked)
-        return checks.as_checklist(*known)
+        return checks.as_checklist(*offline)
     offline_sessions.cache.attend(patient_id, session_id)
     return checklist
 
@@ -254,8 +254,8 @@ def get_teaching_checklist(
     with database.read() as session:
         patient = patients.get(session, patient_id)
         teach = checks.TeachingRequest(patient.id, checks.teaching_side(patient, side), set(fixtures))
-        found = checks.teaching_checklist(session, teach, apparatus)
-        return checks.as_checklist(found, PatientIdentity.model_validate(patient))
+        states = checks.teaching_checklist(session, teach, apparatus)
+        return checks.as_checklist(states, PatientIdentity.model_validate(patient))
 
 
 @router.post("/api/sessions/{session_id}/end", summary="End a session", responses=PROBLEMS.of(404, 409, 422))
@@ -265,33 +265,33 @@ def end_session(
     event_spool: TheEventSpool,
     played: OnApparatus,
     session_id: UUID,
-    given: SessionEnd | None = None,
+    body: SessionEnd | None = None,
 ) -> Session:
     """End a session. A repeated call changes only the reason, if one is given.
 
     While the database is unavailable, a session that is open here ends with the given reason or without one.
     """
-    reason = given.reason if given else None
+    reason = body.reason if body else None
     try:
         with database.write() as session:
-            ended = service.as_session(service.end(session, session_id, reason))
+            ended_session = service.as_session(service.end(session, session_id, reason))
     except DatabaseUnavailableError:
-        found = offline_sessions.end_session(session_id, reason, played)
-        if found is None:
+        offline = offline_sessions.end_session(session_id, reason, played)
+        if offline is None:
             raise
-        ended, closed = found
+        ended_session, closed = offline
         if closed:
             event_spool.put_offline_event(closed)
-        return ended
-    offline_sessions.cache.attend(ended.patient.id, None)
-    return ended
+        return ended_session
+    offline_sessions.cache.attend(ended_session.patient.id, None)
+    return ended_session
 
 
 @router.post("/api/sessions/{session_id}/sign", summary="Sign a session's note", responses=PROBLEMS.of(404, 409, 422))
-def sign_session(database: TheDatabase, session_id: UUID, given: SessionSign) -> Session:
+def sign_session(database: TheDatabase, session_id: UUID, body: SessionSign) -> Session:
     """Sign the note of an ended session. The note cannot change afterwards; only addenda can be added."""
     with database.write() as session:
-        return service.as_session(signing.sign(session, session_id, given))
+        return service.as_session(signing.sign(session, session_id, body))
 
 
 @router.post(
@@ -300,7 +300,7 @@ def sign_session(database: TheDatabase, session_id: UUID, given: SessionSign) ->
     status_code=201,
     responses=PROBLEMS.of(404, 409, 422),
 )
-def add_addendum(database: TheDatabase, session_id: UUID, given: AddendumCreate) -> Session:
+def add_addendum(database: TheDatabase, session_id: UUID, body: AddendumCreate) -> Session:
     """Add an addendum to a signed note."""
     with database.write() as session:
-        return service.as_session(signing.add(session, session_id, given))
+        return service.as_session(signing.add(session, session_id, body))

@@ -74,62 +74,62 @@ class PlaybackResults:
     """The learned correction as it is stored; None if nothing was learned."""
 
 
-def calculate(ended: EndedPlayback) -> PlaybackResults:
+def calculate(playback: EndedPlayback) -> PlaybackResults:
     """Return the results of a playback. Samples and motions are read only if a result needs them.
 
     :raises UnreadableError: when the samples of the recording are damaged.
     :raises EditError: when the recording cannot be played with the run's settings.
     """
-    journal = ended.journal
+    journal = playback.journal
     done, played_s = counting.count_repetitions(
-        journal, ended.outcome, ended.settings, lambda: (ended.taught, ended.motion)
+        journal, playback.outcome, playback.settings, lambda: (playback.taught, playback.motion)
     )
     run: dict[str, Any] = {"repetitions_done": done, "played_s": played_s}
     if len(journal.t_ns):
         run["reversals"] = phases.reversals(journal.phase)
     if np.any(journal.phase == PHASE_REDUCED_RANGE):
         run["least_range_percent"] = phases.least_range_percent(
-            ended.motion, journal.phase, journal.path_s, journal.measured_deg.astype(np.float64)
+            playback.motion, journal.phase, journal.path_s, journal.measured_deg.astype(np.float64)
         )
     if not np.any((journal.phase == PHASE_PLAYING) | (journal.phase == PHASE_REDUCED_RANGE)):
         return PlaybackResults(run)
-    whole = edit.without_range(ended.motion, ended.taught, ended.settings.range_percent)
-    found = compared.compare_run(ended.run_id, journal, ended.motion, whole, ended.side)
-    run |= found.run
-    if found.comparison is None:
+    full_range = edit.without_range(playback.motion, playback.taught, playback.settings.range_percent)
+    compared_run = compared.compare_run(playback.run_id, journal, playback.motion, full_range, playback.side)
+    run |= compared_run.run
+    if compared_run.comparison is None:
         return PlaybackResults(run)
-    _count_end_range(ended, found.motions)
+    _count_end_range(playback, compared_run.motions)
     correction = None
-    if ended.learns:
+    if playback.learns:
         lesson = lessons.learn(
-            ended.run_id,
-            ended.correction,
-            ended.motion,
+            playback.run_id,
+            playback.correction,
+            playback.motion,
             journal,
-            ended.outcome,
-            lessons.Learner(ended.config, ended.resistance_share),
+            playback.outcome,
+            lessons.Learner(playback.config, playback.resistance_share),
         )
         run |= lesson.run
         correction = lesson.data
-    overview = downsampling.of_run(ended.motion, found.comparison)
-    return PlaybackResults(run, found.motors, found.motions, overview, correction)
+    overview = downsampling.of_run(playback.motion, compared_run.comparison)
+    return PlaybackResults(run, compared_run.motors, compared_run.motions, overview, correction)
 
 
-def _count_end_range(ended: EndedPlayback, motions: list[dict[str, Any]]) -> None:
+def _count_end_range(playback: EndedPlayback, motions: list[dict[str, Any]]) -> None:
     """Add the end-range time of each motion of the shoulder joint. All samples of the run count, also those of pauses and of the way back.
 
     The prescription's band and torque count for its motion, the usual ones for the others. Nothing is added if the station's load is not
     identified, and for a motion without an end.
     """
-    journal = ended.journal
-    load = replace(ended.config.servo_model.load, side=ended.side)
-    counter = EndRangeCounter(ended.taught.angles_deg, load, ended.end_range)
+    journal = playback.journal
+    load = replace(playback.config.servo_model.load, side=playback.side)
+    counter = EndRangeCounter(playback.taught.angles_deg, load, playback.end_range)
     times_s: Floats = (journal.t_ns - journal.t_ns[0]) / 1e9
     counter.add(times_s, journal.measured_deg, journal.torque_nm)
     counted = counter.times_s()
     for motion in motions:
         motors = BASIC_MOTIONS[motion["motion"] - 1].motors
         if len(motors) == 1 and motors[0] in counted:
-            threshold = ended.end_range.get(motors[0], USUAL)
+            threshold = playback.end_range.get(motors[0], USUAL)
             motion["end_range_s"] = counted[motors[0]]
             motion["end_range_band_deg"], motion["end_range_torque_nm"] = threshold.band_deg, threshold.torque_nm

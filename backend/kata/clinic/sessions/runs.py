@@ -145,14 +145,16 @@ def new(id_: UUID, started_at: datetime, request: RunRequest) -> RunRow:
     )
 
 
-def motion_of(session: DatabaseSession, row: RunRow, *, once: bool = False) -> edit.Motion:
+def motion_of(session: DatabaseSession, row: RunRow, *, single_repetition: bool = False) -> edit.Motion:
     """Return the motion that a run requests from the motors: its recording with the run's settings.
 
-    :param once: return only one repetition.
+    :param single_repetition: return only one repetition.
     :raises ProblemError: 404; 410 when the recording's samples are damaged; 422 when it cannot be played with these settings.
     """
     settings = settings_of(row)
-    return with_settings(taught(session, row.recording_id), replace(settings, repetitions=1) if once else settings)
+    return with_settings(
+        taught(session, row.recording_id), replace(settings, repetitions=1) if single_repetition else settings
+    )
 
 
 def taught(session: DatabaseSession, recording_id: UUID) -> edit.Motion:
@@ -218,7 +220,7 @@ def complete(
     row = session.get(RunRow, UUID(journal.id))
     if row is None or row.rate_hz is not None:
         return row
-    ended = None if results else ended_playback(session, journal, config)
+    playback = None if results else ended_playback(session, journal, config)
     lasted_ns = int(journal.t_ns[-1]) - journal.started_ns if len(journal.t_ns) else 0
     row.ended_at = journal.started_at + timedelta(seconds=lasted_ns / 1e9)
     row.outcome = outcome_of(journal)
@@ -228,7 +230,7 @@ def complete(
     row.rate_hz = journal.rate_hz
     if row.end_feel:
         _complete_end_feel(session, row, journal)
-    elif results := results or (calculate(ended) if ended else None):
+    elif results := results or (calculate(playback) if playback else None):
         _store_results(session, row, results, config)
     if len(journal.t_ns):
         SAMPLES.store(session, row.id, _series(journal), results.overview if results else None)
@@ -304,8 +306,8 @@ def give_up_unended(session: DatabaseSession, station: str, before: datetime) ->
 
     :returns: the number of closed runs.
     """
-    here = select(SessionRow.id).where(SessionRow.station.in_((station, "")))
-    return _give_up(session, RunRow.session_id.in_(here) & (RunRow.started_at <= before))
+    sessions_here = select(SessionRow.id).where(SessionRow.station.in_((station, "")))
+    return _give_up(session, RunRow.session_id.in_(sessions_here) & (RunRow.started_at <= before))
 
 
 def give_up(session: DatabaseSession, run_id: UUID) -> None:
@@ -313,9 +315,9 @@ def give_up(session: DatabaseSession, run_id: UUID) -> None:
     _give_up(session, RunRow.id == run_id)
 
 
-def _give_up(session: DatabaseSession, which: ColumnElement[bool]) -> int:
-    lost = update(RunRow).where(RunRow.outcome == "loaded", which)
-    given_up = lost.values(outcome="interrupted", ended_at=RunRow.started_at)
+def _give_up(session: DatabaseSession, condition: ColumnElement[bool]) -> int:
+    lost_runs = update(RunRow).where(RunRow.outcome == "loaded", condition)
+    given_up = lost_runs.values(outcome="interrupted", ended_at=RunRow.started_at)
     return int(session.connection().execute(given_up).rowcount)
 
 
@@ -329,17 +331,17 @@ def figure_samples(
     row = get(session, run_id)
     if row.samples is None:
         raise ProblemError(409, "nothing_played", texts.NOTHING_PLAYED(), texts.NOTHING_TO_COMPARE())
-    asked = settings_of(row)
-    seen = None if window or clock == "wall" else SAMPLES.read_overview(session, run_id)
-    if seen is not None:
-        return RunFigureSamples(None, None, asked, seen, None)
+    settings = settings_of(row)
+    overview = None if window or clock == "wall" else SAMPLES.read_overview(session, run_id)
+    if overview is not None:
+        return RunFigureSamples(None, None, settings, overview, None)
     taught = recordings.stored_samples(session, row.recording_id)
     if window and clock == "path":
         played = SAMPLES.read_within(session, run_id, "path_s", *window)
     else:
         # The wall clock starts where each part of the playback began, which may be before the window.
         played = SAMPLES.read(session, run_id)
-    return RunFigureSamples(taught, played, asked, None, window, clock)
+    return RunFigureSamples(taught, played, settings, None, window, clock)
 
 
 def samples(session: DatabaseSession, run_id: UUID) -> dict[str, Floats]:
@@ -391,9 +393,9 @@ def as_run(row: RunRow, recording_name: str | None = None, angles: PatientAngles
 
 def _as_motion(run: RunRow, row: MotionTrackingRow, angles: PatientAngles | None) -> MotionTracking:
     motion = MotionTracking.model_validate(row)
-    known = angles.of_run(run, row) if angles else None
-    if known:
-        low, high = known
+    patient_range = angles.of_run(run, row) if angles else None
+    if patient_range:
+        low, high = patient_range
         motion.patient_min_deg, motion.patient_min_uncertainty_deg = low.angle_deg, low.uncertainty_deg
         motion.patient_max_deg, motion.patient_max_uncertainty_deg = high.angle_deg, high.uncertainty_deg
     return motion

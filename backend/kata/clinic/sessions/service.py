@@ -136,19 +136,19 @@ def end(session: DatabaseSession, session_id: UUID, reason: EndReason | None = N
     return row
 
 
-def change(session: DatabaseSession, session_id: UUID, given: SessionUpdate) -> SessionRow:
+def change(session: DatabaseSession, session_id: UUID, update: SessionUpdate) -> SessionRow:
     """Change only the given fields.
 
     :raises ProblemError: 404; 409 when the session is signed or was changed meanwhile, or the programme belongs to another episode.
     """
-    row = to_change(session, session_id, given.updated_at)
-    fields = given.model_dump(exclude_unset=True, exclude={"updated_at", "programme_version_id"})
+    row = to_change(session, session_id, update.updated_at)
+    fields = update.model_dump(exclude_unset=True, exclude={"updated_at", "programme_version_id"})
     for name, value in fields.items():
         if value is not None or name in _MAY_BE_EMPTIED:
             setattr(row, name, value)
-    if given.programme_version_id:
-        plans.choose(session, row, given.programme_version_id)
-    elif "programme_version_id" in given.model_fields_set:
+    if update.programme_version_id:
+        plans.choose(session, row, update.programme_version_id)
+    elif "programme_version_id" in update.model_fields_set:
         row.programme_version = None
     row.updated_at = utc_now()
     return row

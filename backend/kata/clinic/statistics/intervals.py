@@ -40,8 +40,8 @@ def of_mean(sample: SampleSums) -> Estimate | None:
     """Return the mean with Student's interval, or None for fewer than two values."""
     if sample.number < 2:
         return None
-    half = _student_quantile(sample.number - 1) * sqrt(sample.variance / sample.number)
-    return Estimate(value=sample.mean, low=sample.mean - half, high=sample.mean + half)
+    half_width = _student_quantile(sample.number - 1) * sqrt(sample.variance / sample.number)
+    return Estimate(value=sample.mean, low=sample.mean - half_width, high=sample.mean + half_width)
 
 
 def of_share(count: int, of: int) -> Estimate | None:
@@ -50,8 +50,8 @@ def of_share(count: int, of: int) -> Estimate | None:
         return None
     share, z2 = count / of, _Z**2
     centre = (share + z2 / (2 * of)) / (1 + z2 / of)
-    half = _Z / (1 + z2 / of) * sqrt(share * (1 - share) / of + z2 / (4 * of**2))
-    return Estimate(value=share, low=max(0.0, centre - half), high=min(1.0, centre + half))
+    half_width = _Z / (1 + z2 / of) * sqrt(share * (1 - share) / of + z2 / (4 * of**2))
+    return Estimate(value=share, low=max(0.0, centre - half_width), high=min(1.0, centre + half_width))
 
 
 def of_difference(later: SampleSums, earlier: SampleSums) -> Estimate | None:
@@ -67,5 +67,5 @@ def of_difference(later: SampleSums, earlier: SampleSums) -> Estimate | None:
     freedom = sum(parts) ** 2 / sum(
         part**2 / (sample.number - 1) for part, sample in zip(parts, (later, earlier), strict=True)
     )
-    half = _student_quantile(freedom) * sqrt(sum(parts))
-    return Estimate(value=change, low=change - half, high=change + half)
+    half_width = _student_quantile(freedom) * sqrt(sum(parts))
+    return Estimate(value=change, low=change - half_width, high=change + half_width)

@@ -45,9 +45,9 @@ def outcomes(session: Session, span: Span, adherence: ProgrammeAdherence) -> Out
         _text(row.episode_id), row.measure, _text(row.first_at), row.first, row.last, _text(row.important_at)
     ).where(*_within(span), row.last_at > row.first_at)
     rows = session.connection().execute(query).all()
-    found = _episodes(session, span)
-    episodes = found.values()
-    compared = _compared(rows, found)
+    episodes_by_id = _episodes(session, span)
+    episodes = episodes_by_id.values()
+    compared = _compared(rows, episodes_by_id)
     groups = [_group("all", "", compared)]
     groups += _groups("stage", compared, [episode.stage for episode in episodes], _STAGES)
     groups += _groups("programme", compared, [episode.programme for episode in episodes])
@@ -131,7 +131,7 @@ class _Compared:
         """Return the number of persons. A patient may have an episode of each shoulder."""
         return int(np.count_nonzero(np.bincount(self.patient)))
 
-    def where(self, chosen: Any) -> "_Compared":
+    def subset(self, chosen: Any) -> "_Compared":
         """Return these rows: their numbers, or true for each."""
         return _Compared(*(getattr(self, column.name)[chosen] for column in fields(self)))
 
@@ -147,7 +147,7 @@ def _compared(rows: Sequence[_Row], episodes: dict[str, _Episode]) -> _Compared:
     return _Compared(
         episode=episode,
         measure=_numbered(measures, MEASURES),
-        patient=_numbered([one.patient for one in episodes.values()])[episode],
+        patient=_numbered([episode_row.patient for episode_row in episodes.values()])[episode],
         first=first,
         last=last,
         fall=np.array([as_shown(fall) for fall in (first - last).tolist()], dtype=float),
@@ -155,26 +155,26 @@ def _compared(rows: Sequence[_Row], episodes: dict[str, _Episode]) -> _Compared:
     )
 
 
-def _numbered(names: Sequence[str], known: Iterable[str] = ()) -> Any:
-    """Return the number of each name: its place in ``known``, or else in the order of its first appearance."""
-    places = {name: place for place, name in enumerate(dict.fromkeys((*known, *names)))}
-    return np.array([places[name] for name in names], dtype=int)
+def _numbered(names: Sequence[str], first_names: Iterable[str] = ()) -> Any:
+    """Return the number of each name: its place in ``first_names``, or else in the order of its first appearance."""
+    numbers = {name: place for place, name in enumerate(dict.fromkeys((*first_names, *names)))}
+    return np.array([numbers[name] for name in names], dtype=int)
 
 
 def _groups(by: _By, rows: _Compared, names: Sequence[str], order: Sequence[str] = ()) -> list[OutcomeGroup]:
     """Return a group for each name, in this order or else from the largest to the smallest. ``names``: one for each episode."""
-    known = list(dict.fromkeys((*order, *names)))
-    numbers = _numbered(names, known)[rows.episode]
-    counts = np.bincount(numbers, minlength=len(known))
-    listed = range(len(known)) if order else np.argsort(-counts, kind="stable").tolist()
-    return [_group(by, known[n], rows.where(np.flatnonzero(numbers == n))) for n in listed if counts[n]]
+    group_names = list(dict.fromkeys((*order, *names)))
+    numbers = _numbered(names, group_names)[rows.episode]
+    counts = np.bincount(numbers, minlength=len(group_names))
+    listed = range(len(group_names)) if order else np.argsort(-counts, kind="stable").tolist()
+    return [_group(by, group_names[n], rows.subset(np.flatnonzero(numbers == n))) for n in listed if counts[n]]
 
 
 def _group(by: Literal["all", "stage", "programme"], name: str, rows: _Compared) -> OutcomeGroup:
     patients = rows.patients
     # A small group is hidden, and has no measure that is not.
     of_measure = [
-        (measure, rows.where(np.flatnonzero(rows.measure == number)))
+        (measure, rows.subset(np.flatnonzero(rows.measure == number)))
         for number, measure in enumerate(MEASURES)
         if patients >= LEAST_SHOWN
     ]
@@ -185,7 +185,7 @@ def _group(by: Literal["all", "stage", "programme"], name: str, rows: _Compared)
 def _change(measure: OutcomeMeasure, rows: _Compared) -> OutcomeChange:
     change = rows.last - rows.first
     limits = MEASURES[measure]
-    improved = rows.where(~np.isnan(rows.weeks))
+    improved = rows.subset(~np.isnan(rows.weeks))
     return OutcomeChange(
         measure=measure,
         patients=rows.patients,
@@ -213,8 +213,8 @@ def _without_small(groups: list[OutcomeGroup]) -> list[OutcomeGroup]:
     hidden = {place for place, group in enumerate(groups) if (group.patients or 0) < LEAST_SHOWN}
     count = Counter(groups[place].by for place in hidden)
     for by in ("stage", "programme"):
-        shown = [place for place, group in enumerate(groups) if group.by == by and place not in hidden]
-        if count[by] == 1 and shown:
-            hidden.add(min(shown, key=lambda place: groups[place].patients or 0))
+        shown_places = [place for place, group in enumerate(groups) if group.by == by and place not in hidden]
+        if count[by] == 1 and shown_places:
+            hidden.add(min(shown_places, key=lambda place: groups[place].patients or 0))
     empty: dict[str, Any] = {"patients": None, "changes": []}
     return [group.model_copy(update=empty) if place in hidden else group for place, group in enumerate(groups)]

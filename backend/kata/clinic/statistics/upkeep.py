@@ -107,8 +107,8 @@ def upsert(session: Session, table: type[Base], rows: list[dict[str, Any]]) -> N
     insert = (sqlite if session.get_bind().dialect.name == "sqlite" else postgresql).insert
     statement = insert(target)
     keys = [column.name for column in target.primary_key]
-    others = {column.name: statement.excluded[column.name] for column in target.columns if column.name not in keys}
-    session.connection().execute(statement.on_conflict_do_update(index_elements=keys, set_=others), rows)
+    replaced = {column.name: statement.excluded[column.name] for column in target.columns if column.name not in keys}
+    session.connection().execute(statement.on_conflict_do_update(index_elements=keys, set_=replaced), rows)
 
 
 def _sums_of(session: Session, station: str, hour: datetime) -> Mapping[str, Any]:

@@ -57,13 +57,13 @@ def worklist(session: Session, actor: Actor, now: datetime, zone: tzinfo) -> Wor
     hidden = restricted.hidden(actor)
     day = now.astimezone(zone).date()
     today, tomorrow = midnight(day, zone), midnight(day + timedelta(days=1), zone)
-    due, count = _due(session, followed(session, now, hidden), tomorrow)
+    due_patients, count = _due_patients(session, followed(session, now, hidden), tomorrow)
     visible = SessionRow.patient_id.not_in(hidden)
     mine = (SessionRow.signed_at.is_(None), SessionRow.ended_at.is_not(None), SessionRow.therapist == actor.name)
     unsigned = select(SessionRow.id).where(visible, *mine).order_by(SessionRow.started_at).limit(_MOST)
     return Worklist(
         sessions=lists.summaries(session, _of_day(visible, today), SessionRow.started_at.desc()),
-        due=due,
+        due=due_patients,
         due_count=count,
         unsigned=lists.summaries(session, unsigned, SessionRow.started_at.asc()),
         changes=_changes(session, actor, now, hidden),
@@ -77,9 +77,9 @@ def followed(session: Session, now: datetime, hidden: Select[UUID] | None = None
     ``hidden``: query of the ids of patients to leave out.
     """
     since = now - RECENT
-    held = select(SessionRow.episode_id).where(SessionRow.started_at >= since, SessionRow.run_count > 0)
+    held_sessions = select(SessionRow.episode_id).where(SessionRow.started_at >= since, SessionRow.run_count > 0)
     new = select(ProgrammeRow.episode_id).join(ProgrammeVersionRow).where(ProgrammeVersionRow.made_at >= since)
-    among = union(held, new).subquery("among")
+    among = union(held_sessions, new).subquery("among")
     other = aliased(ProgrammeVersionRow)
     newest = select(func.max(other.number)).where(other.programme_id == ProgrammeRow.id).scalar_subquery()
     of_episode = (
@@ -128,18 +128,23 @@ def adherence(programmes: list[FollowedProgramme], now: datetime) -> ProgrammeAd
         programmes=len(programmes),
         overdue=sum(programme.due_at < now - timedelta(days=1) for programme in programmes),
         prescribed=sum(prescribed),
-        held=sum(min(programme.held, most) for programme, most in zip(programmes, prescribed, strict=True)),
+        held=sum(
+            min(programme.held, prescribed_count)
+            for programme, prescribed_count in zip(programmes, prescribed, strict=True)
+        ),
     )
 
 
-def _due(session: Session, programmes: list[FollowedProgramme], before: datetime) -> tuple[list[DuePatient], int]:
-    due = sorted(
+def _due_patients(
+    session: Session, programmes: list[FollowedProgramme], before: datetime
+) -> tuple[list[DuePatient], int]:
+    due_programmes = sorted(
         (programme for programme in programmes if programme.due_at < before),
         key=lambda due_programme: due_programme.due_at,
     )
-    shown = due[:_MOST]
-    patients = _patients(session, [programme.patient_id for programme in shown])
-    therapists = _therapists(session, shown)
+    listed = due_programmes[:_MOST]
+    patients = _patients(session, [programme.patient_id for programme in listed])
+    therapists = _therapists(session, listed)
     return [
         DuePatient(
             patient=patients[programme.patient_id],
@@ -148,9 +153,9 @@ def _due(session: Session, programmes: list[FollowedProgramme], before: datetime
             sessions_per_week=programme.sessions_per_week,
             therapist=therapists.get(programme.episode_id, ""),
         )
-        for programme in shown
+        for programme in listed
         if programme.patient_id in patients
-    ], len(due)
+    ], len(due_programmes)
 
 
 def _patients(session: Session, ids: list[UUID]) -> dict[UUID, SessionPatient]:
@@ -187,8 +192,8 @@ def _of_day(visible: ColumnElement[bool], today: datetime) -> Select[UUID]:
         .subquery()
         for chosen in (SessionRow.started_at >= today, SessionRow.ended_at.is_(None))
     ]
-    both = union(*(select(part) for part in parts)).subquery()
-    return select(both.c.id).order_by(both.c.started_at.desc()).limit(_MOST)
+    candidates = union(*(select(part) for part in parts)).subquery()
+    return select(candidates.c.id).order_by(candidates.c.started_at.desc()).limit(_MOST)
 
 
 def _changes(session: Session, actor: Actor, now: datetime, hidden: Select[UUID]) -> list[PatientChange]:
