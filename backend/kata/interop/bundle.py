@@ -120,8 +120,8 @@ def resources(session: Session, patient: PatientRow, clinic: ClinicNames) -> Ite
         for version in programme.versions:
             yield fhir_care.care_plan(version, patient.id, conditions.get(programme.episode_id))
     assessments = select(AssessmentRow).where(AssessmentRow.episode_id.in_(sides))
-    for found in session.scalars(assessments.order_by(AssessmentRow.assessed_at, AssessmentRow.id)):
-        yield from fhir_observations.assessment(found, patient.id, sides[found.episode_id])
+    for assessment_row in session.scalars(assessments.order_by(AssessmentRow.assessed_at, AssessmentRow.id)):
+        yield from fhir_observations.assessment(assessment_row, patient.id, sides[assessment_row.episode_id])
     for clinic_session in clinic_sessions(session, patient):
         reason = conditions.get(clinic_session.episode_id) if clinic_session.episode_id else None
         for resource in _clinic_session(clinic_session, clinic_session.side, reason):
@@ -139,8 +139,10 @@ def _end_range_times(session: Session, episode: EpisodeRow, zone: tzinfo) -> Ite
 def _questionnaires(session: Session, patient: PatientRow) -> Iterator[Resource]:
     """Yield the SPADI and every other questionnaire that the patient has answered, with its texts if their licence allows it."""
     episodes = [episode.id for episode in patient.episodes]
-    answered = session.scalars(select(AssessmentRow.questionnaires).where(AssessmentRow.episode_id.in_(episodes)))
-    codes = {SPADI.code, *(code for answers in answered for code in answers)}
+    answers_by_code = session.scalars(
+        select(AssessmentRow.questionnaires).where(AssessmentRow.episode_id.in_(episodes))
+    )
+    codes = {SPADI.code, *(code for answers in answers_by_code for code in answers)}
     words = select(QuestionnaireTextsRow).where(QuestionnaireTextsRow.may_be_exported)
     free = {row.questionnaire: row for row in session.scalars(words.order_by(QuestionnaireTextsRow.language))}
     for code, definition in DEFINITIONS.items():

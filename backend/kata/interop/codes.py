@@ -162,14 +162,14 @@ class ClinicNames:
         profile = self.profiles.get(resource["resourceType"])
         if not profile:
             return resource
-        made = resource | {"meta": resource.get("meta", {}) | {"profile": [profile]}}
+        profiled = resource | {"meta": resource.get("meta", {}) | {"profile": [profile]}}
         if profile.startswith(_JP_CORE) and "category" in resource and resource["resourceType"] == "Observation":
             # JP Core repeats HL7's categories in a system of its own, and every observation must have one of it.
-            own = [
+            category_codings = [
                 coding | {"system": _JP_CATEGORY} for category in resource["category"] for coding in category["coding"]
             ]
-            made["category"] = [*resource["category"], *({"coding": [coding]} for coding in own)]
-        return made
+            profiled["category"] = [*resource["category"], *({"coding": [coding]} for coding in category_codings)]
+        return profiled
 
 
 def local_concept(code: str) -> Resource:
@@ -201,9 +201,9 @@ def pain_code(context: str) -> Resource:
     A CodeableConcept may hold codings "of slightly different granularity" (FHIR R4, CodeableConcept.coding). We have not verified a LOINC
     code for pain at rest, on movement, or around a session.
     """
-    own = local_concept(f"pain-{context}")
+    own_code = local_concept(f"pain-{context}")
     loinc = concept(LOINC, PAIN, "Pain severity - 0-10 verbal numeric rating [Score] - Reported")
-    return {"coding": [*loinc["coding"], *own["coding"]], "text": LOCAL_CODES[f"pain-{context}"]}
+    return {"coding": [*loinc["coding"], *own_code["coding"]], "text": LOCAL_CODES[f"pain-{context}"]}
 
 
 def diagnosis_code(code: str, text: str) -> Resource:

@@ -155,8 +155,8 @@ def contraindication(row: ContraindicationRow, side: str | None, zone: tzinfo) -
     It is a Flag because an entry of the list is a warning, whereas a Condition would state a diagnosis. ``side``: None if it concerns the
     whole patient. ``zone``: time zone of the days in its text.
     """
-    known = KINDS.get(row.code)
-    words = [f"{known.name if known else row.code}."]
+    kind = KINDS.get(row.code)
+    words = [f"{kind.name if kind else row.code}."]
     if row.note.strip():
         words.append(f"Note: {row.note}")
     if row.signed_off_at:
@@ -171,7 +171,7 @@ def contraindication(row: ContraindicationRow, side: str | None, zone: tzinfo) -
             "id": str(row.id),
             "status": "inactive" if row.resolved_at else "active",
             "category": [concept(f"{HL7}flag-category", "safety", "Safety")],
-            "code": (local_concept(f"contraindication-{row.code}") if known else {})
+            "code": (local_concept(f"contraindication-{row.code}") if kind else {})
             | {"text": shoulder_text(side, " ".join(words))},
             "subject": reference(row.patient_id),
             "period": without_empty({"start": fhir_date(row.noted_at), "end": fhir_date(row.resolved_at)}),

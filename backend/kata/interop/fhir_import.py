@@ -42,12 +42,12 @@ class FhirImportError(ValueError):
     def __init__(self, places: list[tuple[str, str]]) -> None:
         # The worker process sends an exception as its arguments.
         super().__init__(places)
-        self.texts = [texts.PLACE_PROBLEM(place=path, problem=what) for path, what in places]
+        self.texts = [texts.PLACE_PROBLEM(place=path, problem=problem) for path, problem in places]
         """The problems, one text per place."""
         self.places = tuple(places)
 
     def __str__(self) -> str:
-        return "; ".join(f"{path} {what}" for path, what in self.places)
+        return "; ".join(f"{path} {problem}" for path, problem in self.places)
 
 
 class UnreadableFhirError(ValueError):
@@ -86,8 +86,8 @@ def read_file(
         resource = json.loads(content.decode(), object_pairs_hook=_object, parse_constant=_no_constant, parse_int=_int)
         if not isinstance(resource, dict):
             raise UnreadableFhirError(texts.FHIR_UNREADABLE())
-        found, left_out = read_patients(resource, affected_side, identifier_system)
-        return found, left_out[:MOST_PLACES], max(0, len(left_out) - MOST_PLACES)
+        patients, left_out = read_patients(resource, affected_side, identifier_system)
+        return patients, left_out[:MOST_PLACES], max(0, len(left_out) - MOST_PLACES)
     except RecursionError as error:
         raise UnreadableFhirError(texts.FHIR_TOO_DEEP()) from error
     except (json.JSONDecodeError, UnicodeDecodeError) as error:
@@ -102,22 +102,22 @@ def read_patients(
     :raises FhirImportError: with every path that cannot be imported. No patient is then imported.
     """
     reading = _Reading(systems=frozenset({CLINIC_NUMBER, identifier_system}))
-    found = [
+    patients = [
         ImportedPatient(path, patient)
         for path, patient_resource in _patients(resource, reading)
         if (patient := _patient(patient_resource, path, affected_side, reading))
     ]
     if reading.wrong:
         raise FhirImportError(reading.wrong[:MOST_PLACES])
-    return found, reading.left_out
+    return patients, reading.left_out
 
 
 def _object(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
-    found = dict(pairs)
-    if len(found) < len(pairs):
+    members = dict(pairs)
+    if len(members) < len(pairs):
         # The object has a name twice, and another program could read the other value.
         raise UnreadableFhirError(texts.FHIR_NAME_TWICE())
-    return found
+    return members
 
 
 def _int(digits: str) -> int:
@@ -149,7 +149,7 @@ def _patients(resource: dict[str, Any], reading: _Reading) -> Iterator[tuple[str
         reading.wrong.append(("Bundle.entry", texts.FHIR_PATIENT_COUNT(most=MOST_PATIENTS)))
         return
     reading.left_out += [
-        f"{path} ({_shown(str(resource.get('resourceType')))})"
+        f"{path} ({_shortened(str(resource.get('resourceType')))})"
         for path, resource in entries
         if resource.get("resourceType") != "Patient"
     ]
@@ -174,55 +174,57 @@ def _patient(resource: dict[str, Any], path: str, affected_side: Side, reading: 
     except ValidationError as error:
         paths = {"clinic_number": number_path, "name": name_path, "kana": name_path, "birth_date": f"{path}.birthDate"}
         for complaint in error.errors():
-            where = paths.get(str(complaint["loc"][0]) if complaint["loc"] else "", path)
-            reading.wrong.append((where, i18n.sentence(complaint["type"], complaint["msg"], complaint.get("ctx", {}))))
+            element_path = paths.get(str(complaint["loc"][0]) if complaint["loc"] else "", path)
+            reading.wrong.append(
+                (element_path, i18n.sentence(complaint["type"], complaint["msg"], complaint.get("ctx", {})))
+            )
         return None
 
 
 def _elements(resource: dict[str, Any], path: str, reading: _Reading) -> None:
     for name, value in resource.items():
-        where = f"{path}.{_shown(name)}"
+        element_path = f"{path}.{_shortened(name)}"
         if len(reading.wrong) > MOST_PLACES:
             return
         if name == "meta" and isinstance(value, dict) and set(value) == {"profile"}:
             # A claimed profile says nothing about the patient.
             continue
         if name in _CHANGES_MEANING:
-            reading.wrong.append((where, _CHANGES_MEANING[name]))
+            reading.wrong.append((element_path, _CHANGES_MEANING[name]))
         elif name == "deceasedBoolean":
             if value is not False:
-                reading.wrong.append((where, texts.FHIR_DECEASED()))
+                reading.wrong.append((element_path, texts.FHIR_DECEASED()))
         elif name == "active" and value is not True:
-            reading.wrong.append((where, texts.FHIR_INACTIVE()))
+            reading.wrong.append((element_path, texts.FHIR_INACTIVE()))
         elif name in _NOT_KEPT or (name.removeprefix("_") in _UNDERSTOOD | _NOT_KEPT and name.startswith("_")):
-            reading.left_out.append(where)
+            reading.left_out.append(element_path)
         elif name not in _UNDERSTOOD:
-            reading.wrong.append((where, texts.FHIR_UNKNOWN_ELEMENT()))
+            reading.wrong.append((element_path, texts.FHIR_UNKNOWN_ELEMENT()))
 
 
 def _number(patient: dict[str, Any], path: str, reading: _Reading) -> tuple[str, str]:
     """Return the clinic number and its path: the identifier of our system, else a medical record number, else the only identifier."""
     wrong_before = len(reading.wrong)
-    found = [
+    candidates = [
         (f"{path}.identifier[{place}]", identifier)
         for place, identifier in enumerate(_objects(patient, "identifier", path, reading))
         if identifier.get("use") != "old"
     ]
-    ours = [candidate for candidate in found if candidate[1].get("system") in reading.systems]
-    numbers = ours or [candidate for candidate in found if "MR" in _codes(candidate[1].get("type"))] or found
+    ours = [candidate for candidate in candidates if candidate[1].get("system") in reading.systems]
+    numbers = ours or [candidate for candidate in candidates if "MR" in _codes(candidate[1].get("type"))] or candidates
     if len(reading.wrong) > wrong_before:
         return "", ""
     if len(numbers) != 1:
         several = texts.FHIR_NUMBER_AMBIGUOUS()
         reading.wrong.append((f"{path}.identifier", several if numbers else texts.FHIR_CLINIC_NUMBER_NEEDED()))
         return "", ""
-    ((where, identifier),) = numbers
+    ((chosen_path, identifier),) = numbers
     value = identifier.get("value")
     if not isinstance(value, str):
-        reading.wrong.append((f"{where}.value", texts.FHIR_NOT_TEXT()))
-        return where, ""
-    reading.left_out += [path_of for path_of, _ in found if path_of != where]
-    return f"{where}.value", value
+        reading.wrong.append((f"{chosen_path}.value", texts.FHIR_NOT_TEXT()))
+        return chosen_path, ""
+    reading.left_out += [path_of for path_of, _ in candidates if path_of != chosen_path]
+    return f"{chosen_path}.value", value
 
 
 def _codes(concept: Any) -> set[str]:
@@ -237,34 +239,36 @@ def _codes(concept: Any) -> set[str]:
 def _names(patient: dict[str, Any], path: str, reading: _Reading) -> tuple[str, str, str | None]:
     """Return the path of the name, the name and its reading (representation SYL)."""
     wrong_before = len(reading.wrong)
-    spoken: list[tuple[int, str, str]] = []
-    written: list[tuple[int, str, str]] = []
+    spoken_names: list[tuple[int, str, str]] = []
+    written_names: list[tuple[int, str, str]] = []
     for place, name in enumerate(_objects(patient, "name", path, reading)):
-        where = f"{path}.name[{place}]"
-        text = _text(name, where, reading)
+        name_path = f"{path}.name[{place}]"
+        text = _text(name, name_path, reading)
         use = str(name.get("use"))
         if use in _NOT_A_NAME or not text:
-            reading.left_out.append(where)
+            reading.left_out.append(name_path)
             continue
         rank = _PREFERENCE.index(use) if use in _PREFERENCE else len(_PREFERENCE)
-        (spoken if _representation(name) == "SYL" else written).append((rank, where, text))
+        (spoken_names if _representation(name) == "SYL" else written_names).append((rank, name_path, text))
     if len(reading.wrong) > wrong_before:
         return "", "", None
-    if not spoken and not written:
+    if not spoken_names and not written_names:
         reading.wrong.append((f"{path}.name", texts.FHIR_NAME_NEEDED()))
         return f"{path}.name", "", None
     # min() returns the first of several names with equal rank.
-    chosen = min(written or spoken, key=lambda candidate: candidate[0])
-    kana = min(spoken, key=lambda candidate: candidate[0]) if spoken else None
-    reading.left_out += [candidate[1] for candidate in [*written, *spoken] if candidate not in (chosen, kana)]
+    chosen = min(written_names or spoken_names, key=lambda candidate: candidate[0])
+    kana = min(spoken_names, key=lambda candidate: candidate[0]) if spoken_names else None
+    reading.left_out += [
+        candidate[1] for candidate in [*written_names, *spoken_names] if candidate not in (chosen, kana)
+    ]
     return chosen[1], chosen[2], kana[2] if kana else None
 
 
-def _text(name: dict[str, Any], where: str, reading: _Reading) -> str:
-    given = name.get("given", [])
-    parts = [name.get("family"), *(given if isinstance(given, list) else [given])]
+def _text(name: dict[str, Any], path: str, reading: _Reading) -> str:
+    given_names = name.get("given", [])
+    parts = [name.get("family"), *(given_names if isinstance(given_names, list) else [given_names])]
     if any(part is not None and not isinstance(part, str) for part in (*parts, name.get("text"))):
-        reading.wrong.append((where, texts.FHIR_NOT_TEXTS()))
+        reading.wrong.append((path, texts.FHIR_NOT_TEXTS()))
         return ""
     return (name.get("text") or " ".join(part for part in parts if part)).strip()
 
@@ -290,14 +294,14 @@ def _birth_date(patient: dict[str, Any], path: str, reading: _Reading) -> date |
     return None
 
 
-def _shown(text: str) -> str:
+def _shortened(text: str) -> str:
     """Return a shortened text that the answer can contain. JSON allows half of a surrogate pair, UTF-8 does not."""
     return text[:60].encode("utf-8", "replace").decode()
 
 
 def _objects(patient: dict[str, Any], name: str, path: str, reading: _Reading) -> list[dict[str, Any]]:
-    found = patient.get(name, [])
-    if not isinstance(found, list) or not all(isinstance(item, dict) for item in found):
+    objects = patient.get(name, [])
+    if not isinstance(objects, list) or not all(isinstance(item, dict) for item in objects):
         reading.wrong.append((f"{path}.{name}", texts.FHIR_NOT_OBJECTS()))
         return []
-    return found
+    return objects

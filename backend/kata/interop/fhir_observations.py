@@ -253,17 +253,17 @@ def goniometer_reading(row: GoniometerReadingRow, clinic_session: SessionRow) ->
 def patient_angles(row: RunRow, clinic_session: SessionRow, angles: PatientAngles) -> Iterator[Resource]:
     """Yield an Observation for each motion of a run whose patient's angles are estimated, with their uncertainty."""
     for motion in row.motions:
-        known = angles.of_run(row, motion)
-        if known is None:
+        ends = angles.of_run(row, motion)
+        if ends is None:
             continue
         components = []
-        for end, found in zip(("lowest", "highest"), known, strict=True):
+        for end, end_angle in zip(("lowest", "highest"), ends, strict=True):
             name = f"patient-angle-{end}"
             components += [
-                _component(name, valueQuantity=quantity(found.angle_deg, "deg")),
-                _component(f"{name}-uncertainty", valueQuantity=quantity(found.uncertainty_deg, "deg")),
+                _component(name, valueQuantity=quantity(end_angle.angle_deg, "deg")),
+                _component(f"{name}-uncertainty", valueQuantity=quantity(end_angle.uncertainty_deg, "deg")),
             ]
-        read = [reading.id for reading in clinic_session.goniometer_readings if reading.motion == motion.motion]
+        reading_ids = [reading.id for reading in clinic_session.goniometer_readings if reading.motion == motion.motion]
         yield without_empty(
             _observation(
                 derived_id("patient-angle", row.id, motion.motion), clinic_session.patient_id, row.started_at, _THERAPY
@@ -274,7 +274,7 @@ def patient_angles(row: RunRow, clinic_session: SessionRow, angles: PatientAngle
                 "code": local_concept("patient-angle") | {"text": f"Patient's angles: {_motion_name(motion.motion)}"},
                 "bodySite": shoulder(row.recording.side),
                 "method": local_concept("goniometer-estimate"),
-                "derivedFrom": [reference(row.id), *(reference(id_) for id_ in read)],
+                "derivedFrom": [reference(row.id), *(reference(id_) for id_ in reading_ids)],
                 "component": components,
             }
         )
@@ -287,14 +287,14 @@ def _motion_name(number: int) -> str:
 def assessment(row: AssessmentRow, patient_id: UUID, side: str) -> Iterator[Resource]:
     """Yield the findings of one assessment of a shoulder. For a withdrawn assessment, they mark what was sent before as an error."""
     status = "entered-in-error" if row.withdrawn_at else "final"
-    who = without_empty({"performer": [{"display": row.assessed_by}] if row.assessed_by else []})
+    performer = without_empty({"performer": [{"display": row.assessed_by}] if row.assessed_by else []})
     for measured in row.rom:
-        yield _rom(measured, row, patient_id) | {"status": status} | who
+        yield _rom(measured, row, patient_id) | {"status": status} | performer
     for context in _PAINS:
         score: int | None = getattr(row, f"pain_{context}")
         if score is not None:
             pain = _pain(derived_id("pain", context, row.id), patient_id, context, score, side)
-            yield pain | {"effectiveDateTime": fhir_date(row.assessed_at), "status": status} | who
+            yield pain | {"effectiveDateTime": fhir_date(row.assessed_at), "status": status} | performer
     for code, answers in _questionnaires(row):
         answered_id = row.id if code == SPADI.code else derived_id("answers", code, row.id)
         yield _answers(row, answered_id, code, answers, patient_id)
@@ -310,7 +310,7 @@ def assessment(row: AssessmentRow, patient_id: UUID, side: str) -> Iterator[Reso
                     "bodySite": shoulder(side),
                     "derivedFrom": [reference(answered_id)],
                 }
-                | who
+                | performer
             )
     if row.note.strip():
         yield (
@@ -321,7 +321,7 @@ def assessment(row: AssessmentRow, patient_id: UUID, side: str) -> Iterator[Reso
                 "bodySite": shoulder(side),
                 "valueString": row.note,
             }
-            | who
+            | performer
         )
 
 
@@ -397,8 +397,8 @@ def _observation(identity: UUID, patient_id: UUID, at: datetime, category: Resou
 
 def _component(code: str, **value: object) -> Resource | None:
     """Return a component, or None if it has no value."""
-    (given,) = value.values()
-    return None if given is None else {"code": local_concept(code), **value}
+    (component_value,) = value.values()
+    return None if component_value is None else {"code": local_concept(code), **value}
 
 
 def _status_in(row: SessionRow) -> str:

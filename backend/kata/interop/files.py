@@ -8,27 +8,27 @@ from typing import BinaryIO, Final
 
 from fastapi.responses import StreamingResponse
 
-_PIECE: Final = 1 << 18
+_CHUNK_BYTES: Final = 1 << 18
 
 
 def file_response(write: Callable[[Path], None], media_type: str, name: str) -> StreamingResponse:
     """Return a streamed response with the file that ``write`` writes. ``name``: name of the downloaded file."""
-    file = _written(write)
+    file = _temporary_file(write)
     headers = {
         "Content-Disposition": f'attachment; filename="{name}"',
         "Content-Length": str(os.fstat(file.fileno()).st_size),
     }
-    return StreamingResponse(pieces(file), media_type=media_type, headers=headers)
+    return StreamingResponse(chunks(file), media_type=media_type, headers=headers)
 
 
-def pieces(file: BinaryIO) -> Iterator[bytes]:
-    """Yield a file in pieces and close it at its end."""
+def chunks(file: BinaryIO) -> Iterator[bytes]:
+    """Yield a file in chunks and close it at its end."""
     with file:
-        while piece := file.read(_PIECE):
-            yield piece
+        while chunk := file.read(_CHUNK_BYTES):
+            yield chunk
 
 
-def _written(write: Callable[[Path], None]) -> BinaryIO:
+def _temporary_file(write: Callable[[Path], None]) -> BinaryIO:
     handle, name = tempfile.mkstemp(prefix="kata-")
     os.close(handle)
     path = Path(name)

@@ -90,13 +90,13 @@ class _Feature:
     def stats(self) -> dict[str, list[float] | list[int]]:
         """Return the statistics of each column. A missing value does not count."""
         rows = self.values.reshape(len(self.values), -1).astype(np.float64)
-        found = {
+        statistics = {
             "min": np.nanmin(rows, axis=0),
             "max": np.nanmax(rows, axis=0),
             "mean": np.nanmean(rows, axis=0),
             "std": np.nanstd(rows, axis=0),
         } | {name: np.nanquantile(rows, share, axis=0) for name, share in _QUANTILES.items()}
-        return {name: values.tolist() for name, values in found.items()} | {"count": [len(rows)]}
+        return {name: values.tolist() for name, values in statistics.items()} | {"count": [len(rows)]}
 
 
 def write_lerobot(samples: Mapping[str, NDArray[np.float64]], episode: LeRobotEpisode, path: Path) -> None:
@@ -126,11 +126,11 @@ def write_lerobot(samples: Mapping[str, NDArray[np.float64]], episode: LeRobotEp
 
 def _features(samples: Mapping[str, NDArray[np.float64]], rate_hz: int) -> list[_Feature]:
     count = len(samples["time_s"])
-    found = [
+    features = [
         _Feature(name, "float32", samples[column].astype(np.float32), [title.format(motor) for motor in AXES])
         for name, column, title in _MOTORS
     ]
-    found += [
+    features += [
         _Feature(name, dtype, samples[column].astype(dtype))
         for name, column, dtype in _SCALARS
         # A run that ended during the approach has no position on the motion.
@@ -139,7 +139,7 @@ def _features(samples: Mapping[str, NDArray[np.float64]], rate_hz: int) -> list[
     number = np.arange(count)
     zeros = np.zeros(count, np.int64)
     return [
-        *found,
+        *features,
         _Feature("timestamp", "float32", (number / rate_hz).astype(np.float32)),
         _Feature("frame_index", "int64", number),
         _Feature("episode_index", "int64", zeros),
@@ -195,8 +195,8 @@ def _episodes(task: str, count: int, stats: Mapping[str, Mapping[str, list[float
     }
     columns: dict[str, Any] = {name: Array([number], DataType.int64()) for name, number in numbers.items()}
     columns["tasks"] = _one_list(Array([task], DataType.utf8()))
-    for feature, found in stats.items():
-        for name, values in found.items():
+    for feature, statistics in stats.items():
+        for name, values in statistics.items():
             kind = DataType.int64() if name == "count" else DataType.float64()
             columns[f"stats/{feature}/{name}"] = _one_list(Array(values, kind))
     return Table.from_pydict(columns)

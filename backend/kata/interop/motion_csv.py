@@ -139,8 +139,8 @@ def _of_poses(table: CsvTable, side: Side) -> Floats:
     try:
         return motor_angles_deg(table.values[:, 1:], side)
     except OutOfReachError as error:
-        what = error.text
-        table.complain([(error.index, 2 if error.motor == 2 else 1, what)])
+        message = error.text
+        table.complain([(error.index, 2 if error.motor == 2 else 1, message)])
         raise
 
 
@@ -152,5 +152,5 @@ def _at_its_line(error: TrajectoryError, table: CsvTable, times_s: Floats, layou
     column = table.columns[error.motor]
     if layout == "poses" and error.motor <= 2:
         column = motion_texts.TWO_COLUMNS(first=table.columns[1], second=table.columns[2])
-    found = Complaint(int(table.lines[row]), column, text_of(error))
-    return TableError(found.text, [found])
+    complaint = Complaint(int(table.lines[row]), column, text_of(error))
+    return TableError(complaint.text, [complaint])

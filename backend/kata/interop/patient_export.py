@@ -29,7 +29,7 @@ from kata.interop.codes import ClinicNames
 from kata.interop.sample_file import Origin
 from kata.plotting.figures import FigureWorker
 
-_PIECE: Final = 1 << 18
+_CHUNK_BYTES: Final = 1 << 18
 _README: Final = """All data that Kata stores about one patient.
 
 patient.json      who it is; contraindications; episodes of care with stages and limits, programmes with versions, assessments, requests
@@ -64,24 +64,24 @@ class _Outgoing:
     """Buffer of a ZIP file that is being sent. It does not support seeking, so sent data need not be kept."""
 
     def __init__(self) -> None:
-        self._held = bytearray()
+        self._buffer = bytearray()
 
     def write(self, data: bytes) -> int:
         """Add data to the buffer."""
-        self._held += data
+        self._buffer += data
         return len(data)
 
     def flush(self) -> None:
         """Do nothing, because there is no file behind the buffer."""
 
-    def taken(self) -> bytes:
+    def take(self) -> bytes:
         """Return the buffered data and empty the buffer."""
-        held, self._held = bytes(self._held), bytearray()
-        return held
+        data, self._buffer = bytes(self._buffer), bytearray()
+        return data
 
 
-def pieces(database: Database, worker: FigureWorker, patient_id: UUID, clinic: ClinicNames) -> Iterator[bytes]:
-    """Yield the ZIP in pieces. No file is completely in memory, and no transaction stays open while a client reads."""
+def chunks(database: Database, worker: FigureWorker, patient_id: UUID, clinic: ClinicNames) -> Iterator[bytes]:
+    """Yield the ZIP in chunks. No file is completely in memory, and no transaction stays open while a client reads."""
     outgoing = _Outgoing()
     with TemporaryDirectory(prefix="kata-") as folder, ZipFile(outgoing, "w", ZIP_DEFLATED) as archive:  # type: ignore[call-overload]
         for name, path in _files(database, worker, patient_id, Path(folder), clinic):
@@ -89,11 +89,11 @@ def pieces(database: Database, worker: FigureWorker, patient_id: UUID, clinic: C
             # Parquet is already compressed.
             info.compress_type = ZIP_STORED if name.endswith(".parquet") else ZIP_DEFLATED
             with path.open("rb") as file, archive.open(info, "w", force_zip64=True) as member:
-                while piece := file.read(_PIECE):
-                    member.write(piece)
-                    yield outgoing.taken()
+                while chunk := file.read(_CHUNK_BYTES):
+                    member.write(chunk)
+                    yield outgoing.take()
             path.unlink()
-    yield outgoing.taken()
+    yield outgoing.take()
 
 
 def _files(
@@ -125,11 +125,11 @@ def _files(
         tests = select(EndFeelRow).join(RunRow, RunRow.id == EndFeelRow.run_id)
         tests = tests.join(SessionRow, SessionRow.id == RunRow.session_id).where(SessionRow.patient_id == patient_id)
         columns = ["started_at", *(name for name in _columns(EndFeelRow) if name != "curve"), *_ORIGIN]
-        found = (
+        exported_rows = (
             _plain(row) | {"started_at": run.started_at.isoformat()} | _origin(session, run.session_id, run)
             for row, run in session.execute(tests.add_columns(RunRow).order_by(RunRow.started_at))
         )
-        _write_table(path, [{name: row[name] for name in columns} for row in found], empty=columns)
+        _write_table(path, [{name: row[name] for name in columns} for row in exported_rows], empty=columns)
     yield "end-feel.csv", path
     with database.read() as session:
         patient = service.identified_patient(session, patient_id)
@@ -146,7 +146,7 @@ def _recordings(database: Database, worker: FigureWorker, patient_id: UUID, path
     for row in rows:
         with database.read() as session:
             series, origin = service.of_recording(session, UUID(row["id"]))
-        row["file"] = _written(worker, series, origin, path)
+        row["file"] = _write_samples(worker, series, origin, path)
         if row["file"]:
             yield row["file"], path
     _write_index(path, rows)
@@ -176,15 +176,15 @@ _END_RANGE: Final = (
 def _end_range_rows(session: Session, patient: PatientRow, clinic: ClinicNames) -> Iterator[dict[str, Any]]:
     """Yield the counted and prescribed end-range times of each session and week."""
     for episode in patient.episodes:
-        for found in adherence.end_range_times(session, episode.id, clinic.zone):
-            period, done = found.period, found.done
-            named = (
+        for times in adherence.end_range_times(session, episode.id, clinic.zone):
+            period, done = times.period, times.done
+            labels = (
                 ("session", period.started_at.isoformat(), "UTC", period.session_id)
                 if isinstance(period, adherence.EndRangeSession)
                 else ("week", period.begins_on.isoformat(), str(clinic.zone), None)
             )
-            figures = (done.motion, done.counted_s, done.prescribed_s, not found.is_complete)
-            values = (*named, *figures, episode.side, found.is_simulated)
+            figures = (done.motion, done.counted_s, done.prescribed_s, not times.is_complete)
+            values = (*labels, *figures, episode.side, times.is_simulated)
             yield dict(zip(_END_RANGE, values, strict=True))
 
 
@@ -210,14 +210,14 @@ def _runs(database: Database, worker: FigureWorker, patient_id: UUID, path: Path
         with database.read() as session:
             measured = service.measured(session, UUID(row["id"]))
         if measured:
-            row["file"] = _written(worker, *measured, path)
+            row["file"] = _write_samples(worker, *measured, path)
         if row["file"]:
             yield row["file"], path
     _write_index(path, rows)
     yield "runs.csv", path
 
 
-def _written(worker: FigureWorker, series: Series, origin: Origin, path: Path) -> str:
+def _write_samples(worker: FigureWorker, series: Series, origin: Origin, path: Path) -> str:
     """Write the samples and return the name of their file. Return an empty name if they are damaged, so that the rest is still exported."""
     try:
         worker.build(sample_file.write, series, origin, "parquet", path)
@@ -230,11 +230,13 @@ def _record(session: Session, patient: PatientRow) -> dict[str, Any]:
     episodes = [episode.id for episode in patient.episodes]
     programmes = select(ProgrammeRow).where(ProgrammeRow.episode_id.in_(episodes))
     assessments = select(AssessmentRow).where(AssessmentRow.episode_id.in_(episodes))
-    found = select(ContraindicationRow).where(ContraindicationRow.patient_id == patient.id)
+    contraindications = select(ContraindicationRow).where(ContraindicationRow.patient_id == patient.id)
     erasures = select(ErasureRow).where(ErasureRow.patient_id == patient.id)
     return {
         "patient": _plain(patient),
-        "contraindications": [_plain(row) for row in session.scalars(found.order_by(ContraindicationRow.noted_at))],
+        "contraindications": [
+            _plain(row) for row in session.scalars(contraindications.order_by(ContraindicationRow.noted_at))
+        ],
         "episodes": [_plain(row, stages=row.stages) for row in patient.episodes],
         "programmes": [
             _plain(row) | {"versions": [_plain(version, items=version.items) for version in row.versions]}

@@ -244,11 +244,11 @@ def import_motion(
     """
     with database.read() as session:
         patients.get(session, patient_id)
-    made = _parsed(worker, station, csv, side)
-    understood = _as_understood(made, side)
+    parsed = _parsed(worker, station, csv, side)
+    understood = _as_understood(parsed, side)
     with database.write() as session:
         row = service.store_imported_motion(
-            session, patient_id, made, name=name, taught_by=taught_by, station=station.config.name
+            session, patient_id, parsed, name=name, taught_by=taught_by, station=station.config.name
         )
     plain = Recording.model_validate(row).model_dump()
     return ImportedMotion(
@@ -295,7 +295,7 @@ def import_fhir_patients(
     Elements that are not stored here, such as a telephone number, are listed in the answer. Existing records do not change.
     """
     try:
-        found, left_out, further = worker.build(read_file, file, affected_side, clinic.identifier_system)
+        imported, left_out, further = worker.build(read_file, file, affected_side, clinic.identifier_system)
     except UnreadableFhirError as error:
         raise ProblemError(422, "invalid", error.args[0], _MEND) from error
     except FhirImportError as error:
@@ -303,7 +303,7 @@ def import_fhir_patients(
             422, "not_understood", texts.IMPORT_REFUSED(reasons=error.texts), _MEND, error.places
         ) from error
     with database.write() as session:
-        rows = service.register_patients(session, found)
+        rows = service.register_patients(session, imported)
     items = [Patient.model_validate(row) for row in rows]
     return ImportedPatients(items=items, left_out=left_out, left_out_further=further)
 
@@ -319,20 +319,20 @@ def export_patient(database: TheDatabase, worker: TheFigures, clinic: TheClinic,
     with database.read() as session:
         service.identified_patient(session, patient_id)
     headers = {"Content-Disposition": f'attachment; filename="patient-{patient_id}.zip"'}
-    pieces = patient_export.pieces(database, worker, patient_id, clinic)
-    return StreamingResponse(in_turn(pieces, worker.exporting), media_type="application/zip", headers=headers)
+    chunks = patient_export.chunks(database, worker, patient_id, clinic)
+    return StreamingResponse(in_turn(chunks, worker.exporting), media_type="application/zip", headers=headers)
 
 
-async def in_turn(pieces: Iterator[bytes], limiter: CapacityLimiter) -> AsyncIterator[bytes]:
-    """Yield the pieces of a file. A thread makes each piece and first waits for its turn."""
-    while (piece := await to_thread.run_sync(next, pieces, None, limiter=limiter)) is not None:
-        yield piece
+async def in_turn(chunks: Iterator[bytes], limiter: CapacityLimiter) -> AsyncIterator[bytes]:
+    """Yield the chunks of a file. A thread makes each chunk and first waits for its turn."""
+    while (chunk := await to_thread.run_sync(next, chunks, None, limiter=limiter)) is not None:
+        yield chunk
 
 
-def _samples(worker: FigureWorker, series: Series, origin: Origin, wanted: SampleFormat) -> StreamingResponse:
-    name = f"{origin.kind}-{origin.marked_id}.{wanted}"
+def _samples(worker: FigureWorker, series: Series, origin: Origin, sample_format: SampleFormat) -> StreamingResponse:
+    name = f"{origin.kind}-{origin.marked_id}.{sample_format}"
     return file_response(
-        lambda path: worker.build(sample_file.write, series, origin, wanted, path), _MEDIA[wanted], name
+        lambda path: worker.build(sample_file.write, series, origin, sample_format, path), _MEDIA[sample_format], name
     )
 
 
@@ -349,18 +349,18 @@ def _parsed(worker: FigureWorker, station: Station, csv: bytes, side: Side) -> P
         ) from error
 
 
-def _as_understood(made: ParsedMotion, side: Side) -> UnderstoodMotion:
-    columns = unpack(made.series)
+def _as_understood(parsed: ParsedMotion, side: Side) -> UnderstoodMotion:
+    columns = unpack(parsed.series)
     motion = recordings.Samples(columns["time_s"], columns["angle_deg"])
     return UnderstoodMotion(
-        layout=made.layout,
-        separator=made.separator,
-        left_alone=list(made.left_alone),
+        layout=parsed.layout,
+        separator=parsed.separator,
+        left_alone=list(parsed.left_alone),
         side=side,
-        samples=made.samples,
-        duration_s=made.duration_s,
-        rate_hz=made.rate_hz,
+        samples=parsed.samples,
+        duration_s=parsed.duration_s,
+        rate_hz=parsed.rate_hz,
         ranges=recordings.ranges(motion),
         margin=recordings.margin(motion, side),
-        simulated=made.simulated,
+        simulated=parsed.simulated,
     )

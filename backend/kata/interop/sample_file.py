@@ -37,11 +37,11 @@ class Origin:
         return f"{self.id}-simulated" if self.simulated else self.id
 
 
-def write(series: Series, origin: Origin, wanted: SampleFormat, path: Path) -> None:
+def write(series: Series, origin: Origin, sample_format: SampleFormat, path: Path) -> None:
     """Write stored samples to a file.
 
     :raises UnreadableError: when they are damaged.
     """
     from kata.interop.sample_table import write_table
 
-    write_table(unpack(series), origin, wanted, path)
+    write_table(unpack(series), origin, sample_format, path)

@@ -42,15 +42,17 @@ _PHASES: Final = ", ".join(
 )
 
 
-def write_table(samples: dict[str, NDArray[np.float64]], origin: Origin, wanted: SampleFormat, path: Path) -> None:
+def write_table(
+    samples: dict[str, NDArray[np.float64]], origin: Origin, sample_format: SampleFormat, path: Path
+) -> None:
     """Write samples to a file."""
-    if wanted == "lerobot.zip":
+    if sample_format == "lerobot.zip":
         write_lerobot(samples, _episode(origin), path)
         return
     table = _table(samples, origin)
-    if wanted == "csv":
+    if sample_format == "csv":
         write_csv(table, path)
-    elif wanted == "mcap":
+    elif sample_format == "mcap":
         write_mcap(table, origin.kind, datetime.fromisoformat(origin.begins_at), _metadata(origin), path)
     else:
         write_parquet(

@@ -63,8 +63,8 @@ def of_run(session: Session, run_id: UUID) -> tuple[Series, Origin]:
 
     :raises ProblemError: 404; 409 when nothing was measured in the run.
     """
-    if found := measured(session, run_id):
-        return found
+    if samples_and_origin := measured(session, run_id):
+        return samples_and_origin
     raise ProblemError(409, "nothing_played", texts.NOTHING_MEASURED(), texts.NOTHING_TO_DOWNLOAD())
 
 
@@ -96,17 +96,17 @@ def register_patients(session: Session, patients_in: list[ImportedPatient]) -> l
 
     :raises ProblemError: 409 when a clinic number is taken. The problem contains the number's path.
     """
-    made = []
+    registered = []
     for imported in patients_in:
         try:
-            made.append(patients.create(session, imported.patient))
+            registered.append(patients.create(session, imported.patient))
         except ProblemError as error:
             raise error.at(imported.path, texts.IMPORTED_PLACE(place=imported.path, problem=error.message)) from error
-    return made
+    return registered
 
 
 def store_imported_motion(
-    session: Session, patient_id: UUID, made: ParsedMotion, *, name: str, taught_by: str, station: str
+    session: Session, patient_id: UUID, parsed: ParsedMotion, *, name: str, taught_by: str, station: str
 ) -> RecordingRow:
     """Store an imported motion as a recording that has neither a teaching nor a parent.
 
@@ -126,18 +126,18 @@ def store_imported_motion(
         done=[str(DONE)],
         done_keys=[sent_key(DONE)],
         name=name,
-        side=made.side,
+        side=parsed.side,
         station=station,
         taught_by=taught_by,
         taught_at=utc_now(),
-        duration_s=made.duration_s,
-        rate_hz=made.rate_hz,
-        samples=made.samples,
-        simulated=made.simulated,
+        duration_s=parsed.duration_s,
+        rate_hz=parsed.rate_hz,
+        samples=parsed.samples,
+        simulated=parsed.simulated,
         note="",
         archived_at=None,
     )
     session.add(row)
     session.flush()
-    RECORDING_SAMPLES.store(session, row.id, made.series, made.downsampled)
+    RECORDING_SAMPLES.store(session, row.id, parsed.series, parsed.downsampled)
     return row
