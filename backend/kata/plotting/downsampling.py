@@ -45,23 +45,23 @@ def of_run(motion: Motion, compared: Comparison) -> bytes | None:
 
 def recording_lines(times_s: Floats, angles_deg: Floats) -> Lines:
     """Return the lines ``taught_s`` and ``taught_deg``: angles over time."""
-    shown = _shown(angles_deg)
-    return {"taught_s": times_s[shown], "taught_deg": np.take_along_axis(angles_deg, shown, axis=0)}
+    chosen = _chosen_points(angles_deg)
+    return {"taught_s": times_s[chosen], "taught_deg": np.take_along_axis(angles_deg, chosen, axis=0)}
 
 
 def run_lines(motion: Motion, path_s: Floats, played_deg: Floats, error_deg: Floats) -> Lines:
     """Return the lines of the requested motion, of the playback at its places ``(m,)``, and of the error. The last two have
     the same points.
     """
-    shown = _shown(played_deg, error_deg)
+    chosen = _chosen_points(played_deg, error_deg)
     return recording_lines(motion.times_s, motion.angles_deg) | {
-        "played_s": path_s[shown],
-        "played_deg": np.take_along_axis(played_deg, shown, axis=0),
-        "error_deg": np.take_along_axis(error_deg, shown, axis=0),
+        "played_s": path_s[chosen],
+        "played_deg": np.take_along_axis(played_deg, chosen, axis=0),
+        "error_deg": np.take_along_axis(error_deg, chosen, axis=0),
     }
 
 
-def _shown(*lines_deg: Floats) -> NDArray[np.intp]:
+def _chosen_points(*lines_deg: Floats) -> NDArray[np.intp]:
     """Return the union of the points that are chosen for each line: ``(k, 5)`` indices in ascending order."""
     count = len(lines_deg[0])
     if count <= LINE_POINTS * len(lines_deg):

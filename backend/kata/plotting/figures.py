@@ -31,7 +31,7 @@ from kata.plotting.placed_texts import with_texts
 _TAUGHT_COLOUR: Final = "#1f3a93"
 _PLAYED_COLOUR: Final = "#e07b00"
 _ERROR: Final = "#5e9c76"
-_PIECE: Final = 1 << 18
+_CHUNK_CHARACTERS: Final = 1 << 18
 Clock = Literal["path", "wall"]
 """Clock of a run's comparison: the position on the motion, or the wall-clock time since it began."""
 Window = tuple[float, float]
@@ -90,14 +90,14 @@ class FigureWorker:
         """Start the worker and let it import its libraries before the first figure is requested. Call this from a worker thread."""
         self._warm = self._submit(_warm_up)
 
-    def build(self, what: Callable[..., _Built], *parts: object) -> _Built:
+    def build(self, function: Callable[..., _Built], *parts: object) -> _Built:
         """Run a function on stored samples in the worker and wait for its result. Call this from a worker thread.
 
         :returns: the function's result. The figures of this module are JSON.
         :raises ProblemError: 410 when the samples cannot be read.
         """
         try:
-            return self._submit(what, *parts).result()
+            return self._submit(function, *parts).result()
         except UnreadableError as error:
             raise samples_damaged() from error
         except BrokenProcessPool:
@@ -105,7 +105,7 @@ class FigureWorker:
                 raise
             # The worker was killed, perhaps for lack of memory. Try once more with a new worker.
             self._end_pool(wait=False)
-            return self._submit(what, *parts).result()
+            return self._submit(function, *parts).result()
 
     def close(self) -> None:
         """End the worker. A worker that is still warming up is terminated."""
@@ -116,13 +116,13 @@ class FigureWorker:
                 worker.terminate()
         self._end_pool(wait=True)
 
-    def _submit(self, what: Callable[..., _Built], *parts: object) -> Future[_Built]:
+    def _submit(self, function: Callable[..., _Built], *parts: object) -> Future[_Built]:
         """Submit a task to the worker. This starts the worker if it is not running."""
         # Ctrl-C in a terminal signals every process of the group. The service ends the worker, so the worker
         # inherits a mask for the signal.
         before = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
         try:
-            return self._usable_pool().submit(what, *parts)
+            return self._usable_pool().submit(function, *parts)
         finally:
             signal.pthread_sigmask(signal.SIG_SETMASK, before)
 
@@ -143,10 +143,10 @@ class FigureWorker:
             pool.shutdown(wait=wait, cancel_futures=wait)
 
 
-def pieces(figure: str) -> Iterator[bytes]:
-    """Yield a figure in pieces. Half a megabyte in one piece would delay the event loop's heartbeats."""
-    for start in range(0, len(figure), _PIECE):
-        yield figure[start : start + _PIECE].encode()
+def chunks(figure: str) -> Iterator[bytes]:
+    """Yield a figure in chunks. Half a megabyte in one chunk would delay the event loop's heartbeats."""
+    for start in range(0, len(figure), _CHUNK_CHARACTERS):
+        yield figure[start : start + _CHUNK_CHARACTERS].encode()
 
 
 def recording(parts: RecordingFigureSamples) -> str:
@@ -290,11 +290,11 @@ def run_lines(parts: RunFigureSamples) -> downsampling.Lines:
     else:
         played = unpack(parts.played)
     clock_s = _clock_s(played, parts.clock)
-    shown = played["phase"] == PHASE_PLAYING
+    is_shown = played["phase"] == PHASE_PLAYING
     if parts.window is not None:
-        shown &= (clock_s >= parts.window[0]) & (clock_s <= parts.window[1])
+        is_shown &= (clock_s >= parts.window[0]) & (clock_s <= parts.window[1])
         motion = _around_window(motion, *parts.window)
-    clock_s, measured_deg = clock_s[shown], played["measured_deg"][shown]
+    clock_s, measured_deg = clock_s[is_shown], played["measured_deg"][is_shown]
     if not len(clock_s):
         return downsampling.run_lines(motion, clock_s, measured_deg, measured_deg)
     compared = compare(motion.times_s, motion.angles_deg, clock_s - motion.times_s[0], measured_deg)

@@ -14,13 +14,13 @@ def with_texts(content: dict[str, Any]) -> dict[str, Any]:
     6901) into the
     content.
     """
-    places: dict[str, dict[str, Any]] = {}
+    entries: dict[str, dict[str, Any]] = {}
     for pointer, text in _texts(content, ""):
         key = text.key
         entry = {"code": key.code, "params": key.params, "places": []}
-        places.setdefault(json.dumps([key.code, key.params]), entry)["places"].append(pointer)
+        entries.setdefault(json.dumps([key.code, key.params]), entry)["places"].append(pointer)
     plain: dict[str, Any] = _plain(content)
-    return plain | {"texts": list(places.values())}
+    return plain | {"texts": list(entries.values())}
 
 
 def _texts(content: Any, pointer: str) -> Iterator[tuple[str, Text]]:

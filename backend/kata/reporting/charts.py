@@ -119,22 +119,22 @@ def step_responses(curves: Sequence[RecordedCurve]) -> dict[str, tuple[Chart, ..
 
 def _step_response(curves: Sequence[RecordedCurve]) -> Chart:
     """Return the chart of one motor. The last curve is that of the kept gains, and the first one that of the former gains."""
-    former, kept = curves[0], curves[-1]
-    has_changed = (former.p_gain, former.i_gain, former.d_gain) != (kept.p_gain, kept.i_gain, kept.d_gain)
-    drawn = {"former": former, "kept": kept} if has_changed else {"kept": kept}
-    end_s = max(curve.times_s[-1] for curve in drawn.values())
-    low = min(0.0, *(min(curve.angles_deg) for curve in drawn.values()))
-    reach = 1.1 * max(kept.step_deg, *(max(curve.angles_deg) for curve in drawn.values())) - low
-    lines = [Curve("reference", _points([(SMALL.x(x), SMALL.y((kept.step_deg - low) / reach)) for x in (0, 1)]))]
-    for name, curve in drawn.items():
-        places = [
+    former, present = curves[0], curves[-1]
+    has_changed = (former.p_gain, former.i_gain, former.d_gain) != (present.p_gain, present.i_gain, present.d_gain)
+    shown_curves = {"former": former, "kept": present} if has_changed else {"kept": present}
+    end_s = max(curve.times_s[-1] for curve in shown_curves.values())
+    low = min(0.0, *(min(curve.angles_deg) for curve in shown_curves.values()))
+    reach = 1.1 * max(present.step_deg, *(max(curve.angles_deg) for curve in shown_curves.values())) - low
+    lines = [Curve("reference", _points([(SMALL.x(x), SMALL.y((present.step_deg - low) / reach)) for x in (0, 1)]))]
+    for name, curve in shown_curves.items():
+        points = [
             (SMALL.x(time / end_s), SMALL.y((angle - low) / reach))
             for time, angle in zip(curve.times_s, curve.angles_deg, strict=True)
         ]
-        lines.append(Curve(name, _points(places)))
-    ticks = tuple(Tick(SMALL.y((tick - low) / reach), f"{tick:g}") for tick in (0.0, kept.step_deg))
+        lines.append(Curve(name, _points(points)))
+    ticks = tuple(Tick(SMALL.y((tick - low) / reach), f"{tick:g}") for tick in (0.0, present.step_deg))
     ends = (Tick(SMALL.x(0), "0"), Tick(SMALL.x(1), f"{end_s:.1f} s"))
-    return Chart(str(kept.motor), SMALL, ends, ticks, tuple(lines))
+    return Chart(str(present.motor), SMALL, ends, ticks, tuple(lines))
 
 
 def torque_angle(name: str, curve: TorqueAngleCurve, outward: int, marks_deg: Sequence[float]) -> Chart:
@@ -155,14 +155,14 @@ def torque_angle(name: str, curve: TorqueAngleCurve, outward: int, marks_deg: Se
     def y(torque: float) -> float:
         return WIDE.y((torque - y_ticks[0]) / (y_ticks[-1] - y_ticks[0]))
 
-    known = np.isfinite(curve.mean_nm)
-    marked_nm = np.interp(np.multiply(outward, marks_deg), curve.places_deg[known], curve.mean_nm[known])
+    is_known = np.isfinite(curve.mean_nm)
+    marked_nm = np.interp(np.multiply(outward, marks_deg), curve.places_deg[is_known], curve.mean_nm[is_known])
     dots = tuple((x(mark), y(torque)) for mark, torque in zip(marks_deg, marked_nm.tolist(), strict=True))
     lines = []
     for line, torque in torques.items():
         points = zip(angles.tolist(), torque.tolist(), strict=True)
-        places = [(x(angle), y(value)) for angle, value in points if math.isfinite(value)]
-        lines.append(Curve(line, _points(places), dots if line == "mean" else ()))
+        positions = [(x(angle), y(value)) for angle, value in points if math.isfinite(value)]
+        lines.append(Curve(line, _points(positions), dots if line == "mean" else ()))
     return Chart(
         name,
         WIDE,
@@ -181,8 +181,8 @@ def over_days(name: str, series: Sequence[DatedSeries], labels: Sequence[Tick], 
     for curve in series:
         days = curve.days or (0.0, end)
         values = curve.values if curve.days else curve.values * 2
-        places = [(WIDE.x(day / end), WIDE.y((v - low) / (high - low))) for day, v in zip(days, values, strict=True)]
-        lines.append(Curve(curve.name, _points(places), tuple(places) if curve.days else ()))
+        positions = [(WIDE.x(day / end), WIDE.y((v - low) / (high - low))) for day, v in zip(days, values, strict=True)]
+        lines.append(Curve(curve.name, _points(positions), tuple(positions) if curve.days else ()))
     return Chart(
         name,
         WIDE,
@@ -216,8 +216,8 @@ def _small(name: str, duration_s: float, *curves: tuple[str, Floats, Floats]) ->
 
     lines = []
     for line, times, angles in curves:
-        places = [(SMALL.x(min(time / duration_s, 1.0)), y(angle)) for time, angle in _thinned(times, angles)]
-        lines.append(Curve(line, _points(places)))
+        positions = [(SMALL.x(min(time / duration_s, 1.0)), y(angle)) for time, angle in _thinned(times, angles)]
+        lines.append(Curve(line, _points(positions)))
     return Chart(
         name,
         SMALL,
@@ -235,5 +235,5 @@ def _thinned(times: Floats, angles: Floats) -> list[tuple[float, float]]:
     return list(zip(times.tolist(), angles.tolist(), strict=True))
 
 
-def _points(places: Sequence[tuple[float, float]]) -> str:
-    return " ".join(f"{x:g},{y:g}" for x, y in places)
+def _points(positions: Sequence[tuple[float, float]]) -> str:
+    return " ".join(f"{x:g},{y:g}" for x, y in positions)

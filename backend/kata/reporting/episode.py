@@ -56,7 +56,7 @@ def read_content(session: DatabaseSession, episode_id: UUID, zone: tzinfo) -> Ep
     row = session.get(EpisodeRow, episode_id)
     if row is None:
         raise not_found(texts.EPISODE_NOT_FOUND)
-    found = session.scalars(
+    assessments = session.scalars(
         select(AssessmentRow)
         .where(AssessmentRow.episode_id == episode_id, AssessmentRow.withdrawn_at.is_(None))
         .order_by(AssessmentRow.assessed_at, AssessmentRow.id)
@@ -77,10 +77,10 @@ def read_content(session: DatabaseSession, episode_id: UUID, zone: tzinfo) -> Ep
         max_speed_deg_s=row.max_speed_deg_s,
         limits_by=row.limits_by,
         stages=tuple(PrintedStage(stage.stage, stage.since) for stage in row.stages),
-        assessed_at=tuple(assessment.assessed_at for assessment in found),
-        rom=_rom(found, row.side),
-        pain=_pain(found),
-        questionnaires=tuple(_questionnaires(found)),
+        assessed_at=tuple(assessment.assessed_at for assessment in assessments),
+        rom=_rom(assessments, row.side),
+        pain=_pain(assessments),
+        questionnaires=tuple(_questionnaires(assessments)),
         sessions=_sessions(session, episode_id),
         stops=_stops(session, episode_id),
         closing_note=row.closing_note,
@@ -100,16 +100,16 @@ def _listed(session: DatabaseSession, episode: EpisodeRow) -> tuple[PrintedContr
     )
 
 
-def _rom(found: Iterable[AssessmentRow], treated: str) -> tuple[RomSeries, ...]:
+def _rom(assessments: Iterable[AssessmentRow], treated: str) -> tuple[RomSeries, ...]:
     """Return one series per direction, active before passive."""
-    own: dict[tuple[str, str, str], list[DatedValue]] = {}
+    treated_side: dict[tuple[str, str, str], list[DatedValue]] = {}
     other: dict[tuple[str, str, str], DatedValue] = {}
-    for assessment in found:
+    for assessment in assessments:
         for measured in assessment.rom:
             key = (measured.motion, measured.kind, measured.position)
             reading = DatedValue(assessment.assessed_at, measured.angle_deg)
             if measured.side == treated:
-                own.setdefault(key, []).append(reading)
+                treated_side.setdefault(key, []).append(reading)
             else:
                 other[key] = reading
 
@@ -122,16 +122,17 @@ def _rom(found: Iterable[AssessmentRow], treated: str) -> tuple[RomSeries, ...]:
         return measure.reference_deg if measure else None
 
     return tuple(
-        RomSeries(*key, tuple(own[key]), other.get(key), reference(key[0], key[2])) for key in sorted(own, key=place)
+        RomSeries(*key, tuple(treated_side[key]), other.get(key), reference(key[0], key[2]))
+        for key in sorted(treated_side, key=place)
     )
 
 
-def _pain(found: Iterable[AssessmentRow]) -> tuple[ScoreSeries, ...]:
+def _pain(assessments: Iterable[AssessmentRow]) -> tuple[ScoreSeries, ...]:
     courses = []
     for name in PAINS:
         readings = tuple(
             DatedValue(assessment.assessed_at, score)
-            for assessment in found
+            for assessment in assessments
             if (score := getattr(assessment, f"pain_{name}")) is not None
         )
         if readings:
@@ -139,11 +140,11 @@ def _pain(found: Iterable[AssessmentRow]) -> tuple[ScoreSeries, ...]:
     return tuple(courses)
 
 
-def _questionnaires(found: Sequence[AssessmentRow]) -> Iterator[QuestionnaireSeries]:
+def _questionnaires(assessments: Sequence[AssessmentRow]) -> Iterator[QuestionnaireSeries]:
     """Yield the series of each questionnaire that has a total: the SPADI, then the others. One that only another version knows has none."""
     for definition in [SPADI, *(definition for definition in DEFINITIONS.values() if definition is not SPADI)]:
         readings = []
-        for assessment in found:
+        for assessment in assessments:
             answers = assessment.spadi if definition is SPADI else assessment.questionnaires.get(definition.code)
             total = score(definition, answers).total if answers and definition.fits(answers) else None
             if total is not None:
@@ -167,8 +168,8 @@ def _questionnaire(definition: Definition, readings: tuple[DatedValue, ...]) -> 
     )
 
 
-def _threshold(given: Threshold) -> PrintedThreshold:
-    return PrintedThreshold(given.points, given.source, given.up_to)
+def _threshold(threshold: Threshold) -> PrintedThreshold:
+    return PrintedThreshold(threshold.points, threshold.source, threshold.up_to)
 
 
 def _sessions(session: DatabaseSession, episode_id: UUID) -> tuple[PrintedSession, ...]:
@@ -220,8 +221,8 @@ def _planned_and_done(items: list[ProgrammeItemRow] | None, runs: list[_Played])
         return None, sum(run.repetitions for run in runs)
     done = 0
     for item in items:
-        own = (run for run in runs if (run.position, run.recording_id) == (item.position, item.recording_id))
-        done += min(item.repetitions, sum(run.repetitions for run in own))
+        runs_of_item = (run for run in runs if (run.position, run.recording_id) == (item.position, item.recording_id))
+        done += min(item.repetitions, sum(run.repetitions for run in runs_of_item))
     return sum(item.repetitions for item in items), done
 
 
@@ -235,7 +236,7 @@ def _stops(session: DatabaseSession, episode_id: UUID) -> tuple[tuple[PrintedSto
         .order_by(RunRow.started_at)
     ):
         stop = PrintedStop(run.stop_code, run.stop_message or "", motor_of(run.stop_key))
-        _, where = counted.get(run.stop_code, (stop, set()))
-        counted[run.stop_code] = (stop, where | {run.session_id})
-    causes = [(stop, len(where)) for stop, where in counted.values()]
+        _, session_ids = counted.get(run.stop_code, (stop, set()))
+        counted[run.stop_code] = (stop, session_ids | {run.session_id})
+    causes = [(stop, len(session_ids)) for stop, session_ids in counted.values()]
     return tuple(sorted(causes, key=lambda cause: -cause[1]))

@@ -70,8 +70,8 @@ def _played(phrases: NotePhrases, session: Session, run: Run) -> str:
     name = run.recording_name
     if _is_other_shoulder(session, run):
         name = phrases.text(f"other_shoulder.{run.side}", name=name)
-    what = phrases.text("with_settings", name=name, settings=phrases.join("and", settings)) if settings else name
-    return phrases.text("played_once" if planned == 1 else "played", what=what, done=done, planned=planned)
+    description = phrases.text("with_settings", name=name, settings=phrases.join("and", settings)) if settings else name
+    return phrases.text("played_once" if planned == 1 else "played", what=description, done=done, planned=planned)
 
 
 def _not_played(phrases: NotePhrases, session: Session, runs: Sequence[Run]) -> list[str]:
@@ -178,7 +178,7 @@ def _stops(phrases: NotePhrases, runs: Sequence[Run]) -> list[str]:
 
 
 def _pain(phrases: NotePhrases, session: Session) -> list[str]:
-    given = [
+    scores = [
         phrases.text(f"pain.{when}", pain=pain)
         for when, pain in (
             ("before", session.pain_before),
@@ -187,7 +187,7 @@ def _pain(phrases: NotePhrases, session: Session) -> list[str]:
         )
         if pain is not None
     ]
-    return [phrases.text("pain", given=phrases.join("and", given))] if given else []
+    return [phrases.text("pain", given=phrases.join("and", scores))] if scores else []
 
 
 def _settings(phrases: NotePhrases, run: Run) -> list[str]:

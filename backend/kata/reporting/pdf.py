@@ -24,7 +24,7 @@ class _OnlyOurs(plutoprint.ResourceFetcher):
         raise ValueError("a report fetches nothing")
 
 
-def written(html: str, author: str, at: datetime) -> bytes:
+def as_pdf(html: str, author: str, at: datetime) -> bytes:
     """Return the page as PDF, with its author and time (UTC) as metadata."""
     book = plutoprint.Book(plutoprint.PAGE_SIZE_A4, plutoprint.PAGE_MARGINS_NONE, plutoprint.MEDIA_TYPE_PRINT)
     book.custom_resource_fetcher = _OnlyOurs()

@@ -487,10 +487,10 @@ class Phrases:
 
     def measure(self, motion: str, position: str) -> str:
         """Return the name of a measure."""
-        known = rom.measure_of(motion, position)
-        if known is None:
+        measure = rom.measure_of(motion, position)
+        if measure is None:
             return f"{motion} {position}".replace("_", " ").strip()
-        return known.english if self.language == "en" else known.japanese
+        return measure.english if self.language == "en" else measure.japanese
 
     def stop(self, code: str, message: str, motor: int | None) -> str:
         """Return the cause of a stop. It is in English if the sentence needs a motor and none is stored.
@@ -527,10 +527,10 @@ class Phrases:
 
     def day(self, when: date | datetime) -> str:
         """Return an unambiguous date, in which the month is a word."""
-        there = self._local(when) if isinstance(when, datetime) else when
+        local = self._local(when) if isinstance(when, datetime) else when
         if self.language == "ja":
-            return f"{there.year}年{there.month}月{there.day}日"
-        return f"{there.day} {_MONTHS[there.month - 1]} {there.year}"
+            return f"{local.year}年{local.month}月{local.day}日"
+        return f"{local.day} {_MONTHS[local.month - 1]} {local.year}"
 
     def short_day(self, when: date | datetime) -> str:
         """Return a short date for a narrow column."""

@@ -60,14 +60,14 @@ def session_page(content: SessionContent, options: PrintOptions) -> ReportPage:
 def episode_page(content: EpisodeContent, options: PrintOptions) -> ReportPage:
     """Return the report of one episode as a page."""
     phrases = Phrases(options.language, options.zone)
-    drawn = trends.draw(content, phrases)
+    charts = trends.draw(content, phrases)
     return _page(
         "episode.html",
         phrases.text("episode_report"),
         content,
         options,
         draft=False,
-        trends=drawn,
+        trends=charts,
         scale_of=scale_of,
         limits_of=limits_of,
     )
@@ -127,11 +127,11 @@ def _page(
     options: PrintOptions,
     *,
     draft: bool,
-    **more: object,
+    **template_values: object,
 ) -> ReportPage:
     phrases = Phrases(options.language, options.zone)
     environment = _environment()
-    given = {
+    values = {
         "title": title,
         "report": content,
         "about": _about(content, phrases),
@@ -144,8 +144,8 @@ def _page(
         "phrases": phrases,
         "w": phrases.text,
     }
-    style = environment.get_template("style.css").render(given)
-    html = environment.get_template(template).render(given, style=Markup(style), **more)  # noqa: S704 - css_string has escaped
+    style = environment.get_template("style.css").render(values)
+    html = environment.get_template(template).render(values, style=Markup(style), **template_values)  # noqa: S704 - css_string has escaped
     digest = base64.b64encode(hashlib.sha256(style.encode()).digest()).decode()
     policy = (
         f"default-src 'none'; style-src 'sha256-{digest}'; img-src data:; "
@@ -205,6 +205,6 @@ def _environment() -> "Environment":
 
 def _pdf(page: ReportPage, options: PrintOptions) -> bytes:
     # Imported here, because only the worker prints. The library and its font would cost every start time and the service memory.
-    from kata.reporting.pdf import written
+    from kata.reporting.pdf import as_pdf
 
-    return written(page.html, options.letterhead.name, options.at)
+    return as_pdf(page.html, options.letterhead.name, options.at)

@@ -76,7 +76,7 @@ def get_session_report_html(
     """Return a session's report as HTML for reading and printing. Every page says if the note is not signed."""
     with database.read() as reading:
         content = session.read_content(reading, session_id, zone_of(options.zone))
-    return _shown(worker.build(rendering.session_page, content, options))
+    return _html_response(worker.build(rendering.session_page, content, options))
 
 
 @router.get(
@@ -106,7 +106,7 @@ def get_episode_report_html(
     """Return an episode's report as HTML with assessments, trends and sessions."""
     with database.read() as reading:
         content = episode.read_content(reading, episode_id, zone_of(options.zone))
-    return _shown(worker.build(rendering.episode_page, content, options))
+    return _html_response(worker.build(rendering.episode_page, content, options))
 
 
 @router.get(
@@ -148,9 +148,9 @@ def get_note_draft(
 ) -> Draft:
     """Return a note that is drafted from the measurements, for reading and editing. Nothing is stored."""
     with database.read() as reading:
-        ended = service.as_session(service.get(reading, session_id))
-    planned = ended.programme.items if ended.programme else []
-    return Draft(text=draft(ended, language), end_reason=ending.suggested_reason(planned, ended.runs))
+        ended_session = service.as_session(service.get(reading, session_id))
+    planned = ended_session.programme.items if ended_session.programme else []
+    return Draft(text=draft(ended_session, language), end_reason=ending.suggested_reason(planned, ended_session.runs))
 
 
 @router.get(
@@ -169,7 +169,7 @@ def get_commissioning_report_pdf(
     return _printed(worker.build(rendering.commissioning_pdf, record, options), "commissioning", row.ended_at, options)
 
 
-def _shown(page: ReportPage) -> HTMLResponse:
+def _html_response(page: ReportPage) -> HTMLResponse:
     return HTMLResponse(page.html, headers=_PRIVATE | {"Content-Security-Policy": page.policy})
 
 

@@ -66,7 +66,7 @@ def read_content(session: DatabaseSession, session_id: UUID, zone: tzinfo) -> Se
         therapist=row.therapist,
         station=row.station,
         simulated=row.simulated,
-        checks=tuple(_check(given) for given in row.checks),
+        checks=tuple(_check(check) for check in row.checks),
         pain_before=row.pain_before,
         pain_during=row.pain_during,
         pain_after=row.pain_after,
@@ -86,8 +86,8 @@ def report_patient(row: PatientRow) -> ReportPatient:
     return ReportPatient(row.name, row.kana, row.clinic_number, row.birth_date, row.sex)
 
 
-def _check(given: dict[str, str]) -> Check:
-    return Check(given["check"], given["subject"], datetime.fromisoformat(given["at"]), given["by"])
+def _check(stored: dict[str, str]) -> Check:
+    return Check(stored["check"], stored["subject"], datetime.fromisoformat(stored["at"]), stored["by"])
 
 
 def _plan(session: DatabaseSession, row: SessionRow) -> PrintedPlan | None:

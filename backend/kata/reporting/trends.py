@@ -78,9 +78,9 @@ class _Axis:
 
     def series(self, name: str, readings: Iterable[DatedValue]) -> DatedSeries:
         """Return a series of dated values."""
-        found = list(readings)
+        values = list(readings)
         return DatedSeries(
-            name, tuple(self._day(reading.at) for reading in found), tuple(reading.value for reading in found)
+            name, tuple(self._day(reading.at) for reading in values), tuple(reading.value for reading in values)
         )
 
 

@@ -94,7 +94,7 @@ def preview_derived_recording(
     """Return a figure of the edited motion over the original. The edit is checked in the same way as for storing, but not stored."""
     source, derived = _derived(database, worker, station, recording_id, body)
     figure = worker.build(figures.derived, source.series, derived.series)
-    return StreamingResponse(figures.pieces(figure), media_type="application/json")
+    return StreamingResponse(figures.chunks(figure), media_type="application/json")
 
 
 @router.get(
@@ -112,7 +112,7 @@ def get_recording_figure(
     """
     with database.read() as session:
         parts = service.figure_samples(session, recording_id, window)
-    return StreamingResponse(figures.pieces(worker.build(figures.recording, parts)), media_type="application/json")
+    return StreamingResponse(figures.chunks(worker.build(figures.recording, parts)), media_type="application/json")
 
 
 @router.get(

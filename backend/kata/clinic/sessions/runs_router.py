@@ -75,4 +75,4 @@ def get_run_figures(
     """
     with database.read() as session:
         parts = runs.figure_samples(session, run_id, window, clock)
-    return StreamingResponse(figures.pieces(worker.build(figures.run, parts)), media_type="application/json")
+    return StreamingResponse(figures.chunks(worker.build(figures.run, parts)), media_type="application/json")
