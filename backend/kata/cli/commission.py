@@ -62,11 +62,11 @@ class TerminalTechnician:
     def instruct(self, instruction: ManualAction) -> None:
         """See :class:`~kata.commissioning.workbench.Technician`."""
         self._review = instruction.review
-        how = "" if instruction.seen else "  [Enter: done, q: end]"
+        hint = "" if instruction.seen else "  [Enter: done, q: end]"
         if self._review:
             console.print(review_lines(self._review), markup=False, soft_wrap=True)
-            how = GAINS_KEYS
-        console.print(f"  -> {instruction.text}{how}", markup=False, soft_wrap=True)
+            hint = GAINS_KEYS
+        console.print(f"  -> {instruction.text}{hint}", markup=False, soft_wrap=True)
 
     def has_confirmed(self) -> bool:
         """See :class:`~kata.commissioning.workbench.Technician`."""

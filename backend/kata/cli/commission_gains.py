@@ -60,11 +60,11 @@ def _changed_from(motor: MotorGains) -> Gains | None:
     return motor.former_gains if motor.former_gains != motor.gains else None
 
 
-def _row(motor: int, which: str, gains: Gains, response: StepResponse | None) -> str:
+def _row(motor: int, label: str, gains: Gains, response: StepResponse | None) -> str:
     figures = "   not measured"
     if response:
         figures = f"{response.rise_s:9.2f}{100 * response.overshoot:13.0f}{response.steady_error_deg:18.2f}"
-    return f"     {motor:5d} {which:7s} {gains.p:6d}{gains.i:6d}{gains.d:6d}{figures}"
+    return f"     {motor:5d} {label:7s} {gains.p:6d}{gains.i:6d}{gains.d:6d}{figures}"
 
 
 def _plot(former: Sequence[RecordedCurve], now: Sequence[RecordedCurve]) -> list[str]:
@@ -79,8 +79,8 @@ def _plot(former: Sequence[RecordedCurve], now: Sequence[RecordedCurve]) -> list
         return round((high - angle) / (high - low) * (_ROWS - 1))
 
     cells[row_of(step)] = [_GOAL] * _COLUMNS
-    for mark, drawn in ((_FORMER, former), (_PRESENT, now)):
-        for curve in drawn:
+    for mark, marked_curves in ((_FORMER, former), (_PRESENT, now)):
+        for curve in marked_curves:
             for time, angle in zip(curve.times_s, curve.angles_deg, strict=True):
                 cells[row_of(angle)][round(time / end_s * (_COLUMNS - 1))] = mark
     labels = {0: f"{high:.1f}", _ROWS - 1: f"{low:.1f}"}

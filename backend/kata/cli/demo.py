@@ -68,10 +68,10 @@ async def _demonstrated(motion: Taught, settings: Settings, console: Console) ->
     with Progress(*columns, console=console) as progress:
         tasks: dict[str, TaskID] = {}
 
-        def show(what: str, lasts_s: float, left_s: float) -> None:
-            if what not in tasks:
-                tasks[what] = progress.add_task(what, total=lasts_s, left="")
-            progress.update(tasks[what], completed=lasts_s - left_s, left=f"{left_s:.0f} s left" if left_s else "done")
+        def show(task: str, lasts_s: float, left_s: float) -> None:
+            if task not in tasks:
+                tasks[task] = progress.add_task(task, total=lasts_s, left="")
+            progress.update(tasks[task], completed=lasts_s - left_s, left=f"{left_s:.0f} s left" if left_s else "done")
 
         async with driving_service(settings, show) as driver:
             run = await driver.play(await driver.teach(motion))

@@ -285,12 +285,12 @@ def _drives(station: config.StationConfig) -> Iterator[CheckResult]:
     """Measure how late the drives answer through this adapter, and compare the rate that the adapter carries with the station's rate."""
     dynamixel = station.protocol == "dynamixel"
     try:
-        found = measure_adapter(station) if dynamixel else measure_bus(station)
+        figures = measure_adapter(station) if dynamixel else measure_bus(station)
     except BusError as error:
         yield CheckResult("Drives", "problem", str(error), "Check the adapter and its cable.")
         return
-    if found.silent:
-        silent = ", ".join(map(str, found.silent))
+    if figures.silent:
+        silent = ", ".join(map(str, figures.silent))
         yield CheckResult(
             "Drives",
             "problem",
@@ -300,27 +300,27 @@ def _drives(station: config.StationConfig) -> Iterator[CheckResult]:
         )
     else:
         yield CheckResult("Drives", "ok", f"Five drives answered at {station.baud} bit/s.")
-    if found.damaged > _DAMAGED_SHARE * found.requests:
+    if figures.damaged > _DAMAGED_SHARE * figures.requests:
         yield CheckResult(
             "Bus noise",
             "problem",
-            f"{100 * found.damaged / found.requests:.0f} % of {found.requests} answers were damaged.",
+            f"{100 * figures.damaged / figures.requests:.0f} % of {figures.requests} answers were damaged.",
             "Check shielding, termination and ground of the bus.",
         )
-    if found.carried_hz:
-        yield _adapter(station, found)
+    if figures.carried_hz:
+        yield _adapter(station, figures)
 
 
-def _adapter(station: config.StationConfig, found: LatencyFigures) -> CheckResult:
+def _adapter(station: config.StationConfig, figures: LatencyFigures) -> CheckResult:
     """Return whether the adapter carries the station's rate, and what to change."""
     measured = (
-        f"{found.measured}: this adapter carries up to {int(found.carried_hz)} cycles a second; the station uses "
+        f"{figures.measured}: this adapter carries up to {int(figures.carried_hz)} cycles a second; the station uses "
         f"{station.cycle_hz}."
     )
-    if found.carried_hz >= station.cycle_hz:
+    if figures.carried_hz >= station.cycle_hz:
         return CheckResult("Adapter", "ok", measured)
-    lower_hz = int(found.carried_hz // station.rate_hz) * station.rate_hz
-    other = f"cycle_hz = {lower_hz}" if lower_hz else f"rate_hz and cycle_hz of at most {int(found.carried_hz)}"
+    lower_hz = int(figures.carried_hz // station.rate_hz) * station.rate_hz
+    other = f"cycle_hz = {lower_hz}" if lower_hz else f"rate_hz and cycle_hz of at most {int(figures.carried_hz)}"
     return CheckResult(
         "Adapter",
         "problem",
@@ -369,9 +369,9 @@ def _database(settings: Settings) -> Iterator[CheckResult]:
         yield CheckResult("Database", "problem", str(error), "Correct KATA_DATABASE_URL.")
         return
     try:
-        shown = database.url.render_as_string(hide_password=True)
+        url = database.url.render_as_string(hide_password=True)
         if database.file and not database.file.exists():
-            yield CheckResult("Database", "ok", f"The first start creates {shown}.")
+            yield CheckResult("Database", "ok", f"The first start creates {url}.")
             return
         with database.reader.connect() as connection:
             present = MigrationContext.configure(connection).get_current_revision()
@@ -381,13 +381,13 @@ def _database(settings: Settings) -> Iterator[CheckResult]:
         yield CheckResult(
             "Database",
             "problem",
-            f"{shown} cannot be opened: {cause}",
+            f"{url} cannot be opened: {cause}",
             "Check that the database server is running, or restore a backup.",
         )
         return
     finally:
         database.close()
-    yield _schema(shown, present, empty=not tables)
+    yield _schema(url, present, empty=not tables)
 
 
 def _backups(settings: Settings) -> Iterator[CheckResult]:
@@ -421,11 +421,11 @@ def _audit(settings: Settings) -> Iterator[CheckResult]:
         if file and is_elsewhere(file, settings.data):
             yield CheckResult("Audit trail", "ok", f"The trail's last entries are also recorded in {file}.")
             return
-    where = f"{copy} is on the same disk or its folder does not exist" if copy else "there is no copy of the anchor"
+    reason = f"{copy} is on the same disk or its folder does not exist" if copy else "there is no copy of the anchor"
     yield CheckResult(
         "Audit trail",
         "warning",
-        f"A user with full access to this computer can shorten database and anchor together without a trace: {where}.",
+        f"A user with full access to this computer can shorten database and anchor together without a trace: {reason}.",
         "Set KATA_AUDIT_ANCHOR_COPY to a file on another disk or computer, or collect the log (KATA_LOG_FORMAT=json).",
     )
 
@@ -484,22 +484,22 @@ def _last_good_at(settings: Settings) -> datetime | None:
         database.close()
 
 
-def _schema(shown: str, present: str | None, *, empty: bool) -> CheckResult:
+def _schema(url: str, present: str | None, *, empty: bool) -> CheckResult:
     script = ScriptDirectory(str(migrations()))
     if present == script.get_current_head():
-        return CheckResult("Database", "ok", f"{shown} has the newest schema.")
+        return CheckResult("Database", "ok", f"{url} has the newest schema.")
     if empty:
-        return CheckResult("Database", "ok", f"{shown} is empty; the first start creates its tables.")
+        return CheckResult("Database", "ok", f"{url} is empty; the first start creates its tables.")
     if present and present not in {revision.revision for revision in script.walk_revisions()}:
         return CheckResult(
             "Database",
             "problem",
-            f"{shown} was written by a newer version of Kata.",
+            f"{url} was written by a newer version of Kata.",
             "Start that version, or restore a backup.",
         )
     return CheckResult(
         "Database",
         "warning",
-        f"{shown} has an older schema.",
+        f"{url} has an older schema.",
         "The next start upgrades it; make a backup first.",
     )

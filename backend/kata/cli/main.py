@@ -122,12 +122,12 @@ def simulate(
     typer.echo(f"The simulated apparatus ({plant}) answers at {apparatus.port}.")
     typer.echo(f"Hand, pedal and emergency stop: {apparatus.control}. Log: {folder / 'simulator.log'}")
     try:
-        ended = apparatus.wait()
+        status = apparatus.wait()
     except KeyboardInterrupt:
         return
     finally:
         apparatus.close()
-    fail(f"The simulated apparatus has ended with status {ended}; see {folder / 'simulator.log'}.")
+    fail(f"The simulated apparatus has ended with status {status}; see {folder / 'simulator.log'}.")
 
 
 @app.command()
@@ -146,11 +146,11 @@ def seed(
     from kata.cli.seed import FAILURES, NUMBER, seeded
 
     try:
-        made = seeded(_settings(data=data), number, patients, language)
+        patient_count = seeded(_settings(data=data), number, patients, language)
     except FAILURES as error:
         fail(str(error))
     typer.echo(
-        f"Created {made} invented patients. `kata serve --simulate` shows them. Their clinic numbers begin with {NUMBER}."
+        f"Created {patient_count} invented patients. `kata serve --simulate` shows them. Their clinic numbers begin with {NUMBER}."
     )
 
 
@@ -260,8 +260,12 @@ def commission(
 
     if begin is not None and begin not in STEP_KEYS:
         raise typer.BadParameter(f"{begin} is not one of {', '.join(STEP_KEYS)}", param_hint="--from")
-    who = by or getuser()
-    passed = run_check(station, who, lines=lines) if check else run(station, port, who, begin, simulate, lines=lines)
+    technician = by or getuser()
+    passed = (
+        run_check(station, technician, lines=lines)
+        if check
+        else run(station, port, technician, begin, simulate, lines=lines)
+    )
     if not passed:
         raise typer.Exit(1)
 

@@ -193,8 +193,8 @@ class _Invented:
         )  # fmt: skip
         self._add(row)
         # A stiff shoulder allows a smaller range.
-        rest = built_in.poses_deg[0]
-        poses = rest + (0.45 + 0.1 * self._chance.random()) * (built_in.poses_deg - rest)
+        rest_deg = built_in.poses_deg[0]
+        poses = rest_deg + (0.45 + 0.1 * self._chance.random()) * (built_in.poses_deg - rest_deg)
         angles = motor_angles_deg(poses, self._side)
         nothing = np.zeros_like(angles)
         end = JournalEnd(reason="finished")
@@ -251,12 +251,12 @@ class _Invented:
     ) -> None:
         better = self._course.better(at)
         before = min(10, max(1, round(7 - 6 * better + self._chance.uniform(-1, 1))))
-        ended, signed = at + timedelta(minutes=35), at + timedelta(minutes=40)
+        ended_at, signed = at + timedelta(minutes=35), at + timedelta(minutes=40)
         stopped = self._cause() if self._chance.random() < _STOPPED else None
         unsigned = self._course.unsigned and at == self._course.visits[-1]
         row = SessionRow(
             id=self._id(), patient_id=patient_id, episode_id=episode_id, programme_version_id=version.id,
-            therapist=self._therapist, station=self._course.station, started_at=at, ended_at=ended, checks=list(self._checks(at)),
+            therapist=self._therapist, station=self._course.station, started_at=at, ended_at=ended_at, checks=list(self._checks(at)),
             pain_before=before, pain_during=min(10, before + 1), pain_after=max(0, before - 1),
             end_reason="completed", note=self._note(better, stopped is not None), signed_at=None if unsigned else signed,
             signed_by="" if unsigned else self._therapist, run_count=len(taught), updated_at=signed,
@@ -270,7 +270,7 @@ class _Invented:
             self._alarm(row, at + timedelta(minutes=20), stopped)
             self._add(
                 AddendumRow(
-                    id=self._id(), session_id=row.id, written_at=ended + timedelta(hours=2), written_by=self._therapist,
+                    id=self._id(), session_id=row.id, written_at=ended_at + timedelta(hours=2), written_by=self._therapist,
                     text=self._words.asked,
                 )
             )  # fmt: skip
@@ -332,16 +332,16 @@ class _Invented:
 
     def _play(self, visit: SessionRow, row: RunRow, taught: _Taught, cause: tuple[str, Text] | None) -> None:
         """Complete a run from the samples of invented drives."""
-        wanted = with_settings(taught.motion, self._asked)
-        count = int(wanted.duration_s * _RATE_HZ * (0.6 if cause else 1.0))
+        requested = with_settings(taught.motion, self._asked)
+        count = int(requested.duration_s * _RATE_HZ * (0.6 if cause else 1.0))
         times_s = np.arange(count) / _RATE_HZ
-        setpoints = wanted.at(times_s)
+        setpoints = requested.at(times_s)
         # The motors lag behind the setpoint, and the arm pulls slowly; both appear in the error.
         pull = self._noise.normal(0, 1, 5) * np.sin(2 * np.pi * times_s[:, None] / self._noise.uniform(3, 9, 5))
         shaking = self._noise.normal(0, 0.05, setpoints.shape)
         drift = 1.4 * seed_course.drift_deg(visit.station, row.started_at, self._now)
         spread = np.array(_NOISE_DEG) + np.array([0, 0, 0, 0, drift])
-        measured = _counts(wanted.at(np.maximum(times_s - _LAG_S, 0.0)) + spread * pull + shaking)
+        measured = _counts(requested.at(np.maximum(times_s - _LAG_S, 0.0)) + spread * pull + shaking)
         torque = 0.6 + 0.4 * pull + 4 * shaking
         end = JournalEnd(reason="completed")
         if cause:

@@ -88,12 +88,14 @@ def _of_two_years(chance: Random, place: int, now: datetime) -> Course:
     present = place % 4 == 0
     age = timedelta(weeks=chance.uniform(3, weeks - 1)) if present else chance.uniform(0.3, 0.97) * _YEARS
     first = datetime.combine((now - age).date(), time(chance.randrange(0, 8), chance.choice((0, 30))), UTC)
-    wanted = [first + n * _WEEK / per_week + timedelta(hours=chance.choice((0, 0, 1))) for n in range(weeks * per_week)]
+    planned = [
+        first + n * _WEEK / per_week + timedelta(hours=chance.choice((0, 0, 1))) for n in range(weeks * per_week)
+    ]
     # Patients with little motivation miss one of four expected sessions, the others one of sixteen.
     missed = chance.choice((0.06, 0.06, 0.25))
-    visits = [at for at in wanted if at == wanted[0] or chance.random() > missed]
-    left = not present and chance.random() < 0.18
-    if left:
+    visits = [at for at in planned if at == planned[0] or chance.random() > missed]
+    dropped_out = not present and chance.random() < 0.18
+    if dropped_out:
         visits = visits[: max(2, len(visits) // 3)]
     # The last session of a present patient was up to two weeks ago, so that some sessions are due.
     last = now - timedelta(days=chance.randrange(1, 12))
@@ -110,7 +112,7 @@ def _of_two_years(chance: Random, place: int, now: datetime) -> Course:
         gain=min(0.95, chance.gauss((0.35, 0.5, 0.65)[stage], 0.28)),
         expected_weeks=float(weeks),
         closed=not present,
-        left=left,
+        left=dropped_out,
         unsigned=present and place % 5 == 4,
     )
 

@@ -45,9 +45,9 @@ def person(place: int, language: Language) -> Person:
     family = _FAMILIES[place % len(_FAMILIES)]
     female = place % 2 == 0
     # The first twelve have given names in order. Later rounds shift the given names, so that each pair of names occurs once.
-    given = (_WOMEN if female else _MEN)[(place // 2 + 3 * (place // len(_FAMILIES))) % len(_WOMEN)]
-    latin, kanji = f"{family[0]} {given[0]}", f"{family[2]} {given[2]}"
-    return Person(kanji if language == "ja" else latin, f"{family[1]} {given[1]}", "female" if female else "male")
+    given_name = (_WOMEN if female else _MEN)[(place // 2 + 3 * (place // len(_FAMILIES))) % len(_WOMEN)]
+    latin, kanji = f"{family[0]} {given_name[0]}", f"{family[2]} {given_name[2]}"
+    return Person(kanji if language == "ja" else latin, f"{family[1]} {given_name[1]}", "female" if female else "male")
 
 
 @dataclass(frozen=True)

@@ -120,10 +120,10 @@ def _address(host: str, port: int, *, encrypted: bool) -> str:
     """Return the page's address for this computer."""
     reached = ip_address(host)
     if reached.is_unspecified:
-        shown = "localhost" if encrypted else "127.0.0.1"
+        shown_host = "localhost" if encrypted else "127.0.0.1"
     else:
-        shown = f"[{host}]" if reached.version == 6 else host
-    return f"{'https' if encrypted else 'http'}://{shown}:{port}"
+        shown_host = f"[{host}]" if reached.version == 6 else host
+    return f"{'https' if encrypted else 'http'}://{shown_host}:{port}"
 
 
 async def _serve(settings: Settings, application: FastAPI) -> None:

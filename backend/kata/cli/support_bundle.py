@@ -78,7 +78,7 @@ def write(settings: Settings, out: Path) -> None:
     with zipfile.ZipFile(out, "w", zipfile.ZIP_DEFLATED) as bundle:
         bundle.writestr("README.txt", _README.format(version=__version__, at=at, events=EVENTS))
         for name, make in parts.items():
-            bundle.writestr(name, _made(make))
+            bundle.writestr(name, _part_or_reason(make))
 
 
 def shown_settings(settings: Settings) -> dict[str, Any]:
@@ -91,7 +91,7 @@ def shown_settings(settings: Settings) -> dict[str, Any]:
     }
 
 
-def _made(make: Callable[[], str]) -> str:
+def _part_or_reason(make: Callable[[], str]) -> str:
     """Return a part, or the reason why it is missing. The reason is the type of the error, because its message may contain data."""
     try:
         return make()
@@ -111,19 +111,19 @@ def _versions() -> dict[str, Any]:
         "machine": platform.machine(),
         "processors": os.cpu_count(),
         "packages": {
-            found.name: found.version
-            for found in sorted(distributions(), key=lambda distribution: distribution.name.lower())
+            package.name: package.version
+            for package in sorted(distributions(), key=lambda distribution: distribution.name.lower())
         },
     }
 
 
-def _with_database(settings: Settings, read: Callable[[Database, Session], Any]) -> Any:
+def _with_database(settings: Settings, read_part: Callable[[Database, Session], Any]) -> Any:
     database = Database(settings.effective_database_url)
     try:
         if database.file and not database.file.exists():
             return "The first start creates the database."
         with database.read() as session:
-            return read(database, session)
+            return read_part(database, session)
     finally:
         database.close()
 

@@ -53,8 +53,8 @@ def _played(station: DirectStation, motion: BasicMotion, taught: Taught) -> list
         raise StepError(texts.MOTION_FAILED(motion=motion.number, reason=str(error))) from error
     playing = run.phase == PHASE_PLAYING
     measured, torque = run.measured_deg[playing].astype(np.float64), run.torque_nm[playing].astype(np.float64)
-    found = compare(taught.times_s, angles, run.path_s[playing], measured, torque)
-    return [tracking for tracking in found.motors if tracking.motor in motion.motors]
+    comparison = compare(taught.times_s, angles, run.path_s[playing], measured, torque)
+    return [tracking for tracking in comparison.motors if tracking.motor in motion.motors]
 
 
 def _judge(workbench: Workbench, motion: int, tracking: MotorTracking, load: str) -> None:

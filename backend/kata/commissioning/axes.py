@@ -9,7 +9,7 @@ from msgspec import structs
 from kata.commissioning import texts
 from kata.commissioning.drive_line import DriveLine
 from kata.commissioning.live_drives import live_drives
-from kata.commissioning.workbench import ManualAction, StepError, Workbench, named, wrapped_deg
+from kata.commissioning.workbench import ManualAction, StepError, Workbench, naming_drive, wrapped_deg
 from kata.device.bus.dynamixel.registers import DEG_PER_COUNT
 from kata.device.config import Axis
 from kata.motion.axes import AXES
@@ -63,7 +63,7 @@ def read_counts(line: DriveLine, axes: Sequence[Axis]) -> Floats:
     """
     counts = []
     for motor, axis in enumerate(axes, start=1):
-        with named(motor, axis.id):
+        with naming_drive(motor, axis.id):
             counts.append(int.from_bytes(line.read(axis.id, _POSITION, 4), "little", signed=True))
     return np.array(counts, dtype=np.float64)
 
@@ -74,9 +74,9 @@ def find_axes(workbench: Workbench) -> None:
     with workbench.line() as line:
         for motor in AXES:
             moved = _moved_by_hand(workbench, line, motor)
-            most = int(np.argmax(np.abs(moved))) + 1
-            if most != motor:
-                raise StepError(texts.DRIVES_SWAPPED(motor=motor, moved=most))
+            moved_most = int(np.argmax(np.abs(moved))) + 1
+            if moved_most != motor:
+                raise StepError(texts.DRIVES_SWAPPED(motor=motor, moved=moved_most))
             directions.append(1 if moved[motor - 1] > 0 else -1)
     before = [axis.direction for axis in workbench.draft.axes]
     workbench.change_axes(lambda motor, axis: structs.replace(axis, direction=directions[motor - 1]))
@@ -109,18 +109,18 @@ def check_torque(workbench: Workbench) -> None:
             axis = motor - 1
             for by_deg in (_TEST_DEG, -_TEST_DEG):
                 drives.move_axis(axis, by_deg)
-            rest = drives.settle(0.3)
-            rest_deg = float(np.mean([sample.angle_deg[axis] for sample in rest]))
-            rest_nm = float(np.mean([sample.torque_nm[axis] for sample in rest]))
+            resting = drives.settle(0.3)
+            rest_deg = float(np.mean([sample.angle_deg[axis] for sample in resting]))
+            rest_nm = float(np.mean([sample.torque_nm[axis] for sample in resting]))
             push: list[tuple[float, float]] = []
 
             def is_pushed(axis: int = axis, rest_deg: float = rest_deg, rest_nm: float = rest_nm) -> bool:
                 sample = drives.cycle()
                 moved, torque = float(sample.angle_deg[axis]) - rest_deg, float(sample.torque_nm[axis]) - rest_nm
-                seen = abs(moved) > _PUSH_DEG and abs(torque) > _PUSH_NM
-                if seen:
+                push_detected = abs(moved) > _PUSH_DEG and abs(torque) > _PUSH_NM
+                if push_detected:
                     push.append((moved, torque))  # noqa: B023 - called before the next motor
-                return seen
+                return push_detected
 
             text = texts.PUSH_AXIS(motor=motor, motion=MOVES[motor]())
             workbench.watch(ManualAction("push_axis", text, motor), is_pushed, texts.PUSH_NOT_SEEN(motor=motor))

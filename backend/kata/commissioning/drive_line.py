@@ -79,8 +79,10 @@ class DriveLine:
     def read_once(self, drive_id: int, address: int, length: int) -> tuple[bytes | None, bool]:
         """Return the contents of registers (None without a valid answer), and whether other bytes arrived."""
         request = encode(drive_id, _READ, struct.pack("<HH", address, length))
-        answers, other_bytes = self._exchange(request, _PATIENCE_NS, size=OVERHEAD + length, wanted=(drive_id, length))
-        valid = [data for answered, error, data in answers if answered == drive_id and len(data) == length]
+        answers, other_bytes = self._exchange(
+            request, _PATIENCE_NS, size=OVERHEAD + length, expected=(drive_id, length)
+        )
+        valid = [data for sender, error, data in answers if sender == drive_id and len(data) == length]
         return (valid[0] if valid else None), other_bytes
 
     def write(self, drive_id: int, address: int, data: bytes) -> None:
@@ -91,9 +93,9 @@ class DriveLine:
         request = encode(drive_id, _WRITE, struct.pack("<H", address) + data)
         damaged = False
         for _ in range(_ATTEMPTS):
-            answers, other_bytes = self._exchange(request, _PATIENCE_NS, size=OVERHEAD, wanted=(drive_id, 0))
+            answers, other_bytes = self._exchange(request, _PATIENCE_NS, size=OVERHEAD, expected=(drive_id, 0))
             damaged |= other_bytes
-            if refused := [error & ~_ALERT for answered, error, _ in answers if answered == drive_id]:
+            if refused := [error & ~_ALERT for sender, error, _ in answers if sender == drive_id]:
                 if refused[0]:
                     raise LineError(drive_id, error=refused[0])
                 return
@@ -101,15 +103,15 @@ class DriveLine:
 
     def reboot(self, drive_id: int) -> None:
         """Restart a drive: torque off, RAM at its defaults."""
-        self._exchange(encode(drive_id, _REBOOT), _PATIENCE_NS, size=OVERHEAD, wanted=(drive_id, 0))
+        self._exchange(encode(drive_id, _REBOOT), _PATIENCE_NS, size=OVERHEAD, expected=(drive_id, 0))
 
     def _exchange(
-        self, request: bytes, patience_ns: int, *, size: int, wanted: tuple[int, int] | None = None
+        self, request: bytes, patience_ns: int, *, size: int, expected: tuple[int, int] | None = None
     ) -> tuple[list[tuple[int, int, bytes]], bool]:
         """Send a request. Return the answers, and whether other bytes arrived.
 
         :param size: number of bytes of an answer.
-        :param wanted: id and length of the only answer; None: several answers may come, each within ``patience_ns`` after the one before.
+        :param expected: id and length of the only answer; None: several answers may come, each within ``patience_ns`` after the one before.
         """
         transport, parser = self._transport, StatusParser()
         earliest_ns = transport.now_ns() + (len(request) + size) * self._byte_ns
@@ -120,10 +122,10 @@ class DriveLine:
         while not complete and (data := transport.receive(earliest_ns, deadline_ns)):
             now_ns = transport.now_ns()
             answers += parser.feed(data)
-            if wanted is None:
+            if expected is None:
                 deadline_ns = now_ns + patience_ns
-            complete = wanted is not None and any(
-                (drive_id, len(data)) == wanted or error & ~_ALERT for drive_id, error, data in answers
+            complete = expected is not None and any(
+                (drive_id, len(data)) == expected or error & ~_ALERT for drive_id, error, data in answers
             )
         if complete:
             self.latencies_ns.append(max(0, transport.now_ns() - earliest_ns))

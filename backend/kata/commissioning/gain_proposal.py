@@ -50,15 +50,15 @@ class Gains(Struct, frozen=True):
 
 def gain_limits(present: Gains) -> tuple[Gains, Gains]:
     """Return the lowest and the highest gains that the next trial may use."""
-    lowest = Gains(*(_within(math.ceil(gain / LARGEST_CHANGE)) for gain in _each(present)))
-    highest = Gains(*(_within(max(gain * LARGEST_CHANGE, _FROM_NOTHING)) for gain in _each(present)))
+    lowest = Gains(*(_within(math.ceil(gain / LARGEST_CHANGE)) for gain in _as_tuple(present)))
+    highest = Gains(*(_within(max(gain * LARGEST_CHANGE, _FROM_NOTHING)) for gain in _as_tuple(present)))
     return lowest, highest
 
 
 def are_within_limits(gains: Gains, present: Gains) -> bool:
     """Return True if the next trial may use these gains."""
     lowest, highest = gain_limits(present)
-    return all(low <= gain <= high for low, gain, high in zip(*map(_each, (lowest, gains, highest)), strict=True))
+    return all(low <= gain <= high for low, gain, high in zip(*map(_as_tuple, (lowest, gains, highest)), strict=True))
 
 
 def propose(present: Gains, measured: StepResponse) -> tuple[Gains, Advice]:
@@ -68,14 +68,14 @@ def propose(present: Gains, measured: StepResponse) -> tuple[Gains, Advice]:
 
     :param measured: response with the present gains.
     """
-    p, i, d = map(float, _each(present))
+    p, i, d = map(float, _as_tuple(present))
     advice: Advice = ""
     if measured.overshoot > TARGET_OVERSHOOT:
         advice = "damp"
-        more = TARGET_DAMPING / damping_ratio(measured.overshoot)
+        factor = TARGET_DAMPING / damping_ratio(measured.overshoot)
         # From nothing, D is raised, too. How much damping this gives is unknown, so P takes all.
-        raised = min(d * more or _FROM_NOTHING, _each(gain_limits(present)[1])[2])
-        share = (raised / d / more) ** 2 if d else 1 / more**2
+        raised = min(d * factor or _FROM_NOTHING, _as_tuple(gain_limits(present)[1])[2])
+        share = (raised / d / factor) ** 2 if d else 1 / factor**2
         p, i, d = p * share, i * share, raised
     elif measured.rise_s > TARGET_RISE_S:
         advice = "faster"
@@ -83,7 +83,7 @@ def propose(present: Gains, measured: StepResponse) -> tuple[Gains, Advice]:
     if advice != "damp" and measured.steady_error_deg > TARGET_STEADY_ERROR_DEG:
         advice = advice or "integrate"
         i = max(i, present.i * measured.steady_error_deg / TARGET_STEADY_ERROR_DEG, _FROM_NOTHING)
-    limits = zip(*map(_each, gain_limits(present)), strict=True)
+    limits = zip(*map(_as_tuple, gain_limits(present)), strict=True)
     return Gains(
         *(round(min(max(gain, low), high)) for gain, (low, high) in zip((p, i, d), limits, strict=True))
     ), advice
@@ -95,7 +95,7 @@ def damping_ratio(overshoot: float) -> float:
     return decrement / math.hypot(math.pi, decrement)
 
 
-def _each(gains: Gains) -> tuple[int, int, int]:
+def _as_tuple(gains: Gains) -> tuple[int, int, int]:
     return gains.p, gains.i, gains.d
 
 

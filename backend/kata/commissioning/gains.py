@@ -99,9 +99,9 @@ class GainTuning:
 
         :raises StepError: when a response with the kept gains exceeds its limits.
         """
-        kept: dict[str, GainSet] = {}
+        kept_gains: dict[str, GainSet] = {}
         for load, action in cycle(LOADS):
-            if all(kept.get(name) == self._sets[-1] for name, _ in LOADS):
+            if all(kept_gains.get(name) == self._sets[-1] for name, _ in LOADS):
                 return
             self._workbench.confirm(action)
             self._workbench.confirm(ManualAction("stand_clear", texts.STAND_CLEAR()))
@@ -111,7 +111,7 @@ class GainTuning:
             self._review_until_kept(load)
             if fault := self._measured[load, self._sets[-1]].fault:
                 raise StepError(fault)
-            kept[load] = self._sets[-1]
+            kept_gains[load] = self._sets[-1]
 
     def _usable_first(self) -> list[GainSet]:
         """Return the set before the step, for comparison, unless it has shown a fault."""
@@ -139,14 +139,14 @@ class GainTuning:
             workbench.add_value("i gain", motor, before=before.i, after=after.i)
             workbench.add_value("d gain", motor, before=before.d, after=after.d)
         for load, _ in LOADS:
-            found = self._measured.get((load, last), _Measurement())
+            measurement = self._measured.get((load, last), _Measurement())
             former = self._measured.get((load, first), _Measurement()) if first != last else _Measurement()
-            for motor in found.responses:
-                earlier, now = _figures(former, motor), _figures(found, motor)
+            for motor in measurement.responses:
+                earlier, now = _figures(former, motor), _figures(measurement, motor)
                 workbench.add_value(f"rise time s, {load}", motor, before=earlier[0], after=now[0])
                 workbench.add_value(f"overshoot %, {load}", motor, before=earlier[1], after=now[1])
                 workbench.add_value(f"steady error deg, {load}", motor, before=earlier[2], after=now[2])
-            workbench.curves.extend((*former.curves, *found.curves))
+            workbench.curves.extend((*former.curves, *measurement.curves))
 
     def _use(self, gains: GainSet) -> None:
         def gained(motor: int, axis: Axis) -> Axis:
@@ -175,17 +175,17 @@ class GainTuning:
 
     def _review(self, load: str) -> GainsReview:
         present, former = self._sets[-1], self._sets[-2] if len(self._sets) > 1 else None
-        found = self._measured[load, present]
+        measurement = self._measured[load, present]
         before = self._measured[load, former] if former else _Measurement()
         motors = tuple(
-            _motor_gains(motor, gains, found.responses.get(motor), former[motor - 1] if former else None, before)
+            _motor_gains(motor, gains, measurement.responses.get(motor), former[motor - 1] if former else None, before)
             for motor, gains in enumerate(present, start=1)
         )
-        fault = found.fault
+        fault = measurement.fault
         return GainsReview(
             load=load,
             motors=motors,
-            curves=tuple(found.curves),
+            curves=tuple(measurement.curves),
             former_curves=tuple(before.curves),
             fault=str(fault or ""),
             fault_key=fault.key if fault else None,
@@ -238,8 +238,8 @@ def _to_middle(workbench: Workbench, drives: LiveDrives) -> None:
 def _respond(drives: LiveDrives, motor: int) -> tuple[Floats, Floats]:
     """Return the times since the step, and the angles relative to the angle before the step."""
     axis = motor - 1
-    rest = drives.settle(0.2)
-    began = float(np.mean([sample.angle_deg[axis] for sample in rest]))
+    resting = drives.settle(0.2)
+    began = float(np.mean([sample.angle_deg[axis] for sample in resting]))
     drives.setpoint_deg = drives.setpoint_deg.copy()
     drives.setpoint_deg[axis] += STEP_DEG
     samples = drives.settle(_STEP_S)
@@ -254,7 +254,7 @@ def _respond(drives: LiveDrives, motor: int) -> tuple[Floats, Floats]:
 
 def _curve(workbench: Workbench, motor: int, load: str, times: Floats, angles: Floats) -> RecordedCurve:
     """Return a response with about 50 samples a second, which is enough to show every oscillation of a motor."""
-    every = max(1, workbench.draft.cycle_hz // _CURVE_HZ)
+    step = max(1, workbench.draft.cycle_hz // _CURVE_HZ)
     gains = _gains(workbench.draft.axes[motor - 1])
     return RecordedCurve(
         motor=motor,
@@ -263,6 +263,6 @@ def _curve(workbench: Workbench, motor: int, load: str, times: Floats, angles: F
         p_gain=gains.p,
         i_gain=gains.i,
         d_gain=gains.d,
-        times_s=tuple(round(time, 3) for time in times[::every].tolist()),
-        angles_deg=tuple(round(angle, 2) for angle in angles[::every].tolist()),
+        times_s=tuple(round(time, 3) for time in times[::step].tolist()),
+        angles_deg=tuple(round(angle, 2) for angle in angles[::step].tolist()),
     )

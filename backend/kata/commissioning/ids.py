@@ -6,7 +6,7 @@ from msgspec import structs
 
 from kata.commissioning import texts
 from kata.commissioning.drive_line import DriveLine, FoundDrive, LineError
-from kata.commissioning.workbench import FACTORY_BAUD, ManualAction, StepError, Workbench, named
+from kata.commissioning.workbench import FACTORY_BAUD, ManualAction, StepError, Workbench, naming_drive
 from kata.device.bus.dynamixel.registers import TORQUE_ENABLE
 from kata.motion.axes import AXES
 
@@ -62,14 +62,14 @@ def _all_have_their_ids(workbench: Workbench) -> bool:
 
 def _assign(workbench: Workbench, motor: int) -> None:
     workbench.confirm(ManualAction("connect_only", texts.CONNECT_ONLY(motor=motor), motor))
-    found = _search(workbench, motor)
-    with workbench.line(found.baud) as line:
-        check_answers(line, motor, found.drive_id)
-        with named(motor, found.drive_id):
-            line.write(found.drive_id, TORQUE_ENABLE, b"\0")
-            if found.drive_id != motor:
-                line.write(found.drive_id, _ID, bytes([motor]))
-            if found.baud != workbench.draft.baud:
+    drive = _search(workbench, motor)
+    with workbench.line(drive.baud) as line:
+        check_answers(line, motor, drive.drive_id)
+        with naming_drive(motor, drive.drive_id):
+            line.write(drive.drive_id, TORQUE_ENABLE, b"\0")
+            if drive.drive_id != motor:
+                line.write(drive.drive_id, _ID, bytes([motor]))
+            if drive.baud != workbench.draft.baud:
                 line.write(motor, _BAUD, bytes([BAUD_CODES[workbench.draft.baud]]))
     with workbench.line() as line:
         try:
@@ -78,8 +78,8 @@ def _assign(workbench: Workbench, motor: int) -> None:
             raise StepError(texts.ID_NOT_TAKEN(motor=motor)) from error
     if now != bytes([motor, BAUD_CODES[workbench.draft.baud]]):
         raise StepError(texts.ID_NOT_TAKEN(motor=motor))
-    workbench.add_value("id", motor, before=found.drive_id, after=motor)
-    workbench.add_value("baud", motor, before=found.baud, after=workbench.draft.baud)
+    workbench.add_value("id", motor, before=drive.drive_id, after=motor)
+    workbench.add_value("baud", motor, before=drive.baud, after=workbench.draft.baud)
 
 
 def _search(workbench: Workbench, motor: int) -> FoundDrive:
@@ -87,11 +87,11 @@ def _search(workbench: Workbench, motor: int) -> FoundDrive:
     first = (FACTORY_BAUD, workbench.draft.baud)
     for baud in (*first, *(rate for rate in BAUD_CODES if rate not in first)):
         with workbench.line(baud) as line:
-            found = line.find()
-            if len(found) > 1:
-                raise StepError(texts.SEVERAL_DRIVES_FOUND(drives=len(found), motor=motor))
-            if found:
-                return next(iter(found.values()))
+            drives = line.find()
+            if len(drives) > 1:
+                raise StepError(texts.SEVERAL_DRIVES_FOUND(drives=len(drives), motor=motor))
+            if drives:
+                return next(iter(drives.values()))
             if line.damaged:
                 # Several drives answered at once, or noise hid the answer.
                 raise StepError(texts.DRIVES_ANSWER_TOGETHER(drive_id=1, motor=motor))

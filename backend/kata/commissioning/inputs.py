@@ -7,7 +7,7 @@ from typing import Final
 
 from kata.commissioning import texts
 from kata.commissioning.drive_line import DriveLine
-from kata.commissioning.workbench import ManualAction, StepError, Workbench, named
+from kata.commissioning.workbench import ManualAction, StepError, Workbench, naming_drive
 from kata.device.bus.dynamixel.registers import PORT_DATA
 from kata.device.pedal import UsbPedal
 from kata.messages import Text
@@ -93,7 +93,7 @@ class _Contacts:
     def _closed(self, port: int) -> bool:
         drive_id = self._inputs.drive_id
         motor = [axis.id for axis in self._workbench.draft.axes].index(drive_id) + 1
-        with named(motor, drive_id):
+        with naming_drive(motor, drive_id):
             return self._line.read(drive_id, PORT_DATA + 2 * port, 1) == b"\0"
 
 

@@ -31,9 +31,9 @@ def find_lags(workbench: Workbench) -> None:
     workbench.confirm(ManualAction("stand_clear", texts.STAND_CLEAR()))
     with live_drives(workbench, share=1.0) as drives:
         drives.hold()
-        rest = drives.setpoint_deg.copy()
+        rest_deg = drives.setpoint_deg.copy()
         ranges = [(axis.min_deg, axis.max_deg) for axis in workbench.draft.axes]
-        wave = excitation(rest.tolist(), _EXCITATION_S, 1 / workbench.draft.cycle_hz, ranges)
+        wave = excitation(rest_deg.tolist(), _EXCITATION_S, 1 / workbench.draft.cycle_hz, ranges)
         samples = drives.follow(iter(wave))
     lags = identified(samples)
     for motor, lag in enumerate(lags, start=1):
@@ -83,21 +83,21 @@ def _evenly(samples: list[LiveSample]) -> tuple[Floats, Floats, Floats, Floats]:
     """
     times = np.array([sample.t_s for sample in samples])
     period_s = float(np.median(np.diff(times)))
-    places = np.round((times - times[0]) / period_s).astype(np.intp)
-    every = np.arange(places[-1] + 1)
-    missed = len(every) - len(places)
-    if missed > _MISSED_SHARE * len(every) or np.max(np.diff(places)) > _MISSED_IN_A_ROW + 1:
-        raise StepError(texts.NOT_IDENTIFIABLE(reason=f"this computer missed {missed} of {len(every)} cycles"))
-    held = np.searchsorted(places, every, side="right") - 1
-    setpoints = np.array([sample.setpoint_deg for sample in samples])[held]
+    cycles = np.round((times - times[0]) / period_s).astype(np.intp)
+    all_cycles = np.arange(cycles[-1] + 1)
+    missed = len(all_cycles) - len(cycles)
+    if missed > _MISSED_SHARE * len(all_cycles) or np.max(np.diff(cycles)) > _MISSED_IN_A_ROW + 1:
+        raise StepError(texts.NOT_IDENTIFIABLE(reason=f"this computer missed {missed} of {len(all_cycles)} cycles"))
+    last_sent = np.searchsorted(cycles, all_cycles, side="right") - 1
+    setpoints = np.array([sample.setpoint_deg for sample in samples])[last_sent]
     angles, torques = (
-        np.column_stack([np.interp(every, places, axis) for axis in series.T])
+        np.column_stack([np.interp(all_cycles, cycles, axis) for axis in series.T])
         for series in (
             np.array([sample.angle_deg for sample in samples]),
             np.array([sample.torque_nm for sample in samples]),
         )
     )
-    return times[0] + every * period_s, setpoints, angles, torques
+    return times[0] + all_cycles * period_s, setpoints, angles, torques
 
 
 def check_fit(motor: int, lag: IdentifiedAxis) -> None:

@@ -79,7 +79,7 @@ def measure_bus(station: StationConfig, open_transport: Callable[[str, int], Tra
 
     bus = make_bus(station, open_and_keep)
     bus.open()
-    answered: set[int] = set()
+    answering: set[int] = set()
     damaged = 0
     times_ns = []
     try:
@@ -88,12 +88,12 @@ def measure_bus(station: StationConfig, open_transport: Callable[[str, int], Tra
             sample = bus.read()
             times_ns.append(opened[0].now_ns() - began_ns)
             damaged += len(sample.corrupt)
-            answered |= {motor for motor, drive in enumerate(sample.drives, start=1) if drive}
+            answering |= {motor for motor, drive in enumerate(sample.drives, start=1) if drive}
     finally:
         bus.close()
-    silent = tuple(motor for motor in range(1, len(station.axes) + 1) if motor not in answered)
+    silent = tuple(motor for motor in range(1, len(station.axes) + 1) if motor not in answering)
     counts = _REQUESTS * len(station.axes), damaged, silent
-    return _figures(counts, times_ns if answered else [], 0.0, "A cycle is read in {:.1f} ms")
+    return _figures(counts, times_ns if answering else [], 0.0, "A cycle is read in {:.1f} ms")
 
 
 def _figures(

@@ -6,7 +6,7 @@ from kata.commissioning import texts
 from kata.commissioning.drive_line import DriveLine
 from kata.commissioning.ids import check_answers
 from kata.commissioning.live_drives import live_drives
-from kata.commissioning.workbench import ManualAction, StepError, Workbench, named
+from kata.commissioning.workbench import ManualAction, StepError, Workbench, naming_drive
 from kata.device.bus.dynamixel.configuration import model_problem
 from kata.device.bus.dynamixel.models import MODELS
 from kata.device.bus.dynamixel.registers import FIRMWARE, TORQUE_ENABLE, configured_registers
@@ -27,7 +27,7 @@ def write_registers(workbench: Workbench) -> None:
     with workbench.line() as line:
         _let_go(workbench, line)
         for motor, axis in zip(AXES, workbench.draft.axes, strict=True):
-            with named(motor, axis.id):
+            with naming_drive(motor, axis.id):
                 workbench.add_value("damaged_answers_percent", motor, after=check_answers(line, motor, axis.id))
                 _check_drive(workbench, line, motor, axis)
                 for register in configured_registers(workbench.draft, axis):
@@ -38,7 +38,7 @@ def write_registers(workbench: Workbench) -> None:
     with workbench.line() as line:
         for motor, axis in zip(AXES, workbench.draft.axes, strict=True):
             for register in configured_registers(workbench.draft, axis):
-                with named(motor, axis.id):
+                with naming_drive(motor, axis.id):
                     now = line.read(axis.id, register.address, len(register.data))
                 if now != before[motor, register.name]:
                     workbench.add_value(
@@ -49,13 +49,13 @@ def write_registers(workbench: Workbench) -> None:
 def _let_go(workbench: Workbench, line: DriveLine) -> None:
     """Switch torque off. If a drive has torque, it may hold an arm: first wait until the technician supports the arm."""
     for motor, axis in zip(AXES, workbench.draft.axes, strict=True):
-        with named(motor, axis.id):
+        with naming_drive(motor, axis.id):
             (torque,) = line.read(axis.id, TORQUE_ENABLE, 1)
         if torque:
             workbench.confirm(ManualAction("support_arm", texts.SUPPORT_ARM(motor=motor), motor))
             break
     for motor, axis in zip(AXES, workbench.draft.axes, strict=True):
-        with named(motor, axis.id):
+        with naming_drive(motor, axis.id):
             line.write(axis.id, TORQUE_ENABLE, b"\0")
 
 
@@ -65,11 +65,11 @@ def _check_drive(workbench: Workbench, line: DriveLine, motor: int, axis: Axis) 
     if problem := model_problem(motor, axis, model, firmware):
         raise StepError(problem)
     volt = int.from_bytes(line.read(axis.id, _VOLTAGE, 2), "little") / 10
-    least, most = MODELS[model].volts
-    if volt < least:
-        raise StepError(texts.VOLTAGE_LOW(motor=motor, volt=volt, least=least))
-    if volt > most:
-        raise StepError(texts.VOLTAGE_HIGH(motor=motor, volt=volt, most=most))
+    lowest, highest = MODELS[model].volts
+    if volt < lowest:
+        raise StepError(texts.VOLTAGE_LOW(motor=motor, volt=volt, least=lowest))
+    if volt > highest:
+        raise StepError(texts.VOLTAGE_HIGH(motor=motor, volt=volt, most=highest))
     (celsius,) = line.read(axis.id, _TEMPERATURE, 1)
     (limit,) = line.read(axis.id, _TEMPERATURE_LIMIT, 1)
     if celsius > limit - _SHUTDOWN_MARGIN_C:

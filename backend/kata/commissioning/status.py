@@ -40,6 +40,6 @@ def commissioning_status(station: Path, config: StationConfig) -> CommissioningS
         return CommissioningStatus(texts.CHECK_FAILED())
     # The date of a check is that of its oldest step. Without a check, the commissioning's own runs of these steps count.
     checked = newest or {ran.step: ran for ran in record.steps if ran.step in CHECKED}
-    ended = [ran.ended_at for ran in checked.values()] or [record.steps[-1].ended_at]
-    due_at = datetime.fromisoformat(min(ended)) + PERIODIC_CHECK_INTERVAL
+    ended_at = [ran.ended_at for ran in checked.values()] or [record.steps[-1].ended_at]
+    due_at = datetime.fromisoformat(min(ended_at)) + PERIODIC_CHECK_INTERVAL
     return CommissioningStatus(None, due_at, datetime.fromisoformat(record.steps[-1].ended_at))

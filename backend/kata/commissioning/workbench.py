@@ -163,7 +163,7 @@ class Workbench:
 
 
 @contextmanager
-def named(motor: int, drive_id: int) -> Iterator[None]:
+def naming_drive(motor: int, drive_id: int) -> Iterator[None]:
     """Convert a LineError in the block into a StepError that names the motor.
 
     :raises StepError: when a LineError occurs in the block.

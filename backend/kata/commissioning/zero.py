@@ -47,9 +47,9 @@ def find_zeros(workbench: Workbench) -> None:
     workbench.confirm(ManualAction("turn", texts.TURN_TO_LEFT()))
     for pose in (0, 1):
         measured, _ = _measure(workbench, other, pose)
-        way = _expected(other, 1) - _expected(other, 0)
+        movement = _expected(other, 1) - _expected(other, 0)
         off = measured - _expected(other, pose)
-        _check_pose(off, way if pose else np.zeros(N_AXES), pose=pose + 1)
+        _check_pose(off, movement if pose else np.zeros(N_AXES), pose=pose + 1)
         for motor in AXES:
             workbench.add_value(f"left, pose {pose + 1}: difference deg", motor, after=round(float(off[motor - 1]), 2))
     workbench.confirm(ManualAction("turn", texts.TURN_TO_RIGHT()))
@@ -75,10 +75,10 @@ def _measure(workbench: Workbench, side: Side, pose: int) -> tuple[Floats, Float
 
 def _pressed(drives: LiveDrives, sign: float) -> Floats:
     """Return the angles while every motor presses in one direction."""
-    here = drives.setpoint_deg.copy()
-    drives.move(here + sign * _PRESS_DEG)
+    start = drives.setpoint_deg.copy()
+    drives.move(start + sign * _PRESS_DEG)
     samples = drives.settle(_PRESS_S)
-    drives.move(here)
+    drives.move(start)
     tail = samples[len(samples) // 2 :]
     mean: Floats = np.mean([sample.angle_deg for sample in tail], axis=0)
     return mean
@@ -98,10 +98,10 @@ def _check_pose(off_deg: Floats, way_deg: Floats, *, pose: int) -> None:
     """Compare a pose. ``way_deg``: expected movement from the first pose to this pose. An axis that moved in the opposite
     direction is reversed.
     """
-    for motor, (off, way) in enumerate(zip(off_deg.tolist(), way_deg.tolist(), strict=True), start=1):
+    for motor, (off, movement) in enumerate(zip(off_deg.tolist(), way_deg.tolist(), strict=True), start=1):
         if abs(wrapped_deg(off)) <= POSE_TOLERANCE_DEG:
             continue
-        if way and abs(wrapped_deg(off + 2 * way)) <= 2 * POSE_TOLERANCE_DEG:
+        if movement and abs(wrapped_deg(off + 2 * movement)) <= 2 * POSE_TOLERANCE_DEG:
             raise StepError(texts.AXIS_REVERSED(motor=motor))
         raise StepError(texts.POSE_DIFFERS(motor=motor, off_deg=abs(wrapped_deg(off)), pose=pose))
 
