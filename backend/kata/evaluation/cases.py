@@ -62,8 +62,8 @@ class Case:
 
 def paper_cases() -> list[Case]:
     """Return the six basic motions and the arbitrary one (Sections 4.2 to 4.8), left and right."""
-    shown = [motion.motors for motion in BASIC_MOTIONS] + [AXES]
-    pairs = list(zip(built_in_motions(), shown, strict=True))
+    motors_of_cases = [motion.motors for motion in BASIC_MOTIONS] + [AXES]
+    pairs = list(zip(built_in_motions(), motors_of_cases, strict=True))
     return [
         Case(motion.name, side, motion, motors, number)
         for number, (motion, motors) in enumerate(pairs, start=1)

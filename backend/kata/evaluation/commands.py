@@ -144,10 +144,10 @@ def _report(
     json_out, html_out = files
     report.show(outcomes, Console(), simulated=simulated, plant=judge.plant)
     if json_out:
-        found = as_json(outcomes, simulated=simulated) | asdict(judge)
+        json_report = as_json(outcomes, simulated=simulated) | asdict(judge)
         if judge.plant == "mujoco":
-            found["goals"] = [asdict(figure) for figure in tables.worst_beside_goals(outcomes)]
-        json_out.write_text(json.dumps(found, indent=2) + "\n")
+            json_report["goals"] = [asdict(figure) for figure in tables.worst_beside_goals(outcomes)]
+        json_out.write_text(json.dumps(json_report, indent=2) + "\n")
     if html_out:
         html_out.write_text(page.as_html(outcomes, simulated=simulated, beside=beside))
 
@@ -160,8 +160,8 @@ def _choose_plant(plant: str | None, *, real_time: bool) -> "PlantName":
         if not installed and not real_time:
             typer.echo("MuJoCo is not installed (pip install kata[evaluate]): the simple plant is used.", err=True)
         return "mujoco" if installed and not real_time else "simple"
-    for known in get_args(PlantName):
-        if plant == known:
+    for plant_name in get_args(PlantName):
+        if plant == plant_name:
             break
     else:
         raise typer.BadParameter(f"{plant} is not one of {', '.join(get_args(PlantName))}", param_hint="--plant")
@@ -177,21 +177,21 @@ def _parse_patient(patient: str, plant: "PlantName") -> "PatientName":
 
     for name in get_args(PatientName):
         if patient == name and (plant == "mujoco" or name == "healthy"):
-            found: PatientName = name
-            return found
-    known = ", ".join(get_args(PatientName)) if plant == "mujoco" else "healthy (on the simple plant)"
-    raise typer.BadParameter(f"{patient} is not one of {known}", param_hint="--patient")
+            patient_name: PatientName = name
+            return patient_name
+    choices = ", ".join(get_args(PatientName)) if plant == "mujoco" else "healthy (on the simple plant)"
+    raise typer.BadParameter(f"{patient} is not one of {choices}", param_hint="--patient")
 
 
 def _parse_methods(methods: str) -> "list[Method]":
     from kata.motion.method import Method
 
-    known: dict[str, Method] = {method: method for method in get_args(Method)}
+    methods_by_name: dict[str, Method] = {method: method for method in get_args(Method)}
     names = [name.strip() for name in methods.split(",")]
     for name in names:
-        if name not in known:
-            raise typer.BadParameter(f"{name} is not one of {', '.join(known)}", param_hint="--methods")
-    return [known[name] for name in names]
+        if name not in methods_by_name:
+            raise typer.BadParameter(f"{name} is not one of {', '.join(methods_by_name)}", param_hint="--methods")
+    return [methods_by_name[name] for name in names]
 
 
 def _on_virtual_time(jobs: "Sequence[Job]", processes: int | None) -> "list[CaseResult]":

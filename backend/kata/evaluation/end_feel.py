@@ -185,12 +185,12 @@ class PatientStation(VirtualStation):
         """Return the true elastic torque at angles of the arm."""
         if isinstance(self.mechanics, Plant):
             joint = self.mechanics.joints[self._axis]
-            was, found = joint.arm_angle, []
+            was, torques_nm = joint.arm_angle, []
             for angle in angles_deg:
                 joint.arm_angle = math.radians(angle)
-                found.append(-joint.stiffness_nm())
+                torques_nm.append(-joint.stiffness_nm())
             joint.arm_angle = was
-            return np.array(found)
+            return np.array(torques_nm)
         shoulder = self.mechanics.shoulder
         return np.array([-shoulder.passive_nm(self._axis - 2, math.radians(angle), 0.0) for angle in angles_deg])
 
@@ -247,30 +247,30 @@ def _evaluate(case: EndFeelCase) -> EndFeelErrors:
     run = station.play(_load(out, test), 6 * out.duration_s)
     peak_over_nm = max(station.against_nm) - CHOSEN_NM[motor]
     try:
-        found = measured(_curves(run, motor), baseline, growth, weighed_deg, CHOSEN_NM[motor])
+        result = measured(_curves(run, motor), baseline, growth, weighed_deg, CHOSEN_NM[motor])
     except GuardingError as error:
         return EndFeelErrors(case, "guarding", peak_over_nm, disagreement_nm=error.disagreement_nm)
     except TooFewWaysError as error:
         return EndFeelErrors(case, str(error), peak_over_nm)
-    return _compared(case, found, TorqueAngleCurve(grid, truth, truth), peak_over_nm)
+    return _compared(case, result, TorqueAngleCurve(grid, truth, truth), peak_over_nm)
 
 
-def _compared(case: EndFeelCase, found: EndFeelResult, truth: TorqueAngleCurve, peak_over_nm: float) -> EndFeelErrors:
-    disagreement_nm = found.disagreement_nm
-    if found.figures is None or found.interval is None:
-        return EndFeelErrors(case, str(found.unmeasured), peak_over_nm, disagreement_nm=disagreement_nm)
-    true = figures_of(truth, found.stated_nm, found.onset_nm)
+def _compared(case: EndFeelCase, result: EndFeelResult, truth: TorqueAngleCurve, peak_over_nm: float) -> EndFeelErrors:
+    disagreement_nm = result.disagreement_nm
+    if result.figures is None or result.interval is None:
+        return EndFeelErrors(case, str(result.unmeasured), peak_over_nm, disagreement_nm=disagreement_nm)
+    true = figures_of(truth, result.stated_nm, result.onset_nm)
     if isinstance(true, str):
         return EndFeelErrors(case, f"measured, but {true}", peak_over_nm, disagreement_nm=disagreement_nm)
     return EndFeelErrors(
         case,
         "measured",
         peak_over_nm,
-        found.figures.range_deg - true.range_deg,
-        found.figures.onset_deg - true.onset_deg,
-        found.figures.stiffness_nm_deg / true.stiffness_nm_deg - 1,
-        found.figures.last_third_nm_deg / true.last_third_nm_deg - 1,
-        found.interval.range_deg,
+        result.figures.range_deg - true.range_deg,
+        result.figures.onset_deg - true.onset_deg,
+        result.figures.stiffness_nm_deg / true.stiffness_nm_deg - 1,
+        result.figures.last_third_nm_deg / true.last_third_nm_deg - 1,
+        result.interval.range_deg,
         disagreement_nm,
     )
 
@@ -341,9 +341,9 @@ class EndFeelGoal:
         """Return the absolute value. An excess below 0 is none."""
         return max(value, 0.0) if self.field == "peak_over_nm" else abs(value)
 
-    def shown(self, found: Sequence[EndFeelErrors]) -> str:
+    def shown(self, results: Sequence[EndFeelErrors]) -> str:
         """Return the median and the worst absolute value, and the share within the goal."""
-        values = [value for errors in found if (value := getattr(errors, self.field)) is not None]
+        values = [value for errors in results if (value := getattr(errors, self.field)) is not None]
         if not values:
             return ""
         sizes = np.array([self.size(value) for value in values])
@@ -379,15 +379,15 @@ def cases(plant: PlantName, seeds: Sequence[int], kinds: Sequence[Kind], motors:
 def judge_many(chosen: Sequence[EndFeelCase], processes: int | None, json_out: Path | None) -> None:
     """Run the tests and print the figures beside the goals. The JSON file has the tests that have ended."""
     seeds = len({case.seed for case in chosen})
-    found: list[EndFeelErrors] = []
+    results: list[EndFeelErrors] = []
     spawning = multiprocessing.get_context("spawn")
     with ProcessPoolExecutor(processes, mp_context=spawning, initializer=_settle) as pool:
         # The cases of a seed share the station's commissioning.
         for errors in pool.map(_shown, chosen, chunksize=len(chosen) // seeds):
-            found.append(errors)
+            results.append(errors)
             if json_out:
-                json_out.write_text(json.dumps([asdict(each) for each in found], indent=1) + "\n")
-    Console(width=120).print(summary(found))
+                json_out.write_text(json.dumps([asdict(errors_of_test) for errors_of_test in results], indent=1) + "\n")
+    Console(width=120).print(summary(results))
 
 
 def main() -> None:
@@ -426,21 +426,28 @@ def _line(errors: EndFeelErrors) -> str:
         ("last third", errors.last_third_error, ""),
         ("repetitions differ", errors.disagreement_nm, "Nm"),
     )
-    shown = ", ".join(f"{name} {value:+.2f} {unit}".rstrip() for name, value, unit in figures if value is not None)
+    figures_text = ", ".join(
+        f"{name} {value:+.2f} {unit}".rstrip() for name, value, unit in figures if value is not None
+    )
     case = errors.case
-    return f"{case.plant} seed {case.seed}, {case.patient}, motor {case.motor}, {case.kind}: {errors.outcome}; {shown}"
+    return f"{case.plant} seed {case.seed}, {case.patient}, motor {case.motor}, {case.kind}: {errors.outcome}; {figures_text}"
 
 
-def summary(found: Sequence[EndFeelErrors]) -> Table:
+def summary(results: Sequence[EndFeelErrors]) -> Table:
     """Return the figures beside the goals, for each motor."""
     table = Table("motor", "tests", "outcomes", *(f"{goal.name} (goal {goal.limit:g})" for goal in GOALS))
-    for motor in sorted({errors.case.motor for errors in found}):
+    for motor in sorted({errors.case.motor for errors in results}):
         for kind in get_args(Kind):
-            own = [errors for errors in found if (errors.case.motor, errors.case.kind) == (motor, kind)]
-            if own:
-                outcomes = Counter(errors.outcome[:30] for errors in own)
-                shown = ", ".join(f"{count} {outcome}" for outcome, count in outcomes.most_common())
-                table.add_row(f"{motor} {kind}", str(len(own)), shown, *(goal.shown(own) for goal in GOALS))
+            results_of_kind = [errors for errors in results if (errors.case.motor, errors.case.kind) == (motor, kind)]
+            if results_of_kind:
+                outcomes = Counter(errors.outcome[:30] for errors in results_of_kind)
+                outcomes_text = ", ".join(f"{count} {outcome}" for outcome, count in outcomes.most_common())
+                table.add_row(
+                    f"{motor} {kind}",
+                    str(len(results_of_kind)),
+                    outcomes_text,
+                    *(goal.shown(results_of_kind) for goal in GOALS),
+                )
     return table
 
 

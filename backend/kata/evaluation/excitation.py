@@ -73,9 +73,9 @@ def identify_station(
     station = VirtualStation(structs.replace(config, axes=unknown, arm=ArmLoad()), seed, make_mechanics=make_mechanics)
     run = station.play(load, float(times[-1]))
     even = (run.phase == PHASE_PLAYING) & (run.path_s > 1.0) & (run.path_s < times[-1] - 1.0)
-    places = run.path_s[even]
+    path_s = run.path_s[even]
     measured, torque = run.measured_deg[even].astype(np.float64), run.torque_nm[even].astype(np.float64)
-    return identify_load(places, Trajectory(times, setpoint_deg).along(places), measured, torque)
+    return identify_load(path_s, Trajectory(times, setpoint_deg).along(path_s), measured, torque)
 
 
 def identified(config: StationConfig, seed: int | None, make_mechanics: MakeMechanics) -> StationConfig:
@@ -88,15 +88,15 @@ def identified(config: StationConfig, seed: int | None, make_mechanics: MakeMech
     for share, slope in _MOVEMENTS:
         try:
             movement = excitation(REST_DEG, _SECONDS, STEP_S, share=share, slope=slope)
-            found = identify_station(config, movement, seed, make_mechanics)
+            load = identify_station(config, movement, seed, make_mechanics)
             break
         except PlaybackError:
             if (share, slope) == _MOVEMENTS[-1]:
                 raise
-    return with_identified(config, found)
+    return with_identified(config, load)
 
 
-def with_identified(config: StationConfig, found: IdentifiedLoad) -> StationConfig:
+def with_identified(config: StationConfig, load: IdentifiedLoad) -> StationConfig:
     """Return the configuration with identified axes. A negative lag becomes 0."""
     axes = tuple(
         structs.replace(
@@ -104,6 +104,6 @@ def with_identified(config: StationConfig, found: IdentifiedLoad) -> StationConf
             torque_share=axis_fit.torque_share,
             **{name: max(0.0, getattr(axis_fit, name)) for name in _IDENTIFIED},
         )
-        for axis, axis_fit in zip(config.axes, found.axes, strict=True)
+        for axis, axis_fit in zip(config.axes, load.axes, strict=True)
     )
-    return structs.replace(config, axes=axes, arm=found.arm)
+    return structs.replace(config, axes=axes, arm=load.arm)

@@ -221,8 +221,8 @@ class SimulatedTechnician:
         grip = (stiff, damped, _SWEEP_NM[motor - 1])
         sign = TURNED[motor - 1] if self._turned else 1
         low, high = sorted(sign * end for end in self._apparatus.stops_deg[motor - 1])
-        here = self._world.apparatus.arm_deg[motor - 1]
-        for begin, end in ((here, low - 2.0), (low - 2.0, high + 2.0), (high + 2.0, REST_DEG[motor - 1])):
+        angle_deg = self._world.apparatus.arm_deg[motor - 1]
+        for begin, end in ((angle_deg, low - 2.0), (low - 2.0, high + 2.0), (high + 2.0, REST_DEG[motor - 1])):
             yield from self._go(motor, math.radians(begin), math.radians(end), grip)
             yield 0.5
 

@@ -47,7 +47,7 @@ def fall(posture_deg: tuple[float, ...], balancer_kg: float) -> Fall:
     plant = IndependentPlant(balancer_kg=balancer_kg)
     for axis, angle in enumerate(motor_angles_deg(posture_deg).tolist()):
         plant.place(axis, math.radians(angle))
-    begun = [math.degrees(axis.arm_angle) for axis in plant.axes]
+    start_deg = [math.degrees(axis.arm_angle) for axis in plant.axes]
     rows: list[list[float]] = []
     fastest = [0.0] * N_AXES
     for n in range(round(_LASTS_S / STEP_S)):
@@ -55,7 +55,9 @@ def fall(posture_deg: tuple[float, ...], balancer_kg: float) -> Fall:
             plant.update_slow_loads()
         plant.step((0.0,) * N_AXES)
         fastest = [max(before, abs(axis.arm_speed)) for before, axis in zip(fastest, plant.axes, strict=True)]
-        rows.append([abs(math.degrees(axis.arm_angle) - start) for axis, start in zip(plant.axes, begun, strict=True)])
+        rows.append(
+            [abs(math.degrees(axis.arm_angle) - start) for axis, start in zip(plant.axes, start_deg, strict=True)]
+        )
     largest = [max(column) for column in zip(*rows, strict=True)]
     worst = max(range(2, N_AXES), key=lambda axis: largest[axis])
     soon = rows[round(REACTION_S / STEP_S) - 1]
@@ -67,9 +69,9 @@ def main() -> None:
     table = Table("Posture", "Balancer, kg", "Motor", "Fastest, deg/s", f"After {REACTION_S} s, deg", "In 1.5 s, deg")
     for name, posture in POSTURES:
         for balancer_kg in (2.0, 1.5, 0.0):
-            found = fall(posture, balancer_kg)
-            figures = (found.fastest_deg_s, found.after_reaction_deg, found.largest_deg)
-            table.add_row(name, f"{balancer_kg}", f"{found.motor}", *(f"{figure:.0f}" for figure in figures))
+            result = fall(posture, balancer_kg)
+            figures = (result.fastest_deg_s, result.after_reaction_deg, result.largest_deg)
+            table.add_row(name, f"{balancer_kg}", f"{result.motor}", *(f"{figure:.0f}" for figure in figures))
     Console(width=120).print(table)
 
 

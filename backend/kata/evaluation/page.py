@@ -36,21 +36,21 @@ _NOT_MODELLED: Final = (
 
 def as_html(outcomes: Sequence[CaseResult], *, simulated: bool, beside: Sequence[CaseResult] = ()) -> str:
     """Return the whole report. ``beside``: playbacks of the same cases on the other plant, shown next to ``outcomes``."""
-    where = "Simulated" if simulated else "Measured on the apparatus"
-    shown = [tables.by_method(outcomes), tables.compared_to_paper(outcomes), tables.rom_reached(outcomes)]
+    source = "Simulated" if simulated else "Measured on the apparatus"
+    text_tables = [tables.by_method(outcomes), tables.compared_to_paper(outcomes), tables.rom_reached(outcomes)]
     if tables.plant_of(outcomes) == "mujoco":
-        shown.insert(0, tables.beside_goals(outcomes))
+        text_tables.insert(0, tables.beside_goals(outcomes))
     if beside:
-        shown.append(tables.plants_beside(outcomes, beside))
-    parts = [_table(table, where) for table in shown if table.rows]
+        text_tables.append(tables.plants_beside(outcomes, beside))
+    parts = [_table(table, source) for table in text_tables if table.rows]
     parts.append(f"<p>{tables.plays_in_words(outcomes)}</p>")
-    parts.append(f"<h2>Teaching, playback and error ({where.lower()})</h2>")
+    parts.append(f"<h2>Teaching, playback and error ({source.lower()})</h2>")
     with_script = True
-    for title, figure in _figures(tables.last_plays(outcomes), tables.last_plays(beside), where.lower()):
+    for title, figure in _figures(tables.last_plays(outcomes), tables.last_plays(beside), source.lower()):
         parts.append(f"<h3>{escape(title)}</h3>")
         parts.append(str(figure.to_html(full_html=False, include_plotlyjs=with_script)))
         with_script = False
-    parts.append(_table(tables.by_motor(outcomes), where))
+    parts.append(_table(tables.by_motor(outcomes), source))
     parts += [
         f"<p>{escape(f'{outcome.case.name}, {outcome.case.side}, {outcome.method}, play {outcome.repetition}: {outcome.problem}')}</p>"
         for outcome in outcomes
@@ -60,7 +60,7 @@ def as_html(outcomes: Sequence[CaseResult], *, simulated: bool, beside: Sequence
     about = _about(simulated) + (_NOT_MODELLED if simulated else "")
     return (
         f'<!doctype html><html lang="en"><head><meta charset="utf-8"><title>{title}</title><style>{_STYLE}</style></head>'
-        f"<body><h1>{title}</h1><p><strong>{where}.</strong> {about}</p>{''.join(parts)}</body></html>\n"
+        f"<body><h1>{title}</h1><p><strong>{source}.</strong> {about}</p>{''.join(parts)}</body></html>\n"
     )
 
 
@@ -73,25 +73,25 @@ def _about(simulated: bool) -> str:
     return "All figures were measured on the configured apparatus."
 
 
-def _table(table: tables.TextTable, where: str) -> str:
+def _table(table: tables.TextTable, source: str) -> str:
     heads = "".join(f"<th>{escape(name)}</th>" for name in table.columns)
     rows = "".join("<tr>" + "".join(f"<td>{escape(cell)}</td>" for cell in row) + "</tr>" for row in table.rows)
-    return f"<h2>{escape(table.title)} ({where.lower()})</h2><table><tr>{heads}</tr>{rows}</table>"
+    return f"<h2>{escape(table.title)} ({source.lower()})</h2><table><tr>{heads}</tr>{rows}</table>"
 
 
-def _figures(last: Sequence[CaseResult], beside: Sequence[CaseResult], where: str) -> list[tuple[str, go.Figure]]:
+def _figures(last: Sequence[CaseResult], beside: Sequence[CaseResult], source: str) -> list[tuple[str, go.Figure]]:
     """Return the paper's figures of the first seed. A figure shows both sides of a motion on both plants. The arbitrary motion has one
     figure for each side.
     """
     seed = last[0].seed if last else None
-    found = []
+    figures = []
     for key, group in groupby((outcome for outcome in last if outcome.seed == seed), key=_figure_of):
         same = [*group, *(outcome for outcome in beside if outcome.seed == seed and _figure_of(outcome) == key)]
         number = _number(same[0])
         title = f"Figure {number}: {same[0].case.name}" if number else same[0].case.name
         sides = sorted({outcome.case.side for outcome in same})
-        found.append((f"{title}, {' and '.join(sides)}, {where}", _figure(same)))
-    return found
+        figures.append((f"{title}, {' and '.join(sides)}, {source}", _figure(same)))
+    return figures
 
 
 def _figure_of(outcome: CaseResult) -> tuple[str, int | None]:

@@ -33,12 +33,12 @@ def evaluate_jobs(
     ``station``: the configured apparatus. ``confirm_side`` asks a person to turn it, once for each side. One service runs all jobs of a
     side, so that the emergency stop is tested once and not before each case. In the simulation each job has its own apparatus.
     """
-    found: dict[int, list[CaseResult]] = {}
+    results: dict[int, list[CaseResult]] = {}
     with TemporaryDirectory(prefix="kata-evaluate-") as parent:
         if station is None:
             for place, job in enumerate(jobs):
                 with TemporaryDirectory(dir=parent) as folder:
-                    (found[place],) = asyncio.run(_play([job], None, Path(folder), show, done))
+                    (results[place],) = asyncio.run(_play([job], None, Path(folder), show, done))
         else:
             # Turning the apparatus needs two people. Do it once for each side.
             for side in dict.fromkeys(job.case.side for job in jobs):
@@ -46,33 +46,35 @@ def evaluate_jobs(
                 remaining = [place for place, job in enumerate(jobs) if job.case.side == side]
                 while remaining:
                     played = asyncio.run(_play([jobs[place] for place in remaining], station, Path(parent), show, done))
-                    found.update(zip(remaining, played, strict=False))
+                    results.update(zip(remaining, played, strict=False))
                     remaining = remaining[len(played) :]
-    return [outcome for place in range(len(jobs)) for outcome in found[place]]
+    return [outcome for place in range(len(jobs)) for outcome in results[place]]
 
 
 async def _play(
     jobs: Sequence[Job], station: Path | None, folder: Path, show: Show, done: Callable[[Job], None]
 ) -> list[list[CaseResult]]:
     """Run the jobs with one service until the first job fails, because that may leave a latched stop. Return at least one result."""
-    found: list[list[CaseResult]] = []
+    results: list[list[CaseResult]] = []
     settings = Settings(
         data=folder, database_url="", station=station, simulate=station is None, seed=jobs[0].seed, rate_hz=None
     )
     try:
         async with driving_service(settings, show) as driver:
             for job in jobs:
-                found.append([])
-                await _repeat(driver, job, found[-1], simulated=settings.simulate)
+                results.append([])
+                await _repeat(driver, job, results[-1], simulated=settings.simulate)
                 done(job)
             driver.end()
     except (ServiceDriverError, ProblemError, HandRefusedError, OutOfReachError) as error:
-        if not found:
-            found.append([])
-        failed = jobs[len(found) - 1]
-        found[-1].append(CaseResult(failed.case, failed.method, len(found[-1]) + 1, failed.seed, problem=str(error)))
+        if not results:
+            results.append([])
+        failed = jobs[len(results) - 1]
+        results[-1].append(
+            CaseResult(failed.case, failed.method, len(results[-1]) + 1, failed.seed, problem=str(error))
+        )
         done(failed)
-    return found
+    return results
 
 
 async def _repeat(driver: ServiceDriver, job: Job, outcomes: list[CaseResult], *, simulated: bool) -> None:

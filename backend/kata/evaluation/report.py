@@ -12,11 +12,11 @@ from kata.simulator.mechanics import PlantName
 
 def show(outcomes: Sequence[CaseResult], console: Console, *, simulated: bool, plant: PlantName = "simple") -> None:
     """Print the tables and the problems. ``plant``: only the independent plant is compared with the goals."""
-    where = f"simulated, plant {plant}" if simulated else "measured on the apparatus"
-    shown = [tables.by_motor(outcomes), tables.compared_to_paper(outcomes), tables.by_method(outcomes)]
-    for table in [*shown, tables.beside_goals(outcomes)] if plant == "mujoco" else shown:
+    source = f"simulated, plant {plant}" if simulated else "measured on the apparatus"
+    text_tables = [tables.by_motor(outcomes), tables.compared_to_paper(outcomes), tables.by_method(outcomes)]
+    for table in [*text_tables, tables.beside_goals(outcomes)] if plant == "mujoco" else text_tables:
         if table.rows:
-            console.print(_rich_table(table, where))
+            console.print(_rich_table(table, source))
     console.print(tables.plays_in_words(outcomes), highlight=False)
     for outcome in outcomes:
         if outcome.problem:
@@ -25,8 +25,8 @@ def show(outcomes: Sequence[CaseResult], console: Console, *, simulated: bool, p
             console.print(f"{play}{seed}: {outcome.problem}", highlight=False)
 
 
-def _rich_table(content: tables.TextTable, where: str) -> Table:
-    table = Table(title=f"{content.title} ({where})")
+def _rich_table(content: tables.TextTable, source: str) -> Table:
+    table = Table(title=f"{content.title} ({source})")
     for name in content.columns:
         table.add_column(name, justify="right" if name.endswith((", deg", ", ms")) else "left")
     for row in content.rows:

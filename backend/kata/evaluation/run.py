@@ -96,14 +96,14 @@ def evaluate_jobs(to_run: Sequence[Job], done: Callable[[Job], None], processes:
     spawning = multiprocessing.get_context("spawn")
     with ProcessPoolExecutor(processes, mp_context=spawning, initializer=_settle) as pool:
         futures = {pool.submit(play, job): n for n, job in enumerate(to_run) if n not in copies}
-        found: dict[int, list[CaseResult]] = {}
+        results: dict[int, list[CaseResult]] = {}
         for future in as_completed(futures):
-            found[futures[future]] = future.result()
+            results[futures[future]] = future.result()
             done(to_run[futures[future]])
     for n, learned in copies.items():
-        found[n] = [replace(found[learned][0], method="smooth", clock_s=0.0)]
+        results[n] = [replace(results[learned][0], method="smooth", clock_s=0.0)]
         done(to_run[n])
-    return [outcome for n in range(len(to_run)) for outcome in found[n]]
+    return [outcome for n in range(len(to_run)) for outcome in results[n]]
 
 
 def _played_as(job: Job) -> tuple[object, ...]:
@@ -137,8 +137,8 @@ def play(job: Job) -> list[CaseResult]:
     except (PlaybackError, HandRefusedError, OutOfReachError) as error:
         refused, plant = isinstance(error, RefusedPlayError), job.judge.plant
         clock_s = (station.t_ns - began_ns) / 1e9 if station else 0.0
-        ended = CaseResult(case, method, len(outcomes) + 1, job.seed, problem=str(error), refused=refused, plant=plant)
-        outcomes.append(replace(ended, clock_s=clock_s))
+        failed = CaseResult(case, method, len(outcomes) + 1, job.seed, problem=str(error), refused=refused, plant=plant)
+        outcomes.append(replace(failed, clock_s=clock_s))
     return outcomes
 
 
@@ -156,9 +156,9 @@ def _config(judge: MechanicsChoice, seed: int | None) -> StationConfig:
 
 def _recorded(station: VirtualStation, teaching: Journal) -> TaughtRecording:
     """Return the recording of a teaching's first take."""
-    taken = teaching.take == 1
-    times_ns = teaching.t_ns[taken]
-    measured = teaching.measured_deg[taken].astype(np.float64)
+    of_first_take = teaching.take == 1
+    times_ns = teaching.t_ns[of_first_take]
+    measured = teaching.measured_deg[of_first_take].astype(np.float64)
     return TaughtRecording((times_ns - times_ns[0]) / 1e9, measured, station.arm_deg(times_ns))
 
 

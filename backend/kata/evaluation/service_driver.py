@@ -77,8 +77,8 @@ class ServiceDriver:
         with self.database.write() as session:
             # The folder may contain earlier patients, so the number must be unique.
             number = f"DEMO-{uuid4().hex[:8]}"
-            wanted = PatientCreate(clinic_number=number, name="Demonstration", affected_side=CANONICAL_SIDE)
-            self._patient_id = patients.create(session, wanted).id
+            patient = PatientCreate(clinic_number=number, name="Demonstration", affected_side=CANONICAL_SIDE)
+            self._patient_id = patients.create(session, patient).id
             other: Side = "left" if CANONICAL_SIDE == "right" else "right"
             episodes.open_new(session, self._patient_id, EpisodeCreate(side=other))
             self._session_id = sessions.begin(session, self._patient_id, _USER, station=self.station.info.name).id
@@ -103,22 +103,22 @@ class ServiceDriver:
         """Teach with the simulated hand and pedal. Return the recording."""
         await self.set_side(side)
         # The checklist requires a fixture and visual checks, although the simulated apparatus holds no real arm.
-        wanted = commands.TeachRequest(
+        request = commands.TeachRequest(
             patient_id=self._patient_id, name=motion.name, side=side, fixtures={"arm_fixer_1"},
             looked_at={"side", "fixtures", "belt"}, identifiers={"name", "clinic_number"},
         )  # fmt: skip
-        teach = checks.TeachingRequest(self._patient_id, side, wanted.fixtures)
+        teach = checks.TeachingRequest(self._patient_id, side, request.fixtures)
         await self._ensure_estop_tested(lambda session, apparatus: checks.teaching_checklist(session, teach, apparatus))
         teaching = await commands.teach(
-            self.station, self.database, self._event_spool, self._apparatus(), self.browser, wanted
+            self.station, self.database, self._event_spool, self._apparatus(), self.browser, request
         )
         await self.guide(motion, "Teaching by hand and pedal", pedal=True)
         await commands.finish_teaching(self.station, self.browser)
 
         def saved() -> RecordingRow | None:
             with self.database.read() as session:
-                found, _ = recordings.of_patient(session, self._patient_id, limit=10, after=None)
-            return next((recording for recording in found if recording.teaching_id == teaching.teaching_id), None)
+                newest, _ = recordings.of_patient(session, self._patient_id, limit=10, after=None)
+            return next((recording for recording in newest if recording.teaching_id == teaching.teaching_id), None)
 
         return await self._wait_until_saved(saved)
 
@@ -135,11 +135,11 @@ class ServiceDriver:
     async def play(self, recording: RecordingRow, method: Method = "smooth") -> Run:
         """Load a recording, approach its start, play it and move back. Return the run. ``learned`` uses the earlier playbacks."""
         await self._go_through_checklist(recording)
-        wanted = commands.LoadRequest(
+        request = commands.LoadRequest(
             session_id=self._session_id, recording_id=recording.id, load_level=RESISTANCE_LEVELS, method=method
         )
         stores = RunStores(self.database, self._event_spool, self._offline_sessions)
-        run = await commands.load(self.station, stores, self._apparatus(), self.browser, wanted)
+        run = await commands.load(self.station, stores, self._apparatus(), self.browser, request)
         await commands.approach(self.station, stores, await self._guard(), self.browser)
         await self.until_mode({"paused"}, "Moving to the start", _SPARE_S)
         await commands.play(self.station, stores, await self._guard(), self.browser)
@@ -215,8 +215,8 @@ class ServiceDriver:
     def _open_checks(self, checklist: _Checklist) -> list[CheckName]:
         apparatus = self._apparatus()
         with self.database.read() as session:
-            found = checklist(session, apparatus)
-        return [checked.need.check for checked in found if checked.answer is None]
+            states = checklist(session, apparatus)
+        return [checked.need.check for checked in states if checked.answer is None]
 
     async def _test_estop(self) -> None:
         """Press and release the simulated emergency stop. On a real apparatus wait until a person does it."""
@@ -234,14 +234,14 @@ class ServiceDriver:
         await until("Acknowledged", lambda live: live.mode == "idle")
 
     async def _wait_until_saved(self, find: Callable[[], _Saved | None]) -> _Saved:
-        found: list[_Saved] = []
+        saved: list[_Saved] = []
 
         def is_saved() -> bool:
-            found[:] = [result for result in [find()] if result is not None]
-            return bool(found)
+            saved[:] = [result for result in [find()] if result is not None]
+            return bool(saved)
 
         await self._until("Saving", 0.0, lambda: 0.0, is_saved)
-        return found[0]
+        return saved[0]
 
     async def _until(
         self,

@@ -22,18 +22,18 @@ class TextTable:
 
 def last_plays(outcomes: Sequence[CaseResult]) -> list[CaseResult]:
     """Return the last completed playback of each case, method and seed."""
-    found: dict[tuple[object, ...], CaseResult] = {}
+    last_outcomes: dict[tuple[object, ...], CaseResult] = {}
     for outcome in outcomes:
         if outcome.comparison:
-            found[outcome.case.name, outcome.case.side, outcome.method, outcome.seed] = outcome
-    return list(found.values())
+            last_outcomes[outcome.case.name, outcome.case.side, outcome.method, outcome.seed] = outcome
+    return list(last_outcomes.values())
 
 
 def by_motor(outcomes: Sequence[CaseResult]) -> TextTable:
     """Return a table with a row for each case, method and motor. A value is the worst of the last playbacks of all seeds."""
     rows = []
-    for outcome, motor, found in _grouped(outcomes):
-        lags = [tracking.lag_ms for tracking in found if tracking.lag_ms is not None]
+    for outcome, motor, trackings in _grouped(outcomes):
+        lags = [tracking.lag_ms for tracking in trackings if tracking.lag_ms is not None]
         rows.append(
             (
                 outcome.case.name,
@@ -41,9 +41,9 @@ def by_motor(outcomes: Sequence[CaseResult]) -> TextTable:
                 outcome.method,
                 str(outcome.repetition),
                 str(motor),
-                _signed(found, lambda tracking: tracking.peak_deg),
-                f"{max(tracking.rmse_deg for tracking in found):.2f}",
-                _signed(found, lambda tracking: tracking.start_deg),
+                _signed(trackings, lambda tracking: tracking.peak_deg),
+                f"{max(tracking.rmse_deg for tracking in trackings):.2f}",
+                _signed(trackings, lambda tracking: tracking.start_deg),
                 f"{max(lags, key=abs):+.0f}" if lags else "",
             )
         )
@@ -57,21 +57,21 @@ def by_method(outcomes: Sequence[CaseResult]) -> TextTable:
     played = [outcome for outcome in outcomes if outcome.comparison]
     methods = list(dict.fromkeys((outcome.method, outcome.repetition) for outcome in played))
     for method, repetition in methods:
-        found = [
+        trackings = [
             motor
             for outcome in played
             if (outcome.method, outcome.repetition) == (method, repetition)
             for motor in outcome.motors
         ]
-        first = [motor for motor in found if motor.motor <= 4]
-        fifth = [motor for motor in found if motor.motor == 5]
+        first = [motor for motor in trackings if motor.motor <= 4]
+        fifth = [motor for motor in trackings if motor.motor == 5]
         rows.append(
             (
                 method,
                 str(repetition),
                 *(_largest(motor.peak_deg for motor in some) for some in (first, fifth)),
                 *(_largest(motor.rmse_deg for motor in some) for some in (first, fifth)),
-                _largest(motor.start_deg for motor in found),
+                _largest(motor.start_deg for motor in trackings),
             )
         )
     columns = (
@@ -85,18 +85,18 @@ def plant_of(outcomes: Sequence[CaseResult]) -> str:
     return (outcomes[0].plant or "") if outcomes else ""
 
 
-def plants_beside(outcomes: Sequence[CaseResult], others: Sequence[CaseResult]) -> TextTable:
+def plants_beside(outcomes: Sequence[CaseResult], second_outcomes: Sequence[CaseResult]) -> TextTable:
     """Return the rows of :func:`by_method` for both plants side by side, with the same cases and the same seed."""
-    seed = others[0].seed
+    seed = second_outcomes[0].seed
     first = by_method([outcome for outcome in outcomes if outcome.seed == seed])
-    second = {row[:2]: row[2:] for row in by_method(others).rows}
+    second = {row[:2]: row[2:] for row in by_method(second_outcomes).rows}
     rows = [
         (*row[:2], *(f"{one} / {other}" for one, other in zip(row[2:], second[row[:2]], strict=True)))
         for row in first.rows
         if row[:2] in second
     ]
     return TextTable(
-        f"Plant {plant_of(outcomes)} / plant {plant_of(others)}, the worst of every case", first.columns, rows
+        f"Plant {plant_of(outcomes)} / plant {plant_of(second_outcomes)}, the worst of every case", first.columns, rows
     )
 
 
@@ -116,7 +116,7 @@ class GoalFigure:
 
 def worst_beside_goals(outcomes: Sequence[CaseResult]) -> list[GoalFigure]:
     """Return the figures of the independent plant beside the project's goals. Only completed playbacks have figures."""
-    found = []
+    figures = []
     for goal in GOALS:
         tracked: dict[bool, list[float]] = {False: [], True: []}
         for outcome in outcomes:
@@ -125,8 +125,8 @@ def worst_beside_goals(outcomes: Sequence[CaseResult]) -> list[GoalFigure]:
                     tracked[motor.motor == 5].append(abs(getattr(motor, goal.figure)))
         if tracked[False] or tracked[True]:
             worst = max(tracked[False], default=None), max(tracked[True], default=None)
-            found.append(GoalFigure(goal.name, goal.limits_deg, worst))
-    return found
+            figures.append(GoalFigure(goal.name, goal.limits_deg, worst))
+    return figures
 
 
 def beside_goals(outcomes: Sequence[CaseResult]) -> TextTable:
@@ -145,8 +145,8 @@ def plays_in_words(outcomes: Sequence[CaseResult]) -> str:
     """Return as text the numbers of playbacks that ended, that were refused, and that did not end. Goals use only the first group."""
     refused = sum(outcome.refused for outcome in outcomes)
     failed = sum(bool(outcome.problem) for outcome in outcomes) - refused
-    ended = sum(outcome.comparison is not None for outcome in outcomes)
-    return f"{ended} plays ended, {refused} were refused before they started, {failed} started and did not end."
+    completed = sum(outcome.comparison is not None for outcome in outcomes)
+    return f"{completed} plays ended, {refused} were refused before they started, {failed} started and did not end."
 
 
 def compared_to_paper(outcomes: Sequence[CaseResult]) -> TextTable:
@@ -168,10 +168,13 @@ def compared_to_paper(outcomes: Sequence[CaseResult]) -> TextTable:
         cells = []
         for method in methods:
             motors = [motor for outcome in ours if outcome.method == method for motor in outcome.motors]
-            shown = [motor for motor in motors if motor.motor in error.motors]
+            named_motors = [motor for motor in motors if motor.motor in error.motors]
             peak, start = (
-                (_signed(shown, lambda motor: motor.peak_deg), _signed(shown, lambda motor: motor.start_deg))
-                if shown
+                (
+                    _signed(named_motors, lambda motor: motor.peak_deg),
+                    _signed(named_motors, lambda motor: motor.start_deg),
+                )
+                if named_motors
                 else ("", "")
             )
             cells += [peak, start]
@@ -236,8 +239,8 @@ def _grouped(outcomes: Sequence[CaseResult]) -> Iterable[tuple[CaseResult, int, 
             )
 
 
-def _signed(found: Iterable[MotorTracking], figure: Callable[[MotorTracking], float]) -> str:
-    return f"{max((figure(tracking) for tracking in found), key=abs):+.2f}"
+def _signed(trackings: Iterable[MotorTracking], figure: Callable[[MotorTracking], float]) -> str:
+    return f"{max((figure(tracking) for tracking in trackings), key=abs):+.2f}"
 
 
 def _largest(figures: Iterable[float]) -> str:

@@ -52,11 +52,11 @@ class MinimumJerkMove:
     def motion_at(self, time_s: float) -> PathPoint:
         """Return angles, speed and acceleration at ``time_s``. Before the start and after the end the arm is at rest."""
         t = min(max(time_s / self.duration_s, 0.0), 1.0)
-        way = self.goal_deg - self.start_deg
+        distance = self.goal_deg - self.start_deg
         return PathPoint(
-            self.start_deg + way * (t**3 * (10 - 15 * t + 6 * t * t)),
-            way * (30 * t * t * (1 - t) ** 2 / self.duration_s),
-            way * (60 * t * (1 - t) * (1 - 2 * t) / self.duration_s**2),
+            self.start_deg + distance * (t**3 * (10 - 15 * t + 6 * t * t)),
+            distance * (30 * t * t * (1 - t) ** 2 / self.duration_s),
+            distance * (60 * t * (1 - t) * (1 - 2 * t) / self.duration_s**2),
         )
 
 

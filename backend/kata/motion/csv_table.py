@@ -69,12 +69,12 @@ class CsvTable:
 
         :raises TableError: when there is a problem.
         """
-        found = [
+        complaints = [
             Complaint(int(self.lines[row]), self.columns[column], what)
             for (row, column, what), _ in zip(wrong, range(MOST_COMPLAINTS), strict=False)
         ]
-        if found:
-            raise TableError(found[0].text, found)
+        if complaints:
+            raise TableError(complaints[0].text, complaints)
 
 
 def read_table(text: str, *layouts: tuple[str, ...]) -> CsvTable:
@@ -87,16 +87,16 @@ def read_table(text: str, *layouts: tuple[str, ...]) -> CsvTable:
     reader = csv.reader(io.StringIO(text, newline=""), delimiter=separator)
     try:
         header = [cell.strip() for cell in next(reader, [])]
-        wanted = _layout(header, layouts)
-        table = _Rows(header, wanted)
+        columns = _layout(header, layouts)
+        table = _Rows(header, columns)
         body_at = text.find("\n")
         # Python reads 1_000 as a number, but other programs do not. Check such files cell by cell.
         careful = body_at >= 0 and "_" in text[body_at:]
         values, lines = table.read(_numbered(reader), careful=careful)
     except csv.Error as error:
         raise TableError(texts.CSV_UNREADABLE(line=reader.line_num, error=error)) from error
-    others = tuple(name for name in header if name and name not in wanted)
-    return CsvTable(wanted, others, separator, values, lines)
+    other_columns = tuple(name for name in header if name and name not in columns)
+    return CsvTable(columns, other_columns, separator, values, lines)
 
 
 def _numbered(reader: Iterator[list[str]]) -> Iterator[tuple[int, list[str]]]:
@@ -138,8 +138,8 @@ def _in_another_unit(name: str, column: str) -> bool:
     of ``shoulder_flexion``.
     """
     stem = column.removesuffix("_s").removesuffix("_deg")
-    rest = name.lower().removeprefix(stem)
-    return len(rest) < len(name) and rest.strip("_ ()[]") in {
+    suffix = name.lower().removeprefix(stem)
+    return len(suffix) < len(name) and suffix.strip("_ ()[]") in {
         "rad",
         "rads",
         "radian",
@@ -152,10 +152,10 @@ def _in_another_unit(name: str, column: str) -> bool:
 
 
 class _Rows:
-    def __init__(self, header: list[str], wanted: tuple[str, ...]) -> None:
+    def __init__(self, header: list[str], columns: tuple[str, ...]) -> None:
         self._width = len(header)
-        self._wanted = wanted
-        self._places = [header.index(column) for column in wanted]
+        self._wanted = columns
+        self._places = [header.index(column) for column in columns]
         self._complaints: list[Complaint] = []
 
     def read(self, numbered: Iterator[tuple[int, list[str]]], *, careful: bool) -> tuple[Floats, NDArray[np.int64]]:
@@ -204,6 +204,6 @@ class _Rows:
                     self._complain(line, self._wanted[at], texts.CELL_NOT_NUMBER(cell=repr(cell[:40])))
         return table
 
-    def _complain(self, line: int, column: str, what: str) -> None:
+    def _complain(self, line: int, column: str, problem: str) -> None:
         if len(self._complaints) < MOST_COMPLAINTS:
-            self._complaints.append(Complaint(line, column, what))
+            self._complaints.append(Complaint(line, column, problem))

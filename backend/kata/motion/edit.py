@@ -114,9 +114,9 @@ def scaled(motion: Motion, percent: float, axes: Collection[int] = AXES) -> Moti
     angles = motion.angles_deg.copy()
     some = [axis - 1 for axis in axes]
     low, high = angles[:, some].min(axis=0), angles[:, some].max(axis=0)
-    rest = rest_posture_deg(motion.angles_deg)[some]
+    rest_deg = rest_posture_deg(motion.angles_deg)[some]
     # Clip, because rounding must not exceed the original range either.
-    angles[:, some] = np.clip(rest + (angles[:, some] - rest) * percent / 100.0, low, high)
+    angles[:, some] = np.clip(rest_deg + (angles[:, some] - rest_deg) * percent / 100.0, low, high)
     return _named(replace(motion, angles_deg=angles), _scaled_text(percent, axes))
 
 
@@ -284,15 +284,15 @@ class PlaybackSettings:
 AS_TAUGHT: Final = PlaybackSettings()
 
 
-def with_settings(motion: Motion, asked: PlaybackSettings) -> Motion:
+def with_settings(motion: Motion, settings: PlaybackSettings) -> Motion:
     """Apply range, then speed, then repetitions, so that the pauses are not slowed down. The result depends only on
     recording and settings.
 
     :raises EditError: when a value is outside its range.
     """
-    _within(asked.range_percent, RANGE_PERCENT, texts.RANGE_PERCENT_REFUSED)
-    once = at_speed(scaled(motion, asked.range_percent), asked.speed_percent)
-    return repeated(once, asked.repetitions, asked.pause_s)
+    _within(settings.range_percent, RANGE_PERCENT, texts.RANGE_PERCENT_REFUSED)
+    single = at_speed(scaled(motion, settings.range_percent), settings.speed_percent)
+    return repeated(single, settings.repetitions, settings.pause_s)
 
 
 def without_range(played: Motion, taught: Motion, range_percent: float) -> Motion:
@@ -302,8 +302,8 @@ def without_range(played: Motion, taught: Motion, range_percent: float) -> Motio
     """
     if range_percent == 100.0:
         return played
-    rest = rest_posture_deg(taught.angles_deg)
-    return replace(played, angles_deg=rest + (played.angles_deg - rest) * 100.0 / range_percent)
+    rest_deg = rest_posture_deg(taught.angles_deg)
+    return replace(played, angles_deg=rest_deg + (played.angles_deg - rest_deg) * 100.0 / range_percent)
 
 
 # -- joining --------------------------------------------------------------------------------------------------------
@@ -335,21 +335,21 @@ class MotionBuilder:
 
     def go_to(self, angles_deg: Floats) -> None:
         """Append a minimum-jerk movement to these angles; append nothing if the motion already ends there."""
-        here = self._angles[-1][-1]
-        if _same_place(here, angles_deg):
+        last_deg = self._angles[-1][-1]
+        if _same_place(last_deg, angles_deg):
             return
-        way = MinimumJerkMove(here, angles_deg, self._join_speed_deg_s)
-        times = np.linspace(0.0, way.duration_s, int(np.ceil(way.duration_s / _STEP_S)) + 1)
-        self.add(Motion(times, np.array([way.at(float(time_s)) for time_s in times])))
+        movement = MinimumJerkMove(last_deg, angles_deg, self._join_speed_deg_s)
+        times = np.linspace(0.0, movement.duration_s, int(np.ceil(movement.duration_s / _STEP_S)) + 1)
+        self.add(Motion(times, np.array([movement.at(float(time_s)) for time_s in times])))
 
     def join(self, motion: Motion, pause_s: float) -> None:
         """Append a repetition: the pause after the last one, the way to its start, a pause there if the start is elsewhere, and
         the motion.
         """
         if self._times:
-            here, start = self._angles[-1][-1], motion.angles_deg[0]
-            self.stand(self._pause_s, here)
-            if not _same_place(here, start):
+            last_deg, start = self._angles[-1][-1], motion.angles_deg[0]
+            self.stand(self._pause_s, last_deg)
+            if not _same_place(last_deg, start):
                 self.go_to(start)
                 self.stand(pause_s, start)
         self.add(motion)
@@ -380,8 +380,8 @@ def _halves(motion: Motion, at_s: float) -> tuple[Motion | None, Motion | None]:
 def _goes(motion: Motion) -> bool:
     """Return True if the motion begins in full motion."""
     soon_s = min(_MOVING_WINDOW_S, motion.duration_s)
-    way = np.abs(np.diff(motion.at(np.array([0.0, soon_s])), axis=0))
-    return bool(np.max(way) > _MOVING_SPEED_DEG_S * soon_s)
+    distance_deg = np.abs(np.diff(motion.at(np.array([0.0, soon_s])), axis=0))
+    return bool(np.max(distance_deg) > _MOVING_SPEED_DEG_S * soon_s)
 
 
 def _set_going(motion: Motion) -> Motion:
@@ -425,8 +425,8 @@ def _reach_deg(motion: Motion) -> float:
     return float(np.max(np.ptp(motion.angles_deg, axis=0)))
 
 
-def _named(motion: Motion, what: str) -> Motion:
-    return replace(motion, done=(*motion.done, what))
+def _named(motion: Motion, step: str) -> Motion:
+    return replace(motion, done=(*motion.done, step))
 
 
 def _scaled_text(percent: float, axes: Collection[int]) -> Text:

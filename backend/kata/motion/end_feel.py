@@ -102,11 +102,13 @@ class TorqueAngleCurve:
 
     def completed(self) -> "TorqueAngleCurve":
         """Return the curve with the way back completed up to the turn, with the opposing torque of the last known places."""
-        known = self.returned
-        if np.all(known) or not np.any(known):
+        is_known = self.returned
+        if np.all(is_known) or not np.any(is_known):
             return self
-        held_nm = np.mean(self.opposing_nm[known][-_HELD_PLACES:])
-        return TorqueAngleCurve(self.places_deg, self.out_nm, np.where(known, self.back_nm, self.out_nm - 2 * held_nm))
+        held_nm = np.mean(self.opposing_nm[is_known][-_HELD_PLACES:])
+        return TorqueAngleCurve(
+            self.places_deg, self.out_nm, np.where(is_known, self.back_nm, self.out_nm - 2 * held_nm)
+        )
 
     def between(self, low_deg: float, high_deg: float) -> "TorqueAngleCurve":
         """Return the part of the curve between two angles."""
@@ -152,19 +154,22 @@ def way_out(motion: Motion, speed_deg_s: float, further_deg: float = 0.0) -> tup
     ``further_deg`` beyond the recorded end.
     """
     axis = max(MOTORS, key=lambda motor: float(np.ptp(motion.angles_deg[:, motor - 1]))) - 1
-    away = np.abs(motion.angles_deg[:, axis] - motion.angles_deg[0, axis])
-    top = int(np.argmax(away))
+    distance_deg = np.abs(motion.angles_deg[:, axis] - motion.angles_deg[0, axis])
+    top = int(np.argmax(distance_deg))
     outward = np.sign(motion.angles_deg[top, axis] - motion.angles_deg[0, axis])
     # A guiding hand strays back by parts of a degree. The way out must not.
     reached = np.maximum.accumulate(outward * (motion.angles_deg[: top + 1, axis] - motion.angles_deg[0, axis]))
     new = np.concatenate([[True], np.diff(reached) > 0])
     whole_deg = float(reached[-1]) + further_deg
     times = np.linspace(0.0, whole_deg / speed_deg_s, max(2, round(whole_deg / speed_deg_s / _PATH_STEP_S) + 1))
-    gone = times * speed_deg_s
+    gone_deg = times * speed_deg_s
     angles = np.column_stack(
-        [np.interp(gone, reached[new], motion.angles_deg[: top + 1, n][new]) for n in range(motion.angles_deg.shape[1])]
+        [
+            np.interp(gone_deg, reached[new], motion.angles_deg[: top + 1, n][new])
+            for n in range(motion.angles_deg.shape[1])
+        ]
     )
-    angles[:, axis] = motion.angles_deg[0, axis] + outward * gone
+    angles[:, axis] = motion.angles_deg[0, axis] + outward * gone_deg
     return Motion(times, angles), axis + 1
 
 
@@ -176,13 +181,13 @@ def curves(path_s: ArrayLike, angle_deg: ArrayLike, torque_nm: ArrayLike, outwar
     forward = np.diff(path)[moving] > 0.0
     parts = np.split(moving, np.flatnonzero(np.diff(forward)) + 1)
     strokes = [(part, path[part[-1]] > path[part[0]]) for part in parts if np.ptp(path[part]) >= _SHORTEST_S]
-    found = []
+    complete_curves = []
     for (out, is_out), (back, back_is_out) in pairwise(strokes):
         if is_out and not back_is_out:
             curve = _curve((angle[out], torque[out]), (angle[back], torque[back]), float(angle[out[0]]) + START_DEG)
             if np.any(curve.returned):
-                found.append(curve)
-    return found
+                complete_curves.append(curve)
+    return complete_curves
 
 
 def _curve(out: tuple[Floats, Floats], back: tuple[Floats, Floats], from_deg: float) -> TorqueAngleCurve:
@@ -201,15 +206,15 @@ def _at_places(places_deg: Floats, angle_deg: Floats, torque_nm: Floats) -> Floa
     count, angles, torques = (
         np.bincount(place, values, len(places_deg) + 1) for values in (None, angle_deg, torque_nm)
     )
-    known = count >= _LEAST_SAMPLES
-    if not np.any(known):
+    has_samples = count >= _LEAST_SAMPLES
+    if not np.any(has_samples):
         return np.full(len(places_deg), np.nan)
     # An encoder's counts are unevenly spread over the places: a mean torque belongs to the mean angle.
-    means_deg = angles[known] / count[known]
-    values = np.interp(places_deg, means_deg, torques[known] / count[known])
+    means_deg = angles[has_samples] / count[has_samples]
+    values = np.interp(places_deg, means_deg, torques[has_samples] / count[has_samples])
     inside = (places_deg >= means_deg[0] - PLACE_DEG / 4) & (places_deg <= means_deg[-1] + PLACE_DEG / 4)
-    found: Floats = np.where(inside, values, np.nan)
-    return found
+    torque_nm_at: Floats = np.where(inside, values, np.nan)
+    return torque_nm_at
 
 
 def together(repetitions: Sequence[TorqueAngleCurve]) -> TorqueAngleCurve:
@@ -227,9 +232,9 @@ def together(repetitions: Sequence[TorqueAngleCurve]) -> TorqueAngleCurve:
     ).completed()
 
 
-def _at_common(curve: TorqueAngleCurve, others: Sequence[TorqueAngleCurve]) -> TorqueAngleCurve:
+def _at_common(curve: TorqueAngleCurve, other_curves: Sequence[TorqueAngleCurve]) -> TorqueAngleCurve:
     places = curve.places_deg
-    keep = np.all([np.isin(places, other.places_deg) for other in others], axis=0)
+    keep = np.all([np.isin(places, other.places_deg) for other in other_curves], axis=0)
     return TorqueAngleCurve(places[keep], curve.out_nm[keep], curve.back_nm[keep])
 
 
@@ -262,13 +267,15 @@ def measured(
     common = [_at_common(repetition, [*repetitions, baseline]) for repetition in repetitions]
     base = _at_common(baseline, common)
     grows = growth[np.isin(baseline.places_deg, base.places_deg)]
-    places = base.places_deg
+    places_deg = base.places_deg
     free = (
-        (places >= weighed_deg[0]) & (places <= weighed_deg[1]) & np.all([curve.returned for curve in common], axis=0)
+        (places_deg >= weighed_deg[0])
+        & (places_deg <= weighed_deg[1])
+        & np.all([curve.returned for curve in common], axis=0)
     )
-    left = [curve.mean_nm - base.mean_nm for curve in common]
+    residual_nm = [curve.mean_nm - base.mean_nm for curve in common]
     factors = _arm_factors(
-        np.tile(grows[free], (len(left), 1)), np.concatenate([torques_nm[free] for torques_nm in left])
+        np.tile(grows[free], (len(residual_nm), 1)), np.concatenate([torques_nm[free] for torques_nm in residual_nm])
     )
     disagreement_nm = _disagreement_nm(common)
     if disagreement_nm > DISAGREEMENT_NM:
@@ -277,7 +284,7 @@ def measured(
     weight_nm = grows @ factors
     net = [
         TorqueAngleCurve(
-            places,
+            places_deg,
             curve.out_nm - base.out_nm - weight_nm,
             curve.back_nm - base.back_nm - weight_nm,
         ).completed()
@@ -318,18 +325,18 @@ def _disagreement_nm(common: Sequence[TorqueAngleCurve]) -> float:
 
 def figures_of(curve: TorqueAngleCurve, stated_nm: float, onset_nm: float) -> Figures | Unmeasured:
     """Return the figures of a curve without weight, or why there are none."""
-    places, elastic_nm = curve.places_deg, _smooth(curve.mean_nm)
+    places_deg, elastic_nm = curve.places_deg, _smooth(curve.mean_nm)
     if len(elastic_nm) == 0 or elastic_nm[-1] < stated_nm:
         return "torque_not_reached"
-    range_deg, onset_deg = (_last_crossing(places, elastic_nm, level) for level in (stated_nm, onset_nm))
+    range_deg, onset_deg = (_last_crossing(places_deg, elastic_nm, level) for level in (stated_nm, onset_nm))
     if range_deg is None or onset_deg is None:
         return "resistance_from_start"
     inside = curve.between(onset_deg, range_deg).opposing_nm
     return Figures(
         range_deg,
         onset_deg,
-        _slope(places, elastic_nm, onset_deg, range_deg),
-        _slope(places, elastic_nm, onset_deg + 2 / 3 * (range_deg - onset_deg), range_deg),
+        _slope(places_deg, elastic_nm, onset_deg, range_deg),
+        _slope(places_deg, elastic_nm, onset_deg + 2 / 3 * (range_deg - onset_deg), range_deg),
         2 * float(np.mean(inside if len(inside) else curve.opposing_nm[-1:])),
     )
 

@@ -102,11 +102,11 @@ def end_of_motion(taught_deg: ArrayLike, motor: int, threshold: EndRangeThreshol
     Return None if the motor moves less than :data:`LEAST_RANGE_DEG`.
     """
     taught = np.asarray(taught_deg, dtype=np.float64)
-    away = taught[:, motor - 1] - rest_posture_deg(taught)[motor - 1]
-    farthest = int(np.argmax(np.abs(away)))
-    if abs(away[farthest]) < LEAST_RANGE_DEG:
+    distance_deg = taught[:, motor - 1] - rest_posture_deg(taught)[motor - 1]
+    farthest = int(np.argmax(np.abs(distance_deg)))
+    if abs(distance_deg[farthest]) < LEAST_RANGE_DEG:
         return None
-    outward = 1 if away[farthest] > 0 else -1
+    outward = 1 if distance_deg[farthest] > 0 else -1
     return EndRange(float(taught[farthest, motor - 1]), outward, threshold)
 
 
@@ -131,10 +131,10 @@ class EndRangeCounter:
         self._friction = _FrictionDirection()
         self._earlier = np.empty(0), np.empty((0, N_AXES))
         """Times and angles of the newest samples, for the speed at the start of the next part."""
-        rest = rest_posture_deg(taught_deg)
+        rest_deg = rest_posture_deg(taught_deg)
         ends = {motor: end_of_motion(taught_deg, motor, thresholds.get(motor, USUAL)) for motor in motors}
         self._motors = {
-            motor: _MotorSamples(motor, end, float(rest[motor - 1]))
+            motor: _MotorSamples(motor, end, float(rest_deg[motor - 1]))
             for motor, end in ends.items()
             if end and load.known
         }
@@ -152,13 +152,13 @@ class EndRangeCounter:
         recent = around[0] > times[-1] - _SPEED_S
         self._earlier = around[0][recent], around[1][recent]
         for motor, samples in self._motors.items():
-            left = torques[:, motor - 1] - np.interp(times, times[at], load[:, motor - 1])
+            residual_nm = torques[:, motor - 1] - np.interp(times, times[at], load[:, motor - 1])
             growth = self._load.share[motor - 1] * arm_growth(angles[at], motor, self._load.side, 1.0)
-            samples.add(times, angles[:, motor - 1], left, at, growth)
+            samples.add(times, angles[:, motor - 1], residual_nm, at, growth)
 
     def times_s(self) -> dict[int, float]:
         """Return the seconds by motor."""
-        return {motor: one.time_s(float(self._load.share[motor - 1])) for motor, one in self._motors.items()}
+        return {motor: samples.time_s(float(self._load.share[motor - 1])) for motor, samples in self._motors.items()}
 
 
 class _MotorSamples:
@@ -172,8 +172,8 @@ class _MotorSamples:
 
     def add(self, times: Floats, angle: Floats, left_nm: Floats, at: _Indices, growth: Floats) -> None:
         """Add a part. ``growth``: ``(m, 2)`` at the samples ``at``."""
-        gone = (angle[at] - self._rest_deg) / (self._end.end_deg - self._rest_deg)
-        free = (gone >= _FREE_SHARES[0]) & (gone <= _FREE_SHARES[1])
+        share_of_range = (angle[at] - self._rest_deg) / (self._end.end_deg - self._rest_deg)
+        free = (share_of_range >= _FREE_SHARES[0]) & (share_of_range <= _FREE_SHARES[1])
         self._products += growth[free].T @ growth[free]
         self._sums += growth[free].T @ left_nm[at][free]
         self._weighed += int(np.sum(free))
@@ -221,9 +221,9 @@ class _FrictionDirection:
 def _thinned(times: Floats) -> _Indices:
     """Return the indices of samples at least :data:`_LOAD_STEP_S` apart, with the last one."""
     step = np.floor((times - times[0]) / _LOAD_STEP_S)
-    kept = np.diff(step, prepend=-1.0) > 0
-    kept[-1] = True
-    return np.flatnonzero(kept)
+    is_kept = np.diff(step, prepend=-1.0) > 0
+    is_kept[-1] = True
+    return np.flatnonzero(is_kept)
 
 
 def _load_nm(times: Floats, angles: Floats, at: _Indices, load: LoadModel) -> Floats:

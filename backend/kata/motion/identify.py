@@ -70,8 +70,8 @@ def filtered(times_s: ArrayLike, *series: ArrayLike) -> FilteredMovement:
     :raises ValueError: when the samples are too few or uneven, or an axis did not move.
     """
     times = np.asarray(times_s, dtype=np.float64)
-    given = [np.asarray(values, dtype=np.float64) for values in series]
-    if len(times) < 100 or any(values.shape != given[0].shape or len(values) != len(times) for values in given):
+    arrays = [np.asarray(values, dtype=np.float64) for values in series]
+    if len(times) < 100 or any(values.shape != arrays[0].shape or len(values) != len(times) for values in arrays):
         raise ValueError("a hundred samples or more are needed, as many setpoints as measured angles")
     steps = np.diff(times)
     step_s = float(np.median(steps))
@@ -82,7 +82,7 @@ def filtered(times_s: ArrayLike, *series: ArrayLike) -> FilteredMovement:
 
     low_pass = butter(4, BAND_HZ, fs=1 / step_s, output="sos")
     # Using the same zero-phase filter for all series preserves the relations between them.
-    smooth = [sosfiltfilt(low_pass, values, axis=0) for values in given]
+    smooth = [sosfiltfilt(low_pass, values, axis=0) for values in arrays]
     speed = np.gradient(smooth[1], step_s, axis=0)
     acceleration = np.gradient(speed, step_s, axis=0)
     # Omit the ends, where the filter has too few neighbouring samples.

@@ -142,10 +142,10 @@ def _load(own: Floats, arm: ArmMotion, torque_nm: Floats) -> tuple[Floats, ArmLo
         return np.concatenate([solved(searched)[1], known_nm * (searched - start) / spread])
 
     searched = least_squares(errors, start).x
-    factors, left = solved(searched)
-    residual_nm = np.sqrt(np.mean(left[: torque_nm.size].reshape(torque_nm.shape) ** 2, axis=0))
+    factors, residual = solved(searched)
+    residual_nm = np.sqrt(np.mean(residual[: torque_nm.size].reshape(torque_nm.shape) ** 2, axis=0))
     inertia, (link_nm, *girdle, balancer_n) = np.split(factors[n_own:], [N_INERTIAL])
-    found = ArmLoad(
+    arm_load = ArmLoad(
         inertia=tuple(inertia.tolist()),
         link_nm=float(link_nm),
         girdle_nm_rad=(float(girdle[0]), float(girdle[1])),
@@ -153,7 +153,7 @@ def _load(own: Floats, arm: ArmMotion, torque_nm: Floats) -> tuple[Floats, ArmLo
         balancer_m=tuple(searched[:3].tolist()),
     )
     drives = np.column_stack([factors[:n_own].reshape(N_AXES, -1), np.exp(searched[3:])])
-    return drives, found, residual_nm
+    return drives, arm_load, residual_nm
 
 
 def _axis(

@@ -125,8 +125,8 @@ def next_correction(
 
     expected_nm = servo_model.load.torque_nm(trajectory.motions(repetition.path_s))
     loaded = _loaded(repetition.torque_nm - expected_nm, played_at, threshold_nm)
-    there = reference + previous
-    near = (there < limits_deg[:, 0] + _LIMIT_MARGIN_DEG) | (there > limits_deg[:, 1] - _LIMIT_MARGIN_DEG)
+    corrected = reference + previous
+    near = (corrected < limits_deg[:, 0] + _LIMIT_MARGIN_DEG) | (corrected > limits_deg[:, 1] - _LIMIT_MARGIN_DEG)
     undisturbed = _distance(grid, repetition.path_s[~repetition.playing])
     undisturbed[_distance(grid, played_at) > _LONGEST_GAP_S] = 0.0
     learned, played_with, error_rms = previous.copy(), previous.copy(), np.full(N_AXES, np.nan)

@@ -164,14 +164,14 @@ class Linkage:
         """
         theta = np.asarray(theta_deg, dtype=np.float64)
         with np.errstate(invalid="ignore"):
-            seen = np.degrees(self._standing(np.radians(theta[..., 0]), np.radians(theta[..., 1])))
-        scapula = seen * _scapula_signs(side)
+            scapula_in_apparatus = np.degrees(self._standing(np.radians(theta[..., 0]), np.radians(theta[..., 1])))
+        scapula = scapula_in_apparatus * _scapula_signs(side)
         # The links also close beyond a dead point, but on the assembled branch that pose has other motor angles.
-        back = self.closed_deg(scapula, side)
-        closed = (np.abs(back - theta) < _CLOSED_DEG) & (np.abs(scapula) < WITHIN_DEG + _CLOSED_DEG)
-        lost = ~np.all(closed, axis=-1)
-        if np.any(lost):
-            index, (theta1, theta2) = _first(lost, theta)
+        closed_theta = self.closed_deg(scapula, side)
+        closed = (np.abs(closed_theta - theta) < _CLOSED_DEG) & (np.abs(scapula) < WITHIN_DEG + _CLOSED_DEG)
+        not_closed = ~np.all(closed, axis=-1)
+        if np.any(not_closed):
+            index, (theta1, theta2) = _first(not_closed, theta)
             raise OutOfReachError(texts.NO_SCAPULA_POSITION(angle_1_deg=theta1, angle_2_deg=theta2), index)
         return scapula
 
@@ -247,8 +247,8 @@ class Linkage:
 
         # Search slightly farther than needed, because a root at the end may lie on either side of the bracket's bound.
         end = np.radians(WITHIN_DEG + 1.0)
-        found = find_root(leg1_open_mm, (-end, end), args=(*p1, reach1, *p2, reach2))
-        phi = np.asarray(found.x)
+        root = find_root(leg1_open_mm, (-end, end), args=(*p1, reach1, *p2, reach2))
+        phi = np.asarray(root.x)
         return np.stack([phi, leg2_psi(phi, *p2, np.asarray(reach2))], axis=-1)
 
     def closed_deg(self, scapula: Floats, side: Side) -> Floats:

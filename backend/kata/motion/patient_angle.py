@@ -92,9 +92,9 @@ def at_two_poses(apparatus_deg: Sequence[float]) -> bool:
 
 def _covariance(x: Floats, t_min: Floats, other_x: Floats, other_t_min: Floats) -> Floats:
     """Return the covariance ``(n, m)`` in deg2 of the differences at the angles ``(n,)`` and at the other angles ``(m,)``."""
-    found: Floats = (
+    covariance: Floats = (
         OFFSET_DEG**2
         + SLOPE**2 * np.outer(x, other_x)
         + SLIP_DEG_PER_ROOT_MIN**2 * np.minimum.outer(t_min, other_t_min)
     )
-    return found
+    return covariance

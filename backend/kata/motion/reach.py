@@ -111,16 +111,16 @@ def reachable_set(motors_deg: Floats, side: Side) -> list[Bound]:
     :param motors_deg: motor angles, shape ``(n, 5)``.
     """
     scapula = scapula_of(motors_deg, side)
-    found = _scapula(scapula, (POSE_RANGE_DEG[0], POSE_RANGE_DEG[1]))
-    found.append(_bound(texts.BALL_JOINT_SWING(), 2, scapula.swing_deg, BALL_JOINT_DEG))
+    bounds = _scapula(scapula, (POSE_RANGE_DEG[0], POSE_RANGE_DEG[1]))
+    bounds.append(_bound(texts.BALL_JOINT_SWING(), 2, scapula.swing_deg, BALL_JOINT_DEG))
     # The joint is on the scapula, and Table 2 counts from the scapula. The arm's angles here do not include the scapula's.
     flexion = np.radians(motors_deg[:, 3])
     arm = _arm(np.radians(motors_deg[:, 2]), flexion, np.zeros(len(flexion)))
     beyond = np.minimum(_beyond_plane(arm, CROSS_BODY_DEG), OVERHEAD_DEG - arm.elevation_deg)
     # Up to 90 deg of flexion the arm is in front of the body, or hangs behind it.
     beyond = np.where(np.cos(flexion) < 0.0, beyond, -90.0)
-    found.append(_bound(texts.PLANE_OF_ELEVATION(), 4, arm.plane_deg, CROSS_BODY_DEG)._replace(beyond_deg=beyond))
-    return found
+    bounds.append(_bound(texts.PLANE_OF_ELEVATION(), 4, arm.plane_deg, CROSS_BODY_DEG)._replace(beyond_deg=beyond))
+    return bounds
 
 
 def doctors_set(motors_deg: Floats, side: Side, limits: ArmLimits) -> list[Bound]:
@@ -158,11 +158,11 @@ def nearest(motors_deg: Floats, bounds: Callable[[Floats], list[Bound]]) -> Near
     :param motors_deg: motor angles, shape ``(n, 5)``, n at least 1.
     :param bounds: :func:`reachable_set` or :func:`doctors_set` with its other parameters.
     """
-    found = []
+    candidates = []
     for first in range(0, len(motors_deg), _CHUNK):
         for bound in bounds(motors_deg[first : first + _CHUNK]):
             row = int(np.argmax(bound.beyond_deg))
-            found.append(
+            candidates.append(
                 Nearest(
                     margin_deg=-float(bound.beyond_deg[row]),
                     row=first + row,
@@ -173,7 +173,7 @@ def nearest(motors_deg: Floats, bounds: Callable[[Floats], list[Bound]]) -> Near
                     upper=bound.upper,
                 )
             )
-    return min(found, key=lambda place: place.margin_deg)
+    return min(candidates, key=lambda place: place.margin_deg)
 
 
 def setpoint_times(path: Trajectory) -> Floats:
@@ -235,13 +235,13 @@ def _beyond_plane(arm: _Arm, highest_deg: Floats | float) -> Floats:
 
 
 def _scapula(scapula: Scapula, ranges: tuple[tuple[float, float], tuple[float, float]]) -> list[Bound]:
-    found = []
+    bounds = []
     names = texts.SCAPULA_ABDUCTION(), texts.SCAPULA_ROTATION()
     angles = scapula.phi_deg, scapula.psi_deg
     for motor, (name, values, (low, high)) in enumerate(zip(names, angles, ranges, strict=True), start=1):
-        found.append(_bound(name, motor, values, low, upper=False))
-        found.append(_bound(name, motor, values, high))
-    return found
+        bounds.append(_bound(name, motor, values, low, upper=False))
+        bounds.append(_bound(name, motor, values, high))
+    return bounds
 
 
 def _bound(quantity: Text, motor: int, values: Floats, limit: Floats | float, *, upper: bool = True) -> Bound:

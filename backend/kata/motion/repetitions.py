@@ -28,32 +28,32 @@ class RepetitionTimes:
         return min(self.repetitions, 1 + int((reached_s - self.first_s) / self.period_s))
 
 
-def repetition_times(motion: Motion, asked: PlaybackSettings) -> RepetitionTimes:
+def repetition_times(motion: Motion, settings: PlaybackSettings) -> RepetitionTimes:
     """Return the times at which the repetitions of a recording with these settings end.
 
     :raises EditError: when the recording cannot be played with these settings, or would last longer than an hour.
     """
-    roughly_s = motion.duration_s * 100.0 / asked.speed_percent * asked.repetitions
-    _not_too_long(roughly_s + (asked.repetitions - 1) * asked.pause_s)
-    once = with_settings(motion, replace(asked, repetitions=1))
-    if asked.repetitions == 1:
-        return RepetitionTimes(once.duration_s, 0.0, 1)
+    roughly_s = motion.duration_s * 100.0 / settings.speed_percent * settings.repetitions
+    _not_too_long(roughly_s + (settings.repetitions - 1) * settings.pause_s)
+    single = with_settings(motion, replace(settings, repetitions=1))
+    if settings.repetitions == 1:
+        return RepetitionTimes(single.duration_s, 0.0, 1)
     # A repeated motion first slows down to rest at its ends.
-    first_s = eased(once).duration_s
-    twice_s = with_settings(motion, replace(asked, repetitions=2)).duration_s
-    found = RepetitionTimes(first_s, twice_s - first_s, asked.repetitions)
-    _not_too_long(found.duration_s)
-    return found
+    first_s = eased(single).duration_s
+    twice_s = with_settings(motion, replace(settings, repetitions=2)).duration_s
+    times = RepetitionTimes(first_s, twice_s - first_s, settings.repetitions)
+    _not_too_long(times.duration_s)
+    return times
 
 
-def repetition_times_of(motion: Motion, whole: Motion, asked: PlaybackSettings) -> RepetitionTimes:
+def repetition_times_of(motion: Motion, whole: Motion, settings: PlaybackSettings) -> RepetitionTimes:
     """Return the times at which the repetitions end if the whole motion has already been built. ``whole`` is the result of
     :func:`~kata.motion.edit.with_settings`.
     """
-    if asked.repetitions == 1:
+    if settings.repetitions == 1:
         return RepetitionTimes(whole.duration_s, 0.0, 1)
-    first_s = eased(with_settings(motion, replace(asked, repetitions=1))).duration_s
-    return RepetitionTimes(first_s, (whole.duration_s - first_s) / (asked.repetitions - 1), asked.repetitions)
+    first_s = eased(with_settings(motion, replace(settings, repetitions=1))).duration_s
+    return RepetitionTimes(first_s, (whole.duration_s - first_s) / (settings.repetitions - 1), settings.repetitions)
 
 
 def _not_too_long(duration_s: float) -> None:

@@ -149,9 +149,9 @@ class MotionRhythm:
     start_deg: tuple[float, float]
     """Elevation and upward rotation at the first sample."""
 
-    def like(self, one: Pass) -> Pass | None:
-        """Return the widest pass in the same direction and plane as ``one``, or None."""
-        return next((own.widest for own in self.rhythms if _same_motion(own.widest, one)), None)
+    def like(self, other: Pass) -> Pass | None:
+        """Return the widest pass in the same direction and plane as ``other``, or None."""
+        return next((rhythm.widest for rhythm in self.rhythms if _same_motion(rhythm.widest, other)), None)
 
 
 @dataclass(frozen=True)
@@ -173,8 +173,8 @@ def rhythm_of(times_s: ArrayLike, motors_deg: ArrayLike, side: Side = CANONICAL_
     :raises OutOfReachError: when no pose has the motor angles of a row.
     """
     times = np.asarray(times_s, dtype=np.float64)
-    every = max(1, -(-len(times) // _MOST_ROWS))
-    return rhythm_of_poses(times[::every], pose_deg(np.asarray(motors_deg, dtype=np.float64)[::every], side))
+    step = max(1, -(-len(times) // _MOST_ROWS))
+    return rhythm_of_poses(times[::step], pose_deg(np.asarray(motors_deg, dtype=np.float64)[::step], side))
 
 
 def rhythm_of_poses(times_s: Floats, poses_deg: Floats) -> MotionRhythm:
@@ -188,12 +188,12 @@ def rhythm_of_poses(times_s: Floats, poses_deg: Floats) -> MotionRhythm:
     groups: list[list[Pass]] = []
     for part in np.split(rows, np.flatnonzero(np.diff(times_s) > _GAP_S) + 1):
         for first, last in _turns(part[:, 0]):
-            found = _pass(part[first : last + 1])
-            group = next((group for group in groups if _same_motion(group[0], found)), None)
+            new_pass = _pass(part[first : last + 1])
+            group = next((group for group in groups if _same_motion(group[0], new_pass)), None)
             if group is None:
-                groups.append([found])
+                groups.append([new_pass])
             else:
-                group.append(found)
+                group.append(new_pass)
     return MotionRhythm(
         tuple(_combined(passes) for passes in groups),
         (float(elevation.min()), float(elevation.max())),
@@ -295,12 +295,12 @@ def _combined(passes: Sequence[Pass]) -> Rhythm:
 
 def _median(ratios: Sequence[BandRatio]) -> BandRatio:
     """Return the medians of the available ratios. Without any ratio, return the first entry with its reason."""
-    found = [ratio for ratio in ratios if ratio.ratio is not None]
-    if not found:
+    available = [ratio for ratio in ratios if ratio.ratio is not None]
+    if not available:
         return ratios[0]
 
     def middle(name: str) -> float:
-        return float(np.median([getattr(ratio, name) for ratio in found]))
+        return float(np.median([getattr(ratio, name) for ratio in available]))
 
     return BandRatio(
         middle("from_deg"),
@@ -309,30 +309,31 @@ def _median(ratios: Sequence[BandRatio]) -> BandRatio:
         None,
         middle("scapula_deg"),
         middle("joint_deg"),
-        len(found),
+        len(available),
     )
 
 
-def _whole(one: Pass) -> BandRatio:
+def _whole(pass_: Pass) -> BandRatio:
     """Return the ratio from 30 deg to the end of the pass, or to the elevation at which the scapula reached its limit."""
-    low = max(BANDS_DEG[0][0], float(one.elevation_deg[0]))
-    held = one.elevation_deg[(np.abs(one.scapula_deg) >= LIMIT_DEG) & (one.elevation_deg >= low)]
-    high = float(held[0]) - 1.0 if len(held) else float(one.elevation_deg[-1])
+    low = max(BANDS_DEG[0][0], float(pass_.elevation_deg[0]))
+    at_limit_deg = pass_.elevation_deg[(np.abs(pass_.scapula_deg) >= LIMIT_DEG) & (pass_.elevation_deg >= low)]
+    high = float(at_limit_deg[0]) - 1.0 if len(at_limit_deg) else float(pass_.elevation_deg[-1])
     if high - low < LEAST_PASS_DEG - _EDGE_DEG:
-        return BandRatio(low, max(low, high), None, "at_limit" if len(held) else "not_covered", None, None)
-    return _band(one, low, high)
+        return BandRatio(low, max(low, high), None, "at_limit" if len(at_limit_deg) else "not_covered", None, None)
+    return _band(pass_, low, high)
 
 
-def _band(one: Pass, low: float, high: float) -> BandRatio:
-    at = one.elevation_deg
+def _band(pass_: Pass, low: float, high: float) -> BandRatio:
+    at = pass_.elevation_deg
     inside = (at >= low) & (at <= high)
     covered = at[0] <= low + _EDGE_DEG and at[-1] >= high - _EDGE_DEG
     if not covered:
         return BandRatio(low, high, None, "not_covered", None, None)
-    if np.any(np.abs(one.scapula_deg[inside]) >= LIMIT_DEG):
+    if np.any(np.abs(pass_.scapula_deg[inside]) >= LIMIT_DEG):
         return BandRatio(low, high, None, "at_limit", None, None)
     scapula, joint = (
-        float(np.polyfit(at[inside], part[inside], 1)[0]) * (high - low) for part in (one.scapula_deg, one.joint_deg)
+        float(np.polyfit(at[inside], part[inside], 1)[0]) * (high - low)
+        for part in (pass_.scapula_deg, pass_.joint_deg)
     )
     reason = _why_none(scapula, joint, high - low)
     return BandRatio(low, high, None if reason else joint / scapula, reason, scapula, joint)

@@ -67,7 +67,7 @@ def scapula_at(motor_1_deg: float, motor_2_deg: float) -> tuple[float, float, fl
     """
     u = (motor_1_deg - _MIDDLE_DEG[0]) / _WIDTH_DEG[0]
     v = (motor_2_deg - _MIDDLE_DEG[1]) / _WIDTH_DEG[1]
-    found = []
+    totals = []
     for rows in _rows():
         total = 0.0
         for row in rows:
@@ -75,8 +75,8 @@ def scapula_at(motor_1_deg: float, motor_2_deg: float) -> tuple[float, float, fl
             for coefficient in row:
                 inner = inner * v + coefficient
             total = total * u + inner
-        found.append(total)
-    return found[0], found[1], found[2]
+        totals.append(total)
+    return totals[0], totals[1], totals[2]
 
 
 @cache
@@ -88,8 +88,8 @@ def coefficients() -> Floats:
     powers = [(i, j) for i in range(_DEGREE + 1) for j in range(_DEGREE + 1 - i)]
     terms = np.stack([scaled[:, 0] ** i * scaled[:, 1] ** j for i, j in powers], axis=-1)
     # If any joint swings far, the joint at the end of motor 2's crank swings farthest.
-    wanted = np.column_stack([scapula, np.cos(np.radians(ball_joint_swing_deg(scapula)[:, 3]))])
-    fitted = np.linalg.lstsq(terms, wanted, rcond=None)[0]
+    targets = np.column_stack([scapula, np.cos(np.radians(ball_joint_swing_deg(scapula)[:, 3]))])
+    fitted = np.linalg.lstsq(terms, targets, rcond=None)[0]
     tables = np.zeros((3, _DEGREE + 1, _DEGREE + 1))
     for (i, j), values in zip(powers, fitted, strict=True):
         tables[:, i, j] = values
@@ -108,14 +108,14 @@ def _rows() -> tuple[tuple[tuple[float, ...], ...], ...]:
 def _rods(scapula_rad: Floats) -> list[Floats]:
     """Return the direction of each rod in the coordinates of its two joints, ``(n, 3)`` each: on the board, then on the crank."""
     phi, psi = scapula_rad.T
-    found = []
+    directions = []
     for leg in LINKAGE.legs:
         theta = leg.close(phi, psi)
         rod = np.stack(leg.board(phi, psi), axis=-1) - np.stack(leg.crank(theta), axis=-1)
         rod /= np.linalg.norm(rod, axis=-1, keepdims=True)
-        found.append(np.einsum("nji,nj->ni", _board_turn(phi, psi), rod))
-        found.append(np.stack(_on_crank(rod, theta, leg.sine, leg.cosine), axis=-1))
-    return found
+        directions.append(np.einsum("nji,nj->ni", _board_turn(phi, psi), rod))
+        directions.append(np.stack(_on_crank(rod, theta, leg.sine, leg.cosine), axis=-1))
+    return directions
 
 
 def _board_turn(phi: Floats, psi: Floats) -> Floats:

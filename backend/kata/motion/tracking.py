@@ -60,10 +60,13 @@ def error_figures(clock_s: Floats, error_deg: Floats) -> ErrorFigures:
     """Return the figures of an error ``(m,)`` at the times ``clock_s`` ``(m,)``, degrees and seconds; ``m`` is at least 1."""
     start = clock_s < clock_s[0] + START_S
     after = ~start if not np.all(start) else start
-    rest = error_deg[after]
-    peak = int(np.argmax(np.abs(rest)))
+    after_start = error_deg[after]
+    peak = int(np.argmax(np.abs(after_start)))
     return ErrorFigures(
-        float(rest[peak]), float(clock_s[after][peak]), float(np.sqrt(np.mean(rest**2))), largest(error_deg[start])
+        float(after_start[peak]),
+        float(clock_s[after][peak]),
+        float(np.sqrt(np.mean(after_start**2))),
+        largest(error_deg[start]),
     )
 
 
@@ -194,8 +197,8 @@ def angles_at(times_s: Floats, angles_deg: Floats, places_s: Floats) -> Floats:
     # Import here and below, because scipy would delay the start of every service.
     from scipy.interpolate import PchipInterpolator
 
-    there: Floats = PchipInterpolator(times_s, angles_deg)(np.clip(places_s, times_s[0], times_s[-1]))
-    return there
+    angles: Floats = PchipInterpolator(times_s, angles_deg)(np.clip(places_s, times_s[0], times_s[-1]))
+    return angles
 
 
 def wall_clock_s(times_s: Floats, path_s: Floats, moving: NDArray[np.bool_]) -> Floats:
@@ -247,8 +250,8 @@ class _AlignedRecordings:
         )
 
     def _taught_smoothness(self, axis: int) -> float | None:
-        there = (self._times >= self._once[0]) & (self._times <= self._once[-1])
-        return smoothness(self._times[there], self.taught[there, axis])
+        in_first_repetition = (self._times >= self._once[0]) & (self._times <= self._once[-1])
+        return smoothness(self._times[in_first_repetition], self.taught[in_first_repetition, axis])
 
     def _lag_ms(self, axis: int) -> float:
         """Return the shift in ms with the smallest variance of the remaining error. The variance ignores a constant error."""
@@ -256,8 +259,8 @@ class _AlignedRecordings:
         from scipy.optimize import minimize_scalar
 
         curve = PchipInterpolator(self._times, self.taught[:, axis])
-        every = -(-len(self.path) // _LAG_SAMPLES)
-        played, path = self.played[::every, axis], self.path[::every]
+        step = -(-len(self.path) // _LAG_SAMPLES)
+        played, path = self.played[::step, axis], self.path[::step]
 
         def left(lag_s: float) -> float:
             return float(np.var(played - curve(np.clip(path - lag_s, 0.0, self._times[-1]))))

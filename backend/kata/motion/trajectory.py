@@ -89,9 +89,9 @@ class Trajectory:
     @classmethod
     def from_parts(cls, parts: Mapping[str, Floats]) -> Self:
         """Make a trajectory from the :meth:`parts` of another one, without computing or checking."""
-        made = cls.__new__(cls)
-        vars(made).update(parts)
-        return made
+        trajectory = cls.__new__(cls)
+        vars(trajectory).update(parts)
+        return trajectory
 
     @property
     def duration_s(self) -> float:
@@ -110,28 +110,28 @@ class Trajectory:
     def motion_at(self, time_s: float) -> PathPoint:
         """Return angles, speed and acceleration at a time. A time before the start or after the end is replaced by the start or end."""
         time_s = min(max(time_s, 0.0), self.duration_s)
-        piece = min(int(np.searchsorted(self._times_s, time_s, side="right")), len(self._times_s) - 1) - 1
-        d = time_s - self._times_s[piece]
-        c3, c2, c1, c0 = self._coefficients[:, piece]
+        interval = min(int(np.searchsorted(self._times_s, time_s, side="right")), len(self._times_s) - 1) - 1
+        d = time_s - self._times_s[interval]
+        c3, c2, c1, c0 = self._coefficients[:, interval]
         return PathPoint(((c3 * d + c2) * d + c1) * d + c0, (3 * c3 * d + 2 * c2) * d + c1, 6 * c3 * d + 2 * c2)
 
     def along(self, times_s: Floats) -> Floats:
         """Return the angles ``(m, 5)`` at the times ``(m,)``, as :meth:`at`."""
         times_s = np.clip(times_s, 0.0, self.duration_s)
-        pieces = np.minimum(np.searchsorted(self._times_s, times_s, side="right"), len(self._times_s) - 1) - 1
-        d = (times_s - self._times_s[pieces])[:, None]
-        angles: Floats = self._coefficients[0, pieces]
+        intervals = np.minimum(np.searchsorted(self._times_s, times_s, side="right"), len(self._times_s) - 1) - 1
+        d = (times_s - self._times_s[intervals])[:, None]
+        angles: Floats = self._coefficients[0, intervals]
         for coefficients in self._coefficients[1:]:
             angles *= d
-            angles += coefficients[pieces]
+            angles += coefficients[intervals]
         return angles
 
     def motions(self, times_s: Floats) -> PathPoint:
         """Return angles, speeds and accelerations at the times ``(m,)``, each ``(m, 5)``, as :meth:`motion_at`."""
         times_s = np.clip(times_s, 0.0, self.duration_s)
-        pieces = np.minimum(np.searchsorted(self._times_s, times_s, side="right"), len(self._times_s) - 1) - 1
-        d = (times_s - self._times_s[pieces])[:, None]
-        c3, c2, c1, c0 = self._coefficients[:, pieces]
+        intervals = np.minimum(np.searchsorted(self._times_s, times_s, side="right"), len(self._times_s) - 1) - 1
+        d = (times_s - self._times_s[intervals])[:, None]
+        c3, c2, c1, c0 = self._coefficients[:, intervals]
         return PathPoint(((c3 * d + c2) * d + c1) * d + c0, (3 * c3 * d + 2 * c2) * d + c1, 6 * c3 * d + 2 * c2)
 
     def speeds(self) -> tuple[Floats, Floats]:
@@ -151,7 +151,7 @@ class Trajectory:
         if self.duration_s < _SPEED_WINDOW_S - _ROUNDING:
             raise TrajectoryError(texts.RECORDING_TOO_SHORT(duration_s=self.duration_s, least_s=_SPEED_WINDOW_S))
         window, speeds = self.speeds()
-        places, extremes = self._extremes()
+        times, extremes = self._extremes()
         second_difference_times, second_differences = self._second_differences()
         for axis, limit in enumerate(limits):
             angles = extremes[:, axis]
@@ -162,12 +162,12 @@ class Trajectory:
                     texts.MOTOR_OUT_OF_RANGE(
                         motor=axis + 1,
                         angle_deg=angles[worst],
-                        at_s=places[worst, axis],
+                        at_s=times[worst, axis],
                         lowest_deg=limit.min_deg,
                         highest_deg=limit.max_deg,
                     ),
                     axis + 1,
-                    float(places[worst, axis]),
+                    float(times[worst, axis]),
                 )
             fastest = int(np.argmax(speeds[:, axis]))
             if speeds[fastest, axis] > limit.max_speed_deg_s:
@@ -251,8 +251,8 @@ class ZeroOrderHold(Trajectory):
         times, angles = _checked(times_s, angles_deg)
         self._times_s = times
         # A recording of another rate is interpolated without overshoot.
-        places = np.arange(int(self.duration_s / HOLD_S + _ROUNDING) + 1) * HOLD_S
-        self.samples: Floats = PchipInterpolator(times, angles)(np.minimum(places, self.duration_s))
+        sample_times = np.arange(int(self.duration_s / HOLD_S + _ROUNDING) + 1) * HOLD_S
+        self.samples: Floats = PchipInterpolator(times, angles)(np.minimum(sample_times, self.duration_s))
         """Held angles ``(m, 5)`` in degrees, :data:`HOLD_S` apart."""
         self._set_range(self.samples)
         self.rmse_deg = rmse(self.along(times), angles)
