@@ -320,11 +320,11 @@ class Kata:
 
     def save_export(self, patient_id: UUID, file: Path) -> None:
         """Save a patient's complete record as a ZIP file. If the export is interrupted, an existing file stays unchanged."""
-        made = file.with_name(f"{file.name}.part")
-        with self._get(f"/api/patients/{patient_id}/export.zip", stream=True) as answer, made.open("wb") as opened:
+        partial = file.with_name(f"{file.name}.part")
+        with self._get(f"/api/patients/{patient_id}/export.zip", stream=True) as answer, partial.open("wb") as opened:
             for chunk in answer.iter_content(_CHUNK):
                 opened.write(chunk)
-        made.replace(file)
+        partial.replace(file)
 
     def _read(self, kind: type[_Read], path: str) -> _Read:
         return msgspec.json.decode(self._get(path).content, type=kind)

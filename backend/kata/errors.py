@@ -40,19 +40,19 @@ class ProblemError(Exception):
         return ProblemError(self.status, self.code, message, self.next_step, [(place, self.message)])
 
 
-def not_found(what: Template) -> ProblemError:
+def not_found(message: Template) -> ProblemError:
     """Return a problem with status 404."""
-    return ProblemError(404, "not_found", what(), texts.CHECK_LIST_AGAIN())
+    return ProblemError(404, "not_found", message(), texts.CHECK_LIST_AGAIN())
 
 
-def check_version(stored: datetime, seen: datetime | None) -> None:
+def check_version(stored: datetime, seen_version: datetime | None) -> None:
     """Check that a record has not changed since the editor read it.
 
     :param stored: the record's ``updated_at``.
-    :param seen: the ``updated_at`` that the editor saw; None skips the check.
+    :param seen_version: the ``updated_at`` that the editor saw; None skips the check.
     :raises ProblemError: 409 when the record has changed.
     """
-    if seen and seen != stored:
+    if seen_version and seen_version != stored:
         raise edited_meanwhile()
 
 

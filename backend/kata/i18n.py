@@ -326,24 +326,28 @@ def sentence(kind: str, english: str, bounds: Mapping[str, Any]) -> Text:
         kind = "string_empty"
     if kind not in SENTENCES:
         kind, bounds = "value_error", {"error": english}
-    known = {name: _lower(str(value)) if name == "error" else value for name, value in bounds.items()}
+    parameters = {name: _lower(str(value)) if name == "error" else value for name, value in bounds.items()}
     template = SENTENCES[kind]
-    return template(**{name: known[name] for name in template.params})
+    return template(**{name: parameters[name] for name in template.params})
 
 
 def name(path: Sequence[str | int]) -> Text:
     """Return the name of the field at a path in a request, for example ``limits 1, highest (degrees)``."""
     if not path:
         return texts.WHOLE_REQUEST()
-    found: Text | None = None
+    field_name: Text | None = None
     for part in path:
         if isinstance(part, int):
             number = part + 1
-            found = texts.FIELD_NUMBERED(field=found, number=number) if found else with_key(str(number), None)
+            field_name = (
+                texts.FIELD_NUMBERED(field=field_name, number=number) if field_name else with_key(str(number), None)
+            )
         else:
-            found = texts.FIELD_WITHIN(outer=found, inner=_with_unit(part)) if found else _with_unit(part)
-    assert found is not None
-    return found
+            field_name = (
+                texts.FIELD_WITHIN(outer=field_name, inner=_with_unit(part)) if field_name else _with_unit(part)
+            )
+    assert field_name is not None
+    return field_name
 
 
 def _with_unit(field: str) -> Text:

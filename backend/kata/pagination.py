@@ -58,11 +58,11 @@ class Keyset(Generic[Keys]):
         :raises ProblemError: 422 when ``after`` is not a valid cursor.
         """
         if after is not None:
-            there = tuple_(
+            cursor_values = tuple_(
                 *(literal(key, column.type) for key, column in zip(self._read(after), self._columns, strict=True))
             )
-            here = tuple_(*self._columns)
-            query = query.where(here < there if self._descending else here > there)
+            row_values = tuple_(*self._columns)
+            query = query.where(row_values < cursor_values if self._descending else row_values > cursor_values)
         order = (column.desc() if self._descending else column.asc() for column in self._columns)
         return query.order_by(*order).limit(limit + 1)
 
@@ -70,8 +70,8 @@ class Keyset(Generic[Keys]):
         """Return the page's rows, and the cursor of the next page if :meth:`page` found one more row."""
         if len(rows) <= limit:
             return rows, None
-        shown = rows[:limit]
-        return shown, urlsafe_b64encode(self._adapter.dump_json(keys(shown[-1]))).decode()
+        page_rows = rows[:limit]
+        return page_rows, urlsafe_b64encode(self._adapter.dump_json(keys(page_rows[-1]))).decode()
 
     def _read(self, after: str) -> Keys:
         try:

@@ -46,8 +46,8 @@ class _FormerNamesSource(PydanticBaseSettingsSource):
 
     def __call__(self) -> dict[str, Any]:
         """Return all settings that are set by former names."""
-        found = {name: self.get_field_value(field, name)[0] for name, field in self.settings_cls.model_fields.items()}
-        return {name: value for name, value in found.items() if value is not None}
+        values = {name: self.get_field_value(field, name)[0] for name, field in self.settings_cls.model_fields.items()}
+        return {name: value for name, value in values.items() if value is not None}
 
 
 class Settings(BaseSettings):
@@ -346,8 +346,10 @@ def describe_errors(error: ValidationError) -> str:
 def by_tls(database_url: str) -> str:
     """Return the URL with ``sslmode=verify-full`` if PostgreSQL is on another computer and the URL has no ``sslmode``."""
     url = make_url(database_url)
-    given = url.query.get("host") or url.host or ""
-    hosts = [host for part in ((given,) if isinstance(given, str) else given) for host in part.split(",") if host]
+    url_host = url.query.get("host") or url.host or ""
+    hosts = [
+        host for part in ((url_host,) if isinstance(url_host, str) else url_host) for host in part.split(",") if host
+    ]
     is_local = all(
         host.startswith(("/", "@")) or _is_this_computer(host.partition(":")[0] if host.count(":") == 1 else host)
         for host in hosts

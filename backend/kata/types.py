@@ -24,9 +24,9 @@ def side_of(stored: str) -> Side:
     return "left" if stored == "left" else "right"
 
 
-def _or_own_name(given: str) -> str:
+def _or_own_name(name: str) -> str:
     actor = CURRENT_ACTOR.get()
-    return given or (actor.name if actor else "")
+    return name or (actor.name if actor else "")
 
 
 By = Annotated[Doer, AfterValidator(_or_own_name), Field(validate_default=True)]
@@ -43,22 +43,22 @@ def _not_in_the_future(day: date) -> date:
     return day
 
 
-def _written_day(given: Any) -> Any:
+def _written_day(value: Any) -> Any:
     """Refuse a number, which pydantic would read as seconds since 1970."""
-    if _is_number(given):
+    if _is_number(value):
         raise PydanticKnownError("date_type")
-    return given
+    return value
 
 
-def written_moment(given: Any) -> Any:
+def written_moment(value: Any) -> Any:
     """Refuse a number, which pydantic would read as seconds since 1970."""
-    if _is_number(given):
+    if _is_number(value):
         raise PydanticKnownError("datetime_type")
-    return given
+    return value
 
 
-def _is_number(given: Any) -> bool:
-    return isinstance(given, int | float) or (isinstance(given, str) and _NUMBER.fullmatch(given) is not None)
+def _is_number(value: Any) -> bool:
+    return isinstance(value, int | float) or (isinstance(value, str) and _NUMBER.fullmatch(value) is not None)
 
 
 def _in_utc(moment: datetime) -> datetime:

@@ -147,13 +147,13 @@ class BusBench:
         """Return the highest cycle rate that bytes, return delays and the adapter's mean latency allow."""
         if self._config.protocol == "modbus":
             return max_cycle_hz(self._config)
-        carried, answers, requests = contender.bytes, float(contender.answers), 1.0
+        cycle_bytes, answers, requests = contender.bytes, float(contender.answers), 1.0
         if contender == _WHOLE:
             # The reads of the rotation are added to the read of all drives.
             reads = 1 / cycles_between_reads(5 * len(ROTATION_BLOCKS), self._config.cycle_hz)
-            carried = _GOALS_BYTES + 19 + 8 + 5 * (4 + sum(LENGTHS) / len(LENGTHS)) + reads * _VERIFIED_BYTES
+            cycle_bytes = _GOALS_BYTES + 19 + 8 + 5 * (4 + sum(LENGTHS) / len(LENGTHS)) + reads * _VERIFIED_BYTES
             answers, requests = answers + reads, requests + reads
-        cycle_us = carried * BITS_A_BYTE * 1e6 / self._config.baud + answers * self._config.return_delay_us
+        cycle_us = cycle_bytes * BITS_A_BYTE * 1e6 / self._config.baud + answers * self._config.return_delay_us
         return 1e6 / (cycle_us + requests * latency_ms * 1000)
 
     def rate(self, contender: Contender, seconds: float, *, real_time: bool) -> tuple[CycleFigures, bool]:
@@ -186,8 +186,10 @@ class BusBench:
                 host.measure(CycleOrder(cycles=1, before=_WARM_UP, hz=hz))
                 simulator.fault("noise")
                 noisy = host.measure(CycleOrder(cycles=cycles, hz=hz))
-        lost = noisy.lost / (5 * noisy.cycles) * 100
-        return DisturbanceCost(silent.mean_ms - usual.p50_ms, silent.max_ms, lost, lost * self._answer_bytes)
+        lost_percent = noisy.lost / (5 * noisy.cycles) * 100
+        return DisturbanceCost(
+            silent.mean_ms - usual.p50_ms, silent.max_ms, lost_percent, lost_percent * self._answer_bytes
+        )
 
     @property
     def _answer_bytes(self) -> int:
@@ -247,8 +249,10 @@ def run(seconds: float, rounds: int, delay_us: int, progress: Callable[[str], No
                     if contender not in rates:
                         continue
                     progress(f"{name}, {contender.label}, disturbed")
-                    wanted = contender.disturbed and (baud == _FAST or protocol == "modbus")
-                    cost = bench.disturb(contender, cycles, real_time=rates[contender].real_time) if wanted else None
+                    is_disturbed = contender.disturbed and (baud == _FAST or protocol == "modbus")
+                    cost = (
+                        bench.disturb(contender, cycles, real_time=rates[contender].real_time) if is_disturbed else None
+                    )
                     _add_row(report, f"{name}, {contender.label}", contender.figure, baud, rates[contender], cost)
                 _compare(report, baud, rates)
             finally:

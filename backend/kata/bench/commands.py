@@ -40,8 +40,8 @@ def loop(
         numbers = [int(rate) for rate in rates.split(",")]
     except ValueError as error:
         raise typer.BadParameter(f"{rates} are no rates", param_hint="--rates") from error
-    wanted = benchmark.loop_cases(numbers, real_time=_only(fifo), loaded=_only(None if idle is None else not idle))
-    run_benchmark(lambda progress: benchmark.run(wanted, seconds, plot_minutes * 60, progress), json_out)
+    cases = benchmark.loop_cases(numbers, real_time=_only(fifo), loaded=_only(None if idle is None else not idle))
+    run_benchmark(lambda progress: benchmark.run(cases, seconds, plot_minutes * 60, progress), json_out)
 
 
 @app.command()
@@ -76,10 +76,10 @@ def stop(
     """Measure the time from a Stop on the socket to torque off at all five drives, while the device process is busy."""
     from kata.bench import stop as benchmark
 
-    wanted = loads.split(",") if loads else benchmark.LOADS
-    if unknown := set(wanted) - set(benchmark.LOADS):
+    chosen_loads = loads.split(",") if loads else benchmark.LOADS
+    if unknown := set(chosen_loads) - set(benchmark.LOADS):
         raise typer.BadParameter(f"{', '.join(sorted(unknown))}: no such load", param_hint="--loads")
-    run_benchmark(lambda progress: benchmark.run(stops, wanted, fifo, progress), json_out)
+    run_benchmark(lambda progress: benchmark.run(stops, chosen_loads, fifo, progress), json_out)
 
 
 @app.command()
@@ -115,8 +115,8 @@ def _add_placeholder(name: str) -> None:
     app.command(name, help="Works only in a checkout of Kata.", context_settings=any_arguments)(placeholder)
 
 
-def _only(wanted: bool | None) -> tuple[bool, ...]:
-    return (True, False) if wanted is None else (wanted,)
+def _only(choice: bool | None) -> tuple[bool, ...]:
+    return (True, False) if choice is None else (choice,)
 
 
 _add_checkout_benchmarks()

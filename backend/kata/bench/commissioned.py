@@ -11,9 +11,9 @@ from kata.device import config
 from kata.device.config import StationConfig
 
 
-def write_commissioned(station: StationConfig, path: Path, ended: datetime | None = None) -> CommissioningRecord:
-    """Write the file of a station and its record. ``ended``: end of the commissioning; None: now."""
-    at = (ended or datetime.now(UTC)).isoformat(timespec="seconds")
+def write_commissioned(station: StationConfig, path: Path, ended_at: datetime | None = None) -> CommissioningRecord:
+    """Write the file of a station and its record. ``ended_at``: end of the commissioning; None: now."""
+    at = (ended_at or datetime.now(UTC)).isoformat(timespec="seconds")
     config.write(station, path)
     steps = tuple(RecordedStep(step.key, at, at, passed=True) for step in STEPS)
     record = sealed(structs.replace(begin_record(config.read(path), "simulated drives"), steps=steps, passed=True))

@@ -58,7 +58,7 @@ def loop_cases(rates: Sequence[int], *, real_time: Sequence[bool], loaded: Seque
     return [LoopCase(rate, busy, granted) for granted in real_time for rate in rates for busy in sorted(loaded)]
 
 
-def run(wanted: Sequence[LoopCase], seconds: float, plot_s: float, progress: Callable[[str], None]) -> Report:
+def run(cases: Sequence[LoopCase], seconds: float, plot_s: float, progress: Callable[[str], None]) -> Report:
     """Measure every case with its own service while a recording plays.
 
     :raises BenchError: when no case was completed.
@@ -69,7 +69,7 @@ def run(wanted: Sequence[LoopCase], seconds: float, plot_s: float, progress: Cal
     )
     with TemporaryDirectory(prefix="kata-bench-") as folder:
         records = prepare_records(Path(folder), play_s=seconds + _SPARE_S, plot_s=plot_s)
-        for case in wanted:
+        for case in cases:
             if case.real_time and not report.on.fifo:
                 report.notes.append(f"{case.rate_hz} Hz with SCHED_FIFO: not measured, it is not granted.")
                 continue

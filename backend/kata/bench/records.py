@@ -77,10 +77,10 @@ class _Records:
 
     def make(self, play_s: float, plot_s: float) -> BenchRecords:
         with self._database.write() as session:
-            wanted = PatientCreate(
+            patient = PatientCreate(
                 clinic_number=f"BENCH-{uuid4().hex[:8]}", name="Benchmark", affected_side=CANONICAL_SIDE
             )
-            patient_id = patients.create(session, wanted).id
+            patient_id = patients.create(session, patient).id
             visit_id = sessions.begin(session, patient_id).id
         playback_id = self._recording(patient_id, play_s)
         plotted_id = self._recording(patient_id, plot_s)

@@ -168,9 +168,9 @@ class RunningService:
 
     def begin_next_session(self, records: BenchRecords) -> BenchRecords:
         """End the patient's session when its runs are saved, and begin the next session. Return the records with its id."""
-        here = f"/api/sessions/{records.session_id}"
-        self._until_accepted("end", lambda: self._post(f"{here}/end", {}), _ANSWER_LIMIT_S)
-        patient_id = self._request("GET", here)["patient"]["id"]
+        session_path = f"/api/sessions/{records.session_id}"
+        self._until_accepted("end", lambda: self._post(f"{session_path}/end", {}), _ANSWER_LIMIT_S)
+        patient_id = self._request("GET", session_path)["patient"]["id"]
         return replace(
             records, session_id=UUID(self._request("POST", "/api/sessions", {"patient_id": patient_id})["id"])
         )
@@ -223,11 +223,11 @@ class RunningService:
             return str(problem["code"])
         return None
 
-    def _until_accepted(self, what: str, ask: Callable[[], str | None], within_s: float) -> None:
+    def _until_accepted(self, action: str, ask: Callable[[], str | None], within_s: float) -> None:
         limit = time.monotonic() + within_s
         while refusal := ask():
             if time.monotonic() > limit:
-                raise BenchError(f"{what} is still refused after {within_s:.0f} s: {refusal}; {causes(self.live())}")
+                raise BenchError(f"{action} is still refused after {within_s:.0f} s: {refusal}; {causes(self.live())}")
             time.sleep(_POLL_S)
 
     def _guard_body(self) -> dict[str, object]:
@@ -271,10 +271,10 @@ def rss_mb(pid: int) -> float:
 
     :raises BenchError: when it has ended.
     """
-    found = re.search(r"VmRSS:\s+(\d+) kB", Path(f"/proc/{pid}/status").read_text())
-    if not found:
+    resident = re.search(r"VmRSS:\s+(\d+) kB", Path(f"/proc/{pid}/status").read_text())
+    if not resident:
         raise BenchError("a process has ended")
-    return int(found[1]) / 1024
+    return int(resident[1]) / 1024
 
 
 def causes(live: Live) -> Sequence[str]:

@@ -251,10 +251,10 @@ def _extreme() -> Load:
 @contextmanager
 def _repeating(step: Callable[[], None]) -> Iterator[None]:
     """Call ``step`` repeatedly in a thread until the block ends."""
-    ended = threading.Event()
+    block_ended = threading.Event()
 
     def repeat() -> None:
-        while not ended.wait(_PAUSE_S):
+        while not block_ended.wait(_PAUSE_S):
             step()
 
     thread = threading.Thread(target=repeat, daemon=True)
@@ -262,7 +262,7 @@ def _repeating(step: Callable[[], None]) -> Iterator[None]:
     try:
         yield
     finally:
-        ended.set()
+        block_ended.set()
         thread.join()
 
 

@@ -111,8 +111,8 @@ class ServiceUnit:
     @cached_property
     def settings(self) -> Settings:
         """Return the service's settings."""
-        given = {name.removeprefix(_SETTING).lower(): value for name, value in self._environment.items() if value}
-        known: dict[str, Any] = {name: given[name] for name in Settings.model_fields if name in given}
+        values = {name.removeprefix(_SETTING).lower(): value for name, value in self._environment.items() if value}
+        known: dict[str, Any] = {name: values[name] for name in Settings.model_fields if name in values}
         return Settings(**known)
 
     @cached_property

@@ -207,8 +207,8 @@ class Update:
             pip: list[str | Path] = [folder / "bin/python", "-m", "pip", "--quiet"]
             _run([*pip, "install", "--no-index", "--no-deps", *unpacked])
             _run([*pip, "check"])
-        if (found := _run([folder / "bin/kata", "--version"])) != f"kata {version}":
-            raise UpdateError(f"The bundle of {version} contains {found}.")
+        if (installed := _run([folder / "bin/kata", "--version"])) != f"kata {version}":
+            raise UpdateError(f"The bundle of {version} contains {installed}.")
         # The files must be on the disk before the version counts as complete.
         os.sync()
         (folder / _COMPLETE).touch()
@@ -258,10 +258,10 @@ class Update:
         """Let the link point to a version. A reader always finds either the former version or this one."""
         if not (self._version_folder(version) / _COMPLETE).exists():
             raise OSError(f"The version {version} is not installed completely in {self._root}.")
-        made = self._root / f"{_LINK}.new"
-        made.unlink(missing_ok=True)
-        made.symlink_to(Path(_VERSIONS) / version)
-        made.replace(self._root / _LINK)
+        new_link = self._root / f"{_LINK}.new"
+        new_link.unlink(missing_ok=True)
+        new_link.symlink_to(Path(_VERSIONS) / version)
+        new_link.replace(self._root / _LINK)
         sync_folder(self._root)
 
     # -- ends -----------------------------------------------------------------------------------------------------
@@ -288,10 +288,10 @@ class Update:
             )
 
     def _check_disk_space(self, bundle: Path) -> None:
-        free, wanted = shutil.disk_usage(self._root).free, _DISK_SPACE_FACTOR * bundle.stat().st_size
-        if free < wanted:
+        free, needed = shutil.disk_usage(self._root).free, _DISK_SPACE_FACTOR * bundle.stat().st_size
+        if free < needed:
             raise UpdateError(
-                f"The update needs {wanted / 1e6:.0f} MB in {self._root}, and {free / 1e6:.0f} MB are free."
+                f"The update needs {needed / 1e6:.0f} MB in {self._root}, and {free / 1e6:.0f} MB are free."
             )
 
     def _check_idle(self) -> None:
@@ -322,13 +322,13 @@ class Update:
 
     def _write(self, state: UpdateState) -> None:
         """Replace the state file, and wait until it is on the disk."""
-        made = self._state_file.with_suffix(".new")
-        with made.open("wb") as file:
+        new_file = self._state_file.with_suffix(".new")
+        with new_file.open("wb") as file:
             file.write(msgspec.json.encode(state))
             file.flush()
             os.fsync(file.fileno())
-        made.replace(self._state_file)
-        sync_folder(made.parent)
+        new_file.replace(self._state_file)
+        sync_folder(new_file.parent)
 
     def _version_folder(self, version: str) -> Path:
         return self._root / _VERSIONS / version

@@ -113,11 +113,11 @@ class Opening(_Suite):
         self.cycles(world, bus, 2)
         assert all(world.torque)
         opened_ns = world.t_ns
-        again = make_bus(world.config, world.open_transport)
-        again.open()
-        self.cycles(world, again, 10)
+        second_bus = make_bus(world.config, world.open_transport)
+        second_bus.open()
+        self.cycles(world, second_bus, 10)
         assert all(world.torque)
-        assert [seen for seen in world.seen if seen.t_ns > opened_ns] == []
+        assert [access for access in world.seen if access.t_ns > opened_ns] == []
 
     def test_a_drive_that_is_missing_is_named(self, world: RecordingWorld) -> None:
         bus = make_bus(world.config, world.open_transport)
@@ -184,14 +184,14 @@ class Configuring(_Suite):
     def test_power_cycle_keeps_the_shafts_angle_at_both_range_ends(
         self, world: RecordingWorld, bus: Bus, end: str
     ) -> None:
-        wanted = [getattr(axis, end) for axis in world.config.axes]
-        for motor, angle_deg in enumerate(wanted, start=1):
+        expected_deg = [getattr(axis, end) for axis in world.config.axes]
+        for motor, angle_deg in enumerate(expected_deg, start=1):
             world.place(motor, angle_deg)
             world.fault("off", motor)
         world.faults.clear()
         # Compare with the shafts' true angles, because without torque the arm sinks.
         reading = next(reading for reading in self.cycles(world, bus, 2) if all(reading.drives))
-        assert [drive.position_deg for drive in reading.drives] == pytest.approx(wanted, abs=1.0)
+        assert [drive.position_deg for drive in reading.drives] == pytest.approx(expected_deg, abs=1.0)
         for _ in range(20):
             (reading,) = self.cycles(world, bus, 1)
             assert [drive.position_deg for drive in reading.drives] == pytest.approx(world.angles_deg, abs=3.0)
@@ -213,8 +213,8 @@ class Configuring(_Suite):
         world.lose_requests(1, after=self.arming_request)
         bus.torque_on(HOLD)
         cycles = 2 * world.config.cycle_hz
-        found = {s.axis for reading in self.cycles(world, bus, cycles) for s in reading.statuses if s.mismatch}
-        assert found == {0, 1, 2, 3, 4}
+        mismatched = {s.axis for reading in self.cycles(world, bus, cycles) for s in reading.statuses if s.mismatch}
+        assert mismatched == {0, 1, 2, 3, 4}
         bus.torque_off()
 
     @pytest.mark.parametrize(
@@ -287,13 +287,13 @@ class Reading(_Suite):
         assert axes == {0, 1, 2, 3, 4}
 
     def test_each_drive_reports_its_health_once_a_second(self, world: RecordingWorld, bus: Bus) -> None:
-        found = {
+        health_by_drive = {
             health.axis: health
             for reading in self.cycles(world, bus, world.config.cycle_hz)
             for health in reading.health
         }
-        assert sorted(found) == (list(range(5)) if self.reports_health else [])
-        for health in found.values():
+        assert sorted(health_by_drive) == (list(range(5)) if self.reports_health else [])
+        for health in health_by_drive.values():
             assert (health.voltage_v, health.temperature_c) == pytest.approx(
                 world.drives[health.axis].environment, abs=0.1
             )
@@ -306,13 +306,16 @@ class Reading(_Suite):
             pytest.skip("these drives report neither")
         world.fault("hot", 2, 70.0)
         world.fault("supply_voltage", 4, world.drives[3].environment[0] - 1.5)
-        found = {
+        health_by_drive = {
             health.axis: health
             for reading in self.cycles(world, bus, world.config.cycle_hz)
             for health in reading.health
         }
-        assert [found[n].temperature_c == 70.0 for n in range(5)] == [False, True, False, False, False]
-        sagging_v = [found[n].voltage_v == pytest.approx(found[0].voltage_v - 1.5, abs=0.06) for n in range(5)]
+        assert [health_by_drive[n].temperature_c == 70.0 for n in range(5)] == [False, True, False, False, False]
+        sagging_v = [
+            health_by_drive[n].voltage_v == pytest.approx(health_by_drive[0].voltage_v - 1.5, abs=0.06)
+            for n in range(5)
+        ]
         assert sagging_v == [False, False, False, True, False]
 
     def test_the_emergency_stop_and_the_pedal(self, world: RecordingWorld, bus: Bus) -> None:
@@ -358,10 +361,10 @@ class Writing(_Suite):
 
     def test_a_setpoint_reaches_its_drive_by_the_next_reading(self, world: RecordingWorld, bus: Bus) -> None:
         bus.torque_on(HOLD)
-        wanted = [angle + 1.0 for angle in HOLD]
-        bus.write_setpoints(wanted)
+        goals_deg = [angle + 1.0 for angle in HOLD]
+        bus.write_setpoints(goals_deg)
         self.cycles(world, bus, 1)
-        for motor, angle in enumerate(wanted, start=1):
+        for motor, angle in enumerate(goals_deg, start=1):
             assert world.goals(motor)[-1] == pytest.approx(angle, abs=self.resolution_deg)
 
     def test_torque_off_reaches_all_drives_and_setpoints_stop_after_it(self, world: RecordingWorld, bus: Bus) -> None:
@@ -372,7 +375,11 @@ class Writing(_Suite):
         off_ns = world.t_ns
         self.cycles(world, bus, 5)
         assert not any(world.torque)
-        offs = [seen.t_ns for seen in world.seen if seen.what == "torque" and seen.value == 0 and seen.t_ns > off_ns]
+        offs = [
+            access.t_ns
+            for access in world.seen
+            if access.what == "torque" and access.value == 0 and access.t_ns > off_ns
+        ]
         # A hundred bytes are the setpoints already on the bus and the frame itself.
         assert max(offs) - off_ns < 100 * 10e9 / world.config.baud + 1e6
         assert not any(world.goals(motor, max(offs)) for motor in range(1, 6))
@@ -397,11 +404,11 @@ class Faults(_Suite):
     def test_silent_drive_delays_others_by_at_most_one_cycle(self, world: RecordingWorld, bus: Bus, motor: int) -> None:
         world.fault("silent", motor)
         readings = self.cycles(world, bus, 30)
-        others = [n for n in range(5) if n != motor - 1]
+        other_drives = [n for n in range(5) if n != motor - 1]
         for reading in readings[1:]:
             assert reading.drives[motor - 1] is None
             assert reading.timed_out <= {motor - 1}
-            assert all(reading.drives[n] for n in others)
+            assert all(reading.drives[n] for n in other_drives)
         assert any(reading.timed_out for reading in readings)
         assert not any(reading.corrupt for reading in readings)
 
