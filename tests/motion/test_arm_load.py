@@ -74,7 +74,9 @@ def test_link_and_springs_load_motors_by_hand(side: Side) -> None:
     """Through the linkage's own slopes: upward rotation lifts the link as abduction does, because both turn about X."""
     pose = np.array([5.0, -8.0, 60.0, 0.0, 0.0])
     terms = load_terms(arm_motion(standing(motor_angles_deg(pose, side)), side), (0.0, 0.0, 1.0))
-    of_phi, of_psi = np.linalg.inv(LINKAGE.jacobian(pose[:2], side))
+    theta = LINKAGE.inverse_deg(pose[:2], side)
+    steps = 1e-4 * np.eye(2)
+    of_phi, of_psi = ((LINKAGE.forward_deg(theta + steps, side) - LINKAGE.forward_deg(theta - steps, side)) / 2e-4).T
     link = -np.sin(np.radians(-8.0 + 60.0))
     assert terms[:, -4] == pytest.approx([*(link * of_psi), link, 0.0, 0.0], abs=0.02)
     assert terms[:, -3] == pytest.approx([*(np.radians(5.0) * of_phi), 0.0, 0.0, 0.0], abs=0.01)

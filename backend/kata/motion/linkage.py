@@ -30,15 +30,11 @@ Floats = NDArray[np.float64]
 Bools = NDArray[np.bool_]
 Vector = tuple[Floats, Floats, Floats]
 """x, y and z as separate arrays. For a million rows this is faster than one array ``(n, 3)``."""
-MotorRanges = tuple[tuple[float, float], tuple[float, float]]
-"""Lowest and highest theta1, and lowest and highest theta2, in degrees."""
 
 WITHIN_DEG: Final = 45.0
 """Limit of phi and psi in the search, on both sides of 0. Table 2 needs 20 deg; singular poses begin at about 50 deg."""
 _CLOSED_DEG: Final = 1e-7
 """Tolerance of the motor angles of a found pose. It distinguishes the assembled branch from the other branch."""
-_OUTLINE_RAYS: Final = 180
-_OUTLINE_STEP_DEG: Final = 0.1
 
 
 class OutOfReachError(ValueError):
@@ -85,19 +81,6 @@ class Leg(NamedTuple):
         angle: Floats = np.arctan2(a, b) + np.arccos(-c / np.hypot(a, b))
         # atan2 alone may differ by a whole turn. This choice is continuous over the whole region.
         return np.where(angle > np.pi, angle - 2 * np.pi, angle)
-
-    def gradient(self, phi: Floats, psi: Floats, theta: Floats) -> tuple[Floats, Floats]:
-        """Return d(theta)/d(phi) and d(theta)/d(psi). The rod's length is constant, so both its ends move equally along the rod."""
-        x, y, z = self.board(phi, psi)
-        rod = np.stack(self.crank(theta)) - np.stack([x, y, z])
-        up = self.oq_mm * np.cos(psi + self.w_rad)
-        by_phi = np.stack([-y, x, np.zeros_like(z)])
-        by_psi = np.stack([up * np.cos(phi), up * np.sin(phi), -self.oq_mm * np.sin(psi + self.w_rad)])
-        by_theta = np.zeros_like(rod)
-        by_theta[self.sine[0]] = self.sine[1] * self.op_mm * np.cos(theta)
-        by_theta[self.cosine[0]] = -self.cosine[1] * self.op_mm * np.sin(theta)
-        lever = np.sum(rod * by_theta, axis=0)
-        return np.sum(rod * by_phi, axis=0) / lever, np.sum(rod * by_psi, axis=0) / lever
 
     def reach(self, point: Vector) -> float | Floats:
         """Return the component of OP along OQ when the rod joins P and Q, in mm: (|OP|^2 + |OQ|^2 - |PQ|^2) / 2 |OQ|."""
@@ -174,52 +157,6 @@ class Linkage:
             index, (theta1, theta2) = _first(not_closed, theta)
             raise OutOfReachError(texts.NO_SCAPULA_POSITION(angle_1_deg=theta1, angle_2_deg=theta2), index)
         return scapula
-
-    def jacobian(self, scapula_deg: ArrayLike, side: Side = CANONICAL_SIDE) -> Floats:
-        """Return d(theta1, theta2) / d(phi, psi): the ratio of motor speeds to the scapula's speeds.
-
-        :param scapula_deg: shape ``(..., 2)``.
-        :returns: shape ``(..., 2, 2)``, rows theta1 and theta2, columns phi and psi; no unit.
-        :raises OutOfReachError: as :meth:`inverse_deg`.
-        """
-        scapula = np.asarray(scapula_deg, dtype=np.float64)
-        theta = np.radians(self.inverse_deg(scapula, side))
-        phi, psi = _seen_rad(scapula, side)
-        rows = [np.stack(leg.gradient(phi, psi, theta[..., n]), axis=-1) for n, leg in enumerate(self.legs)]
-        return np.stack(rows, axis=-2) * _scapula_signs(side)
-
-    def reachable(self, scapula_deg: ArrayLike, motor_ranges_deg: MotorRanges, side: Side = CANONICAL_SIDE) -> Bools:
-        """Return for each pose whether the links close within ``WITHIN_DEG`` and both motors are inside their ranges.
-
-        :param scapula_deg: shape ``(..., 2)``.
-        :param motor_ranges_deg: ranges of a station's motors 1 and 2, ends included.
-        :returns: shape ``(...)``.
-        """
-        scapula = np.asarray(scapula_deg, dtype=np.float64)
-        theta = self.closed_deg(scapula, side)
-        lowest, highest = np.transpose(motor_ranges_deg)
-        inside = (lowest <= theta) & (theta <= highest) & (np.abs(scapula) <= WITHIN_DEG)
-        return np.asarray(np.all(inside, axis=-1))
-
-    def outline_deg(self, motor_ranges_deg: MotorRanges, side: Side = CANONICAL_SIDE) -> Floats:
-        """Return the outline of the reachable region as seen from the scapula's middle position, for display and limits.
-
-        Along each ray from (0, 0) the outline is the last pose of a grid before the first unreachable pose. Every pose between
-        the middle and the outline is therefore reachable.
-
-        :returns: shape ``(180, 2)``, phi and psi in degrees, counter-clockwise from +phi; ``(0, 2)`` if the middle itself is
-            not reachable.
-        """
-        bearing = np.linspace(0.0, 2 * np.pi, _OUTLINE_RAYS, endpoint=False)
-        # The farthest point of the search is a corner of the square.
-        radius = np.arange(0.0, np.sqrt(2) * WITHIN_DEG + _OUTLINE_STEP_DEG, _OUTLINE_STEP_DEG)
-        direction = np.stack([np.cos(bearing), np.sin(bearing)], axis=-1)
-        reached = self.reachable(radius[:, np.newaxis, np.newaxis] * direction, motor_ranges_deg, side)
-        if not np.all(reached[0]):
-            return np.empty((0, 2))
-        last = np.argmin(reached, axis=0) - 1
-        outline: Floats = radius[last, np.newaxis] * direction
-        return outline
 
     def _standing(self, theta1: Floats, theta2: Floats) -> Floats:
         """Return the scapula's angles (..., 2) in radians at which both legs close on either branch. The values are arbitrary
