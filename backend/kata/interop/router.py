@@ -1,6 +1,6 @@
 """Routes of import and export."""
 
-from collections.abc import AsyncIterator, Iterator
+from collections.abc import AsyncIterator, Callable, Iterator
 from pathlib import Path
 from typing import Annotated, Any, Final, Protocol
 from uuid import UUID
@@ -8,6 +8,7 @@ from uuid import UUID
 from anyio import CapacityLimiter, to_thread
 from fastapi import APIRouter, Body, Depends, Query, Request
 from fastapi.responses import StreamingResponse
+from sqlalchemy.orm import Session
 
 from kata.clinic import texts as clinic_texts
 from kata.clinic.patients import service as patients
@@ -15,6 +16,7 @@ from kata.clinic.patients.schemas import Patient
 from kata.clinic.profile import service as profile
 from kata.clinic.recordings import service as recordings
 from kata.clinic.recordings.schemas import Recording, RecordingDetail
+from kata.database.engine import Database
 from kata.database.series import Series, unpack
 from kata.dependencies import PROBLEMS, TheDatabase, TheFigures, TheStation
 from kata.errors import ProblemError
@@ -117,9 +119,7 @@ async def _file(request: Request) -> bytes:
 )
 def get_recording_samples(database: TheDatabase, worker: TheFigures, recording_id: UUID) -> StreamingResponse:
     """Return a recording's samples as CSV: ``time_s`` and ``motor_1_deg`` to ``motor_5_deg``."""
-    with database.read() as session:
-        series, origin = service.of_recording(session, recording_id)
-    return _samples(worker, series, origin, "csv")
+    return _samples(database, worker, service.of_recording, recording_id, "csv")
 
 
 @router.get(
@@ -130,9 +130,7 @@ def get_recording_samples(database: TheDatabase, worker: TheFigures, recording_i
 )
 def get_recording_parquet(database: TheDatabase, worker: TheFigures, recording_id: UUID) -> StreamingResponse:
     """Return a recording's samples as Parquet, with their origin in the file's metadata and units in the columns' metadata."""
-    with database.read() as session:
-        series, origin = service.of_recording(session, recording_id)
-    return _samples(worker, series, origin, "parquet")
+    return _samples(database, worker, service.of_recording, recording_id, "parquet")
 
 
 @router.get(
@@ -145,9 +143,7 @@ def get_recording_mcap(database: TheDatabase, worker: TheFigures, recording_id: 
     """Return a recording's samples as MCAP: one JSON message per sample on the topic ``recording``, with its schema, and the origin as
     metadata.
     """
-    with database.read() as session:
-        series, origin = service.of_recording(session, recording_id)
-    return _samples(worker, series, origin, "mcap")
+    return _samples(database, worker, service.of_recording, recording_id, "mcap")
 
 
 @router.get(
@@ -162,9 +158,7 @@ def get_run_samples(database: TheDatabase, worker: TheFigures, run_id: UUID) -> 
 
     For a simulated apparatus the file also has the column ``simulated``.
     """
-    with database.read() as session:
-        series, origin = service.of_run(session, run_id)
-    return _samples(worker, series, origin, "csv")
+    return _samples(database, worker, service.of_run, run_id, "csv")
 
 
 @router.get(
@@ -175,9 +169,7 @@ def get_run_samples(database: TheDatabase, worker: TheFigures, run_id: UUID) -> 
 )
 def get_run_parquet(database: TheDatabase, worker: TheFigures, run_id: UUID) -> StreamingResponse:
     """Return a run's samples as Parquet, with their origin in the file's metadata and units in the columns' metadata."""
-    with database.read() as session:
-        series, origin = service.of_run(session, run_id)
-    return _samples(worker, series, origin, "parquet")
+    return _samples(database, worker, service.of_run, run_id, "parquet")
 
 
 @router.get(
@@ -188,9 +180,7 @@ def get_run_parquet(database: TheDatabase, worker: TheFigures, run_id: UUID) -> 
 )
 def get_run_mcap(database: TheDatabase, worker: TheFigures, run_id: UUID) -> StreamingResponse:
     """Return a run's samples as MCAP: one JSON message per sample on the topic ``run``, with its schema, and the origin as metadata."""
-    with database.read() as session:
-        series, origin = service.of_run(session, run_id)
-    return _samples(worker, series, origin, "mcap")
+    return _samples(database, worker, service.of_run, run_id, "mcap")
 
 
 @router.get(
@@ -203,9 +193,7 @@ def get_run_lerobot(database: TheDatabase, worker: TheFigures, run_id: UUID) -> 
     """Return a run's samples as a LeRobotDataset v3.0 with one episode. Its rows are at the run's rate; ``observation.time_s`` is the
     measured time.
     """
-    with database.read() as session:
-        series, origin = service.of_run(session, run_id)
-    return _samples(worker, series, origin, "lerobot.zip")
+    return _samples(database, worker, service.of_run, run_id, "lerobot.zip")
 
 
 @router.post(
@@ -329,7 +317,15 @@ async def in_turn(chunks: Iterator[bytes], limiter: CapacityLimiter) -> AsyncIte
         yield chunk
 
 
-def _samples(worker: FigureWorker, series: Series, origin: Origin, sample_format: SampleFormat) -> StreamingResponse:
+def _samples(
+    database: Database,
+    worker: FigureWorker,
+    of: Callable[[Session, UUID], tuple[Series, Origin]],
+    id_: UUID,
+    sample_format: SampleFormat,
+) -> StreamingResponse:
+    with database.read() as session:
+        series, origin = of(session, id_)
     name = f"{origin.kind}-{origin.marked_id}.{sample_format}"
     return file_response(
         lambda path: worker.build(sample_file.write, series, origin, sample_format, path), _MEDIA[sample_format], name
