@@ -36,17 +36,17 @@ patient.json      who it is; contraindications; episodes of care with stages and
 sessions.json     every session: checklist, pain, note, signature and addenda, stops, runs with their tracking error
 events.json       events of the apparatus during this patient's sessions
 fhir.json         the same as an HL7 FHIR R4 transaction, for other systems
-recordings.csv    taught, imported and derived recordings, a line each, with the file of the samples
+recordings.csv    taught, imported and derived recordings: one line each, with the name of the file of its samples
 recordings/       samples: time and the five motors' angles (Apache Parquet; units and clock are in each file)
 goniometer.csv    goniometer readings: patient_deg beside apparatus_deg, the apparatus angle of the same motion at that moment
-runs.csv          playbacks, a line each, with the file of the samples
+runs.csv          playbacks: one line each, with the name of the file of its samples
                   worst_peak_deg and worst_rmse_deg are tracking errors: played minus requested motion.
                   They are empty where compared_percent, the share of the playing time that was compared, is below 90
                   change_by_settings_deg is requested minus taught: what range and Reduce range changed, not an error
                   clock_offset_s is how far the wall clock is ahead of the motion's clock, by which the errors are compared
-end-range.csv     end-range times, a line for each motion of a session and of a week: counted and prescribed seconds. A week begins on Monday
+end-range.csv     end-range times: one line for each motion of a session and of a week: counted and prescribed seconds. A week begins on Monday
                   of time_zone; preliminary is true while the session or the week is not over, so that its seconds can still grow
-end-feel.csv      end-feel tests and their baselines, a line each: figures with half of their 95 % intervals, or why there are none
+end-feel.csv      end-feel tests and their baselines, one line each: figures with half of their 95 % intervals, or the reason why there are none
                   range_deg and onset_deg count outwards; times outward (1 or -1) they are the apparatus angle of the motion
 runs/             samples: time, phase, position on the motion, setpoint, measured angle and torque of each motor
 

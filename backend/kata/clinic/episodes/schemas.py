@@ -57,15 +57,15 @@ class _EpisodeFields(Schema):
         return self
 
 
-_LIMITS: Final = "What the doctor allows, one entry a motion; motions without one go as far as the apparatus does."
-_LEVEL: Final = "The highest resistance level that the doctor allows; null: any."
+_LIMITS: Final = "The doctor's limits, at most one entry for each motion. Only the apparatus limits a motion without an entry."
+_LEVEL: Final = "Highest resistance level that the doctor allows; null: no limit."
 _SPEED: Final = (
-    "The highest speed that the doctor allows, degrees a second; no motor is moved faster, approach and return included. null: as fast as "
-    "the station allows."
+    "Highest speed that the doctor allows, degrees a second. No motor moves faster, also during approach and return. Null: the station's "
+    "limit."
 )
 _CODE: Final = "ICD-10 code of the diagnosis that the clinician chose. Empty: none was chosen."
 _VERIFICATION: Final = "How certain the diagnosis is. Empty: not stated."
-_DOCTOR: Final = "The doctor who set the limits: needed where there are any."
+_DOCTOR: Final = "Name of the doctor who set the limits. Required if there are limits."
 SPEED_RANGE_DEG_S: Final = (1.0, 150.0)
 """Lowest and highest limit in degrees per second. With a lower limit an approach would take minutes; no station moves a motor faster
 than the highest.
