@@ -5749,22 +5749,22 @@ export interface components {
             contraindications: string;
             /**
              * Limits
-             * @description What the doctor allows, one entry a motion; motions without one go as far as the apparatus does.
+             * @description The doctor's limits, at most one entry for each motion. Only the apparatus limits a motion without an entry.
              */
             limits: components["schemas"]["MotionLimit"][];
             /**
              * Max Load Level
-             * @description The highest resistance level that the doctor allows; null: any.
+             * @description Highest resistance level that the doctor allows; null: no limit.
              */
             max_load_level: number | null;
             /**
              * Max Speed Deg S
-             * @description The highest speed that the doctor allows, degrees a second; no motor is moved faster, approach and return included. null: as fast as the station allows.
+             * @description Highest speed that the doctor allows, degrees a second. No motor moves faster, also during approach and return. Null: the station's limit.
              */
             max_speed_deg_s: number | null;
             /**
              * Limits By
-             * @description The doctor who set the limits: needed where there are any.
+             * @description Name of the doctor who set the limits. Required if there are limits.
              */
             limits_by: string;
             /**
@@ -5868,23 +5868,23 @@ export interface components {
             contraindications: string;
             /**
              * Limits
-             * @description What the doctor allows, one entry a motion; motions without one go as far as the apparatus does.
+             * @description The doctor's limits, at most one entry for each motion. Only the apparatus limits a motion without an entry.
              */
             limits?: components["schemas"]["MotionLimit"][];
             /**
              * Max Load Level
-             * @description The highest resistance level that the doctor allows; null: any.
+             * @description Highest resistance level that the doctor allows; null: no limit.
              */
             max_load_level?: number | null;
             /**
              * Max Speed Deg S
-             * @description The highest speed that the doctor allows, degrees a second; no motor is moved faster, approach and return included. null: as fast as the station allows.
+             * @description Highest speed that the doctor allows, degrees a second. No motor moves faster, also during approach and return. Null: the station's limit.
              * @example 20
              */
             max_speed_deg_s?: number | null;
             /**
              * Limits By
-             * @description The doctor who set the limits: needed where there are any.
+             * @description Name of the doctor who set the limits. Required if there are limits.
              * @default
              * @example Dr. Mori
              */
@@ -5915,17 +5915,17 @@ export interface components {
             limits?: components["schemas"]["MotionLimit"][] | null;
             /**
              * Max Load Level
-             * @description The highest resistance level that the doctor allows; null: any.
+             * @description Highest resistance level that the doctor allows; null: no limit.
              */
             max_load_level?: number | null;
             /**
              * Max Speed Deg S
-             * @description The highest speed that the doctor allows, degrees a second; no motor is moved faster, approach and return included. null: as fast as the station allows.
+             * @description Highest speed that the doctor allows, degrees a second. No motor moves faster, also during approach and return. Null: the station's limit.
              */
             max_speed_deg_s?: number | null;
             /**
              * Limits By
-             * @description The doctor who set the limits: needed where there are any.
+             * @description Name of the doctor who set the limits. Required if there are limits.
              */
             limits_by?: string | null;
             /** Updated At */
