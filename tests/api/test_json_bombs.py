@@ -1,6 +1,7 @@
 """JSON and FHIR that are expensive to read: refused with a clear answer, and a Stop is answered meanwhile."""
 
 import asyncio
+import gc
 import json
 import threading
 import time
@@ -13,14 +14,27 @@ from fastapi.testclient import TestClient
 from kata.api import body_limits
 from kata.interop import fhir_import
 from tests.support.responses import problem
-
-pytestmark = pytest.mark.no_apparatus
+from tests.support.service import running
 
 _FHIR: Final = "/api/patients/import/fhir?affected_side=right"
 _FHIR_JSON: Final = {"content-type": "application/fhir+json"}
 _LONGEST_BLOCK_S: Final = 1.0
 """Far above what the loop needs, and far below the seconds for which each of these files blocked it."""
 _MANY_LISTS: Final = b'{"resourceType": "Patient", "photo": [' + b"[]," * (3 << 20) + b"[]]}"
+
+
+_SERVICES_THRESHOLDS: Final = (700, 10, 10)
+"""Thresholds of the garbage collection in a service: Python's own."""
+
+
+@pytest.fixture(scope="module")
+def client(tmp_path_factory: pytest.TempPathFactory) -> Iterator[TestClient]:
+    """Return a service without an apparatus whose device process answers, and that collects garbage as often as a clinic's."""
+    before = gc.get_threshold()
+    gc.set_threshold(*_SERVICES_THRESHOLDS)
+    with running(tmp_path_factory.mktemp("kata"), simulate=False, starts_device=True) as made:
+        yield made
+    gc.set_threshold(*before)
 
 
 class _Loop:

@@ -1,11 +1,12 @@
 """The service in this process with a device process and a simulated apparatus."""
 
 from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import ExitStack, contextmanager
 from dataclasses import replace
 from functools import cache
 from pathlib import Path
 from typing import Any
+from unittest.mock import patch
 
 from fastapi.testclient import TestClient
 
@@ -14,7 +15,9 @@ from kata.api.app import create_app
 from kata.auth.login_session import COOKIE
 from kata.settings import Settings
 from tests.support.databases import upgraded_file
+from tests.support.figure_worker import SharedFigureWorker
 from tests.support.login import signed_in
+from tests.support.silent_device import Disconnected
 
 
 @cache
@@ -42,14 +45,31 @@ def other_browser(service: TestClient) -> TestClient:
 
 
 @contextmanager
-def running(folder: Path, role: Role = "administrator", **settings: Any) -> Iterator[TestClient]:
-    """Run the service during the context, signed in with this role."""
+def running(
+    folder: Path,
+    role: Role = "administrator",
+    *,
+    starts_device: bool = False,
+    shares_worker: bool = True,
+    **settings: Any,
+) -> Iterator[TestClient]:
+    """Run the service during the context, signed in with this role.
+
+    A service without an apparatus starts a device process only if ``starts_device``. ``shares_worker``: its figures come from the worker
+    process of all tests. That process has the time zone and the settings of the test that used it first.
+    """
     if "database_url" not in settings and not (folder / "kata.db").exists():
         upgraded_file(folder / "kata.db")
     # A named zone, so that a test does not depend on the computer's.
     usual = {"data": folder, "simulate": True, "allowed_hosts": "testserver", "clinic_time_zone": "UTC"}
     given: dict[str, Any] = usual | settings
     app = create_app(Settings(**given))
-    with TestClient(app, client=("127.0.0.1", 50_000)) as client:
+    with ExitStack() as stack:
+        with ExitStack() as starting:
+            if not (starts_device or given["simulate"] or given.get("station")):
+                starting.enter_context(patch("kata.station.station.DeviceProcess", Disconnected))
+            if shares_worker:
+                starting.enter_context(patch("kata.api.set_up.FigureWorker", SharedFigureWorker))
+            client = stack.enter_context(TestClient(app, client=("127.0.0.1", 50_000)))
         client.cookies.set(COOKIE, signed_in(app.state.services.database, role))
         yield client

@@ -1,11 +1,12 @@
-"""A replacement for the device process that sends only what the test sends."""
+"""Replacements for the device process: one sends only what the test sends, the other says that no apparatus is connected."""
 
 from collections.abc import Callable
 from pathlib import Path
-from typing import Any
+from typing import Any, Final, get_args
 
+from kata.device import texts
 from kata.device.config import StationConfig
-from kata.device.ipc_messages import FromDevice, LoopState, Request, Snapshot
+from kata.device.ipc_messages import CommandName, FromDevice, LoopState, Refusal, Reply, Request, Snapshot, Stop
 from kata.station.device_process import DeviceLaunch
 from kata.station.station import Station
 
@@ -54,3 +55,36 @@ def snapshot(**given: Any) -> Snapshot:
         "axes": (), "stop": None, "run": None, "teaching": None, "refusals": {}, "loop": loop,
     }  # fmt: skip
     return Snapshot(**idle | given)
+
+
+_DISCONNECTED: Final = Refusal.of(
+    code="is_offline",
+    message=texts.NOT_CONNECTED_BECAUSE(reason=texts.PORT_CANNOT_BE_OPENED(port="/dev/ttyNONE", error="No such file")),
+    next_step=texts.SWITCH_ON_AND_CHECK_ADAPTER(),
+)
+
+
+class Disconnected(Silent):
+    """Says once that no apparatus is connected, and refuses every command but Stop, as a device process without a port does.
+
+    A device process takes half a second of processor time to start, and a tenth of a processor while it runs.
+    """
+
+    def start(self) -> None:
+        super().start()
+        refusals = dict.fromkeys(get_args(CommandName), _DISCONNECTED)
+        self.tell(
+            snapshot(
+                mode="offline",
+                torque="unknown",
+                verified_since_ns=None,
+                estop="unknown",
+                pedal="unknown",
+                refusals=refusals,
+            )
+        )
+
+    def send(self, message: Any) -> None:
+        super().send(message)
+        if isinstance(message, Request):
+            self.tell(Reply(id=message.id, refusal=None if isinstance(message.command, Stop) else _DISCONNECTED))
