@@ -70,10 +70,13 @@ SUNDAY: Final = {"adherence": "2026-11-16", "usage": "2026-11-16", "report": ["2
 MONDAY: Final = {"adherence": "2026-11-23", "usage": "2026-11-23", "report": ["23 November 2026"], "backup": "17:30"}
 
 
-@pytest.mark.parametrize("zone", ["UTC", "Etc/UTC", "JST-9"])
+# An unnamed zone whose days differ from those of UTC. test_the_variable_tz_names_the_computers_zone has the other names without a zone.
+@pytest.mark.parametrize(
+    "zone", [*(pytest.param(zone, marks=pytest.mark.campaign) for zone in ("UTC", "Etc/UTC")), "JST-9"]
+)
 def test_without_a_named_zone_every_day_is_of_utc(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, zone: str) -> None:
     move_computer(monkeypatch, zone)
-    with running(tmp_path, simulate=False, clinic_time_zone="") as client:
+    with running(tmp_path, simulate=False, clinic_time_zone="", shares_worker=False) as client:
         found = days_of(client, *treated(client))
         assert found == SUNDAY | {"page": ""}
         assert client.get("/api/clinic-profile").json()["time_zone"] == ""
@@ -95,7 +98,9 @@ def test_the_first_start_stores_the_computers_named_zone(tmp_path: Path, monkeyp
         assert (profile["name"], profile["updated_at"], profile["updated_by"]) == ("Midori Clinic", None, "")
     # Another computer, or the same one in another zone, changes no day.
     move_computer(monkeypatch, "America/Chicago")
-    with running(tmp_path, simulate=False, clinic_time_zone="", clinic_name="Aoba Clinic") as client:
+    with running(
+        tmp_path, simulate=False, clinic_time_zone="", clinic_name="Aoba Clinic", shares_worker=False
+    ) as client:
         assert days_of(client, *ids) == found
         assert client.get("/api/clinic-profile").json()["name"] == "Aoba Clinic", "the letterhead is still a setting"
         assert len(audit_log(client, action="adopt_time_zone")) == 1

@@ -3,6 +3,7 @@
 import ast
 import re
 import tomllib
+from functools import cache
 
 from tests.support.paths import ROOT
 
@@ -45,6 +46,7 @@ def every() -> list[str]:
     return [f"{section}.{n}" for section, count in sections.items() for n in range(1, count + 1)]
 
 
+@cache
 def names_in(file: str) -> set[str]:
     tree = ast.parse((ROOT / file).read_text())
     return {node.name for node in ast.walk(tree) if isinstance(node, ast.FunctionDef | ast.AsyncFunctionDef)}

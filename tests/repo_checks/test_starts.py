@@ -2,6 +2,7 @@
 
 import subprocess
 import sys
+from functools import cache
 from importlib.metadata import entry_points
 
 import pytest
@@ -44,6 +45,7 @@ def test_processes_start_without_libraries_of_rare_work(module: str, without: se
     assert imported_by(module) & without == set()
 
 
+@cache
 def imported_by(module: str) -> set[str]:
     """Return the modules in a new process that has imported this one."""
     started = f"import {module}, sys; print(*sys.modules)"
