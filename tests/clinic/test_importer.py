@@ -2,12 +2,9 @@
 
 import base64
 import json
-import os
-import signal
 import subprocess
 import sys
 import threading
-from collections.abc import Callable
 from dataclasses import replace
 from functools import partial
 from pathlib import Path
@@ -26,7 +23,7 @@ from kata.clinic.recordings.tables import RecordingRow, RecordingSampleBlockRow,
 from kata.clinic.sessions import learning, lists, runs
 from kata.clinic.sessions import service as sessions
 from kata.clinic.sessions.lists import SessionFilter
-from kata.clinic.sessions.run_results import EndedPlayback, calculate
+from kata.clinic.sessions.run_results import calculate
 from kata.clinic.sessions.schemas import EndRangePrescription
 from kata.clinic.sessions.tables import RunCorrectionRow, SessionRow
 from kata.database.availability import DatabaseUnavailableError
@@ -42,6 +39,7 @@ from kata.motion.edit import AS_TAUGHT, PlaybackSettings
 from kata.motion.ilc import Correction
 from kata.motion.method import Method
 from kata.plotting import figures
+from tests.support.figure_worker import SharedFigureWorker, calculate_or_die
 from tests.support.imported_runs import STARTED, Clinic, pose
 from tests.support.paths import ROOT
 
@@ -98,6 +96,8 @@ def test_a_run_is_completed_and_compared(clinic: Clinic) -> None:
     assert clinic.saved[-1].session_id == run.session_id
 
 
+# Where the results are calculated does not depend on the database.
+@pytest.mark.parametrize("database", ["sqlite"], indirect=True)
 @pytest.mark.parametrize("broken", [0, 1, 2])
 def test_the_figure_worker_calculates_the_same_results(
     clinic: Clinic, broken: int, monkeypatch: pytest.MonkeyPatch
@@ -139,15 +139,6 @@ def test_the_figure_worker_calculates_the_same_results(
     assert results(second) == results(first)
 
 
-def calculate_or_die(calculate: Callable[[EndedPlayback], Any], deaths: Path, most: int, ended: EndedPlayback) -> Any:
-    """Kill the worker process ``most`` times, then calculate."""
-    count = len(deaths.read_bytes()) if deaths.exists() else 0
-    if count < most:
-        deaths.write_bytes(b"." * (count + 1))
-        os.kill(os.getpid(), signal.SIGKILL)
-    return calculate(ended)
-
-
 def test_a_process_with_a_worker_imports_a_run_without_scipy(tmp_path: Path) -> None:
     """The service must answer a Stop. To import scipy would delay its answer, and would cost it 55 MB."""
     program = """
@@ -158,6 +149,7 @@ from kata.device.journal import JournalEnd
 from kata.motion.edit import PlaybackSettings
 from kata.plotting.figures import FigureWorker
 from tests.support.databases import upgraded_file
+from tests.support.figure_worker import SharedFigureWorker, calculate_or_die
 from tests.support.imported_runs import Clinic, pose
 
 if __name__ == "__main__":
@@ -577,15 +569,12 @@ def test_figure_has_angles_on_the_left_and_error_right(clinic: Clinic) -> None:
     run_id = clinic.begin_run(clinic.recording())
     clinic.journal("run", run_id, [2.0], error_deg=-0.5, end=JournalEnd(reason="completed"))
     clinic.importer.run()
-    worker = figures.FigureWorker()
-    try:
-        with clinic.database.read() as session:
-            parts = runs.figure_samples(session, run_id)
-        run_figures = json.loads(worker.build(figures.run, parts))
-        with pytest.raises(ProblemError) as caught:
-            worker.build(figures.run, replace(parts, taught=Series(b"damaged")))
-    finally:
-        worker.close()
+    worker = SharedFigureWorker()
+    with clinic.database.read() as session:
+        parts = runs.figure_samples(session, run_id)
+    run_figures = json.loads(worker.build(figures.run, parts))
+    with pytest.raises(ProblemError) as caught:
+        worker.build(figures.run, replace(parts, taught=Series(b"damaged")))
     assert caught.value.status == 410
     assert [motor["motor"] for motor in run_figures["motors"]] == [1, 2, 3, 4, 5]
     figure = run_figures["motors"][2]["figure"]
