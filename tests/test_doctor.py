@@ -3,8 +3,6 @@
 import contextlib
 import json
 import os
-import subprocess
-import sys
 from collections.abc import Iterator
 from pathlib import Path
 
@@ -24,6 +22,7 @@ from kata.settings import Settings
 from kata.simulator.adapter import AdapterLatency
 from kata.simulator.process import SimulatorProcess
 from tests.support.databases import upgraded_file
+from tests.support.kata_command import kata, kata_here
 from tests.support.other_disk import other_disk
 
 
@@ -177,17 +176,20 @@ def test_missing_privileges_are_reported_with_their_setting(tmp_path: Path, monk
 
 
 @pytest.mark.parametrize(("station", "code"), [(None, 0), ('port = "/dev/ttyKATA"', 1)])
-def test_command_prints_lines_and_exits_1_on_problems(tmp_path: Path, station: str | None, code: int) -> None:
-    command = [sys.executable, "-m", "kata", "doctor", "--data", str(tmp_path)]
+def test_command_prints_lines_and_exits_1_on_problems(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, station: str | None, code: int
+) -> None:
+    for name in [name for name in os.environ if name.startswith("KATA_")]:
+        monkeypatch.delenv(name)
+    command: list[str | Path] = ["doctor", "--data", tmp_path]
     if station is not None:
         (tmp_path / "station.toml").write_text(station)
-        command += ["--station", str(tmp_path / "station.toml")]
-    environment = {name: value for name, value in os.environ.items() if not name.startswith("KATA_")}
-    done = subprocess.run(command, capture_output=True, text=True, env=environment, timeout=60)
+        command += ["--station", tmp_path / "station.toml"]
+    done = kata(*command, folder=tmp_path) if station else kata_here(*command)
     assert done.returncode == code, done.stderr
     assert "SQLite" in done.stdout
     assert "Traceback" not in done.stderr
-    done = subprocess.run([*command, "--json"], capture_output=True, text=True, env=environment, timeout=60)
+    done = kata_here(*command, "--json")
     assert done.returncode == code
     states = {finding["state"] for finding in json.loads(done.stdout)}
     assert states <= {"ok", "warning", "problem"}

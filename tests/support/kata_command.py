@@ -1,9 +1,12 @@
 """The ``kata`` command."""
 
+import logging
 import os
+import signal
 import subprocess
 import sys
 from pathlib import Path
+from unittest.mock import patch
 
 from typer.testing import CliRunner
 
@@ -18,6 +21,7 @@ def kata(*arguments: str | Path, folder: Path) -> subprocess.CompletedProcess[st
 
 
 def kata_here(*arguments: str | Path) -> subprocess.CompletedProcess[str]:
-    """Run the command in this process: for commands that change nothing of their process."""
-    result = CliRunner(env={"COLUMNS": "200"}).invoke(app, list(map(str, arguments)))
+    """Run the command in this process, whose priority, signals and log it does not change. It takes some milliseconds to start."""
+    with patch.object(os, "nice"), patch.object(signal, "signal"), patch.object(logging, "basicConfig"):
+        result = CliRunner(env={"COLUMNS": "200"}).invoke(app, list(map(str, arguments)))
     return subprocess.CompletedProcess(arguments, result.exit_code, result.stdout, result.stderr)
