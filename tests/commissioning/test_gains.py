@@ -85,6 +85,10 @@ class Scripted:
         return next(self._answers)(review)
 
 
+Improved = tuple[StationConfig, RecordedStep, Scripted, StationConfig]
+"""A configuration, the step that tuned its gains, the technician, and the configuration afterwards."""
+
+
 def with_gains(**changed: Gains) -> StationConfig:
     """Return the simulated station with other gains: ``m3=Gains(...)`` for motor 3."""
     config = simulated("virtual")
@@ -141,9 +145,15 @@ def test_proposals_improve_poor_gains(poor: Gains) -> None:
     assert ran.passed and gains_of(draft)[2] == last.gains != poor
 
 
-def test_accepted_gains_are_in_configuration_and_record() -> None:
+@pytest.fixture(scope="module")
+def improved() -> Improved:
+    """Return a configuration with too little damping, and how its gains were tuned once as proposed."""
     config = with_gains(m3=Gains(1600, 800, 300))
-    ran, technician, draft = tuned(config, measure_proposed)
+    return config, *tuned(config, measure_proposed)
+
+
+def test_accepted_gains_are_in_configuration_and_record(improved: Improved) -> None:
+    config, ran, technician, draft = improved
     record = with_step(begin_record(config, "test"), ran, draft)
     accepted = gains_of(configuration_of(record))[2]
     assert accepted.d > 400
@@ -180,10 +190,13 @@ def test_gains_changed_when_empty_are_measured_with_weight() -> None:
 
 
 def test_a_choice_outside_the_limits_is_asked_again() -> None:
-    for refused in (measure(3, Gains(799, 800, 720)), measure(3, Gains(1600, 800, 1441)), take_back):
-        ran, technician, draft = tuned(simulated("virtual"), refused)
-        assert ran.passed and draft == simulated("virtual")
-        assert [review.load for review in technician.reviews] == ["weight", "weight", "empty"]
+    refused = measure(3, Gains(799, 800, 720)), measure(3, Gains(1600, 800, 1441)), take_back
+    ran, technician, draft = tuned(simulated("virtual"), *refused)
+    assert ran.passed and draft == simulated("virtual")
+    first, *again, empty = technician.reviews
+    assert (first.load, empty.load) == ("weight", "empty")
+    assert [review.load for review in again] == ["weight"] * len(refused), "each choice is asked again"
+    assert all(review.curves == first.curves for review in again), "without a measurement"
 
 
 def test_kept_gains_that_vibrate_are_refused() -> None:
@@ -246,9 +259,8 @@ def test_the_emergency_stop_ends_a_measurement() -> None:
     assert not has_torque(world)
 
 
-def test_print_tells_former_and_kept_response_apart() -> None:
-    config = with_gains(m3=Gains(1600, 800, 300))
-    ran, _, draft = tuned(config, measure_proposed)
+def test_print_tells_former_and_kept_response_apart(improved: Improved) -> None:
+    config, ran, _, draft = improved
     by_load = step_responses(ran.curves)
     assert list(by_load) == ["weight", "empty"]
     for drawn in by_load.values():
@@ -274,9 +286,9 @@ def peak(curve: Curve) -> float:
 
 
 @pytest.fixture(scope="module")
-def compared() -> GainsReview:
+def compared(improved: Improved) -> GainsReview:
     """Return a review with the responses of other gains."""
-    _, technician, _ = tuned(with_gains(m3=Gains(1600, 800, 300)), measure_proposed)
+    _, _, technician, _ = improved
     return technician.reviews[1]
 
 
