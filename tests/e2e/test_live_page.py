@@ -1,4 +1,4 @@
-"""Memory and processor time of the live page for an hour, with a moving arm in three dimensions."""
+"""Memory, DOM nodes and processor time of the live page for an hour, with a moving arm in three dimensions."""
 
 import logging
 import os
@@ -13,7 +13,7 @@ from tests.support.browser_clinic import Clinic
 
 log = logging.getLogger(__name__)
 MINUTES: Final = float(os.environ.get("KATA_LIVE_MINUTES", "60"))
-LOOKS: Final = 30
+LOOKS: Final = 60
 GROWTH: Final = 0.1
 MOTION: Final = "5 Flexion / extension of the shoulder"
 
@@ -29,7 +29,7 @@ def test_live_page_keeps_its_memory_flat_for_an_hour(page: Page, clinic: Clinic)
     browser = page.context.new_cdp_session(page)
     browser.send("Performance.enable")
 
-    held, busy = [], []
+    held, nodes, busy = [], [], []
     for look in range(LOOKS):
         before, since = figure(browser, "TaskDuration"), time.monotonic()
         while time.monotonic() - since < 60 * MINUTES / LOOKS:
@@ -39,15 +39,27 @@ def test_live_page_keeps_its_memory_flat_for_an_hour(page: Page, clinic: Clinic)
         busy.append((figure(browser, "TaskDuration") - before) / (time.monotonic() - since))
         browser.send("HeapProfiler.collectGarbage")
         held.append(figure(browser, "JSHeapUsedSize") / 1e6)
-        log.info("%d of %d: main thread %.0f %%, %.1f MB", look + 1, LOOKS, 100 * busy[-1], held[-1])
+        nodes.append(figure(browser, "Nodes"))
+        log.info(
+            "%d of %d: main thread %.0f %%, %.1f MB, %.0f DOM nodes",
+            look + 1, LOOKS, 100 * busy[-1], held[-1], nodes[-1],
+        )  # fmt: skip
     expect(page.get_by_test_id("angles")).to_have_attribute("data-alive", "true")
     # Data that the page fetches and caches at the beginning is no growth.
-    early, late = statistics.median(held[3:8]), statistics.median(held[-5:])
+    early, late = early_and_late(held)
+    few, many = early_and_late(nodes)
     log.info(
-        "%.0f minutes: main thread busy %.0f %% of the time (median), %.1f MB after a tenth, %.1f MB at the end",
-        MINUTES, 100 * statistics.median(busy), early, late,
+        "%.0f minutes: main thread busy %.0f %% of the time (median), %.1f MB after a tenth, %.1f MB at the end, "
+        "%.0f and %.0f DOM nodes",
+        MINUTES, 100 * statistics.median(busy), early, late, few, many,
     )  # fmt: skip
     assert abs(late - early) <= GROWTH * early
+    assert abs(many - few) <= GROWTH * few
+
+
+def early_and_late(figures: list[float]) -> tuple[float, float]:
+    """Return the medians after a tenth of the time and at the end."""
+    return statistics.median(figures[LOOKS // 10 : LOOKS // 10 + 10]), statistics.median(figures[-10:])
 
 
 def figure(browser: CDPSession, name: str) -> float:
