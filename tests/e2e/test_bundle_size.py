@@ -1,4 +1,4 @@
-"""The size of the scripts that the first page loads before it draws."""
+"""The size of the scripts that the first page loads before it draws, and the styles that it needs."""
 
 import gzip
 import json
@@ -13,6 +13,9 @@ from tests.support.paths import ROOT
 
 DIST = ROOT / "frontend/dist"
 LIMIT_KB = 250
+MANTINE = ROOT / "frontend/node_modules/@mantine/core/styles.css"
+MANTINE_CLASS = re.compile(r"\bm_[0-9a-f]{6,8}\b")
+"""A class name of Mantine's style sheet, which its scripts name too."""
 
 
 def test_first_page_loads_at_most_a_quarter_megabyte_of_script() -> None:
@@ -59,3 +62,15 @@ def test_every_script_and_style_is_compressed_unchanged() -> None:
         assert compressed.is_file() or file.stat().st_size < 1000, file.name
         if compressed.is_file():
             assert gzip.decompress(compressed.read_bytes()) == file.read_bytes()
+
+
+def test_styles_have_each_mantine_component_of_the_scripts() -> None:
+    """The page imports Mantine's styles component by component (``src/app/mantine.css``)."""
+    files = [file for file in (DIST / "assets").iterdir() if file.suffix in (".js", ".css")]
+    used, styled = (
+        {name for file in files if file.suffix == suffix for name in MANTINE_CLASS.findall(file.read_text())}
+        for suffix in (".js", ".css")
+    )
+    needed = used & set(MANTINE_CLASS.findall(MANTINE.read_text()))
+    assert len(needed) > 100
+    assert needed <= styled

@@ -1,5 +1,5 @@
 import { switchLanguage } from "../lib/language";
-import "@mantine/core/styles.css";
+import "./mantine.css";
 import "./page.css";
 import { MantineProvider } from "@mantine/core";
 import { QueryClient, QueryClientProvider } from "@tanstack/react-query";

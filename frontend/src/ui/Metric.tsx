@@ -29,12 +29,7 @@ export function Metric({ testid, ...figure }: KeyFigure & { testid?: string }) {
 export const MetricLink = createLink(
   forwardRef<HTMLAnchorElement, KeyFigure & ComponentPropsWithoutRef<"a">>(
     ({ label, value, unit, note, needsAttention, failed, ...link }, ref) => (
-      <a
-        ref={ref}
-        {...link}
-        className={`${classes.metric} ${classes.leads}`}
-        data-attention={needsAttention}
-      >
+      <a ref={ref} {...link} className={`${classes.metric} ${classes.leads}`} data-attention={needsAttention}>
         <Content
           {...{ label, value, note }}
           {...(unit && { unit })}
