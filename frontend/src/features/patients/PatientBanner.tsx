@@ -48,7 +48,7 @@ export function PatientBanner(props: {
       data-testid="patient-banner"
     >
       {data ? (
-        <Stack gap={4}>
+        <Stack gap={4} className={classes.facts ?? ""}>
           <Identity
             banner={data}
             name={<Name {...{ patientId, name: data.name, heading, link }} />}
