@@ -79,6 +79,26 @@ def test_print_is_light_and_complete(tab: Page, clinic: Clinic, name: str, compl
     assert [text for text in expected if words(text) not in paper] == []
 
 
+def test_banner_covers_nothing_on_paper(tab: Page, clinic: Clinic) -> None:
+    """On the screen the banner stays below the header, which paper does not have."""
+    tab.goto(clinic.url + addresses(tab, clinic)["patient"])
+    banner = tab.get_by_test_id("patient-banner")
+    expect(banner.get_by_role("heading")).to_be_visible(timeout=LONG_MS)
+    expect(banner).to_have_css("position", "sticky")
+    tab.emulate_media(media="print")
+    expect(banner).to_have_css("position", "static")
+
+
+def test_three_dimensional_picture_has_no_dark_area_on_paper(tab: Page, clinic: Clinic) -> None:
+    tab.add_init_script("localStorage.setItem('kata-scheme', 'dark')")
+    tab.goto(clinic.url + addresses(tab, clinic)["session-motion"])
+    frame = tab.get_by_test_id("apparatus-canvas").locator("..")
+    expect(frame).to_be_visible(timeout=LONG_MS)
+    expect(frame).not_to_have_css("background-image", "none")
+    tab.emulate_media(media="print")
+    expect(frame).to_have_css("background-image", "none")
+
+
 def test_tables_of_a_report_stay_on_the_sheet(tab: Page, clinic: Clinic) -> None:
     session = addresses(tab, clinic)["session"]
     tab.goto(f"{clinic.url}/api{session}/report.html")

@@ -7,8 +7,8 @@ import { useWidth } from "./useWidth";
 export type Trend = { name: string; points: { at: string; value: number }[] };
 
 const HEIGHT = 150;
-/** Below this width in pixels, two days with their years do not fit below the chart. */
-const NARROW = 320;
+/** Below this width in pixels, two days with their years do not fit below the chart, where letters are larger on paper. */
+const NARROW = 420;
 const [LEFT, RIGHT, TOP, BOTTOM] = [30, 46, 10, 22];
 /** Colour, dash and marker of each line. The lines also differ without colour. */
 const LOOKS = [
