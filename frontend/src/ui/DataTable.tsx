@@ -48,7 +48,12 @@ export function DataTable<Row>(props: DataTableProps<Row>) {
         </Group>
       </Group>
       <Table.ScrollContainer minWidth={Math.min(TABLET_PX, COLUMN_PX * shown.length)}>
-        <Table verticalSpacing={dense ? 6 : "md"} highlightOnHover aria-label={label}>
+        <Table
+          className={classes.rows ?? ""}
+          verticalSpacing={dense ? 6 : "md"}
+          highlightOnHover
+          aria-label={label}
+        >
           <Table.Thead>
             <Table.Tr>
               {shown.map((column) => (
@@ -65,7 +70,7 @@ export function DataTable<Row>(props: DataTableProps<Row>) {
             {rows.map((row) => (
               <Table.Tr key={rowKey(row)} {...(isDimmed?.(row) && { c: "dimmed" })}>
                 {shown.map((column) => (
-                  <Table.Td key={column.key} {...(column.right && { ta: "right" })}>
+                  <Table.Td key={column.key} {...numbers(column)}>
                     {column.cell(row)}
                   </Table.Td>
                 ))}
@@ -79,6 +84,9 @@ export function DataTable<Row>(props: DataTableProps<Row>) {
   );
 }
 
+/** Return the alignment of a cell. The style sheet separates a column of numbers from a text on its right. */
+const numbers = ({ right }: { right?: boolean }) => right && { ta: "right" as const, "data-right": true };
+
 /**
  * The head of a column. Pressing it sorts in ascending order, then in descending order, and then in the order
  * of the service.
@@ -89,13 +97,13 @@ function Head<Row>(props: { column: Column<Row>; sorting: Sorting; onSort: () =>
   const Icon = direction === "descending" ? IconArrowDown : IconArrowUp;
   if (!column.value) {
     return (
-      <Table.Th {...(column.right && { ta: "right" })} fz="md">
+      <Table.Th {...numbers(column)} fz="md">
         {column.head}
       </Table.Th>
     );
   }
   return (
-    <Table.Th aria-sort={direction ?? "none"} {...(column.right && { ta: "right" })}>
+    <Table.Th aria-sort={direction ?? "none"} {...numbers(column)}>
       <UnstyledButton className={classes.head ?? ""} data-right={column.right} onClick={props.onSort}>
         {column.head}
         <Icon size={16} aria-hidden style={{ visibility: direction ? "visible" : "hidden" }} />
@@ -115,7 +123,7 @@ function Totals<Row>({ columns, rows }: { columns: Column<Row>[]; rows: Row[] })
     <Table.Tfoot>
       <Table.Tr>
         {columns.map((column, place) => (
-          <Table.Td key={column.key} fw={700} {...(column.right && { ta: "right" })}>
+          <Table.Td key={column.key} fw={700} {...numbers(column)}>
             {cell(column, place)}
           </Table.Td>
         ))}
