@@ -117,6 +117,7 @@ describe("the words of a station's file", () => {
     expect(describeAcceptedValues({ ...accepted, step: 2 })).toBe("0 to 508 in steps of 2");
     expect(describeAcceptedValues({ ...accepted, none: -1 })).toBe("0 to 508, or -1 for none");
     expect(describeAcceptedValues({ ...accepted, choices: [-1, 1] })).toBe("One of -1, 1");
+    expect(describeAcceptedValues({ ...accepted, choices: [1120, 1000000] })).toBe("One of 1120, 1000000");
   });
 
   it("explain a field of an axis and a driver's own setting", () => {
