@@ -1,6 +1,7 @@
-import { Button, Group, Stack, Text } from "@mantine/core";
+import { Button, Stack, Text } from "@mantine/core";
 import { useId } from "react";
 import { t } from "../../../lib/i18n";
+import classes from "./sessionWizard.module.css";
 
 const PAIN = Array.from({ length: 11 }, (_, pain) => pain);
 
@@ -14,15 +15,14 @@ export function NrsScale(props: {
   const { label, value, disabled = false, onChange } = props;
   const id = useId();
   return (
-    <Stack gap="xs" role="group" aria-labelledby={id}>
+    <Stack gap="xs" role="group" aria-labelledby={id} className={classes.scaleFrame ?? ""}>
       <Text size="lg" fw={600} id={id}>
         {label}
       </Text>
-      <Group gap="xs">
+      <div className={classes.scale}>
         {PAIN.map((pain) => (
           <Button
             key={pain}
-            w={56}
             h={56}
             p={0}
             fz={22}
@@ -35,7 +35,7 @@ export function NrsScale(props: {
             {pain}
           </Button>
         ))}
-      </Group>
+      </div>
       <Text size="sm">{t("station:wizard.painScale")}</Text>
     </Stack>
   );
