@@ -38,7 +38,7 @@ export function GhostPanel({
   }, [ghost, playsItself, still]);
   const length = ghost.duration_s;
   return (
-    <Stack gap={4} component="section" aria-label={t(`digital-twin:${subject}.title`)}>
+    <Stack gap={4} my="xs" component="section" aria-label={t(`digital-twin:${subject}.title`)}>
       {/* On a telephone the slider has a row of its own. */}
       <Group gap="md">
         <Button
@@ -63,7 +63,13 @@ export function GhostPanel({
           label={(value) => t("digital-twin:ghost.seconds", { seconds: formatDeg(value) })}
           onChange={(value) => ghost.seek(value)}
         />
-        <Text style={{ fontVariantNumeric: "tabular-nums" }} w={110} ta="right" data-testid="ghost-time">
+        <Text
+          style={{ fontVariantNumeric: "tabular-nums" }}
+          miw={110}
+          ta="right"
+          ml="auto"
+          data-testid="ghost-time"
+        >
           {t("digital-twin:ghost.at", { at: formatDeg(at_s), length: formatDeg(length) })}
         </Text>
       </Group>

@@ -46,7 +46,7 @@ export function Stages({ episode, onSaved }: { episode: Episode; onSaved: (saved
   };
   return (
     <Stack gap="xs">
-      <Text fw={500}>{t("episodes:stageList.title")}</Text>
+      <Text fw={700}>{t("episodes:stageList.title")}</Text>
       {episode.stages.length === 0 && <Text>{t("episodes:stageList.none")}</Text>}
       <List listStyleType="none">
         {episode.stages.map((recorded) => (

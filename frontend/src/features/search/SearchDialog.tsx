@@ -74,7 +74,7 @@ function Search({ onDone }: { onDone: () => void }) {
 
 function Option({ result }: { result: Result }) {
   return (
-    <Combobox.Option value={result.id} mih={44}>
+    <Combobox.Option value={result.id} mih={44} style={{ display: "grid", alignContent: "center" }}>
       <Text>{result.words}</Text>
       {result.detail && (
         <Text size="sm" c="dimmed">

@@ -27,7 +27,8 @@ export function AxisSparkline({ axis, min, max }: { axis: number; min: number; m
         height: HEIGHT,
         legend: { show: false },
         cursor: { show: false },
-        padding: [2, 0, 2, 0],
+        // A line at the end of the range keeps a distance from the numbers below it.
+        padding: [2, 0, 5, 0],
         scales: { x: { time: false }, y: { range: [min, max] } },
         axes: [{ show: false }, { show: false }],
         series: [
