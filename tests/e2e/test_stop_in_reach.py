@@ -4,11 +4,13 @@
 """
 
 import re
-from typing import Final
+from collections.abc import Iterator
+from typing import Any, Final
 
 import pytest
-from playwright.sync_api import Page, expect
+from playwright.sync_api import Browser, Page, expect
 
+from kata.auth.login_session import COOKIE
 from tests.support.accessibility import addresses
 from tests.support.browser_clinic import LONG_MS, Clinic
 from tests.support.page_actions import wait_until_idle
@@ -35,6 +37,8 @@ _MOST_CONTROLS: Final = 40
 _PARTS: Final = re.compile("StationPage|NotificationButton|AxisSparkline|StationApparatus")
 """Scripts of the station page and of parts that load on demand."""
 
+_TOUCHED: Final = ("telephone", "landscape", "tablet")
+"""Sizes of devices that have a touch screen."""
 _FINGER_PX: Final = 48
 _HEADER: Final = """() => {
     const header = document.querySelector('header').getBoundingClientRect();
@@ -151,6 +155,19 @@ def test_header_leaves_a_low_screen_to_the_page(tab: Page, clinic: Clinic, addre
         assert untouchable_stop(tab) == ""
 
 
+def test_banner_leaves_a_low_screen_to_the_page(tab: Page, clinic: Clinic) -> None:
+    """On a telephone in landscape the header and the patient's banner take a third of the screen."""
+    width, height = SIZES["landscape"]
+    tab.set_viewport_size({"width": width, "height": height})
+    for name in ("patient", "session"):
+        tab.goto(clinic.url + addresses(tab, clinic)[name])
+        banner = tab.get_by_test_id("patient-banner")
+        expect(banner).to_contain_text("DEMO-001", timeout=LONG_MS)
+        box = banner.bounding_box()
+        assert box
+        assert tab.evaluate(_HEADER)["height"] + box["height"] <= height / 3, name
+
+
 def test_menus_and_dialogs_use_a_low_screen(tab: Page, clinic: Clinic) -> None:
     """On a telephone in landscape every page of the menu is in reach, and a dialog reaches to the bottom."""
     width, height = SIZES["landscape"]
@@ -239,3 +256,77 @@ def test_dialogs_leave_stop_to_finger_and_keyboard(tab: Page, clinic: Clinic, ev
         tab.keyboard.press("Escape")
         expect(dialog).to_be_hidden()
     assert missed == {}
+
+
+@pytest.fixture
+def finger(browser: Browser, browser_context_args: dict[str, Any], clinic: Clinic) -> Iterator[Page]:
+    """Return a page of a touch screen without a mouse, signed in as an administrator."""
+    context = browser.new_context(**browser_context_args, has_touch=True, is_mobile=True)
+    context.add_cookies([{"name": COOKIE, "value": clinic.cookie, "url": clinic.url}])
+    yield context.new_page()
+    context.close()
+
+
+def _tap_stop(page: Page) -> None:
+    """Touch Stop. A touch has no effect on a covered button, and Playwright reports what covers it."""
+    page.get_by_role("button", name="Stop", exact=True, include_hidden=True).tap(timeout=LONG_MS)
+    expect(page.get_by_test_id("stop-answer")).to_contain_text("Confirmed by the device", timeout=LONG_MS)
+
+
+@pytest.mark.timeout(900)
+@pytest.mark.parametrize("every", [False, _EVERY])
+def test_finger_stops_on_every_page(finger: Page, clinic: Clinic, every: bool) -> None:
+    """Touch Stop on each page; in `make test` on four pages, each in another size, and scrolled to the end."""
+    pages = addresses(finger, clinic)
+    names = list(pages) if every else list(_PAGES)
+    for place, name in enumerate(names):
+        for size in _TOUCHED if every else [_TOUCHED[place % len(_TOUCHED)]]:
+            width, height = SIZES[size]
+            finger.set_viewport_size({"width": width, "height": height})
+            finger.goto(clinic.url + pages[name])
+            wait_until_idle(finger)
+            finger.wait_for_load_state("networkidle")
+            finger.evaluate("scrollTo(0, document.body.scrollHeight)")
+            _tap_stop(finger)
+
+
+@pytest.mark.timeout(900)
+@pytest.mark.parametrize("every", [False, _EVERY])
+def test_finger_stops_beside_an_open_dialog_or_menu(finger: Page, clinic: Clinic, every: bool) -> None:
+    pages = addresses(finger, clinic)
+    dialogs: list[tuple[str, str]] = [("home", "Pages"), ("home", "Search"), *_DIALOGS]
+    for place, (name, opener) in enumerate(dialogs if every else [*dialogs[:3], dialogs[6]]):
+        width, height = SIZES[_TOUCHED[place % len(_TOUCHED)]]
+        finger.set_viewport_size({"width": width, "height": height})
+        finger.goto(clinic.url + pages[name])
+        wait_until_idle(finger)
+        finger.wait_for_load_state("networkidle")
+        finger.get_by_role("button", name=re.compile(f"^{opener}")).first.tap(timeout=LONG_MS)
+        expect(finger.get_by_role("dialog").or_(finger.get_by_role("menu"))).to_be_visible(timeout=LONG_MS)
+        _tap_stop(finger)
+
+
+@pytest.mark.timeout(600)
+def test_moving_arm_stops_beside_an_open_dialog(finger: Page, clinic: Clinic) -> None:
+    """An arm that is played stops by a touch, by Esc, and by Tab and Enter, while a dialog has the focus."""
+    width, height = SIZES["tablet"]
+    finger.set_viewport_size({"width": width, "height": height})
+    mode = finger.get_by_test_id("mode")
+    with ShownStation(clinic) as station:
+        session, recording = station.begin_session("DEMO-001")
+        for way in ("touch", "Esc", "Tab"):
+            station.play(session, recording)
+            finger.goto(f"{clinic.url}/patients")
+            expect(mode).to_have_text("Playing", timeout=LONG_MS)
+            finger.get_by_role("button", name="New patient").tap()
+            expect(finger.get_by_role("dialog")).to_be_visible()
+            if way == "touch":
+                _tap_stop(finger)
+            elif way == "Esc":
+                finger.keyboard.press("Escape")
+            else:
+                tab_to_stop(finger, presses=_MOST_CONTROLS)
+                finger.keyboard.press("Enter")
+            expect(mode, way).to_have_text("Stopped", timeout=LONG_MS)
+            station.make_idle()
+        station.end_session(session)
