@@ -1,6 +1,7 @@
 """The layout stays in place while a page loads: no control moves away under a finger."""
 
 import logging
+import re
 from collections.abc import Callable
 from dataclasses import dataclass
 from itertools import cycle, islice
@@ -54,6 +55,13 @@ class Screen:
     whole: Callable[[Page], None]
 
 
+def home_is_whole(page: Page) -> None:
+    expect(page.get_by_role("heading", name=re.compile("^Due today"))).to_be_visible(timeout=LONG_MS)
+    expect(page.locator("a[href^='/clinic']").first).to_be_visible(timeout=LONG_MS)
+    expect(page.locator(".mantine-Skeleton-root")).to_have_count(0, timeout=LONG_MS)
+    expect(page.get_by_test_id("station").first).to_be_visible(timeout=LONG_MS)
+
+
 def station_is_whole(page: Page) -> None:
     expect(page.get_by_test_id("loop")).to_be_visible(timeout=LONG_MS)
     expect(page.get_by_test_id("lease")).to_be_visible()
@@ -93,6 +101,7 @@ def screens(page: Page, clinic: Clinic) -> dict[str, Screen]:
     patient = first("/api/patients?search=DEMO-001")
     session = first(f"/api/patients/{patient}/sessions")
     return {
+        "home": Screen("/", home_is_whole),
         "station": Screen("/station", station_is_whole),
         "station with a patient": Screen(f"/station?patient={patient}", visit_is_whole),
         "patients": Screen("/patients", table_is_whole),
