@@ -68,6 +68,7 @@ class Station:
 # Address, size, name, initial value, lowest and highest value; None: read only, or the value depends on the drive.
 EEPROM: list[tuple[int, int, str, int | None, tuple[int, int] | None]] = [
     (0, 2, "Model Number", 1120, None),
+    (2, 4, "Model Information", None, None),
     (6, 1, "Firmware Version", None, None),
     (7, 1, "ID", 1, (0, 252)),
     (9, 1, "Return Delay Time", 250, (0, 254)),
@@ -178,6 +179,33 @@ def test_models_differ(
     assert (station.read(38, 2), station.read(44, 4)) == (current_limit, velocity_limit)
     assert station.write(38, 2, current_limit + 1) == RANGE
     assert station.read(70, 1) == 0
+
+
+@pytest.mark.parametrize("port", [1, 2, 3])
+def test_external_port_is_an_output_or_an_input(port: int) -> None:
+    station = Station()
+    data = 150 + 2 * port
+    assert station.read(data, 2) == 0
+    assert station.write(55 + port, 1, 1) == 0
+    assert station.write(data, 2, 1) == 0
+    assert station.read(data, 2) == 1
+    assert station.write(55 + port, 1, 3) == 0
+    assert station.read(data, 2) == 0
+    station.write(55 + port, 1, 2)
+    closed = station.servo.drive.contacts.get(port, False)
+    assert station.read(data, 2) == (0 if closed else 1)
+
+
+@pytest.mark.parametrize("model", [1020, 1030])
+def test_xm430_has_no_external_ports(model: int) -> None:
+    station = Station(model)
+    for address, size in ((56, 1), (57, 1), (58, 1), (152, 2), (154, 2), (156, 2)):
+        assert station.send(READ, struct.pack("<HH", address, size)) == [(1, ACCESS, b"")]
+        assert station.write(address, size, 2) == ACCESS
+        assert station.send(REG_WRITE, struct.pack("<HB", address, 2) + bytes(size - 1)) == [(1, ACCESS, b"")]
+    # Undefined bytes between defined ones read 0.
+    ((_, error, block),) = station.send(READ, struct.pack("<HH", 52, 9))
+    assert (error, block[4:7]) == (0, bytes(3))
 
 
 @pytest.mark.parametrize(("code", "rate"), [(0, 9_600), (1, 57_600), (2, 115_200), (3, 10**6), (7, 4_500_000)])
@@ -343,6 +371,138 @@ def test_torque_on_by_goal_update() -> None:
     assert (station.read(64, 1), station.read(116, 4)) == (1, here + 20)
 
 
+# -- movement ------------------------------------------------------------------------------------------------------------
+
+
+def moving(station: Station, size: int, address: int, motor: int, times_ms: Sequence[int]) -> list[int]:
+    """Return a register of a motor at these times."""
+    begin, found = station.t_ns, []
+    for ms in times_ms:
+        station.wait(begin + ms * 1_000_000 - station.t_ns)
+        found.append(station.read(address, size, motor))
+    return found
+
+
+def free_motor(mode: int, motor: int = 4) -> tuple[Station, int]:
+    """Return a station with motor 4 at its rest angle in an operating mode, and the motor's position."""
+    station = Station()
+    station.write(11, 1, mode, motor)
+    return station, station.read(132, 4, motor)
+
+
+def test_without_a_profile_the_trajectory_jumps() -> None:
+    station, here = free_motor(4)
+    station.write(64, 1, 1, 4)
+    station.write(116, 4, here + 300, 4)
+    assert moving(station, 4, 140, 4, [100]) == [here + 300]
+    assert station.read(123, 1, 4) & 0x32 == 0
+
+
+def test_velocity_profile_is_a_ramp() -> None:
+    """Rectangular: 20 units of 0.229 rev/min are 313 counts per second."""
+    station, here = free_motor(4)
+    station.write(112, 4, 20, 4)
+    station.write(64, 1, 1, 4)
+    station.write(116, 4, here + 313, 4)
+    station.wait(100_000_000)
+    status = station.read(123, 1, 4)
+    assert (status & 0x30, status & 0x02, station.read(136, 4, 4)) == (0x10, 0x02, 20)
+    trajectory = moving(station, 4, 140, 4, [200, 400, 1_500])
+    assert [count - here for count in trajectory] == pytest.approx([94 - 2, 156 - 2, 313], abs=4)
+    assert station.read(132, 4, 4) == pytest.approx(here + 313, abs=12)
+    assert station.read(123, 1, 4) & 0x32 == 0
+
+
+@pytest.mark.parametrize(("goal", "shape"), [(60, 0x20), (2_000, 0x30)])
+def test_acceleration_makes_a_triangle_or_a_trapezium(goal: int, shape: int) -> None:
+    """2 units of 214.577 rev/min^2 are 488 counts/s^2: 313 counts per second are reached after 641 ms and 100 counts."""
+    station, here = free_motor(4)
+    station.send(WRITE, struct.pack("<HII", 108, 2, 20), 4)
+    station.write(64, 1, 1, 4)
+    station.write(116, 4, here + goal, 4)
+    speeds = moving(station, 4, 136, 4, range(20, 680, 20))
+    assert station.read(123, 1, 4) & 0x30 == shape
+    assert speeds[10] == pytest.approx(20 * 220 / 641, abs=1.5)
+    assert max(speeds) == (20 if shape == 0x30 else pytest.approx(11, abs=1))
+    assert moving(station, 4, 140, 4, [9_000]) == [here + goal]
+
+
+def test_profile_by_time_arrives_in_time() -> None:
+    station, here = free_motor(4)
+    station.write(10, 1, 4, 4)
+    station.send(WRITE, struct.pack("<HII", 108, 200, 1_000), 4)
+    station.write(64, 1, 1, 4)
+    station.write(116, 4, here + 400, 4)
+    trajectory = [count - here for count in moving(station, 4, 140, 4, [500, 900, 1_060])]
+    # It brakes for the last 200 ms. A drive smooths its trajectory for some milliseconds.
+    assert trajectory == pytest.approx([200, 387, 400], abs=6)
+
+
+def test_velocity_mode_keeps_a_speed_in_both_directions() -> None:
+    for sign, reverse in ((1, 0), (-1, 0), (1, 1)):
+        station, _ = free_motor(1)
+        station.write(10, 1, reverse, 4)
+        here = station.read(132, 4, 4)
+        station.write(64, 1, 1, 4)
+        assert station.write(104, 4, sign * 20, 4) == 0
+        begin, end = moving(station, 4, 132, 4, [500, 1_000])
+        assert sign * (end - begin) == pytest.approx(156, abs=25)
+        assert sign * (end - here) > 200
+        station.write(104, 4, 0, 4)
+        stopped, later = moving(station, 4, 132, 4, [800, 1_200])
+        assert later == pytest.approx(stopped, abs=3)
+
+
+@pytest.mark.parametrize(("mode", "goal", "weak", "strong"), [(0, 102, 2, 200), (16, 100, 4, 120)])
+def test_modes_for_current_and_pwm_push(mode: int, goal: int, weak: int, strong: int) -> None:
+    """Torque on alone moves nothing. A goal below the friction does not either; a larger one moves in its direction."""
+    station, here = free_motor(mode)
+    station.write(64, 1, 1, 4)
+    assert moving(station, 4, 132, 4, [300]) == pytest.approx([here], abs=3)
+    station.write(goal, 2, weak, 4)
+    assert moving(station, 4, 132, 4, [300]) == pytest.approx([here], abs=6)
+    station.write(goal, 2, -strong, 4)
+    assert moving(station, 4, 132, 4, [400])[0] < here - 40
+    assert station.read(126, 2, 4) < 0
+
+
+def test_current_mode_reports_the_goal_current() -> None:
+    station, _ = free_motor(0)
+    station.write(64, 1, 1, 4)
+    station.write(102, 2, 60, 4)
+    station.wait(50_000_000)
+    assert station.read(126, 2, 4) == 60
+
+
+def test_pwm_limit_reduces_the_torque() -> None:
+    station, _ = free_motor(5)
+    before_nm = station.bus.servos[3].drive.limit_nm
+    station.write(100, 2, 20, 4)
+    limited_nm = station.bus.servos[3].drive.limit_nm
+    assert limited_nm == pytest.approx(20 / 885 * 24 / 1.26 * 2, rel=0.01)
+    assert limited_nm < before_nm
+
+
+@pytest.mark.parametrize("mode", [0, 1, 16])
+def test_goal_position_moves_nothing_in_other_modes(mode: int) -> None:
+    station, here = free_motor(mode)
+    station.write(64, 1, 1, 4)
+    station.write(116, 4, here + 300, 4)
+    assert moving(station, 4, 132, 4, [500]) == pytest.approx([here], abs=6)
+
+
+@pytest.mark.parametrize("mode", [0, 1, 16])
+def test_watchdog_stops_every_mode(mode: int) -> None:
+    station, _ = free_motor(mode)
+    station.write(64, 1, 1, 4)
+    station.write(98, 1, 5, 4)
+    station.write({0: 102, 1: 104, 16: 100}[mode], {0: 2, 1: 4, 16: 2}[mode], {0: -40, 1: -20, 16: -60}[mode], 4)
+    station.wait(600_000_000)
+    assert station.read(98, 1, 4) == -1
+    stopped, later = moving(station, 4, 132, 4, [1_500, 2_000])
+    assert later == pytest.approx(stopped, abs=6)
+
+
 # -- identity and answers ---------------------------------------------------------------------------------------------------
 
 
@@ -483,6 +643,17 @@ def test_bus_watchdog() -> None:
         assert station.write(address, size, 0) == RANGE
     assert station.write(98, 1, 0) == 0
     assert station.write(116, 4, station.read(132, 4)) == 0
+
+
+def test_bus_watchdog_resets_the_profile() -> None:
+    station = Station()
+    station.write(11, 1, 5)
+    station.send(WRITE, struct.pack("<HII", 108, 3, 40))
+    station.write(64, 1, 1)
+    station.write(98, 1, 2)
+    station.wait(60_000_000)
+    assert station.write(98, 1, 0) == 0
+    assert (station.read(108, 4), station.read(112, 4)) == (0, 0)
 
 
 def test_realtime_tick_begins_again_at_32768_milliseconds() -> None:

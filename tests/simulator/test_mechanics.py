@@ -12,7 +12,7 @@ from kata.simulator.apparatus import SimulatedApparatus
 from kata.simulator.bus import ServoBus
 from kata.simulator.hand import GuidedMotion, HandRefusedError
 from kata.simulator.parameters import DRIVES
-from kata.simulator.servos import D_NM_S_RAD, I_NM_RAD_S, P_NM_RAD
+from kata.simulator.servo_motion import D_NM_S_RAD, I_NM_RAD_S, P_NM_RAD
 
 COUNT_DEG = 360 / 4096
 SPEED_DEG_S = 50.0

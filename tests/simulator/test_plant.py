@@ -16,7 +16,7 @@ from kata.simulator.drive import Drive, share_supply
 from kata.simulator.hand import GuidedMotion
 from kata.simulator.parameters import DRIVES, HAND, JOINTS, SLOW_STEPS, STOPS_DEG, VARIATION, VARIED
 from kata.simulator.plant import Joint, Plant, step_axis
-from kata.simulator.servos import D_NM_S_RAD, I_NM_RAD_S, P_NM_RAD
+from kata.simulator.servo_motion import D_NM_S_RAD, I_NM_RAD_S, P_NM_RAD
 
 COUNT_DEG = 360 / 4096
 

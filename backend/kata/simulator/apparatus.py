@@ -152,6 +152,9 @@ class SimulatedApparatus:
         watching = [drive for drive in self.drives if drive.watchdog_active]
         for drive in watching:
             steps = min(steps, drive.steps_to_trip)
+        for drive in [drive for drive in self.drives if drive.moves_its_goal]:
+            steps = 1
+            drive.move_goal(STEP_S)
         self._plant.advance(self.drives, steps)
         self._stepped_ns += steps * _STEP_NS
         self._steps_to_slow_update -= steps

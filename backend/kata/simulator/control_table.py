@@ -34,7 +34,8 @@ BACKED_UP_RAM: Final = (range(76, 80), range(80, 86), range(88, 92), range(108, 
 BAUDS: Final = {0: 9_600, 1: 57_600, 2: 115_200, 3: 1_000_000, 4: 2_000_000, 5: 3_000_000, 6: 4_000_000, 7: 4_500_000}
 BAUD_CODES: Final = {rate: code for code, rate in BAUDS.items()}
 CURRENT, VELOCITY, POSITION, MULTI_TURN, CURRENT_BASED_POSITION, PWM = 0, 1, 3, 4, 5, 16
-MODES: Final = frozenset((CURRENT, VELOCITY, POSITION, MULTI_TURN, CURRENT_BASED_POSITION, PWM))
+POSITION_MODES: Final = frozenset((POSITION, MULTI_TURN, CURRENT_BASED_POSITION))
+MODES: Final = frozenset((CURRENT, VELOCITY, PWM)) | POSITION_MODES
 REVERSE, TIME_BASED, TORQUE_ON_BY_GOAL = 0x01, 0x04, 0x08
 """Bits of Drive Mode."""
 TORQUE_AT_STARTUP, RAM_RESTORE = 1, 2
@@ -53,11 +54,16 @@ class ServoKind:
     """Lowest and highest supply voltage, in units of 0.1 V."""
     current_limit: int
     velocity_limit: int
+    has_ports: bool = True
+    """True if the servo has external ports."""
 
+
+PORT_BYTES: Final = frozenset((*range(PORT_MODE + 1, PORT_MODE + 4), *range(PORT_DATA + 2, PORT_DATA + 8)))
+"""Addresses that a servo without external ports does not have."""
 
 MODELS: Final = {
-    1020: ServoKind(4.1 / 2.3, 12.0, (95, 160), 1193, 200),  # XM430-W350
-    1030: ServoKind(3.0 / 2.3, 12.0, (95, 160), 1193, 330),  # XM430-W210
+    1020: ServoKind(4.1 / 2.3, 12.0, (95, 160), 1193, 200, has_ports=False),  # XM430-W350
+    1030: ServoKind(3.0 / 2.3, 12.0, (95, 160), 1193, 330, has_ports=False),  # XM430-W210
     1100: ServoKind(9.9 / 4.9, 12.0, (95, 160), 2047, 167),  # XH540-W270
     1120: ServoKind(10.6 / 4.4, 12.0, (95, 160), 2047, 128),  # XM540-W270
     1140: ServoKind(9.2 / 2.4, 24.0, (110, 300), 2047, 128),  # XH540-V270
@@ -153,6 +159,8 @@ def factory_table(model: int) -> bytearray:
     table = bytearray(END)
     for item in _ITEMS:
         table[item.address : item.address + item.size] = item.initial.to_bytes(item.size, "little", signed=item.low < 0)
+    if not kind.has_ports:
+        table[PORT_MODE + 1 : PORT_MODE + 4] = bytes(3)
     least, greatest = kind.voltage_limits
     for address, form, value in (
         (MODEL, "<H", model),

@@ -26,6 +26,7 @@ from kata.simulator.parameters import (
     SUPPLY_W,
     DriveParameters,
 )
+from kata.simulator.profile import Profile
 
 COUNTS_A_RAD: Final = COUNTS_A_TURN / math.tau
 """Number of encoder counts in a radian."""
@@ -52,6 +53,10 @@ class Drive:
         self.torque_on = False
         self.torque_nm = 0.0
         self.goal = 0.0
+        self.profile: Profile | None = None
+        """The trajectory that leads to the goal; None: the goal is approached at once."""
+        self.volt: float | None = None
+        """Voltage at the motor, which replaces the position control; None in all other modes."""
         self.watchdog_s = 0.0
         """The drive stops at its present position after a longer silence on the bus; 0: never."""
         self.tripped = False
@@ -86,6 +91,27 @@ class Drive:
     def _position(self) -> float:
         return round(self.angle * COUNTS_A_RAD) / COUNTS_A_RAD
 
+    @property
+    def followed_goal(self) -> float:
+        """The angle that the position control follows now."""
+        return self.goal if self.profile is None else self.profile.angle
+
+    @property
+    def moves_its_goal(self) -> bool:
+        """True if :meth:`move_goal` must be called at each step."""
+        return self.torque_on and (self.volt is not None or (self.profile is not None and self.profile.moves))
+
+    def move_goal(self, dt_s: float) -> None:
+        """Advance the trajectory, and update the torque of a motor with a given voltage."""
+        if self.profile is not None:
+            self.profile.advance(dt_s)
+        if self.volt is not None:
+            self.integral_nm = NM_AN_AMPERE * (self.volt - NM_AN_AMPERE * self.speed) / RESISTANCE_OHM
+
+    def push(self, torque_nm: float) -> None:
+        """Set the torque of a drive whose gains are 0."""
+        self.integral_nm = torque_nm
+
     def tune(self, p_nm_rad: float, i_nm_rad_s: float, d_nm_s_rad: float, limit_nm: float) -> None:
         """Set the gains of the position control and the torque limit."""
         self.p_nm_rad, self.i_nm_rad_s = p_nm_rad, i_nm_rad_s
@@ -101,6 +127,8 @@ class Drive:
         if on:
             self.integral_nm = 0.0
             self.goal = self.smoothed_goal = self._position
+            if self.profile is not None:
+                self.profile.stop(self.goal)
         else:
             self.torque_nm = 0.0
         self._on_event(self.motor, "torque", float(on))
@@ -133,6 +161,9 @@ class Drive:
             return False
         self.tripped = True
         self.goal = self._position
+        self.profile = self.volt = None
+        if not self.p_nm_rad:
+            self.integral_nm = 0.0
         return True
 
     # -- supply ---------------------------------------------------------------------------------------------------

@@ -138,7 +138,7 @@ def step_axis(drive: Drive, joint: Joint, steps: int) -> None:
     parameters = joint.parameters
     angle, speed, arm_angle, arm_speed = joint.angle, joint.speed, joint.arm_angle, joint.arm_speed
     on, free, play = drive.torque_on, not joint.jammed, joint.play
-    goal, smoothed, p, lag = drive.goal, drive.smoothed_goal, drive.p_nm_rad, drive.lag_s
+    goal, smoothed, p, lag = drive.followed_goal, drive.smoothed_goal, drive.p_nm_rad, drive.lag_s
     integral, i_step, limit, torque = drive.integral_nm, drive.i_nm_rad_s * STEP_S, drive.limit_nm, drive.torque_nm
     rotor_step, arm_step = STEP_S / parameters.rotor_kg_m2, STEP_S / parameters.arm_kg_m2
     rotor_viscous, arm_viscous = parameters.rotor_viscous_nm_s, parameters.arm_viscous_nm_s

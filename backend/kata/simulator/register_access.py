@@ -65,9 +65,16 @@ def written_parts(table: bytearray, address: int, data: bytes) -> Iterator[tuple
 
 
 @lru_cache(maxsize=256)
-def is_readable(begin: int, end: int) -> bool:
+def is_readable(begin: int, end: int, *, has_ports: bool) -> bool:
     """Return True if a servo answers a read with data. Undefined bytes between defined ones read 0."""
-    return end <= ct.END and any(address in ct.ITEM_OF for address in range(begin, end))
+    defined = ct.ITEM_OF.keys() if has_ports else ct.ITEM_OF.keys() - ct.PORT_BYTES
+    return end <= ct.END and not defined.isdisjoint(range(begin, end))
+
+
+@lru_cache(maxsize=256)
+def touches_ports(begin: int, end: int) -> bool:
+    """Return True if these addresses contain registers of the external ports."""
+    return not ct.PORT_BYTES.isdisjoint(range(begin, end))
 
 
 def write_error(table: bytearray, address: int, data: bytes, *, tripped: bool) -> int:

@@ -1,10 +1,8 @@
 """Simulates an X-series servo: its control table, and the effects of its values on the drive (ROBOTIS e-Manual).
 
-Scale factors convert the gains in the table to torque. They are chosen so that the registers' steps are fine enough for the
-gains in :mod:`~kata.simulator.parameters`.
+Not simulated: feed-forward gains, Protocol 1.0, and the dual mode of two servos.
 """
 
-import math
 import struct
 from collections.abc import Iterable
 from typing import Final
@@ -14,17 +12,13 @@ from kata.simulator import protocol
 from kata.simulator import register_access as access
 from kata.simulator.drive import COUNTS_A_RAD, Drive, DriveReport
 from kata.simulator.parameters import COUNTS_A_TURN, NM_AN_AMPERE, RESISTANCE_OHM, SUPPLY_V
+from kata.simulator.servo_motion import RAD_S_A_UNIT, ServoMotion
 
 ZERO_COUNT: Final = 2048
 AMPERE_A_UNIT: Final = 0.00269
-_RAD_S_A_UNIT: Final = 0.229 * math.tau / 60
 _MODEL: Final = 1120
 """Model number of an XM540-W270."""
 
-P_NM_RAD: Final = 0.10
-I_NM_RAD_S: Final = 0.50
-D_NM_S_RAD: Final = 0.01
-"""Torque per rad, per rad s and per rad/s of one unit in the registers of the gains."""
 _GOAL: Final = struct.Struct("<i")
 _PRESENT: Final = struct.Struct("<hhii")
 """Registers of PWM, current, velocity and position."""
@@ -33,6 +27,8 @@ BOOT_NS: Final = 300_000_000
 """Time after a start in which a servo does not answer. The manual states no time."""
 
 _GOAL_POSITION_BYTES: Final = range(116, 120)
+_OUTPUT, _PULLED_UP = 1, 2
+"""Modes of an external port. A port in another mode reads 0, because only contacts to ground are wired."""
 _COORDINATES: Final = frozenset((ct.DRIVE_MODE, ct.OPERATING_MODE, *range(20, 24)))
 _LIMITS: Final = frozenset((ct.TEMPERATURE_LIMIT, *range(32, 36)))
 _TRIPPED: Final = 0xFF
@@ -89,11 +85,11 @@ class Servo(_Inspected):
         self.gain_share = 1.0  # Share of the nominal torque for the same gain, because motors and gears differ.
         self.plugged_in = True  # False: disconnected from the bus and from power.
         self._model = _MODEL
+        self._has_ports = True
         self.table = ct.factory_table(_MODEL)
         self._backup: bytes | None = None
         self._volt, self._temperature_c, self._nm_a_unit = 0.0, 32, 0.0
-        self._tuned: tuple[object, ...] = ()
-        """Registers and factors from which the drive's gains and torque limit were set."""
+        self._motion = ServoMotion(drive, self.table)
         if baud not in ct.BAUD_CODES:
             raise ValueError(f"the servos do not support {baud} baud")
         self._baud_code = ct.BAUD_CODES[baud]
@@ -119,7 +115,7 @@ class Servo(_Inspected):
     def read(self, address: int, length: int, now_ns: int) -> tuple[int, bytes]:
         """Return error byte and data of a read."""
         end = address + length
-        if not access.is_readable(address, end):
+        if not access.is_readable(address, end, has_ports=self._has_ports):
             return protocol.ACCESS_ERROR, b""
         if access.is_indirect(address, end):
             places = access.places(self.table, address, end)
@@ -148,6 +144,8 @@ class Servo(_Inspected):
     def _error_of(self, parts: Iterable[tuple[int, bytes]]) -> int:
         tripped = self.drive.tripped
         for start, part in parts:
+            if not self._has_ports and access.touches_ports(start, start + len(part)):
+                return protocol.ACCESS_ERROR
             if error := access.write_error(self.table, start, part, tripped=tripped):
                 return error
         return 0
@@ -192,7 +190,7 @@ class Servo(_Inspected):
         """Reset the turns of the present position. Return the error byte. A moving servo refuses."""
         report = self.drive.report
         position = self._counts(report.angle)
-        self._update_moving(round(report.speed / _RAD_S_A_UNIT), position, self._counts(self.drive.goal))
+        self._update_moving(round(report.speed / RAD_S_A_UNIT), position, self._counts(self.drive.goal))
         if self.table[ct.MOVING]:
             return protocol.RESULT_FAIL
         self._forget_turns()
@@ -223,6 +221,7 @@ class Servo(_Inspected):
         """Replace the drive with another drive that has default registers, except id and baud rate."""
         self._model = _MODEL if model is None else model
         kind = ct.MODELS.get(self._model, ct.OTHER_MODEL)
+        self._has_ports = kind.has_ports
         self._volt, self._nm_a_unit = kind.volt, AMPERE_A_UNIT * kind.nm_a
         self.table[:] = ct.factory_table(self._model)
         self.table[ct.ID] = drive_id
@@ -276,6 +275,7 @@ class Servo(_Inspected):
     def _power_up(self) -> None:
         """Switch torque off and reset the turns, because after power-up the encoder knows its position only within one turn."""
         self.registered = None
+        self._motion.forget_goals()
         self.drive.switch(on=False)
         self._apply(range(ct.EEPROM_END, ct.GOAL_CURRENT), b"")
         self._forget_turns()
@@ -289,26 +289,31 @@ class Servo(_Inspected):
         drive.feed_watchdog()
         if touched == _GOAL_POSITION_BYTES and not table[ct.DRIVE_MODE] & ct.TORQUE_ON_BY_GOAL:
             self._tune()
-            drive.set_goal(self._angle(_GOAL.unpack_from(table, ct.GOAL_POSITION)[0]))
+            self._aim()
             return
         if ct.OPERATING_MODE in touched and before and before[ct.OPERATING_MODE - touched.start] != table[11]:
             _reset_goals(table)
+            self._motion.forget_goals()
         self._tune()
         if not _COORDINATES.isdisjoint(touched) and table[ct.OPERATING_MODE] == ct.POSITION:
             self._forget_turns()
         if not _LIMITS.isdisjoint(touched):
             self._check_limits()
         if ct.BUS_WATCHDOG in touched:
+            if drive.tripped:
+                self._motion.forget_profile()
             drive.watchdog_s = table[ct.BUS_WATCHDOG] * _WATCHDOG_STEP_S
             drive.tripped = False
-        if touched.start < _GOAL_POSITION_BYTES.stop and touched.stop > _GOAL_POSITION_BYTES.start:
-            drive.set_goal(self._angle(_GOAL.unpack_from(table, ct.GOAL_POSITION)[0]))
         if ct.TORQUE_ENABLE in touched:
             self._switch(table[ct.TORQUE_ENABLE] != 0)
         elif table[ct.DRIVE_MODE] & ct.TORQUE_ON_BY_GOAL and not ct.GOAL_BYTES.isdisjoint(touched):
-            goal_angle = drive.goal
             self._switch(on=True)
-            drive.goal = goal_angle
+        if touched.start < _GOAL_POSITION_BYTES.stop and touched.stop > _GOAL_POSITION_BYTES.start:
+            self._aim()
+        self._motion.drive_without_goal(touched, self._sign, self._nm_a_unit)
+
+    def _aim(self) -> None:
+        self._motion.aim(self._angle(_GOAL.unpack_from(self.table, ct.GOAL_POSITION)[0]))
 
     def _switch(self, on: bool) -> None:
         if on and not self.drive.torque_on and self.table[ct.OPERATING_MODE] == ct.POSITION:
@@ -316,18 +321,7 @@ class Servo(_Inspected):
         self.drive.switch(on and not self._shut_down)
 
     def _tune(self) -> None:
-        table = self.table
-        limit, (goal_current,) = self._word(ct.CURRENT_LIMIT), struct.unpack_from("<h", table, ct.GOAL_CURRENT)
-        scale = self.gain_share, self._nm_a_unit
-        tuned = (table[ct.D_GAIN : ct.FEEDFORWARD], limit, goal_current, table[ct.OPERATING_MODE], scale)
-        if tuned == self._tuned:
-            return
-        self._tuned = tuned
-        d, i, p = struct.unpack_from("<HHH", table, ct.D_GAIN)
-        if table[ct.OPERATING_MODE] == ct.CURRENT_BASED_POSITION:
-            limit = min(limit, abs(goal_current))
-        p, i = p * self.gain_share, i * self.gain_share
-        self.drive.tune(p * P_NM_RAD, i * I_NM_RAD_S, d * D_NM_S_RAD, limit * self._nm_a_unit)
+        self._motion.tune(self.gain_share, self._nm_a_unit)
 
     # -- values that the drive changes ------------------------------------------------------------------------------------
 
@@ -337,10 +331,11 @@ class Servo(_Inspected):
         table[ct.TORQUE_ENABLE] = drive.torque_on
         if drive.tripped:
             table[ct.BUS_WATCHDOG] = _TRIPPED
+            self._motion.forget_profile()
         if begin < ct.TRAJECTORY and end > ct.GOAL_POSITION:
             # Both of the following use the same report.
             report, sign = drive.report, self._sign
-            velocity, position = round(report.speed / _RAD_S_A_UNIT), self._counts(report.angle)
+            velocity, position = round(report.speed / RAD_S_A_UNIT), self._counts(report.angle)
             if begin < ct.PRESENT_CURRENT:
                 struct.pack_into("<H", table, ct.REALTIME_TICK, now_ns // 1_000_000 & 0x7FFF)
                 self._update_moving(velocity, position, self._update_goal())
@@ -349,12 +344,16 @@ class Servo(_Inspected):
                 current = sign * round(report.torque_nm / self._nm_a_unit)
                 _PRESENT.pack_into(table, ct.PRESENT_PWM, pwm, current, sign * velocity, position)
         if begin < ct.BACKUP_READY and end > ct.TRAJECTORY:
-            counts = self._counts(drive.smoothed_goal)
-            struct.pack_into("<iiHB", table, ct.TRAJECTORY, 0, counts, round(10 * self._volt), self._temperature_c)
-        if end > ct.PORT_DATA:
+            counts, velocity = self._counts(drive.smoothed_goal), self._sign * self._motion.trajectory_velocity
+            struct.pack_into(
+                "<iiHB", table, ct.TRAJECTORY, velocity, counts, round(10 * self._volt), self._temperature_c
+            )
+        if end > ct.PORT_DATA and self._has_ports:
             for port in (1, 2, 3):
-                pulled_up = table[ct.PORT_MODE + port] == 2
-                table[ct.PORT_DATA + 2 * port] = 1 if pulled_up and not drive.contacts.get(port, False) else 0
+                mode = table[ct.PORT_MODE + port]
+                if mode != _OUTPUT:
+                    high = mode == _PULLED_UP and not drive.contacts.get(port, False)
+                    struct.pack_into("<H", table, ct.PORT_DATA + 2 * port, high)
 
     def _update_goal(self) -> int:
         """Update the goal's register. Return the goal in counts."""
@@ -366,7 +365,7 @@ class Servo(_Inspected):
         """Update the registers that show a movement. ``velocity``: of the shaft, in the register's unit."""
         (threshold,) = struct.unpack_from("<I", self.table, ct.MOVING_THRESHOLD)
         self.table[ct.MOVING] = abs(velocity) > threshold
-        self.table[ct.MOVING + 1] = self.drive.torque_on and abs(goal - position) <= _IN_POSITION_COUNTS
+        self.table[ct.MOVING + 1] = self._motion.status(in_position=abs(goal - position) <= _IN_POSITION_COUNTS)
 
 
 def _reset_goals(table: bytearray) -> None:

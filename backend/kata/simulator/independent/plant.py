@@ -27,7 +27,7 @@ from kata.simulator.parameters import (
     Waves,
     random_stream,
 )
-from kata.simulator.servos import D_NM_S_RAD, I_NM_RAD_S, P_NM_RAD
+from kata.simulator.servo_motion import D_NM_S_RAD, I_NM_RAD_S, P_NM_RAD
 
 _JAMMED_NM_S: Final = 1e5
 _PLACING: Final = ((400.0, 20.0),) * 4 + ((100.0, 3.0),)
@@ -138,7 +138,7 @@ class IndependentPlant:
     def advance(self, drives: Sequence[Drive], steps: int) -> None:
         """See :class:`~kata.simulator.mechanics.Mechanics`."""
         working = [
-            (n, axis, gains, drive.goal, (self.parameters.supply_v, drive.limit_nm / NM_AN_AMPERE))
+            (n, axis, gains, drive.followed_goal, (self.parameters.supply_v, drive.limit_nm / NM_AN_AMPERE))
             for n, (axis, drive) in enumerate(zip(self.axes, drives, strict=True))
             if (gains := axis.gains(drive))
         ]
