@@ -1,5 +1,6 @@
 """Contraindications over HTTP: the effect of each on teaching and playback, and the banner."""
 
+import time
 from datetime import date
 from typing import Any
 
@@ -82,6 +83,11 @@ def test_a_recent_repair_waits_for_a_doctors_permission(
     problem(client.post(url, json={"doctor": " "}), 422, "invalid")
     signed = client.post(url, json={"doctor": "Dr. Mori"}).json()
     assert (signed["signed_off_by"], signed["stops_motion"]) == ("Dr. Mori", False)
+    # The first doctor's permission is never replaced.
+    refused = problem(client.post(url, json={"doctor": "Dr. Abe"}), 409, "signed_off")
+    assert "Dr. Mori" in refused["detail"]
+    listed = client.get(f"/api/patients/{patient['id']}/contraindications").json()["items"]
+    assert [(one["signed_off_by"], one["signed_off_at"]) for one in listed] == [("Dr. Mori", signed["signed_off_at"])]
     accepted(client, "load", wanted)
     accepted(client, "unload")
     # It is still shown.
@@ -218,5 +224,40 @@ def test_a_condition_recorded_after_loading_stops_the_next_motion(
     recorded(client, patient, "infection")
     problem(operate(client, "play"), 409, "contraindicated")
     # The way back stays open.
+    accepted(client, "return")
+    until_mode(client, "idle")
+
+
+@pytest.mark.parametrize("cached", [False, True])
+def test_a_condition_recorded_during_a_playback_pauses_it(
+    client: TestClient, patient: dict[str, Any], wanted: dict[str, Any], monkeypatch: pytest.MonkeyPatch, cached: bool
+) -> None:
+    if not cached:
+        # The record of a restricted patient is never cached.
+        monkeypatch.setattr(OfflineCache, "find_session", lambda *_: None)
+    accepted(client, "load", wanted | {"speed_percent": 10})
+    accepted(client, "approach")
+    until_mode(client, "paused")
+    accepted(client, "play")
+    until_mode(client, "playing")
+    with client.websocket_connect("/api/live") as socket:
+        # A warning changes nothing.
+        recorded(client, patient, "osteoporosis")
+        fracture = recorded(client, patient, "fracture")
+        limit = time.monotonic() + 10.0
+        while (message := socket.receive_json())["kind"] != "event" or message["event"]["code"] == "mode":
+            assert time.monotonic() < limit
+    assert message["event"]["code"] == "contraindication_pause"
+    assert "Fracture that has not united" in message["event"]["message"]
+    live = until_mode(client, "paused")
+    assert live["torque"] == "on", "the arm is held"
+    problem(operate(client, "play"), 409, "contraindicated")
+    assert [row["detail"] for row in audit_log(client, action="pause_contraindicated")][0] == {"why": "contraindicated"}
+    # The therapist decides how to go on.
+    resolved(client, fracture)
+    accepted(client, "play")
+    until_mode(client, "playing")
+    accepted(client, "pause")
+    until_mode(client, "paused")
     accepted(client, "return")
     until_mode(client, "idle")

@@ -19,6 +19,7 @@ from kata.actor import by_program
 from kata.api import lease_dependencies
 from kata.api.commissioning_run import PRACTICE_FILE, CommissioningRun
 from kata.api.commissioning_watch import CommissioningWatch
+from kata.api.contraindication_watch import pausing_playbacks
 from kata.api.fleet import Fleet
 from kata.api.live_view import LiveStateView
 from kata.api.message_limits import Offences
@@ -146,6 +147,9 @@ async def set_up_services(settings: Settings, stack: AsyncExitStack) -> Services
         settings, storage.database, lambda: station.occupied, partial(clinic_time_zone, settings, storage.database)
     )
     await stack.enter_async_context(backups.running_schedule())
+    await stack.enter_async_context(
+        pausing_playbacks(station, at_station.offline_cache, storage.database, storage.audit_log)
+    )
     station.start()
     warming_up = asyncio.create_task(_warm_up(figures, station), name="warm up")
     stack.callback(warming_up.cancel)

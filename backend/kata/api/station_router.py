@@ -1,6 +1,5 @@
 """Routes for the station: the therapist's commands. Each writes its records before it sends the command."""
 
-from contextlib import suppress
 from functools import partial
 from typing import Annotated, Any, Final
 from uuid import UUID, uuid4
@@ -12,6 +11,7 @@ from sqlalchemy.orm import Session
 
 from kata.actor import note_detail
 from kata.api import texts
+from kata.api.contraindication_watch import require_allowed
 from kata.api.errors import refused
 from kata.api.lease_dependencies import Operator, Watcher, record_takeover
 from kata.api.live_view import LiveStateView
@@ -338,14 +338,14 @@ async def unload(station: TheStation, operator: Operator) -> Accepted:
 @router.post("/approach", responses=_GUARDED, summary="Move to the start of the recording")
 async def approach(station: TheStation, stores: TheRunStores, guard: Guarded, operator: Operator) -> Accepted:
     """Switch torque on, move slowly to the recording's start, and hold there. Refused if a contraindication forbids motion."""
-    await _refuse_contraindicated(station, stores)
+    await require_allowed(station, stores.offline_sessions.cache, stores.database)
     return await _send(station, ipc_messages.Approach(stops=guard.stops, expires_ns=guard.expires_ns), operator)
 
 
 @router.post("/play", responses=_GUARDED, summary="Play the recording")
 async def play(station: TheStation, stores: TheRunStores, guard: Guarded, operator: Operator) -> Accepted:
     """Play from the current position on the path. Refused if a contraindication forbids motion."""
-    await _refuse_contraindicated(station, stores)
+    await require_allowed(station, stores.offline_sessions.cache, stores.database)
     return await _send(station, ipc_messages.Play(stops=guard.stops, expires_ns=guard.expires_ns), operator)
 
 
@@ -392,28 +392,6 @@ async def release_torque(station: TheStation, guard: Guarded, operator: Operator
 async def acknowledge(station: TheStation, guard: Guarded, operator: Operator) -> Accepted:
     """Acknowledge a stop whose causes have cleared. This starts no motion."""
     return await _send(station, ipc_messages.Acknowledge(stops=guard.stops, expires_ns=guard.expires_ns), operator)
-
-
-async def _refuse_contraindicated(station: Station, stores: RunStores) -> None:
-    """Check the contraindications of the loaded run's shoulder once more: one may have been recorded after the load.
-
-    The cached record is used, so that no motion waits for the database. The cache learns a change at this station at once, and one of another
-    computer within seconds. Only a restricted record, which is never cached, is read from the database.
-    """
-    occupation = station.occupation
-    if occupation is None or occupation.session_id is None or occupation.side is None:
-        return
-    cached = stores.offline_sessions.cache.find_session(occupation.session_id)
-    if cached:
-        contraindications.check(cached.banner.contraindications_of(occupation.side))
-    else:
-        with suppress(DatabaseUnavailableError):
-            await run_in_threadpool(_require_none, stores.database, occupation.patient.id, occupation.side)
-
-
-def _require_none(database: Database, patient_id: UUID, side: Side) -> None:
-    with database.read() as session:
-        contraindications.require_none(session, patient_id, side)
 
 
 def _refuse_by_mode(station: Station, name: ipc_messages.CommandName) -> None:

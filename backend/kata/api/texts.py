@@ -5,6 +5,10 @@ from typing import Final
 from kata.messages import message
 
 DATABASE_UNANSWERED: Final = message("database_unanswered", "The database does not answer.")
+PAUSED_BY_CONTRAINDICATION: Final = message(
+    "paused_by_contraindication",
+    "The playback was paused, and the arm is held. {reason:text}",
+)
 STATION_MOVES: Final = message("station_moves", "The motors of this station have torque, or a commissioning runs.")
 WHAT_GOES_ON_CONTINUES: Final = message("what_goes_on_continues", "Running operations continue.")
 DATABASE_UNAVAILABLE: Final = message(

@@ -509,6 +509,14 @@ NO_SIGN_OFF_FOR_THIS: Final = message(
     "no_sign_off_for_this",
     "A doctor's permission is not needed for this contraindication, or it is not sufficient.",
 )
+SIGNED_OFF_ALREADY: Final = message(
+    "signed_off_already",
+    "{doctor:name} has already allowed the treatment with this contraindication.",
+)
+RESOLVE_AND_RECORD_AGAIN: Final = message(
+    "resolve_and_record_again",
+    "If another doctor decides anew, resolve this entry with the reason, and record it again.",
+)
 CONTRAINDICATION_NOT_FOUND: Final = message(
     "contraindication_not_found",
     "This contraindication does not exist.",

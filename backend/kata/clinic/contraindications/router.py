@@ -52,7 +52,11 @@ def list_contraindications(database: TheDatabase, patient_id: UUID) -> Page[Cont
 def add_contraindication(
     database: TheDatabase, offline_cache: TheOfflineCache, patient_id: UUID, body: ContraindicationCreate
 ) -> Contraindication:
-    """Record a contraindication. It takes effect at the next teaching, load, approach or play. A running motion is not stopped."""
+    """Record a contraindication. It takes effect at the next teaching, load, approach or play.
+
+    A running playback that it forbids is paused with the arm held: at this station within a second, at another one within about eleven
+    seconds. An approach, a return and teaching continue.
+    """
     with database.write() as session:
         added = service.add(session, patient_id, body)
     _show_at_station(database, offline_cache, patient_id)
@@ -67,7 +71,7 @@ def add_contraindication(
 def sign_off_contraindication(
     database: TheDatabase, offline_cache: TheOfflineCache, contraindication_id: UUID, body: SignOff
 ) -> Contraindication:
-    """Record that a doctor allows the treatment in spite of a contraindication."""
+    """Record that a doctor allows the treatment in spite of a contraindication. A second permission is refused, and the first one stays."""
     with database.write() as session:
         changed = service.sign_off(session, contraindication_id, body)
     _show_at_station(database, offline_cache, changed.patient_id)

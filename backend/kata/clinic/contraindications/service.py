@@ -122,11 +122,17 @@ def add(session: Session, patient_id: UUID, contraindication: ContraindicationCr
 def sign_off(session: Session, contraindication_id: UUID, permission: SignOff) -> Contraindication:
     """Record that a doctor allows the treatment.
 
-    :raises ProblemError: 404; 409 for a resolved contraindication, and for one that a doctor cannot sign off.
+    The first permission stays as it is. It applies until the contraindication is resolved, so a second one would only replace the doctor's name.
+
+    :raises ProblemError: 404; 409 for a resolved contraindication, for one that a doctor cannot sign off, and for one that is signed off.
     """
     row = _to_change(session, contraindication_id)
     if kind_of(row.code).effect != "sign_off":
         raise ProblemError(409, "no_sign_off", texts.NO_SIGN_OFF_FOR_THIS(), texts.RESOLVE_CONTRAINDICATION())
+    if row.signed_off_at:
+        raise ProblemError(
+            409, "signed_off", texts.SIGNED_OFF_ALREADY(doctor=row.signed_off_by), texts.RESOLVE_AND_RECORD_AGAIN()
+        )
     row.signed_off_at, row.signed_off_by = utc_now(), permission.doctor
     session.flush()
     return _as_contraindication(session, row)

@@ -51,6 +51,7 @@ type OtherAction =
   | "take_over"
   | "pause_without_browser"
   | "stop_without_browser"
+  | "pause_contraindicated"
   | "service_started"
   | "service_ended"
   | "audit_broken"
