@@ -136,7 +136,7 @@ def test_visit_goes_from_its_programme_to_its_addendum(
         "Right shoulder, programme Weeks 3 to 6 (version 1).",
         "(150 % speed, pause 0.5 s): 2 of 2 repetitions.",
         "(150 % speed, pause 0.5 s): 0 of 2 repetitions.",
-        "Apparatus angle reached: abduction / adduction of the scapula ",
+        "Apparatus angle reached (not the patient's angle: the arm can slip in its cuff): abduction / adduction of the scapula ",
         "The range was reduced in Shrug",
         "Shrug was stopped: Stopped by the operator.",
         "Pain (0 to 10): 4 before, 5 during, 3 after.",

@@ -125,7 +125,7 @@ def test_draft_reports_when_nothing_was_played() -> None:
         ({"comparison": compared()}, "Tracking error at most 2.4 deg (motor 4, RMSE 0.5 deg)."),
         (
             {"comparison": compared(played_min_deg=4.6, played_max_deg=98.6)},
-            "Apparatus angle reached: abduction / adduction of the shoulder 5 to 99 deg.",
+            "Apparatus angle reached (not the patient's angle: the arm can slip in its cuff): abduction / adduction of the shoulder 5 to 99 deg.",
         ),
     ],
 )
@@ -144,9 +144,23 @@ def test_planned_repetitions_come_from_the_programme_and_omissions_are_named() -
 def test_the_widest_range_of_all_runs_counts() -> None:
     first = run(comparison=compared(played_min_deg=10, played_max_deg=80))
     second = run(comparison=compared(played_min_deg=5, played_max_deg=70))
-    assert "Apparatus angle reached: abduction / adduction of the shoulder 5 to 80 deg." in draft(
-        session(first, second)
-    )
+    assert "slip in its cuff): abduction / adduction of the shoulder 5 to 80 deg." in draft(session(first, second))
+
+
+def test_each_end_of_the_patients_angle_comes_from_the_run_that_reached_furthest_there() -> None:
+    def estimated(low: float, high: float) -> Run:
+        angles = {"patient_min_deg": low - 5, "patient_min_uncertainty_deg": 4, "patient_max_deg": high - 5}
+        reached = {"played_min_deg": low, "played_max_deg": high, "patient_max_uncertainty_deg": 6}
+        return run(comparison=compared(**angles, **reached))
+
+    text = draft(session(estimated(-40, 10), estimated(-10, 60)))
+    assert "abduction / adduction of the shoulder -45 ± 4 to 55 ± 6 deg." in text
+
+
+def test_a_run_of_another_recording_is_not_counted_as_the_planned_item() -> None:
+    other = run("Flexion", recording_id=UUID(int=9), programme_position=1, repetitions=5, repetitions_done=5)
+    text = draft(session(other, programme=programme("Abduction")))
+    assert "Flexion: 5 of 5 repetitions. Not played: Abduction." in text
 
 
 @pytest.mark.parametrize(
@@ -164,7 +178,7 @@ def test_the_widest_range_of_all_runs_counts() -> None:
         ({"least_range_percent": 70.0}, "「挙上」では可動範囲を狭める操作があり、一部を範囲70%で実施。"),
         (
             {"comparison": compared(played_min_deg=4.6, played_max_deg=98.6)},
-            "到達した装置角度：肩関節 外転・内転 5〜99°。追従誤差は最大2.4°(モータ4、RMSE 0.5°)。",
+            "到達した装置角度(患者の角度ではない。腕は固定具の中で滑ることがある)：肩関節 外転・内転 5〜99°。追従誤差は最大2.4°(モータ4、RMSE 0.5°)。",
         ),
         ({}, "痛み(0〜10)：前4、後2。"),
     ],

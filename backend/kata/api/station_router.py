@@ -16,7 +16,7 @@ from kata.api.errors import refused
 from kata.api.lease_dependencies import Operator, Watcher, record_takeover
 from kata.api.live_view import LiveStateView
 from kata.api.redaction import Redaction
-from kata.api.run_start import RunStores, StartedRun, TheRunStores, send_load, writing
+from kata.api.run_start import StartedRun, TheRunStores, send_load, writing
 from kata.api.services import services_of
 from kata.api.simulator_router import AnySimulation
 from kata.api.stopping import stop_by_user

@@ -49,6 +49,7 @@ _ROM_LOCAL: Final = {
     for kind in KINDS
     if not measure.loinc_of(kind)
 }
+_SLIP: Final = "not the patient's angle: the arm can slip in its cuff"
 LOCAL_CODES: Final[dict[str, str]] = {
     "apparatus": "Shoulder rehabilitation apparatus that plays back what a therapist has taught",
     "simulated-apparatus": "Simulated apparatus: its measured values are invented",
@@ -74,12 +75,15 @@ LOCAL_CODES: Final[dict[str, str]] = {
     "run-tracking": "Tracking error of one playback: what was played minus the taught motion with the settings of the run",
     "run-outcome": "How a playback ended",
     "run-repetitions": "Repetitions asked for in a playback",
+    "run-repetitions-done": "Completed repetitions of a playback",
+    "run-range": "Share of the taught range that was asked for in a playback",
+    "run-least-range": "Smallest share of the asked range after the therapist reduced the range during a playback",
     "tracking-peak": "Largest tracking error, without sign",
     "compared-share": "Share of the playing time of which the tracking error is known",
     "clock-offset": "Largest time by which the wall clock is ahead of the clock of the comparison",
     "change-by-settings": "Largest change by settings: the taught motion with the settings of the run minus the taught motion",
     "goniometer-reading": "Angle of a basic motion of the shoulder read with a goniometer at a pose",
-    "apparatus-angle": "Apparatus angle of the same motion at that moment",
+    "apparatus-angle": f"Apparatus angle of the same motion at that moment; {_SLIP}",
     "goniometer": "Read with a goniometer",
     "end-feel": "End-feel test of the shoulder: apparatus angle at 60 % of the chosen torque",
     "end-feel-test": "Three slow ways out and back along a taught motion by a motor, less a baseline with a test weight; torque from the "
@@ -98,11 +102,11 @@ LOCAL_CODES: Final[dict[str, str]] = {
     "patient-angle-highest-uncertainty": "Half width of the interval that covers it in 95 of 100 cases",
     **{f"motion-{number}-rmse": f"Root mean square tracking error of basic motion {number}" for number in range(1, 7)},
     **{
-        f"motion-{number}-lowest": f"Lowest apparatus angle of basic motion {number} in a playback"
+        f"motion-{number}-lowest": f"Lowest apparatus angle of basic motion {number} in a playback; {_SLIP}"
         for number in range(1, 7)
     },
     **{
-        f"motion-{number}-highest": f"Highest apparatus angle of basic motion {number} in a playback"
+        f"motion-{number}-highest": f"Highest apparatus angle of basic motion {number} in a playback; {_SLIP}"
         for number in range(1, 7)
     },
     **{

@@ -112,11 +112,14 @@ def session_pain(row: SessionRow, side: str | None) -> Iterator[Resource]:
 def run_tracking(row: RunRow, patient_id: UUID) -> Resource:
     """Return the tracking error of one run, how the settings changed the motion, and the run's outcome.
 
-    The tracking error of a partial run does not cover the whole playback; the compared share tells how much it covers.
+    The ends of a motion are apparatus angles. The requested and the smallest range tell whether a part of the taught range was left out. The tracking error of a partial run does not cover the whole playback; the compared share tells how much it covers.
     """
     components = [
         _component("run-outcome", valueString=row.outcome if row.outcome != "loaded" else None),
         _component("run-repetitions", valueInteger=row.repetitions),
+        _component("run-repetitions-done", valueInteger=row.repetitions_done),
+        _component("run-range", valueQuantity=quantity(row.range_percent, "%")),
+        _component("run-least-range", valueQuantity=quantity(row.least_range_percent, "%")),
         _component("tracking-peak", valueQuantity=quantity(row.worst_peak_deg, "deg")),
         _component("compared-share", valueQuantity=quantity(row.compared_percent, "%")),
         _component("clock-offset", valueQuantity=quantity(row.clock_offset_s, "s")),
@@ -135,6 +138,8 @@ def run_tracking(row: RunRow, patient_id: UUID) -> Resource:
             components.append(_component(f"motion-{motion.motion}-end-range-time", valueQuantity=seconds))
     value = quantity(row.worst_rmse_deg, "deg")
     absent = ("unknown", "Unknown") if row.partial else ("not-performed", "Not Performed")
+    if row.ended_at is None:
+        absent = ("temp-unknown", "Temporarily Unknown")
     why = f"Less than {MIN_COMPARED_PERCENT:g} % of the playing time was compared" if row.partial else ""
     return without_empty(
         {

@@ -34,15 +34,19 @@ _README: Final = """All data that Kata stores about one patient.
 
 patient.json      who it is; contraindications; episodes of care with stages and limits, programmes with versions, assessments, requests
 sessions.json     every session: checklist, pain, note, signature and addenda, stops, runs with their tracking error
+                  played_min_deg and played_max_deg are angles of the apparatus, not of the patient: the arm can slip in its cuff
 events.json       events of the apparatus during this patient's sessions
 fhir.json         the same as an HL7 FHIR R4 transaction, for other systems
 recordings.csv    taught, imported and derived recordings: one line each, with the name of the file of its samples
 recordings/       samples: time and the five motors' angles (Apache Parquet; units and clock are in each file)
 goniometer.csv    goniometer readings: patient_deg beside apparatus_deg, the apparatus angle of the same motion at that moment
-runs.csv          playbacks: one line each, with the name of the file of its samples
+runs.csv          playbacks and end-feel tests: one line each, with the name of the file of its samples
                   worst_peak_deg and worst_rmse_deg are tracking errors: played minus requested motion.
                   They are empty where compared_percent, the share of the playing time that was compared, is below 90
                   change_by_settings_deg is requested minus taught: what range and Reduce range changed, not an error
+                  end_feel is test or baseline where no recording was played (see end-feel.csv); a baseline moves a weight, not the patient
+                  range_percent is the share of the taught range that was asked for, least_range_percent the smallest share of it after
+                  Reduce range (empty: not reduced). Both are the therapist's choice and no measure of what the patient can do
                   clock_offset_s is how far the wall clock is ahead of the motion's clock, by which the errors are compared
 end-range.csv     end-range times: one line for each motion of a session and of a week: counted and prescribed seconds. A week begins on Monday
                   of time_zone; preliminary is true while the session or the week is not over, so that its seconds can still grow
@@ -200,7 +204,7 @@ def _runs(database: Database, worker: FigureWorker, patient_id: UUID, path: Path
         query = query.where(SessionRow.patient_id == patient_id).order_by(RunRow.started_at)
         rows = [
             _plain(row)
-            | {"change_by_settings_deg": row.change_deg}
+            | {"change_by_settings_deg": row.change_deg, "end_feel": row.end_feel.kind if row.end_feel else ""}
             | _end_range_times(row)
             | _origin(session, row.session_id, row)
             for row in session.scalars(query)

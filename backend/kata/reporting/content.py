@@ -320,6 +320,8 @@ class PrintedSession:
     worst_rmse_deg: float | None
     signed: bool
     simulated: bool
+    was_played: bool
+    """True if the apparatus began a motion of a recording."""
 
 
 @dataclass(frozen=True)
@@ -335,6 +337,8 @@ class PrintedContraindication:
     resolved_at: datetime | None
     resolved_by: str
     resolution: str
+    needs_permission: bool
+    """True if it forbids treatment, and a doctor may allow it but has not."""
 
 
 @dataclass(frozen=True)
@@ -351,7 +355,7 @@ class EpisodeContent:
     closed_at: datetime | None
     contraindications: str
     listed: tuple[PrintedContraindication, ...]
-    """Contraindications from the list that concern the patient or this shoulder, oldest first."""
+    """Contraindications from the list that concern the patient or this shoulder, also those of its other episodes, oldest first."""
     limits: tuple[Limit, ...]
     max_load_level: int | None
     max_speed_deg_s: float | None

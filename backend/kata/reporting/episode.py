@@ -6,12 +6,13 @@ from datetime import tzinfo
 from typing import Final, NamedTuple
 from uuid import UUID
 
-from sqlalchemy import or_, select
+from sqlalchemy import select
 from sqlalchemy.orm import Session as DatabaseSession
 
 from kata.clinic import texts
 from kata.clinic.assessments import rom
 from kata.clinic.assessments.tables import AssessmentRow
+from kata.clinic.contraindications.kinds import kind_of
 from kata.clinic.contraindications.tables import ContraindicationRow
 from kata.clinic.episodes.tables import EpisodeRow
 from kata.clinic.patients import service as patients
@@ -45,6 +46,7 @@ class _Played(NamedTuple):
     recording_id: UUID
     repetitions: int
     rmse_deg: float | None
+    outcome: str
 
 
 def read_content(session: DatabaseSession, episode_id: UUID, zone: tzinfo) -> EpisodeContent:
@@ -91,13 +93,28 @@ def read_content(session: DatabaseSession, episode_id: UUID, zone: tzinfo) -> Ep
 
 
 def _listed(session: DatabaseSession, episode: EpisodeRow) -> tuple[PrintedContraindication, ...]:
-    applies = or_(ContraindicationRow.episode_id.is_(None), ContraindicationRow.episode_id == episode.id)
-    query = select(ContraindicationRow).where(ContraindicationRow.patient_id == episode.patient_id, applies)
-    names = [field.name for field in fields(PrintedContraindication)]
+    """Return the contraindications of the patient and of this episode, and those of the shoulder's other episodes that applied during it.
+
+    A contraindication applies until it is resolved, also after the end of its episode.
+    """
+    query = select(ContraindicationRow, EpisodeRow.side).join(EpisodeRow, isouter=True)
+    query = query.where(ContraindicationRow.patient_id == episode.patient_id)
     return tuple(
-        PrintedContraindication(**{name: getattr(row, name) for name in names})
-        for row in session.scalars(query.order_by(ContraindicationRow.noted_at))
+        _printed(row)
+        for row, side in session.execute(query.order_by(ContraindicationRow.noted_at))
+        if row.episode_id in (None, episode.id) or (side == episode.side and _applied_during(row, episode))
     )
+
+
+def _applied_during(row: ContraindicationRow, episode: EpisodeRow) -> bool:
+    began_in_time = episode.closed_at is None or row.noted_at <= episode.closed_at
+    return began_in_time and (row.resolved_at is None or row.resolved_at >= episode.opened_at)
+
+
+def _printed(row: ContraindicationRow) -> PrintedContraindication:
+    names = [field.name for field in fields(PrintedContraindication) if field.name != "needs_permission"]
+    is_missing = kind_of(row.code).effect == "sign_off" and row.signed_off_at is None and row.resolved_at is None
+    return PrintedContraindication(**{name: getattr(row, name) for name in names}, needs_permission=is_missing)
 
 
 def _rom(assessments: Iterable[AssessmentRow], treated: str) -> tuple[RomSeries, ...]:
@@ -186,12 +203,14 @@ def _sessions(session: DatabaseSession, episode_id: UUID) -> tuple[PrintedSessio
     for run in session.execute(
         select(
             RunRow.session_id, RunRow.programme_position, RunRow.recording_id, RunRow.repetitions_done,
-            RunRow.worst_rmse_deg,
+            RunRow.worst_rmse_deg, RunRow.outcome,
         )
         .join(SessionRow, SessionRow.id == RunRow.session_id)
         .where(SessionRow.episode_id == episode_id)
     ):  # fmt: skip
-        played = _Played(run.programme_position, run.recording_id, run.repetitions_done or 0, run.worst_rmse_deg)
+        played = _Played(
+            run.programme_position, run.recording_id, run.repetitions_done or 0, run.worst_rmse_deg, run.outcome
+        )
         runs.setdefault(run.session_id, []).append(played)
     versions = {session_row.programme_version_id for session_row in session_rows if session_row.programme_version_id}
     items: dict[UUID, list[ProgrammeItemRow]] = {}
@@ -208,6 +227,7 @@ def _sessions(session: DatabaseSession, episode_id: UUID) -> tuple[PrintedSessio
             max((run.rmse_deg for run in runs.get(session_row.id, []) if run.rmse_deg is not None), default=None),
             session_row.signed_at is not None,
             session_row.simulated,
+            any(run.outcome not in ("loaded", "unloaded") for run in runs.get(session_row.id, [])),
         )
         for session_row in session_rows
     )

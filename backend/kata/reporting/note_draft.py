@@ -3,7 +3,7 @@
 from collections.abc import Sequence
 from typing import Final
 
-from kata.clinic.sessions.schemas import MotionTracking, Run, RunStop, Session
+from kata.clinic.sessions.schemas import MotionTracking, Run, RunStop, Session, SessionItem
 from kata.reporting.content import motor_of
 from kata.reporting.note_draft_phrases import NotePhrases
 from kata.reporting.phrases import Language
@@ -56,11 +56,7 @@ def _is_other_shoulder(session: Session, run: Run) -> bool:
 
 def _played(phrases: NotePhrases, session: Session, run: Run) -> str:
     planned = next(
-        (
-            item.repetitions
-            for item in (session.programme.items if session.programme else ())
-            if item.position == run.programme_position
-        ),
+        (item.repetitions for item in (session.programme.items if session.programme else ()) if _is_of(run, item)),
         run.repetitions,
     )
     done = run.repetitions_done if run.repetitions_done is not None else 0
@@ -74,18 +70,22 @@ def _played(phrases: NotePhrases, session: Session, run: Run) -> str:
     return phrases.text("played_once" if planned == 1 else "played", what=description, done=done, planned=planned)
 
 
+def _is_of(run: Run, item: SessionItem) -> bool:
+    """True if the run played this item. A run of another recording at the item's position did not."""
+    return (run.programme_position, run.recording_id) == (item.position, item.recording_id)
+
+
 def _not_played(phrases: NotePhrases, session: Session, runs: Sequence[Run]) -> list[str]:
-    played = {run.programme_position for run in runs}
     missing = [
         item.recording_name
         for item in (session.programme.items if session.programme else ())
-        if item.position not in played
+        if not any(_is_of(run, item) for run in runs)
     ]
     return [phrases.text("not_played", names=phrases.join("and", missing))] if missing else []
 
 
 def _reached(phrases: NotePhrases, runs: Sequence[Run]) -> list[str]:
-    """Return, for each motion, the widest range of all runs. Parts with reduced range are not compared."""
+    """Return, for each motion, the widest range of all runs, including parts with reduced range."""
     reached: dict[int, tuple[str, float, float]] = {}
     for run in runs:
         for motion in run.comparison.motions if run.comparison else ():
@@ -104,24 +104,28 @@ def _reached(phrases: NotePhrases, runs: Sequence[Run]) -> list[str]:
 
 
 def _patient_reached(phrases: NotePhrases, runs: Sequence[Run]) -> list[str]:
-    """Return the estimated patient's angles of each motion, from the run in which the apparatus reached the highest angle."""
-    reached: dict[int, MotionTracking] = {}
+    """Return the estimated patient's angles of each motion: each end from the run in which the apparatus reached furthest to that end."""
+    found: dict[int, list[MotionTracking]] = {}
     for motion in (motion for run in runs if run.comparison for motion in run.comparison.motions):
-        before = reached.get(motion.motion)
-        if motion.patient_max_deg is not None and (
-            before is None or (motion.played_max_deg or 0.0) > (before.played_max_deg or 0.0)
-        ):
-            reached[motion.motion] = motion
+        if motion.patient_max_deg is not None:
+            found.setdefault(motion.motion, []).append(motion)
+    ends = {
+        number: (
+            min(motions, key=lambda motion: motion.played_min_deg or 0.0),
+            max(motions, key=lambda motion: motion.played_max_deg or 0.0),
+        )
+        for number, motions in found.items()
+    }
     words = [
         phrases.text(
             "patient_reached_motion",
-            name=phrases.motion(number, motion.name),
-            low=_deg(motion.patient_min_deg or 0.0),
-            low_u=_deg(motion.patient_min_uncertainty_deg or 0.0),
-            high=_deg(motion.patient_max_deg or 0.0),
-            high_u=_deg(motion.patient_max_uncertainty_deg or 0.0),
+            name=phrases.motion(number, low.name),
+            low=_deg(low.patient_min_deg or 0.0),
+            low_u=_deg(low.patient_min_uncertainty_deg or 0.0),
+            high=_deg(high.patient_max_deg or 0.0),
+            high_u=_deg(high.patient_max_uncertainty_deg or 0.0),
         )
-        for number, motion in sorted(reached.items())
+        for number, (low, high) in sorted(ends.items())
     ]
     return [phrases.text("patient_reached", motions=phrases.join("motions_between", words))] if words else []
 

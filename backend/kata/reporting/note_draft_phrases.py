@@ -32,7 +32,10 @@ PHRASES: Final[dict[str, tuple[str, str]]] = {
     "settings.learned": ("learned", "学習"),
     "settings.paper": ("as in the paper", "論文方式"),
     "not_played": ("Not played: {names}.", "実施せず：{names}。"),
-    "reached": ("Apparatus angle reached: {motions}.", "到達した装置角度：{motions}。"),
+    "reached": (
+        "Apparatus angle reached (not the patient's angle: the arm can slip in its cuff): {motions}.",
+        "到達した装置角度(患者の角度ではない。腕は固定具の中で滑ることがある)：{motions}。",
+    ),
     "reached_motion": ("{name} {low} to {high} deg", "{name} {low}〜{high}°"),
     "patient_reached": (
         "Patient's angle, estimated from goniometer readings: {motions}.",

@@ -284,6 +284,14 @@ PHRASES: Final[dict[str, tuple[str, str]]] = {
     "healthy": ("Healthy, °", "参考値(°)"),
     "motions_caption": ("Range by the body's motions", "身体の動作別の範囲"),
     "nothing_compared": ("Nothing was played, so there is nothing to compare.", "再生されていないため、比較はない。"),
+    "not_compared_yet": (
+        "This playback has not ended, so nothing has been compared yet.",
+        "この再生は終了していないため、まだ比較していない。",
+    ),
+    "reduced_only": (
+        "The whole playback had a reduced range. It is not compared with the requested motion, and its angles are not listed.",
+        "再生全体で可動範囲を狭めたため、要求した動作との比較はなく、到達した角度も示さない。",
+    ),
     "unreadable": (
         "The samples of this playback cannot be read, so there are no curves.",
         "この再生のデータは読み取れないため、曲線を示せない。",
@@ -310,6 +318,7 @@ PHRASES: Final[dict[str, tuple[str, str]]] = {
     "contraindications": ("Contraindications", "禁忌"),
     "noted": ("Recorded", "記録"),
     "permission": ("Treatment allowed by", "治療の許可"),
+    "no_permission": ("No doctor has allowed the treatment", "医師の許可なし"),
     "resolved": ("No longer applies", "解消"),
     "contraindication.fracture": ("Fracture that has not united", "癒合していない骨折"),
     "contraindication.dislocation": ("Dislocation, unreduced or recent", "脱臼（未整復または最近のもの）"),
@@ -539,6 +548,11 @@ class Phrases:
     def clock(self, when: datetime) -> str:
         """Return a time of day."""
         return self._local(when).strftime("%H:%M")
+
+    def clock_of(self, when: datetime, began: datetime) -> str:
+        """Return a time of day, after its date if that is not the day of ``began``."""
+        is_other_day = self._local(when).date() != self._local(began).date()
+        return f"{self.short_day(when)} {self.clock(when)}" if is_other_day else self.clock(when)
 
     def moment(self, when: datetime) -> str:
         """Return date and time."""

@@ -1,0 +1,52 @@
+"""FHIR statements about unusual playbacks, each of which once misled a reader."""
+
+from pathlib import Path
+from typing import Any
+
+import pytest
+from sqlalchemy import select
+
+from kata.clinic.sessions.tables import RunRow
+from kata.database.engine import Database
+from tests.support.fhir_bundle import Json, exported, judged, of_kind
+from tests.support.fhir_patient import treated
+
+pytestmark = pytest.mark.parametrize("database", ["sqlite"], indirect=True)
+
+
+def _playbacks(database: Database, file: Path, **columns: Any) -> list[Json]:
+    """Return the Observations of playbacks that have these values."""
+    patient_id = treated(database, sessions=1)
+    with database.write() as session:
+        for row in session.scalars(select(RunRow)):
+            for name, value in columns.items():
+                setattr(row, name, value)
+    bundle = exported(database, patient_id, file)
+    assert judged({"bundle": bundle}) == {"bundle": []}
+    return [
+        found
+        for found in of_kind(bundle, "Observation")
+        if found["code"].get("coding", [{}])[0].get("code") == "run-tracking"
+    ]
+
+
+def test_a_playback_says_how_much_of_the_taught_range_it_had(database: Database, tmp_path: Path) -> None:
+    """Without it, the highest angle of a playback with half of the range reads as the most that the shoulder allows."""
+    given = {"range_percent": 60.0, "least_range_percent": 50.0, "repetitions_done": 0}
+    for playback in _playbacks(database, tmp_path / "bundle.json", **given):
+        parts = {part["code"]["coding"][0]["code"]: part for part in playback["component"]}
+        assert parts["run-range"]["valueQuantity"] | {"value": 0} == parts["run-least-range"]["valueQuantity"] | {
+            "value": 0
+        }
+        assert (parts["run-range"]["valueQuantity"]["value"], parts["run-range"]["valueQuantity"]["unit"]) == (60, "%")
+        assert parts["run-least-range"]["valueQuantity"]["value"] == 50
+        assert (parts["run-repetitions"]["valueInteger"], parts["run-repetitions-done"]["valueInteger"]) == (10, 0)
+        for end in ("lowest", "highest"):
+            assert "the arm can slip in its cuff" in parts[f"motion-4-{end}"]["code"]["coding"][0]["display"]
+
+
+def test_a_playback_that_has_not_ended_is_not_called_not_performed(database: Database, tmp_path: Path) -> None:
+    running = {"ended_at": None, "outcome": "loaded", "worst_rmse_deg": None, "worst_peak_deg": None}
+    found = _playbacks(database, tmp_path / "bundle.json", **running)
+    assert {playback["status"] for playback in found} == {"preliminary"}
+    assert {playback["dataAbsentReason"]["coding"][0]["code"] for playback in found} == {"temp-unknown"}

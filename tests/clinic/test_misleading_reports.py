@@ -1,0 +1,129 @@
+"""Reports of unusual records, each of which once misled a reader."""
+
+import re
+from collections.abc import Iterator
+from dataclasses import replace
+from datetime import UTC, datetime, timedelta
+from uuid import UUID, uuid4
+
+import pytest
+
+from kata.clinic.contraindications.tables import ContraindicationRow
+from kata.clinic.episodes.tables import EpisodeRow
+from kata.database.engine import Database
+from kata.reporting import episode, rendering
+from kata.reporting.content import EpisodeContent, RehabilitationPlanContent, RunContent, SessionContent
+from kata.reporting.rendering import ReportPage
+from tests.support.databases import upgraded_file
+from tests.support.reports import contents, how
+from tests.support.treatment import DAY, treat
+
+
+@pytest.fixture(scope="module")
+def sqlite(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Database]:
+    made = Database(upgraded_file(tmp_path_factory.mktemp("reports") / "kata.db"))
+    yield made
+    made.close()
+
+
+@pytest.fixture(scope="module")
+def treated(sqlite: Database) -> tuple[SessionContent, EpisodeContent]:
+    return contents(sqlite, sessions=2)
+
+
+def text_of(page: ReportPage) -> str:
+    return " ".join(re.sub("<[^>]+>", " ", page.html).split())
+
+
+def _without_comparison(run: RunContent) -> RunContent:
+    return replace(run, motors=(), motions=(), worst_rmse_deg=None, worst_peak_deg=None, parts=None)
+
+
+def test_a_playback_with_reduced_range_only_was_played(treated: tuple[SessionContent, EpisodeContent]) -> None:
+    visit, _ = treated
+    run = replace(_without_comparison(visit.runs[0]), compared_percent=0.0, least_range_percent=60.0, partial=True)
+    visit = replace(visit, runs=(run,))
+    text = text_of(rendering.session_page(visit, how()))
+    assert "The whole playback had a reduced range." in text
+    assert "Nothing was played" not in text
+    assert "再生されていない" not in text_of(rendering.session_page(visit, how("ja")))
+
+
+def test_a_playback_that_has_not_ended_is_not_called_unplayed(treated: tuple[SessionContent, EpisodeContent]) -> None:
+    visit, _ = treated
+    run = replace(_without_comparison(visit.runs[0]), ended_at=None, outcome="loaded", compared_percent=None)
+    text = text_of(rendering.session_page(replace(visit, runs=(run,)), how()))
+    assert "This playback has not ended, so nothing has been compared yet." in text
+    assert "Nothing was played" not in text
+
+
+def test_a_time_of_another_day_names_the_day(treated: tuple[SessionContent, EpisodeContent]) -> None:
+    """A session over midnight, or one that was forgotten and ended the next morning."""
+    visit, _ = treated
+    began = datetime(2026, 11, 2, 14, 50, tzinfo=UTC)  # 23:50 in Tokyo
+    after_midnight = began + timedelta(minutes=20)
+    run = replace(visit.runs[0], started_at=after_midnight, ended_at=after_midnight)
+    visit = replace(visit, started_at=began, ended_at=began + timedelta(hours=9), runs=(run,), checks=(), readings=())
+    text = text_of(rendering.session_page(visit, how()))
+    assert "23:50 to 2026-11-03 08:50, 540 min" in text
+    assert "1 2026-11-03 00:10 Abduction to 90" in text
+
+
+def _second_episode(database: Database, **contraindication: object) -> UUID:
+    """Write a closed episode with a contraindication, and a new one of the same shoulder a year later. Return the new one."""
+    with database.write() as writing:
+        first = writing.get_one(EpisodeRow, treat(writing).episode_id)
+        first.closed_at = DAY + timedelta(days=30)
+        second = EpisodeRow(
+            id=uuid4(), patient_id=first.patient_id, side="left", diagnosis="", contraindications="", limits=[], limits_by="",
+            opened_at=DAY + timedelta(days=365), closing_note="", updated_at=DAY,
+        )  # fmt: skip
+        writing.add(second)
+        row = {"note": "Humeral head.", "noted_by": "Dr. Mori", "noted_at": DAY} | contraindication
+        writing.add(ContraindicationRow(id=uuid4(), patient_id=first.patient_id, episode_id=first.id, **row))
+        return second.id
+
+
+def _read(database: Database, episode_id: UUID) -> EpisodeContent:
+    with database.read() as reading:
+        return episode.read_content(reading, episode_id, UTC)
+
+
+def test_a_contraindication_of_an_earlier_episode_is_printed(sqlite: Database) -> None:
+    care = _read(sqlite, _second_episode(sqlite, code="tumour"))
+    assert "Tumour of shoulder or arm Humeral head." in text_of(rendering.episode_page(care, how()))
+    plan = rendering.rehabilitation_plan_page(RehabilitationPlanContent(care, ()), how())
+    assert "肩または腕の腫瘍：Humeral head." in text_of(plan)
+
+
+def test_a_contraindication_that_ended_before_the_episode_is_not_printed(sqlite: Database) -> None:
+    ended = {"resolved_at": DAY + timedelta(days=20), "resolved_by": "Dr. Mori", "resolution": "United."}
+    assert _read(sqlite, _second_episode(sqlite, code="fracture", **ended)).listed == ()
+
+
+def test_a_missing_permission_is_printed(sqlite: Database) -> None:
+    missing = _read(sqlite, _second_episode(sqlite, code="recent_repair"))
+    assert "No doctor has allowed the treatment" in text_of(rendering.episode_page(missing, how()))
+    plan = rendering.rehabilitation_plan_page(RehabilitationPlanContent(missing, ()), how())
+    assert "2026-11-02、Dr. Mori、医師の許可なし" in text_of(plan)
+    given = {"signed_off_at": DAY + timedelta(days=366), "signed_off_by": "Dr. Abe"}
+    allowed = _read(sqlite, _second_episode(sqlite, code="recent_repair", **given))
+    assert "No doctor" not in text_of(rendering.episode_page(allowed, how()))
+    plan = rendering.rehabilitation_plan_page(RehabilitationPlanContent(allowed, ()), how())
+    assert "治療の許可：Dr. Abe、2027-11-03" in text_of(plan)
+
+
+def test_the_first_treatment_of_a_plan_moved_a_patient(treated: tuple[SessionContent, EpisodeContent]) -> None:
+    """Neither a session of the simulated apparatus nor one in which nothing was played is the first treatment."""
+    _, care = treated
+    first, second = care.sessions
+
+    def day_of(*sessions: object) -> str:
+        content = RehabilitationPlanContent(replace(care, sessions=sessions), ())
+        text = text_of(rendering.rehabilitation_plan_page(content, how()))
+        return text.partition("装置による初回の治療日（記録）")[2].partition("併存疾患")[0].strip()
+
+    assert day_of(first, second) == "2026年11月2日"
+    assert day_of(replace(first, simulated=True), second) == "2026年11月5日"
+    assert day_of(replace(first, was_played=False), second) == "2026年11月5日"
+    assert day_of(replace(first, was_played=False)) == ""
