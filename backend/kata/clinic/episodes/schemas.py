@@ -57,7 +57,9 @@ class _EpisodeFields(Schema):
         return self
 
 
-_LIMITS: Final = "The doctor's limits, at most one entry for each motion. Only the apparatus limits a motion without an entry."
+_LIMITS: Final = (
+    "The doctor's limits, at most one entry for each motion. Only the apparatus limits a motion without an entry."
+)
 _LEVEL: Final = "Highest resistance level that the doctor allows; null: no limit."
 _SPEED: Final = (
     "Highest speed that the doctor allows, degrees a second. No motor moves faster, also during approach and return. Null: the station's "
