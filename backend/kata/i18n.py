@@ -335,19 +335,15 @@ def name(path: Sequence[str | int]) -> Text:
     """Return the name of the field at a path in a request, for example ``limits 1, highest (degrees)``."""
     if not path:
         return texts.WHOLE_REQUEST()
-    field_name: Text | None = None
+    field: Text | None = None
     for part in path:
         if isinstance(part, int):
             number = part + 1
-            field_name = (
-                texts.FIELD_NUMBERED(field=field_name, number=number) if field_name else with_key(str(number), None)
-            )
+            field = texts.FIELD_NUMBERED(field=field, number=number) if field else with_key(str(number), None)
         else:
-            field_name = (
-                texts.FIELD_WITHIN(outer=field_name, inner=_with_unit(part)) if field_name else _with_unit(part)
-            )
-    assert field_name is not None
-    return field_name
+            field = texts.FIELD_WITHIN(outer=field, inner=_with_unit(part)) if field else _with_unit(part)
+    assert field is not None
+    return field
 
 
 def _with_unit(field: str) -> Text:

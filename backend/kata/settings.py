@@ -346,10 +346,8 @@ def describe_errors(error: ValidationError) -> str:
 def by_tls(database_url: str) -> str:
     """Return the URL with ``sslmode=verify-full`` if PostgreSQL is on another computer and the URL has no ``sslmode``."""
     url = make_url(database_url)
-    url_host = url.query.get("host") or url.host or ""
-    hosts = [
-        host for part in ((url_host,) if isinstance(url_host, str) else url_host) for host in part.split(",") if host
-    ]
+    named = url.query.get("host") or url.host or ""
+    hosts = [host for part in ((named,) if isinstance(named, str) else named) for host in part.split(",") if host]
     is_local = all(
         host.startswith(("/", "@")) or _is_this_computer(host.partition(":")[0] if host.count(":") == 1 else host)
         for host in hosts

@@ -23,7 +23,7 @@ def _grid(limit_deg: float, n: int = 81) -> np.ndarray:
 
 
 def _closes(scapula_deg: np.ndarray, side: Side = "right") -> np.ndarray:
-    return np.all(np.isfinite(LINKAGE.closed_deg(scapula_deg, side)), axis=-1)
+    return np.asarray(np.all(np.isfinite(LINKAGE.closed_deg(scapula_deg, side)), axis=-1))
 
 
 def _jacobian(scapula_deg: np.ndarray) -> np.ndarray:

@@ -123,9 +123,7 @@ class OpenConnections:
 
     def count(self) -> int:
         """Return the number of counted connections."""
-        occupied = {
-            address: open_ones for address, counted in self._of.items() if (open_ones := self._occupied(counted))
-        }
+        occupied = {address: alive for address, counted in self._of.items() if (alive := self._occupied(counted))}
         self._of = defaultdict(set, occupied)
         return sum(map(len, self._of.values()))
 

@@ -89,7 +89,7 @@ async def send_load(
     station: Station,
     stores: RunStores,
     operator: Browser | None,
-    started_run: StartedRun,
+    started: StartedRun,
     command: ipc_messages.Load,
     changes: tuple[str, ...],
 ) -> Run:
@@ -97,34 +97,28 @@ async def send_load(
 
     :raises ProblemError: when the device refuses. The run is then removed.
     """
-    run = started_run.run
+    run = started.run
     occupation = Occupation(
-        str(run.id),
-        started_run.patient,
-        run.recording_name,
-        run.session_id,
-        changes,
-        started_run.end_range,
-        started_run.side,
+        str(run.id), started.patient, run.recording_name, run.session_id, changes, started.end_range, started.side
     )
     never_begun = partial(stores.event_spool.put_not_begun, "run", run.id)
     refusal = await station.command(command, occupation, by=operator, refused_late=never_begun)
     if refusal:
         if refusal.code != NO_ANSWER:
-            await run_in_threadpool(_forget_run, stores, started_run)
+            await run_in_threadpool(_forget_run, stores, started)
         raise refused(refusal)
     return run
 
 
-def _forget_run(stores: RunStores, started_run: StartedRun) -> None:
+def _forget_run(stores: RunStores, started: StartedRun) -> None:
     """Remove a run that the device refused."""
-    if started_run.without_database:
+    if started.without_database:
         # This is queued behind the record of the run's beginning, which may not be delivered yet.
-        stores.event_spool.put_not_begun("run", started_run.run.id)
-        stores.offline_sessions.finish_run(started_run.run.id, None)
+        stores.event_spool.put_not_begun("run", started.run.id)
+        stores.offline_sessions.finish_run(started.run.id, None)
         return
     try:
         with stores.database.write() as session:
-            runs.remove_refused(session, started_run.run.id)
+            runs.remove_refused(session, started.run.id)
     except DatabaseUnavailableError:
-        stores.event_spool.put_not_begun("run", started_run.run.id)
+        stores.event_spool.put_not_begun("run", started.run.id)

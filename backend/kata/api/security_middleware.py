@@ -58,10 +58,8 @@ def page_policy(nonce: str) -> str:
 
 def allowed_hosts(settings: Settings) -> frozenset[str]:
     """Return the allowed host names: loopback, this computer's names if other computers can reach it, and those of the settings."""
-    own_names = (
-        set() if settings.is_on_loopback else {name.lower() for name in (socket.gethostname(), socket.getfqdn())}
-    )
-    return _LOOPBACK | {name for name in own_names if _HOST.fullmatch(name)} | settings.named_hosts
+    names = set() if settings.is_on_loopback else {name.lower() for name in (socket.gethostname(), socket.getfqdn())}
+    return _LOOPBACK | {name for name in names if _HOST.fullmatch(name)} | settings.named_hosts
 
 
 class SecurityMiddleware:

@@ -518,29 +518,25 @@ def _begin_without_database(
     config: StationConfig,
 ) -> StartedRun | None:
     """Begin a run from the offline cache. Return None if the cache lacks data or the spool cannot store the run."""
-    checked_run = offline_sessions.start_run(_run_request(requested), apparatus)
-    if checked_run is None:
+    checked = offline_sessions.start_run(_run_request(requested), apparatus)
+    if checked is None:
         return None
-    for event in checked_run.new_answers:
+    for event in checked.new_answers:
         event_spool.put_offline_event(event)
-    if not event_spool.put_offline_event(checked_run.started):
-        event_spool.put_not_begun("run", checked_run.started.id)
-        offline_sessions.finish_run(checked_run.started.id, None)
+    if not event_spool.put_offline_event(checked.started):
+        event_spool.put_not_begun("run", checked.started.id)
+        offline_sessions.finish_run(checked.started.id, None)
         return None
     return StartedRun(
-        checked_run.run,
-        checked_run.motion,
-        checked_run.learned,
-        checked_run.recording.side,
-        checked_run.limits,
-        checked_run.recording.allowed,
-        PatientRef(id=checked_run.patient.id, name=checked_run.patient.name),
+        checked.run,
+        checked.motion,
+        checked.learned,
+        checked.recording.side,
+        checked.limits,
+        checked.recording.allowed,
+        PatientRef(id=checked.patient.id, name=checked.patient.name),
         end_range.live(
-            checked_run.recording.taught,
-            checked_run.recording.side,
-            config,
-            checked_run.end_range,
-            requested.load_level,
+            checked.recording.taught, checked.recording.side, config, checked.end_range, requested.load_level
         ),
         without_database=True,
     )

@@ -186,10 +186,8 @@ class BusBench:
                 host.measure(CycleOrder(cycles=1, before=_WARM_UP, hz=hz))
                 simulator.fault("noise")
                 noisy = host.measure(CycleOrder(cycles=cycles, hz=hz))
-        lost_percent = noisy.lost / (5 * noisy.cycles) * 100
-        return DisturbanceCost(
-            silent.mean_ms - usual.p50_ms, silent.max_ms, lost_percent, lost_percent * self._answer_bytes
-        )
+        percent = noisy.lost / (5 * noisy.cycles) * 100
+        return DisturbanceCost(silent.mean_ms - usual.p50_ms, silent.max_ms, percent, percent * self._answer_bytes)
 
     @property
     def _answer_bytes(self) -> int:
@@ -249,10 +247,8 @@ def run(seconds: float, rounds: int, delay_us: int, progress: Callable[[str], No
                     if contender not in rates:
                         continue
                     progress(f"{name}, {contender.label}, disturbed")
-                    is_disturbed = contender.disturbed and (baud == _FAST or protocol == "modbus")
-                    cost = (
-                        bench.disturb(contender, cycles, real_time=rates[contender].real_time) if is_disturbed else None
-                    )
+                    disturb = contender.disturbed and (baud == _FAST or protocol == "modbus")
+                    cost = bench.disturb(contender, cycles, real_time=rates[contender].real_time) if disturb else None
                     _add_row(report, f"{name}, {contender.label}", contender.figure, baud, rates[contender], cost)
                 _compare(report, baud, rates)
             finally:

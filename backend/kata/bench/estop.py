@@ -119,9 +119,9 @@ def _wait_for_state(service: RunningService, condition: Callable[[State], object
 
 def _add_figures(report: Report, done: list[Press], early: list[str]) -> None:
     by_estop = [press.off_ms for press in done if press.cause == _CAUSE]
-    other_causes = [press.cause for press in done if press.cause != _CAUSE] + early
+    causes = [press.cause for press in done if press.cause != _CAUSE] + early
     if not by_estop:
-        raise BenchError(f"no stop came from the emergency stop: {sorted(set(other_causes))}")
+        raise BenchError(f"no stop came from the emergency stop: {sorted(set(causes))}")
     p50, p99, p999 = np.percentile(by_estop, (50, 99, 99.9), method="inverted_cdf").tolist()
     longest = max(by_estop)
     report.figures |= {
@@ -130,11 +130,9 @@ def _add_figures(report: Report, done: list[Press], early: list[str]) -> None:
         "estop_p99_ms": p99,
         "estop_p999_ms": p999,
         "estop_max_ms": longest,
-        "estop_other_causes": len(other_causes),
+        "estop_other_causes": len(causes),
     }
     figures = (f"{value:.2f}" for value in (p50, p99, p999, longest))
-    report.rows.append((str(len(done) + len(early)), *figures, str(len(other_causes))))
-    for cause in sorted(set(other_causes)):
-        report.notes.append(
-            f"{other_causes.count(cause)} stops had {cause} as their first cause. The figures exclude them."
-        )
+    report.rows.append((str(len(done) + len(early)), *figures, str(len(causes))))
+    for cause in sorted(set(causes)):
+        report.notes.append(f"{causes.count(cause)} stops had {cause} as their first cause. The figures exclude them.")

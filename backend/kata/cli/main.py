@@ -260,12 +260,8 @@ def commission(
 
     if begin is not None and begin not in STEP_KEYS:
         raise typer.BadParameter(f"{begin} is not one of {', '.join(STEP_KEYS)}", param_hint="--from")
-    technician = by or getuser()
-    passed = (
-        run_check(station, technician, lines=lines)
-        if check
-        else run(station, port, technician, begin, simulate, lines=lines)
-    )
+    name = by or getuser()
+    passed = run_check(station, name, lines=lines) if check else run(station, port, name, begin, simulate, lines=lines)
     if not passed:
         raise typer.Exit(1)
 

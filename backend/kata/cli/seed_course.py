@@ -88,12 +88,10 @@ def _of_two_years(chance: Random, place: int, now: datetime) -> Course:
     present = place % 4 == 0
     age = timedelta(weeks=chance.uniform(3, weeks - 1)) if present else chance.uniform(0.3, 0.97) * _YEARS
     first = datetime.combine((now - age).date(), time(chance.randrange(0, 8), chance.choice((0, 30))), UTC)
-    planned = [
-        first + n * _WEEK / per_week + timedelta(hours=chance.choice((0, 0, 1))) for n in range(weeks * per_week)
-    ]
+    slots = [first + n * _WEEK / per_week + timedelta(hours=chance.choice((0, 0, 1))) for n in range(weeks * per_week)]
     # Patients with little motivation miss one of four expected sessions, the others one of sixteen.
     missed = chance.choice((0.06, 0.06, 0.25))
-    visits = [at for at in planned if at == planned[0] or chance.random() > missed]
+    visits = [at for at in slots if at == slots[0] or chance.random() > missed]
     dropped_out = not present and chance.random() < 0.18
     if dropped_out:
         visits = visits[: max(2, len(visits) // 3)]

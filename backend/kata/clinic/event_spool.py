@@ -173,10 +173,8 @@ def _decoded(record: Record) -> _SpoolItem:
 
 def _store_events(session: Session, items: Sequence[_SpoolItem]) -> None:
     new = [item.happening for item in items if isinstance(item, _DeviceEvent)]
-    stored_ids = set(
-        session.scalars(select(DeviceEventRow.id).where(DeviceEventRow.id.in_([event.id for event in new])))
-    )
-    rows = {event.id: DeviceEventRow(**vars(event), ended_at=None) for event in new if event.id not in stored_ids}
+    stored = set(session.scalars(select(DeviceEventRow.id).where(DeviceEventRow.id.in_([event.id for event in new]))))
+    rows = {event.id: DeviceEventRow(**vars(event), ended_at=None) for event in new if event.id not in stored}
     session.add_all(rows.values())
     session.flush()
     for item in items:

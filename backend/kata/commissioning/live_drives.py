@@ -206,10 +206,8 @@ class LiveDrives:
 
     def move(self, goal_deg: Floats, speed_deg_s: float = SPEED_DEG_S) -> list[LiveSample]:
         """Move the setpoints smoothly to a posture. Return the samples of the cycles. The drives must have torque."""
-        movement = MinimumJerkMove(self.setpoint_deg.copy(), np.asarray(goal_deg, dtype=np.float64), speed_deg_s)
-        return self.follow(
-            movement.at(n / self._config.cycle_hz) for n in range(1, self._cycles(movement.duration_s) + 1)
-        )
+        move = MinimumJerkMove(self.setpoint_deg.copy(), np.asarray(goal_deg, dtype=np.float64), speed_deg_s)
+        return self.follow(move.at(n / self._config.cycle_hz) for n in range(1, self._cycles(move.duration_s) + 1))
 
     def follow(self, setpoints_deg: Iterator[Floats]) -> list[LiveSample]:
         """Send these setpoints, one in each cycle. Return the samples of the cycles."""

@@ -130,11 +130,9 @@ def _compress_column(values: Floats, column: SampleColumn, along: Floats | None)
 
 def _encode_axis(values: Floats, column: SampleColumn, along: Floats | None) -> bytes:
     missing = np.isnan(values)
-    present_values = values[~missing]
-    step, offset = (
-        _detect_grid(present_values, column.resolution) if column.in_encoder_counts else (column.resolution, 0.0)
-    )
-    steps = np.rint((present_values - offset) / step).astype(np.int64)
+    present = values[~missing]
+    step, offset = _detect_grid(present, column.resolution) if column.in_encoder_counts else (column.resolution, 0.0)
+    steps = np.rint((present - offset) / step).astype(np.int64)
     if along is not None:
         steps = steps - _to_steps(along, step)[~missing]
     order, starts, differences = _smallest_differences(steps)

@@ -426,11 +426,9 @@ def _line(errors: EndFeelErrors) -> str:
         ("last third", errors.last_third_error, ""),
         ("repetitions differ", errors.disagreement_nm, "Nm"),
     )
-    figures_text = ", ".join(
-        f"{name} {value:+.2f} {unit}".rstrip() for name, value, unit in figures if value is not None
-    )
+    parts = ", ".join(f"{name} {value:+.2f} {unit}".rstrip() for name, value, unit in figures if value is not None)
     case = errors.case
-    return f"{case.plant} seed {case.seed}, {case.patient}, motor {case.motor}, {case.kind}: {errors.outcome}; {figures_text}"
+    return f"{case.plant} seed {case.seed}, {case.patient}, motor {case.motor}, {case.kind}: {errors.outcome}; {parts}"
 
 
 def summary(results: Sequence[EndFeelErrors]) -> Table:
@@ -438,16 +436,11 @@ def summary(results: Sequence[EndFeelErrors]) -> Table:
     table = Table("motor", "tests", "outcomes", *(f"{goal.name} (goal {goal.limit:g})" for goal in GOALS))
     for motor in sorted({errors.case.motor for errors in results}):
         for kind in get_args(Kind):
-            results_of_kind = [errors for errors in results if (errors.case.motor, errors.case.kind) == (motor, kind)]
-            if results_of_kind:
-                outcomes = Counter(errors.outcome[:30] for errors in results_of_kind)
-                outcomes_text = ", ".join(f"{count} {outcome}" for outcome, count in outcomes.most_common())
-                table.add_row(
-                    f"{motor} {kind}",
-                    str(len(results_of_kind)),
-                    outcomes_text,
-                    *(goal.shown(results_of_kind) for goal in GOALS),
-                )
+            group = [errors for errors in results if (errors.case.motor, errors.case.kind) == (motor, kind)]
+            if group:
+                outcomes = Counter(errors.outcome[:30] for errors in group)
+                counts = ", ".join(f"{count} {outcome}" for outcome, count in outcomes.most_common())
+                table.add_row(f"{motor} {kind}", str(len(group)), counts, *(goal.shown(group) for goal in GOALS))
     return table
 
 

@@ -47,7 +47,7 @@ def fall(posture_deg: tuple[float, ...], balancer_kg: float) -> Fall:
     plant = IndependentPlant(balancer_kg=balancer_kg)
     for axis, angle in enumerate(motor_angles_deg(posture_deg).tolist()):
         plant.place(axis, math.radians(angle))
-    start_deg = [math.degrees(axis.arm_angle) for axis in plant.axes]
+    begin = [math.degrees(axis.arm_angle) for axis in plant.axes]
     rows: list[list[float]] = []
     fastest = [0.0] * N_AXES
     for n in range(round(_LASTS_S / STEP_S)):
@@ -55,9 +55,7 @@ def fall(posture_deg: tuple[float, ...], balancer_kg: float) -> Fall:
             plant.update_slow_loads()
         plant.step((0.0,) * N_AXES)
         fastest = [max(before, abs(axis.arm_speed)) for before, axis in zip(fastest, plant.axes, strict=True)]
-        rows.append(
-            [abs(math.degrees(axis.arm_angle) - start) for axis, start in zip(plant.axes, start_deg, strict=True)]
-        )
+        rows.append([abs(math.degrees(axis.arm_angle) - start) for axis, start in zip(plant.axes, begin, strict=True)])
     largest = [max(column) for column in zip(*rows, strict=True)]
     worst = max(range(2, N_AXES), key=lambda axis: largest[axis])
     soon = rows[round(REACTION_S / STEP_S) - 1]

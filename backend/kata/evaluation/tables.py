@@ -168,13 +168,10 @@ def compared_to_paper(outcomes: Sequence[CaseResult]) -> TextTable:
         cells = []
         for method in methods:
             motors = [motor for outcome in ours if outcome.method == method for motor in outcome.motors]
-            named_motors = [motor for motor in motors if motor.motor in error.motors]
+            named = [motor for motor in motors if motor.motor in error.motors]
             peak, start = (
-                (
-                    _signed(named_motors, lambda motor: motor.peak_deg),
-                    _signed(named_motors, lambda motor: motor.start_deg),
-                )
-                if named_motors
+                (_signed(named, lambda motor: motor.peak_deg), _signed(named, lambda motor: motor.start_deg))
+                if named
                 else ("", "")
             )
             cells += [peak, start]

@@ -139,10 +139,8 @@ def _end_range_times(session: Session, episode: EpisodeRow, zone: tzinfo) -> Ite
 def _questionnaires(session: Session, patient: PatientRow) -> Iterator[Resource]:
     """Yield the SPADI and every other questionnaire that the patient has answered, with its texts if their licence allows it."""
     episodes = [episode.id for episode in patient.episodes]
-    answers_by_code = session.scalars(
-        select(AssessmentRow.questionnaires).where(AssessmentRow.episode_id.in_(episodes))
-    )
-    codes = {SPADI.code, *(code for answers in answers_by_code for code in answers)}
+    stored = session.scalars(select(AssessmentRow.questionnaires).where(AssessmentRow.episode_id.in_(episodes)))
+    codes = {SPADI.code, *(code for answers in stored for code in answers)}
     words = select(QuestionnaireTextsRow).where(QuestionnaireTextsRow.may_be_exported)
     free = {row.questionnaire: row for row in session.scalars(words.order_by(QuestionnaireTextsRow.language))}
     for code, definition in DEFINITIONS.items():

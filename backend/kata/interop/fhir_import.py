@@ -174,10 +174,8 @@ def _patient(resource: dict[str, Any], path: str, affected_side: Side, reading: 
     except ValidationError as error:
         paths = {"clinic_number": number_path, "name": name_path, "kana": name_path, "birth_date": f"{path}.birthDate"}
         for complaint in error.errors():
-            element_path = paths.get(str(complaint["loc"][0]) if complaint["loc"] else "", path)
-            reading.wrong.append(
-                (element_path, i18n.sentence(complaint["type"], complaint["msg"], complaint.get("ctx", {})))
-            )
+            place = paths.get(str(complaint["loc"][0]) if complaint["loc"] else "", path)
+            reading.wrong.append((place, i18n.sentence(complaint["type"], complaint["msg"], complaint.get("ctx", {}))))
         return None
 
 
@@ -239,8 +237,8 @@ def _codes(concept: Any) -> set[str]:
 def _names(patient: dict[str, Any], path: str, reading: _Reading) -> tuple[str, str, str | None]:
     """Return the path of the name, the name and its reading (representation SYL)."""
     wrong_before = len(reading.wrong)
-    spoken_names: list[tuple[int, str, str]] = []
-    written_names: list[tuple[int, str, str]] = []
+    spoken: list[tuple[int, str, str]] = []
+    written: list[tuple[int, str, str]] = []
     for place, name in enumerate(_objects(patient, "name", path, reading)):
         name_path = f"{path}.name[{place}]"
         text = _text(name, name_path, reading)
@@ -249,18 +247,16 @@ def _names(patient: dict[str, Any], path: str, reading: _Reading) -> tuple[str, 
             reading.left_out.append(name_path)
             continue
         rank = _PREFERENCE.index(use) if use in _PREFERENCE else len(_PREFERENCE)
-        (spoken_names if _representation(name) == "SYL" else written_names).append((rank, name_path, text))
+        (spoken if _representation(name) == "SYL" else written).append((rank, name_path, text))
     if len(reading.wrong) > wrong_before:
         return "", "", None
-    if not spoken_names and not written_names:
+    if not spoken and not written:
         reading.wrong.append((f"{path}.name", texts.FHIR_NAME_NEEDED()))
         return f"{path}.name", "", None
     # min() returns the first of several names with equal rank.
-    chosen = min(written_names or spoken_names, key=lambda candidate: candidate[0])
-    kana = min(spoken_names, key=lambda candidate: candidate[0]) if spoken_names else None
-    reading.left_out += [
-        candidate[1] for candidate in [*written_names, *spoken_names] if candidate not in (chosen, kana)
-    ]
+    chosen = min(written or spoken, key=lambda candidate: candidate[0])
+    kana = min(spoken, key=lambda candidate: candidate[0]) if spoken else None
+    reading.left_out += [candidate[1] for candidate in [*written, *spoken] if candidate not in (chosen, kana)]
     return chosen[1], chosen[2], kana[2] if kana else None
 
 

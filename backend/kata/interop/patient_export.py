@@ -234,13 +234,11 @@ def _record(session: Session, patient: PatientRow) -> dict[str, Any]:
     episodes = [episode.id for episode in patient.episodes]
     programmes = select(ProgrammeRow).where(ProgrammeRow.episode_id.in_(episodes))
     assessments = select(AssessmentRow).where(AssessmentRow.episode_id.in_(episodes))
-    contraindications = select(ContraindicationRow).where(ContraindicationRow.patient_id == patient.id)
+    query = select(ContraindicationRow).where(ContraindicationRow.patient_id == patient.id)
     erasures = select(ErasureRow).where(ErasureRow.patient_id == patient.id)
     return {
         "patient": _plain(patient),
-        "contraindications": [
-            _plain(row) for row in session.scalars(contraindications.order_by(ContraindicationRow.noted_at))
-        ],
+        "contraindications": [_plain(row) for row in session.scalars(query.order_by(ContraindicationRow.noted_at))],
         "episodes": [_plain(row, stages=row.stages) for row in patient.episodes],
         "programmes": [
             _plain(row) | {"versions": [_plain(version, items=version.items) for version in row.versions]}

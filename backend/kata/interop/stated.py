@@ -61,10 +61,8 @@ def compare(resource: Resource, before: Statement | None) -> Statement | None:
     kind = resource["resourceType"]
     if kind not in _BY_KIND:
         return None
-    kept_elements = {
-        name: resource[name] for name in _KEPT if name in resource and (kind, name) != ("Condition", "code")
-    }
-    statement = replace(before or Statement({}), withdrawal=kept_elements | _BY_KIND[kind])
+    kept = {name: resource[name] for name in _KEPT if name in resource and (kind, name) != ("Condition", "code")}
+    statement = replace(before or Statement({}), withdrawal=kept | _BY_KIND[kind])
     if kind not in _FINAL:
         return statement
     if resource["status"] == _IN_ERROR:

@@ -102,13 +102,11 @@ class TorqueAngleCurve:
 
     def completed(self) -> "TorqueAngleCurve":
         """Return the curve with the way back completed up to the turn, with the opposing torque of the last known places."""
-        is_known = self.returned
-        if np.all(is_known) or not np.any(is_known):
+        known = self.returned
+        if np.all(known) or not np.any(known):
             return self
-        held_nm = np.mean(self.opposing_nm[is_known][-_HELD_PLACES:])
-        return TorqueAngleCurve(
-            self.places_deg, self.out_nm, np.where(is_known, self.back_nm, self.out_nm - 2 * held_nm)
-        )
+        held_nm = np.mean(self.opposing_nm[known][-_HELD_PLACES:])
+        return TorqueAngleCurve(self.places_deg, self.out_nm, np.where(known, self.back_nm, self.out_nm - 2 * held_nm))
 
     def between(self, low_deg: float, high_deg: float) -> "TorqueAngleCurve":
         """Return the part of the curve between two angles."""
@@ -162,14 +160,11 @@ def way_out(motion: Motion, speed_deg_s: float, further_deg: float = 0.0) -> tup
     new = np.concatenate([[True], np.diff(reached) > 0])
     whole_deg = float(reached[-1]) + further_deg
     times = np.linspace(0.0, whole_deg / speed_deg_s, max(2, round(whole_deg / speed_deg_s / _PATH_STEP_S) + 1))
-    gone_deg = times * speed_deg_s
+    gone = times * speed_deg_s
     angles = np.column_stack(
-        [
-            np.interp(gone_deg, reached[new], motion.angles_deg[: top + 1, n][new])
-            for n in range(motion.angles_deg.shape[1])
-        ]
+        [np.interp(gone, reached[new], motion.angles_deg[: top + 1, n][new]) for n in range(motion.angles_deg.shape[1])]
     )
-    angles[:, axis] = motion.angles_deg[0, axis] + outward * gone_deg
+    angles[:, axis] = motion.angles_deg[0, axis] + outward * gone
     return Motion(times, angles), axis + 1
 
 
@@ -267,11 +262,9 @@ def measured(
     common = [_at_common(repetition, [*repetitions, baseline]) for repetition in repetitions]
     base = _at_common(baseline, common)
     grows = growth[np.isin(baseline.places_deg, base.places_deg)]
-    places_deg = base.places_deg
+    places = base.places_deg
     free = (
-        (places_deg >= weighed_deg[0])
-        & (places_deg <= weighed_deg[1])
-        & np.all([curve.returned for curve in common], axis=0)
+        (places >= weighed_deg[0]) & (places <= weighed_deg[1]) & np.all([curve.returned for curve in common], axis=0)
     )
     residual_nm = [curve.mean_nm - base.mean_nm for curve in common]
     factors = _arm_factors(
@@ -284,7 +277,7 @@ def measured(
     weight_nm = grows @ factors
     net = [
         TorqueAngleCurve(
-            places_deg,
+            places,
             curve.out_nm - base.out_nm - weight_nm,
             curve.back_nm - base.back_nm - weight_nm,
         ).completed()

@@ -50,30 +50,25 @@ class PoseGate:
 
         :param lowest_deg: lowest angle of each motor; ``highest_deg``: highest angle.
         """
-        angles_deg = motors_deg
+        pose = motors_deg
         for _ in range(_STEPS):
-            beyond = self.beyond_deg(angles_deg) - level_deg
+            beyond = self.beyond_deg(pose) - level_deg
             if beyond <= 0.0:
-                return angles_deg
+                return pose
             slopes = [
-                (
-                    self.beyond_deg([*angles_deg[:n], angles_deg[n] + _NUDGE_DEG, *angles_deg[n + 1 :]])
-                    - level_deg
-                    - beyond
-                )
-                / _NUDGE_DEG
+                (self.beyond_deg([*pose[:n], pose[n] + _NUDGE_DEG, *pose[n + 1 :]]) - level_deg - beyond) / _NUDGE_DEG
                 for n in range(_COUPLED)
             ]
             steepness = sum(slope * slope for slope in slopes)
             if steepness < _INSIDE_DEG:
-                return angles_deg
+                return pose
             distance_deg = (beyond + _INSIDE_DEG) / steepness
             moved = (
                 min(max(angle - distance_deg * slope, low), high)
-                for angle, slope, low, high in zip(angles_deg[:_COUPLED], slopes, lowest_deg, highest_deg, strict=False)
+                for angle, slope, low, high in zip(pose[:_COUPLED], slopes, lowest_deg, highest_deg, strict=False)
             )
-            angles_deg = [*moved, *angles_deg[_COUPLED:]]
-        return angles_deg
+            pose = [*moved, *pose[_COUPLED:]]
+        return pose
 
     def _beyond_reach(self, phi: float, psi: float, cosine: float, motors_deg: Sequence[float]) -> float:
         (lowest_phi, highest_phi), (lowest_psi, highest_psi) = POSE_RANGE_DEG[:2]

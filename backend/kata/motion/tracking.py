@@ -60,13 +60,10 @@ def error_figures(clock_s: Floats, error_deg: Floats) -> ErrorFigures:
     """Return the figures of an error ``(m,)`` at the times ``clock_s`` ``(m,)``, degrees and seconds; ``m`` is at least 1."""
     start = clock_s < clock_s[0] + START_S
     after = ~start if not np.all(start) else start
-    after_start = error_deg[after]
-    peak = int(np.argmax(np.abs(after_start)))
+    later = error_deg[after]
+    peak = int(np.argmax(np.abs(later)))
     return ErrorFigures(
-        float(after_start[peak]),
-        float(clock_s[after][peak]),
-        float(np.sqrt(np.mean(after_start**2))),
-        largest(error_deg[start]),
+        float(later[peak]), float(clock_s[after][peak]), float(np.sqrt(np.mean(later**2))), largest(error_deg[start])
     )
 
 

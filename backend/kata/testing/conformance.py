@@ -376,9 +376,7 @@ class Writing(_Suite):
         self.cycles(world, bus, 5)
         assert not any(world.torque)
         offs = [
-            access.t_ns
-            for access in world.seen
-            if access.what == "torque" and access.value == 0 and access.t_ns > off_ns
+            write.t_ns for write in world.seen if write.what == "torque" and write.value == 0 and write.t_ns > off_ns
         ]
         # A hundred bytes are the setpoints already on the bus and the frame itself.
         assert max(offs) - off_ns < 100 * 10e9 / world.config.baud + 1e6

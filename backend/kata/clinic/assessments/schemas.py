@@ -240,12 +240,8 @@ class AssessmentForm(Schema):
 def has_findings(assessment: "AssessmentCreate | Assessment") -> bool:
     """True if the assessment contains a finding."""
     pains = (assessment.pain_rest, assessment.pain_active, assessment.pain_passive, assessment.pain_average)
-    spadi_answered = any(answer is not None for answer in assessment.spadi or [])
-    other_questionnaires = isinstance(assessment, Assessment) and assessment.questionnaires
+    has_spadi = any(answer is not None for answer in assessment.spadi or [])
+    questionnaires = isinstance(assessment, Assessment) and assessment.questionnaires
     return bool(
-        assessment.rom
-        or assessment.note
-        or spadi_answered
-        or other_questionnaires
-        or any(pain is not None for pain in pains)
+        assessment.rom or assessment.note or has_spadi or questionnaires or any(pain is not None for pain in pains)
     )

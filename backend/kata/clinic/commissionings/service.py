@@ -67,33 +67,31 @@ def _check_runs(checks: Sequence[RecordedStep]) -> Iterator[tuple[RecordedStep, 
         yield tuple(steps)
 
 
-def add(session: Session, station: str, finished: FinishedCommissioning) -> bool:
+def add(session: Session, station: str, entry: FinishedCommissioning) -> bool:
     """Store a commissioning or check. Return False if it is already stored."""
-    began_at = datetime.fromisoformat(finished.steps[0].began_at)
+    began_at = datetime.fromisoformat(entry.steps[0].began_at)
     stored = select(CommissioningRow.id).where(
-        CommissioningRow.station == station,
-        CommissioningRow.kind == finished.kind,
-        CommissioningRow.began_at == began_at,
+        CommissioningRow.station == station, CommissioningRow.kind == entry.kind, CommissioningRow.began_at == began_at
     )
     if session.scalar(stored) is not None:
         return False
-    last = finished.steps[-1]
+    last = entry.steps[-1]
     session.add(
         CommissioningRow(
             id=uuid4(),
             station=station,
-            kind=finished.kind,
-            done_by=finished.done_by,
-            software=finished.record.kata,
+            kind=entry.kind,
+            done_by=entry.done_by,
+            software=entry.record.kata,
             began_at=began_at,
             ended_at=datetime.fromisoformat(last.ended_at),
             passed=last.passed,
             fault=last.fault,
             fault_key=msgspec.to_builtins(last.fault_key),
-            digest=finished.record.digest,
-            configuration_digest=finished.record.configuration_digest,
-            figures=_figures(finished.steps),
-            record=msgspec.json.encode(finished.record).decode(),
+            digest=entry.record.digest,
+            configuration_digest=entry.record.configuration_digest,
+            figures=_figures(entry.steps),
+            record=msgspec.json.encode(entry.record).decode(),
         )
     )
     return True

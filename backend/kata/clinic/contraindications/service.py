@@ -86,7 +86,7 @@ def check(contraindications: Iterable[Contraindication]) -> None:
         )
 
 
-def add(session: Session, patient_id: UUID, contraindication: ContraindicationCreate) -> Contraindication:
+def add(session: Session, patient_id: UUID, new: ContraindicationCreate) -> Contraindication:
     """Record a contraindication.
 
     :raises ProblemError: 404; 409 for an erased patient, without an open episode for a condition of a shoulder, and for a condition that
@@ -95,13 +95,11 @@ def add(session: Session, patient_id: UUID, contraindication: ContraindicationCr
     patient = patients.get(session, patient_id, to_change=True)
     patients.check_not_erased(patient)
     episode = None
-    if KINDS[contraindication.code].scope == "episode":
-        chosen = episodes.get(session, contraindication.episode_id) if contraindication.episode_id else patient.episode
+    if KINDS[new.code].scope == "episode":
+        chosen = episodes.get(session, new.episode_id) if new.episode_id else patient.episode
         episode = _open(chosen, patient_id)
-    same = [recorded for recorded in present(session, patient_id) if recorded.code == contraindication.code]
-    if contraindication.code != "other" and any(
-        recorded.side == (episode.side if episode else None) for recorded in same
-    ):
+    same = [recorded for recorded in present(session, patient_id) if recorded.code == new.code]
+    if new.code != "other" and any(recorded.side == (episode.side if episode else None) for recorded in same):
         raise ProblemError(
             409, "already_recorded", texts.CONTRAINDICATION_RECORDED(), texts.CHECK_LIST_OF_CONTRAINDICATIONS()
         )
@@ -109,10 +107,10 @@ def add(session: Session, patient_id: UUID, contraindication: ContraindicationCr
         id=uuid4(),
         patient_id=patient_id,
         episode_id=episode.id if episode else None,
-        code=contraindication.code,
-        note=contraindication.note,
+        code=new.code,
+        note=new.note,
         noted_at=utc_now(),
-        noted_by=contraindication.noted_by,
+        noted_by=new.noted_by,
     )
     session.add(row)
     session.flush()

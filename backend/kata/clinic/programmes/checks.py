@@ -121,14 +121,14 @@ def _duration(
         motion = Motion(columns["time_s"], columns["angle_deg"])
         times = repetition_times(motion, playback.asked)
         # Two repetitions contain every transition that many repetitions contain.
-        shortened = with_settings(motion, replace(playback.asked, repetitions=min(playback.asked.repetitions, 2)))
+        short = with_settings(motion, replace(playback.asked, repetitions=min(playback.asked.repetitions, 2)))
         config.check_reference(
-            playback.method, reference(playback.method, shortened.times_s, shortened.angles_deg), allowed.side
+            playback.method, reference(playback.method, short.times_s, short.angles_deg), allowed.side
         )
-        allowed.check_path(shortened, playback.method)
+        allowed.check_path(short, playback.method)
         if playback.end_range:
             prescribed, side = playback.end_range, allowed.side
-            if why := _end_range_problem(prescribed, motion, shortened, side):
+            if why := _end_range_problem(prescribed, motion, short, side):
                 return ItemProblem(why, next_step=texts.CHANGE_END_RANGE())
             if why := end_range.level_problem(motion, side, config, prescribed, playback.load_level):
                 return ItemProblem(why, next_step=texts.CHANGE_LEVEL_OR_TORQUE())

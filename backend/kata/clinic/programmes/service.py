@@ -93,21 +93,19 @@ def changeable(session: Session, programme_id: UUID) -> ProgrammeRow:
     return row
 
 
-def create(
-    session: Session, patient_id: UUID, programme: ProgrammeCreate, durations_s: Sequence[float]
-) -> ProgrammeRow:
+def create(session: Session, patient_id: UUID, new: ProgrammeCreate, durations_s: Sequence[float]) -> ProgrammeRow:
     """Store a programme with its first version. ``durations_s``: the checked durations of its items.
 
     :raises ProblemError: as in :func:`open_episode`, and when a recording does not fit the episode.
     """
-    episode = open_episode(session, patient_id, programme.episode_id)
+    episode = open_episode(session, patient_id, new.episode_id)
     now = utc_now()
     row = ProgrammeRow(
-        id=uuid4(), episode_id=episode.id, episode=episode, name=programme.name, created_at=now, updated_at=now
+        id=uuid4(), episode_id=episode.id, episode=episode, name=new.name, created_at=now, updated_at=now
     )
     session.add(row)
     session.flush()
-    _add_version(session, row, 1, programme, durations_s)
+    _add_version(session, row, 1, new, durations_s)
     return row
 
 

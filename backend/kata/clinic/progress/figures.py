@@ -123,13 +123,9 @@ def spadi(points: Sequence[SpadiPoint]) -> Figure:
     layout = _layout(420) | _axes(texts.FIGURE_SPADI_SCALE(), [-4, 104], last)
     if lines[0].points:
         baseline = lines[0].points[0].value
-        smallest_change, _ = IMPORTANT_CHANGE
+        smallest, _ = IMPORTANT_CHANGE
         traces.append(_level(texts.FIGURE_BASELINE(), baseline, last, _INDIGO, "dot"))
-        traces.append(
-            _level(
-                texts.FIGURE_BETTER_PERHAPS(points=smallest_change), baseline - smallest_change, last, _GREEN, "dash"
-            )
-        )
+        traces.append(_level(texts.FIGURE_BETTER_PERHAPS(points=smallest), baseline - smallest, last, _GREEN, "dash"))
         traces.append(
             _level(
                 texts.FIGURE_BETTER_IMPORTANT(points=DETECTABLE_CHANGE),
@@ -146,7 +142,7 @@ def spadi(points: Sequence[SpadiPoint]) -> Figure:
                 "x0": 0,
                 "x1": 1,
                 "y0": baseline - DETECTABLE_CHANGE,
-                "y1": baseline - smallest_change,
+                "y1": baseline - smallest,
                 "fillcolor": _GREEN,
                 "opacity": 0.12,
                 "line": {"width": 0},
@@ -214,13 +210,9 @@ def tracking(tracked: Sequence[Tracked]) -> Figure:
         highest = max((getattr(playbacks, part) for playbacks in tracked), default=1.0)
         layout |= axes.layout(last, [0, 1.1 * highest + 0.2])
         layout["annotations"].append(axes.title(title))
-        for place, (name, playbacks_of_recording) in enumerate(by_recording.items()):
+        for place, (name, sessions) in enumerate(by_recording.items()):
             line = LineSeries(
-                name,
-                tuple(
-                    Point(playbacks.at, playbacks.week, getattr(playbacks, part))
-                    for playbacks in playbacks_of_recording
-                ),
+                name, tuple(Point(playbacks.at, playbacks.week, getattr(playbacks, part)) for playbacks in sessions)
             )
             traces.append(axes.on_axes(_nth_line(line, place, texts.FIGURE_NAMED_ANGLE_HOVER()), first=row == 0))
     return _figure(traces, layout)

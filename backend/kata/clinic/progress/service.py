@@ -138,16 +138,16 @@ def questionnaire_panels(session: Session, timeline: EpisodeTimeline) -> list[Qu
     """Return a panel for each answered questionnaire other than the SPADI. A questionnaire that only another version knows has none."""
     query = select(AssessmentRow.assessed_at, AssessmentRow.questionnaires)
     query = query.where(*_counted(timeline.episode_id)).order_by(AssessmentRow.assessed_at, AssessmentRow.id)
-    points_by_code: dict[str, list[TotalPoint]] = defaultdict(list)
+    totals: dict[str, list[TotalPoint]] = defaultdict(list)
     for at, questionnaires in session.execute(query):
         for code, answers in questionnaires.items():
             definition = DEFINITIONS.get(code)
             if definition is not None and definition.fits(answers):
-                points_by_code[code].append(TotalPoint(at, timeline.week(at), score(definition, answers).total))
+                totals[code].append(TotalPoint(at, timeline.week(at), score(definition, answers).total))
     return [
-        QuestionnairePanel(definition, tuple(points_by_code[code]))
+        QuestionnairePanel(definition, tuple(totals[code]))
         for code, definition in DEFINITIONS.items()
-        if code in points_by_code
+        if code in totals
     ]
 
 

@@ -165,12 +165,10 @@ def _compared(stored: StoredMotion, motions: dict[CurveOf, MotionRhythm]) -> App
     own_rhythm = next(iter(motions.values()))
     sound, compared = _like(own_rhythm, stored.sound.rows)
     no_sound = None if sound else stored.sound.reason or "no_like_motion"
-    curves = [_curve(of, found_rhythm) for of, motion in motions.items() for found_rhythm in motion.rhythms]
+    curves = [_curve(of, other) for of, motion in motions.items() for other in motion.rhythms]
     leads: list[RhythmLead] = []
     if compared is not None:
-        curves += [
-            _curve("sound", found_rhythm) for found_rhythm in compared.rhythms if own_rhythm.like(found_rhythm.widest)
-        ]
+        curves += [_curve("sound", other) for other in compared.rhythms if own_rhythm.like(other.widest)]
         found_leads = ((of, lead(motion, compared)) for of, motion in motions.items())
         leads = [_lead(of, found_lead) for of, found_lead in found_leads if found_lead is not None]
     return ApparatusRhythm(
@@ -206,10 +204,8 @@ def _like(
 
 
 def _curve(of: CurveOf, motion_rhythm: Rhythm) -> RhythmCurve:
-    curve, published = motion_rhythm.widest, motion_rhythm.reference
-    reference = published and RhythmReference(
-        source=published.source, ratio=published.ratio, ratio_deviation=published.deviation
-    )
+    curve, norm = motion_rhythm.widest, motion_rhythm.reference
+    reference = norm and RhythmReference(source=norm.source, ratio=norm.ratio, ratio_deviation=norm.deviation)
     return RhythmCurve(
         of=of,
         direction=curve.direction,

@@ -132,10 +132,10 @@ def teaching_checklist(
 ) -> tuple[CheckState, ...]:
     """Return the checklist of a teaching. Its answers are those of the patient's open session, if there is one, and ``confirmed``."""
     clinic_session = service.open_of(session, teaching.patient_id)
-    all_answers = [*(answers(clinic_session) if clinic_session else ()), *confirmed]
+    answered = [*(answers(clinic_session) if clinic_session else ()), *confirmed]
     return check_states(
         _teaching_needs(teaching),
-        all_answers,
+        answered,
         apparatus,
         events.estop_tested_at(session, apparatus.station, apparatus.today),
     )

@@ -43,10 +43,8 @@ def list_sessions(
     """Return sessions of all patients whose records you may see, newest first. All given filters must match."""
     with database.read() as session:
         hidden = restricted.hidden(actor)
-        session_filter = SessionFilter(
-            since=since, until=until, therapist=therapist, station=station, stop=stop, hidden=hidden
-        )
-        items, further = lists.find(session, session_filter, limit, after)
+        chosen = SessionFilter(since=since, until=until, therapist=therapist, station=station, stop=stop, hidden=hidden)
+        items, further = lists.find(session, chosen, limit, after)
         return Page[SessionSummary](items=items, next=further)
 
 

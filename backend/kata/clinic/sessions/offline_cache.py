@@ -76,8 +76,8 @@ class OfflineCache:
         with self.lock:
             self._attended = patient_id
             self._touch(patient_id, utc_now())
-            cached = self._cached.get(patient_id)
-            if cached and (cached.clinic_session.id if cached.clinic_session else None) != session_id:
+            entry = self._cached.get(patient_id)
+            if entry and (entry.clinic_session.id if entry.clinic_session else None) != session_id:
                 del self._cached[patient_id]
             self._due_s = 0.0
 
@@ -124,13 +124,13 @@ class OfflineCache:
     @property
     def may_load(self) -> bool:
         """True if a recording can be loaded in one of the open sessions."""
-        return any(cached.clinic_session and not cached.clinic_session.ended_at for cached in self._usable())
+        return any(entry.clinic_session and not entry.clinic_session.ended_at for entry in self._usable())
 
     def ready(self) -> list[ReadyPatient]:
         """Return the patients whose session can begin or continue, by name. Empty while the database is available."""
         if not self.is_needed:
             return []
-        ready = [cached.as_ready() for cached in self._ready()]
+        ready = [entry.as_ready() for entry in self._ready()]
         return sorted(ready, key=lambda entry: (entry.patient.name, entry.patient.clinic_number))
 
     @property
@@ -145,7 +145,7 @@ class OfflineCache:
     def owner_of(self, records: Iterable[tuple[str, UUID]]) -> UUID | None:
         """Return the patient who owns every named record, or None if there is no such patient."""
         record_set = set(records)
-        return next((cached.patient.id for cached in self._usable() if record_set <= _records_of(cached)), None)
+        return next((entry.patient.id for entry in self._usable() if record_set <= _records_of(entry)), None)
 
     def is_pending(self, records: Iterable[tuple[str, UUID]]) -> bool:
         """Return True if a change to one of the named records may not be in the database yet."""
@@ -176,62 +176,58 @@ class OfflineCache:
         """Return the entries that are recent enough to use."""
         since = (self._database.unavailable_since or utc_now()) - _MAX_AGE
         with self.lock:
-            return [cached for cached in self._cached.values() if cached.at >= since]
+            return [entry for entry in self._cached.values() if entry.at >= since]
 
     def _ready(self) -> list[CachedPatient]:
-        return [cached for cached in self._usable() if cached.clinic_session or self.may_begin(cached)]
+        return [entry for entry in self._usable() if entry.clinic_session or self.may_begin(entry)]
 
-    def may_begin(self, cached: CachedPatient) -> bool:
+    def may_begin(self, entry: CachedPatient) -> bool:
         """Return True if a session of this patient may begin: there is a programme, and the patient was seen here today."""
-        day = self._opened.get(cached.patient.id)
-        return cached.programme is not None and day is not None and day >= checks.today(self.zone)
+        day = self._opened.get(entry.patient.id)
+        return entry.programme is not None and day is not None and day >= checks.today(self.zone)
 
     def find_patient(self, patient_id: UUID) -> CachedPatient | None:
         """Return the patient's entry, or None if there is no recent one."""
-        return next((cached for cached in self._usable() if cached.patient.id == patient_id), None)
+        return next((entry for entry in self._usable() if entry.patient.id == patient_id), None)
 
     def find_session(self, session_id: UUID) -> CachedPatient | None:
         """Return the entry of the patient with this session, or None if there is no recent one."""
         return next(
-            (cached for cached in self._usable() if cached.clinic_session and cached.clinic_session.id == session_id),
-            None,
+            (entry for entry in self._usable() if entry.clinic_session and entry.clinic_session.id == session_id), None
         )
 
     def with_loaded_run(self, run_id: UUID) -> list[CachedPatient]:
         """Return the entries, including old ones, whose session contains this run without an outcome."""
         return [
-            cached
-            for cached in self._cached.values()
-            if cached.clinic_session
-            and any(run.id == run_id and run.outcome == "loaded" for run in cached.clinic_session.runs)
+            entry
+            for entry in self._cached.values()
+            if entry.clinic_session
+            and any(run.id == run_id and run.outcome == "loaded" for run in entry.clinic_session.runs)
         ]
 
     def replace_banner(self, banner: PatientBanner) -> None:
         """Store a patient's banner that was changed in the database, so that the next motion is checked against it."""
         with self.lock:
-            if cached := self._cached.get(banner.patient_id):
-                self._cached[banner.patient_id] = replace(cached, banner=banner)
+            if entry := self._cached.get(banner.patient_id):
+                self._cached[banner.patient_id] = replace(entry, banner=banner)
                 # A refresh that is reading now may have read the former banner.
                 self._changes += 1
             self._due_s = 0.0
 
-    def store(self, cached: CachedPatient) -> None:
+    def store(self, entry: CachedPatient) -> None:
         """Store an entry that a user changed without the database."""
-        self._cached[cached.patient.id] = cached
-        if cached.clinic_session:
-            self._unsent[cached.clinic_session.id] = cached.patient.id
+        self._cached[entry.patient.id] = entry
+        if entry.clinic_session:
+            self._unsent[entry.clinic_session.id] = entry.patient.id
         self._changes += 1
         self._due_s = 0.0
 
 
-def _records_of(cached: CachedPatient) -> set[tuple[str, UUID]]:
+def _records_of(entry: CachedPatient) -> set[tuple[str, UUID]]:
     """Return every record of one patient that a request can name."""
-    records = {("patient_id", cached.patient.id), *(("recording_id", recording) for recording in cached.recordings)}
-    if cached.programme:
-        records.add(("programme_version_id", cached.programme.version_id))
-    if cached.clinic_session:
-        records |= {
-            ("session_id", cached.clinic_session.id),
-            *(("run_id", run.id) for run in cached.clinic_session.runs),
-        }
+    records = {("patient_id", entry.patient.id), *(("recording_id", recording) for recording in entry.recordings)}
+    if entry.programme:
+        records.add(("programme_version_id", entry.programme.version_id))
+    if entry.clinic_session:
+        records |= {("session_id", entry.clinic_session.id), *(("run_id", run.id) for run in entry.clinic_session.runs)}
     return records

@@ -273,7 +273,5 @@ def _answers(clinic_session: Session) -> list[Answer]:
 
 
 def _with_answers(clinic_session: Session, ticked: Iterable[CheckAnswered]) -> Session:
-    new_answers = [
-        CheckAnswer(check=answer.check, subject=answer.subject, at=answer.at, by=answer.by) for answer in ticked
-    ]
-    return clinic_session.model_copy(update={"checks": [*clinic_session.checks, *new_answers]})
+    added = [CheckAnswer(check=answer.check, subject=answer.subject, at=answer.at, by=answer.by) for answer in ticked]
+    return clinic_session.model_copy(update={"checks": [*clinic_session.checks, *added]})

@@ -113,17 +113,13 @@ class CachedPatient:
 
 
 def fetch(
-    session: DatabaseSession,
-    station: str,
-    patient_ids: Sequence[UUID],
-    today: date,
-    before: Mapping[UUID, CachedPatient],
+    session: DatabaseSession, station: str, ids: Sequence[UUID], today: date, before: Mapping[UUID, CachedPatient]
 ) -> dict[UUID, CachedPatient]:
     """Return those of the given patients whose session is open or could begin. If there are too many samples, return the first patients.
 
     Patients with a restricted or archived record are left out. ``today``: in the clinic's time zone. ``before``: result of the last call.
     """
-    conditions = (PatientRow.id.in_(patient_ids), ~PatientRow.restricted, PatientRow.archived_at.is_(None))
+    conditions = (PatientRow.id.in_(ids), ~PatientRow.restricted, PatientRow.archived_at.is_(None))
     of_patients = select(PatientRow).where(*conditions)
     of_patients = of_patients.options(selectinload(PatientRow.episodes).lazyload(EpisodeRow.stages))
     rows = {row.id: row for row in session.scalars(of_patients)}
@@ -132,7 +128,7 @@ def fetch(
     versions = programmes.of_patients(session, rows)
     cached: dict[UUID, CachedPatient] = {}
     remaining_samples = _MOST_SAMPLES
-    for row in (rows[key] for key in patient_ids if key in rows):
+    for row in (rows[key] for key in ids if key in rows):
         episode = row.episode if row.episode and row.episode.closed_at is None else None
         of_episode = [
             version

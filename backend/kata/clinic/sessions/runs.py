@@ -145,16 +145,14 @@ def new(id_: UUID, started_at: datetime, request: RunRequest) -> RunRow:
     )
 
 
-def motion_of(session: DatabaseSession, row: RunRow, *, single_repetition: bool = False) -> edit.Motion:
+def motion_of(session: DatabaseSession, row: RunRow, *, single: bool = False) -> edit.Motion:
     """Return the motion that a run requests from the motors: its recording with the run's settings.
 
-    :param single_repetition: return only one repetition.
+    :param single: return only one repetition.
     :raises ProblemError: 404; 410 when the recording's samples are damaged; 422 when it cannot be played with these settings.
     """
     settings = settings_of(row)
-    return with_settings(
-        taught(session, row.recording_id), replace(settings, repetitions=1) if single_repetition else settings
-    )
+    return with_settings(taught(session, row.recording_id), replace(settings, repetitions=1) if single else settings)
 
 
 def taught(session: DatabaseSession, recording_id: UUID) -> edit.Motion:

@@ -38,7 +38,7 @@ def get_run_motion(database: TheDatabase, run_id: UUID) -> MotionPreview:
     """
     with database.read() as session:
         row = runs.get(session, run_id)
-        return motion_preview(runs.motion_of(session, row, single_repetition=True), side_of(row.recording.side))
+        return motion_preview(runs.motion_of(session, row, single=True), side_of(row.recording.side))
 
 
 @router.get(

@@ -128,10 +128,7 @@ def adherence(programmes: list[FollowedProgramme], now: datetime) -> ProgrammeAd
         programmes=len(programmes),
         overdue=sum(programme.due_at < now - timedelta(days=1) for programme in programmes),
         prescribed=sum(prescribed),
-        held=sum(
-            min(programme.held, prescribed_count)
-            for programme, prescribed_count in zip(programmes, prescribed, strict=True)
-        ),
+        held=sum(min(programme.held, limit) for programme, limit in zip(programmes, prescribed, strict=True)),
     )
 
 
