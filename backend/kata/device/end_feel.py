@@ -76,7 +76,7 @@ class EndFeelTest:
         if outward:
             self._weigh(movement, arm_nm, beyond_nm)
         weight_nm, most_nm = self._outward * self._arm.weight_nm(arm_nm), self._most_weight_nm(arm_nm)
-        against_nm = float(self._outward * beyond_nm - min(weight_nm, most_nm))
+        against_nm = self._against_nm(beyond_nm, arm_nm)
         if not outward:
             self._recent.clear()
             self._recent_back.append(against_nm)
@@ -90,6 +90,17 @@ class EndFeelTest:
             return False
         recent = np.array(self._recent)
         return bool(max(self._weights @ recent, recent.mean()) >= self._torque_nm - _MARGIN_NM)
+
+    def note_hold(self, state: CycleState, movement: Movement) -> None:
+        """Note the torque of a paused test. At rest, friction acts in neither direction. Call it in every cycle of the pause."""
+        self.note_pedal(state)
+        out_nm, back_nm, *arm_nm = self._curves_at(movement.position_s).tolist()
+        self._recent_back.append(self._against_nm(state.torque_nm[self._axis] - (out_nm + back_nm) / 2, arm_nm))
+
+    def _against_nm(self, beyond_nm: float, arm_nm: list[float]) -> float:
+        """Return the shoulder's torque against the way out. ``beyond_nm``: the drive's torque beyond that of the baseline."""
+        weight_nm = min(self._outward * self._arm.weight_nm(arm_nm), self._most_weight_nm(arm_nm))
+        return float(self._outward * beyond_nm - weight_nm)
 
     def note_pedal(self, state: CycleState) -> None:
         """End the test if the patient presses the pedal, or could not press it because it was pulled out. Call it in every cycle between
@@ -109,7 +120,9 @@ class EndFeelTest:
         return _MOST_WEIGHT_NM * math.hypot(*arm_nm) / self._largest_growth if self._largest_growth else 0.0
 
     def retreat_deg_s(self) -> Floats:
-        """Return the additional speed of the way back, ``(5,)`` in deg/s. It is 0 unless the patient pushes with more than the chosen torque."""
+        """Return the additional speed back, ``(5,)`` in deg/s, of the way back and of a pause. It is 0 unless the patient pushes with more than
+        the chosen torque.
+        """
         speeds = np.zeros(N_AXES)
         if len(self._recent_back) == self._recent_back.maxlen:
             excess_nm = sum(self._recent_back) / len(self._recent_back) - (self._torque_nm - _MARGIN_NM)

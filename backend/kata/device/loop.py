@@ -24,7 +24,7 @@ from kata.device.ipc import QueuedCommand, ServiceLink
 from kata.device.ipc_messages import Guarded, Pause, Reply
 from kata.device.loop_telemetry import LoopTelemetry
 from kata.device.pedal import UsbPedal
-from kata.device.refusals import ANGLES_NOT_CURRENT, out_of_date
+from kata.device.refusals import ANGLES_NOT_CURRENT, STOPPED_MEANWHILE, out_of_date
 from kata.device.setpoint_gate import refused_setpoints
 from kata.messages import text_of
 from kata.system.realtime import Granted
@@ -73,7 +73,7 @@ class ControlLoop(LoopTelemetry):
         self._polls_estop = max_cycle_hz(config) >= 2 * config.cycle_hz
         """True if the bus has enough spare time for the extra poll."""
         self._waiting: QueuedCommand | None = None
-        """A start that waits until every drive answers again."""
+        """A start that waits until every drive answers again, or a newer command arrives."""
         self._taken_ns = 0
         """Time of the last cycle in which no start waited."""
         self._heartbeats_seen = 0
@@ -302,7 +302,12 @@ class ControlLoop(LoopTelemetry):
     # -- the service ----------------------------------------------------------------------------------------------
 
     def _execute_command(self, state: CycleState) -> None:
-        taken, self._waiting = self._waiting or self._link.take_command(), None
+        taken = self._link.take_command()
+        if taken and self._waiting:
+            # A newer command, such as Pause, ends the wait.
+            self._link.reply(Reply(id=self._waiting.id, refusal=STOPPED_MEANWHILE))
+            self._waiting = None
+        taken, self._waiting = taken or self._waiting, None
         if taken is None:
             self._taken_ns = state.t_ns
             return

@@ -205,7 +205,7 @@ class MachineState:
     def _begin_return(self) -> None:
         run = self._run
         assert run is not None and self._movement is not None
-        run.resisting_axis = None
+        run.end_reversal()
         if returns_straight(run, self.setpoint_deg):
             self._leave_recording(run)
         else:

@@ -168,7 +168,7 @@ class StateMachine(MachineState):
         if self.mode == "playing":
             run.watch_end_feel(movement, state)
         elif self.mode == "paused":
-            run.note_pedal(movement, state)
+            run.watch_paused_test(movement, state)
         self._follow_path(state)
         if self.mode == "approaching" and movement.ended:
             if run.settle(self.setpoint_deg, state.measured_deg, self._period_s):
@@ -190,6 +190,7 @@ class StateMachine(MachineState):
         elif movement.ended:
             movement.direction = 0
         elif movement.at_rest:
+            run.end_relief()
             self._enter("paused")
 
     def _step_returning(self, run: Run, movement: Movement) -> None:
@@ -232,7 +233,7 @@ class StateMachine(MachineState):
             run.yield_to_push(state)
         elif self.mode == "playing" and run.resisting_axis is not None and movement.speed_override <= 0.0:
             run.yield_to_push(state, only_to_reversal=True)
-        elif self.mode == "playing":
+        elif self.mode in ("playing", "paused"):
             run.retreat_in_test()
 
     def _step_without_torque(self, state: CycleState) -> None:

@@ -18,7 +18,7 @@ SLOW_DEG_S: Final = 1.0
 _COUNT_DEG: Final = 0.1
 """An angle closer than this to its setpoint counts as equal. One count of a 4096-count encoder is 0.088 deg."""
 RELIEVE_NS: Final = 1_000_000_000
-"""After a reversal, the push that caused it is ignored for this time. At 100 Hz even the softest drive stops pushing within it, also if
+"""While the arm moves back, the push that caused this is ignored for this time. At 100 Hz even the softest drive stops pushing within it, also if
 the arm does not move."""
 _TO_MEASURED_S: Final = 0.05
 """Time constant with which a yielding setpoint moves to the measured angle."""
@@ -46,6 +46,10 @@ class ResistanceMonitor:
         """Restart after a reversal. The push that caused it does not count again until :data:`RELIEVE_NS` has passed."""
         self._since_ns = [None] * len(self._thresholds_nm)
         self._last_reversal = (axis, torque_nm, t_ns + RELIEVE_NS)
+
+    def end_relief(self) -> None:
+        """Let every push count again, because the arm no longer moves back from the last one."""
+        self._last_reversal = None
 
     def resisting_axis(self, state: CycleState, speed_deg_s: Sequence[float]) -> int | None:
         """Return the first axis that meets resistance in this cycle, else None.

@@ -15,7 +15,7 @@ from kata.device.ipc_messages import Load, RunState
 from kata.device.journal import JournalWriter, Sample
 from kata.device.movement import CREEP, RAMP_S, Movement
 from kata.device.range_override import RangeOverride
-from kata.device.resistance import ResistanceMonitor, YieldOffset
+from kata.device.resistance import SLOW_DEG_S, ResistanceMonitor, YieldOffset
 from kata.device.run_limits import WAY_TOLERANCE_DEG, RunLimits
 from kata.device.setpoint_gate import largest_step_deg
 from kata.device.setpoint_limiters import LimitedFeedForward, SetpointBrake, clip
@@ -241,7 +241,9 @@ class Run:
 
     def resists_way_back(self, axis: int, movement: Movement, state: CycleState) -> bool:
         """Return True if the patient resists an arm that moves back already."""
-        return movement.speed_override < 0.0 < float(self._speed_deg_s[axis]) * state.torque_nm[axis]
+        speed_deg_s = float(self._speed_deg_s[axis])
+        rests = abs(speed_deg_s) < SLOW_DEG_S
+        return movement.speed_override < 0.0 and (rests or speed_deg_s * state.torque_nm[axis] > 0.0)
 
     def reverse(self, axis: int, movement: Movement, state: CycleState) -> None:
         """Start moving the arm back along its path."""
@@ -271,17 +273,26 @@ class Run:
 
     # -- the end-feel test ------------------------------------------------------------------------------------------
 
+    def end_reversal(self) -> None:
+        """End the reaction to resistance: another movement begins."""
+        self.resisting_axis = None
+        self.end_relief()
+
+    def end_relief(self) -> None:
+        """Let every push count again. The caller calls this when the arm no longer moves back from resistance."""
+        self._monitor.end_relief()
+
     def play(self, movement: Movement) -> None:
         """Continue along the recording. An end-feel test that has turned, or that the patient has ended, continues its way back."""
-        self.resisting_axis = None
+        self.end_reversal()
         movement.direction, movement.ramp_s = 1, RAMP_S
         if self.end_feel:
             self.end_feel.resume(movement)
 
-    def note_pedal(self, movement: Movement, state: CycleState) -> None:
-        """Let the patient end a paused end-feel test. The arm is taken back when the test continues."""
+    def watch_paused_test(self, movement: Movement, state: CycleState) -> None:
+        """Watch the torque of a paused end-feel test, and let the patient end it. The arm is taken back when the test continues."""
         if self.end_feel and movement.position_s > 0.0:
-            self.end_feel.note_pedal(state)
+            self.end_feel.note_hold(state, movement)
 
     def watch_end_feel(self, movement: Movement, state: CycleState) -> None:
         """Take the arm back along its path if the test's torque is met on the way out."""

@@ -203,9 +203,12 @@ def test_drive_with_too_old_firmware_is_refused() -> None:
 def test_torque_is_the_models(model: int, nm_a: float) -> None:
     """The current limit written to a drive, and the torque read from it, follow from the model's data sheet."""
     config = RecordingWorld().config
-    axes = tuple(msgspec.structs.replace(axis, model=model, max_torque_nm=2.0) for axis in config.axes)
-    world = RecordingWorld(axes=axes)
-    for servo in world.drives:
+    *others, last = config.axes
+    # The XM430 has no external ports, so the last drive reads the inputs.
+    changed = [msgspec.structs.replace(axis, model=model, max_torque_nm=2.0) for axis in others]
+    inputs = msgspec.structs.replace(config.inputs, drive_id=last.id)
+    world = RecordingWorld(axes=(*changed, last), inputs=inputs)
+    for servo in world.drives[:-1]:
         servo.exchange(servo.drive.motor, model)
     bus = ready(world)
     bus.torque_on([15.0, 109.0, 8.0, 0.0, 0.0])

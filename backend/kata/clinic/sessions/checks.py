@@ -6,7 +6,7 @@ teaching.
 
 from collections.abc import Collection, Iterable, Sequence
 from dataclasses import asdict, dataclass
-from datetime import UTC, datetime, tzinfo
+from datetime import UTC, datetime, timedelta, tzinfo
 from typing import Any, Final
 from uuid import UUID
 
@@ -39,6 +39,8 @@ from kata.motion.linkage import Floats
 from kata.station.schemas import Live, TextKey
 from kata.types import Fixture, Side, side_of
 
+_CLOCK_TOLERANCE: Final = timedelta(seconds=2)
+"""Small corrections of the clock, such as those of NTP, keep a test."""
 _ROTATES_DEG: Final = 15.0
 """Degrees. Every motion turns the arm a little, but only motion 6 turns it by more than this."""
 
@@ -97,9 +99,9 @@ def estop_test(tested_at: datetime | None, apparatus: ApparatusState) -> datetim
     """Return the time of the last emergency stop test if the test counts, else None.
 
     A test counts if it was made today, and after the apparatus was connected and its drives were configured. The switch is read through a
-    drive, and a drive that was reset or replaced since may read it wrongly.
+    drive, and a drive that was reset or replaced since may read it wrongly. A test in the future shows that the clock was set back since.
     """
-    if tested_at is None or apparatus.verified_since is None:
+    if tested_at is None or apparatus.verified_since is None or tested_at > utc_now() + _CLOCK_TOLERANCE:
         return None
     return tested_at if tested_at >= max(apparatus.today, apparatus.verified_since) else None
 

@@ -25,6 +25,7 @@ _SECONDARY_ID: Final = 12
 _HOMING_OFFSET: Final = 20
 _HEALTH_LIMITS: Final = 31
 """Address of temperature limit (1 byte), maximum voltage (2) and minimum voltage (2). The driver only reads them."""
+_PWM_LIMIT: Final = 36
 _CURRENT_LIMIT: Final = 38
 _POSITION_LIMITS: Final = 48
 """Address of maximum and minimum position, four bytes each, in counts of one turn."""
@@ -35,6 +36,8 @@ _LED: Final = 65
 _GAINS: Final = 80
 """Address of the gains D, I and P, two bytes each."""
 _GOAL_CURRENT: Final = 102
+_WHOLE_PWM: Final = 885
+"""The factory value of the PWM limit: the whole supply voltage. A lower value weakens the drive below its current limit."""
 
 STATUS_BLOCK: Final = range(TORQUE_ENABLE, _GOAL_CURRENT + 2)
 """Torque, hardware error, gains, watchdog and goal current: read from one drive in turn while the mapped block is not used."""
@@ -106,6 +109,7 @@ def _registers(config: StationConfig, axis: Axis) -> Iterator[Register]:
     yield Register("operating mode", _OPERATING_MODE, bytes([_CURRENT_BASED_POSITION]))
     yield Register("secondary id", _SECONDARY_ID, bytes([_NO_SECONDARY_ID]))
     yield Register("homing offset", _HOMING_OFFSET, bytes(4))
+    yield Register("PWM limit", _PWM_LIMIT, struct.pack("<H", _WHOLE_PWM))
     yield Register("current limit", _CURRENT_LIMIT, struct.pack("<H", current))
     if limits := _position_limits(axis):
         yield Register("position limits", _POSITION_LIMITS, limits)
