@@ -1,6 +1,7 @@
 """A factory-new apparatus is commissioned, and each planted fault is named."""
 
 import itertools
+import math
 import os
 import struct
 from collections.abc import Callable
@@ -314,6 +315,35 @@ def test_a_planted_fault_is_named(
     last = record.steps[-1]
     assert last.fault_key is not None
     assert (last.fault_key.code, last.fault_key.params.get("motor")) == (fault.code, motor), last.fault
+
+
+def test_no_motor_moves_while_a_technician_pushes() -> None:
+    apparatus = FactoryNewApparatus(3)
+    technician = SimulatedTechnician(apparatus)
+    goals: set[tuple[float, ...]] = set()
+
+    def sleep(seconds: float) -> None:
+        if any(instruction.kind == "push_axis" for instruction in technician.instructions):
+            goals.add(tuple(round(math.degrees(servo.drive.goal), 2) for servo in apparatus.servos))
+        apparatus.world.wait(seconds)
+
+    workbench = replace(apparatus.workbench(technician), sleep=sleep)
+    for step in STEPS[:5]:
+        assert run_step(step, workbench, lambda: CLOCK_BEGIN).passed
+    assert [instruction.kind for instruction in technician.instructions].count("push_axis") == 5
+    assert len(goals) == 1
+
+
+def test_instructions_name_the_angles_of_a_pose_and_the_motion_of_a_motor() -> None:
+    apparatus = FactoryNewApparatus(3)
+    technician = SimulatedTechnician(apparatus)
+    workbench = apparatus.workbench(technician)
+    for step in STEPS[:7]:
+        assert run_step(step, workbench, lambda: CLOCK_BEGIN).passed
+    shown = {(instruction.kind, instruction.number): str(instruction.text) for instruction in technician.instructions}
+    assert "scapula rotation -8 deg, abduction 60 deg" in shown["fit_pose", 2]
+    for kind in ("connect_only", "sweep_axis"):
+        assert "lift the arm forward (flexion)" in shown[kind, 4]
 
 
 class UsbTechnician(SimulatedTechnician):

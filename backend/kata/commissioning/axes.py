@@ -8,11 +8,11 @@ from msgspec import structs
 
 from kata.commissioning import texts
 from kata.commissioning.drive_line import DriveLine
-from kata.commissioning.live_drives import live_drives
+from kata.commissioning.live_drives import LiveDrives, live_drives
 from kata.commissioning.workbench import ManualAction, StepError, Workbench, naming_drive, wrapped_deg
 from kata.device.bus.dynamixel.registers import DEG_PER_COUNT
 from kata.device.config import Axis
-from kata.motion.axes import AXES
+from kata.motion.axes import AXES, N_AXES
 from kata.motion.linkage import Floats
 
 MOVES: Final = {
@@ -101,34 +101,43 @@ def _moved_by_hand(workbench: Workbench, line: DriveLine, motor: int) -> Floats:
 
 
 def check_torque(workbench: Workbench) -> None:
-    """Move each motor slightly, then let the technician push it. Movement and torque must have the correct signs."""
+    """Move each motor slightly, then let the technician push each. Movement and torque must have the correct signs.
+
+    No motor moves after the first push, because the technician's hands are at the apparatus.
+    """
     workbench.confirm(ManualAction("stand_clear", texts.STAND_CLEAR()))
     with live_drives(workbench) as drives:
         drives.hold()
-        for motor in AXES:
-            axis = motor - 1
+        for axis in range(N_AXES):
             for by_deg in (_TEST_DEG, -_TEST_DEG):
                 drives.move_axis(axis, by_deg)
-            resting = drives.settle(0.3)
-            rest_deg = float(np.mean([sample.angle_deg[axis] for sample in resting]))
-            rest_nm = float(np.mean([sample.torque_nm[axis] for sample in resting]))
-            push: list[tuple[float, float]] = []
+        for motor in AXES:
+            _check_push(workbench, drives, motor)
 
-            def is_pushed(axis: int = axis, rest_deg: float = rest_deg, rest_nm: float = rest_nm) -> bool:
-                sample = drives.cycle()
-                moved, torque = float(sample.angle_deg[axis]) - rest_deg, float(sample.torque_nm[axis]) - rest_nm
-                push_detected = abs(moved) > _PUSH_DEG and abs(torque) > _PUSH_NM
-                if push_detected:
-                    push.append((moved, torque))  # noqa: B023 - called before the next motor
-                return push_detected
 
-            text = texts.PUSH_AXIS(motor=motor, motion=MOVES[motor]())
-            workbench.watch(ManualAction("push_axis", text, motor), is_pushed, texts.PUSH_NOT_SEEN(motor=motor))
-            moved, torque = push[-1]
-            if moved < 0:
-                raise StepError(texts.AXIS_REVERSED(motor=motor))
-            if torque > 0:
-                raise StepError(texts.TORQUE_SIGN_WRONG(motor=motor))
-            workbench.add_value("push: angle deg", motor, after=round(moved, 2))
-            workbench.add_value("push: torque Nm", motor, after=round(torque, 2))
-            drives.settle(1.0)
+def _check_push(workbench: Workbench, drives: LiveDrives, motor: int) -> None:
+    """Let the technician push a motor that holds its position."""
+    axis = motor - 1
+    resting = drives.settle(0.3)
+    rest_deg = float(np.mean([sample.angle_deg[axis] for sample in resting]))
+    rest_nm = float(np.mean([sample.torque_nm[axis] for sample in resting]))
+    push: list[tuple[float, float]] = []
+
+    def is_pushed() -> bool:
+        sample = drives.cycle()
+        moved, torque = float(sample.angle_deg[axis]) - rest_deg, float(sample.torque_nm[axis]) - rest_nm
+        push_detected = abs(moved) > _PUSH_DEG and abs(torque) > _PUSH_NM
+        if push_detected:
+            push.append((moved, torque))
+        return push_detected
+
+    text = texts.PUSH_AXIS(motor=motor, motion=MOVES[motor]())
+    workbench.watch(ManualAction("push_axis", text, motor), is_pushed, texts.PUSH_NOT_SEEN(motor=motor))
+    moved, torque = push[-1]
+    if moved < 0:
+        raise StepError(texts.AXIS_REVERSED(motor=motor))
+    if torque > 0:
+        raise StepError(texts.TORQUE_SIGN_WRONG(motor=motor))
+    workbench.add_value("push: angle deg", motor, after=round(moved, 2))
+    workbench.add_value("push: torque Nm", motor, after=round(torque, 2))
+    drives.settle(1.0)

@@ -5,6 +5,7 @@ from typing import Final
 from msgspec import structs
 
 from kata.commissioning import texts
+from kata.commissioning.axes import MOVES
 from kata.commissioning.drive_line import DriveLine, FoundDrive, LineError
 from kata.commissioning.workbench import FACTORY_BAUD, ManualAction, StepError, Workbench, naming_drive
 from kata.device.bus.dynamixel.registers import TORQUE_ENABLE
@@ -61,7 +62,8 @@ def _all_have_their_ids(workbench: Workbench) -> bool:
 
 
 def _assign(workbench: Workbench, motor: int) -> None:
-    workbench.confirm(ManualAction("connect_only", texts.CONNECT_ONLY(motor=motor), motor))
+    text = texts.CONNECT_ONLY(motor=motor, motion=MOVES[motor]())
+    workbench.confirm(ManualAction("connect_only", text, motor))
     drive = _search(workbench, motor)
     with workbench.line(drive.baud) as line:
         check_answers(line, motor, drive.drive_id)

@@ -29,7 +29,8 @@ STEP_AXES_DOES: Final = message(
 STEP_TORQUE: Final = message("step_torque", "Check the sign of torque")
 STEP_TORQUE_DOES: Final = message(
     "step_torque_does",
-    "Each motor moves by 3 deg with half of its torque, then holds against a push. Torque, push and motion must have matching signs.",
+    "Each motor moves by 3 deg with half of its torque. Then all motors hold, and the technician pushes one after the other. Torque, push "
+    "and motion must have matching signs.",
 )
 STEP_ZERO: Final = message("step_zero", "Find the zero of each motor")
 STEP_ZERO_DOES: Final = message(
@@ -68,7 +69,10 @@ STEP_ACCEPTANCE_DOES: Final = message(
 
 # -- instructions -----------------------------------------------------------------------------------------------------
 
-CONNECT_ONLY: Final = message("connect_only", "Connect only the drive of motor {motor:d} to the bus and to power.")
+CONNECT_ONLY: Final = message(
+    "connect_only",
+    "Connect only the drive of motor {motor:d} to the bus and to power. Its positive direction: {motion:text}.",
+)
 CONNECT_ALL: Final = message("connect_all", "Connect all five drives, the emergency stop and the pedal.")
 MOVE_AXIS: Final = message(
     "move_axis", "Move motor {motor:d} by hand in its positive direction by 20 deg: {motion:text}."
@@ -95,14 +99,20 @@ SUPPORT_ARM: Final = message(
     "support_arm",
     "Motor {motor:d} has torque and may hold an arm. Support the arm, then confirm: all motors are switched off.",
 )
-FIT_POSE: Final = message("fit_pose", "Lock the apparatus in reference pose {pose:d} with the fixture.")
+FIT_POSE: Final = message(
+    "fit_pose",
+    "Lock the apparatus in reference pose {pose:d} with the fixture: scapula abduction {scapula_abduction:.0f} deg, scapula rotation "
+    "{scapula_rotation:.0f} deg, abduction {abduction:.0f} deg, flexion {flexion:.0f} deg, rotation {rotation:.0f} deg. "
+    "Take your hands away before you confirm: the motors press against the fixture.",
+)
 FREE_ARM: Final = message("free_arm", "Remove the fixture and put the test weight into the arm fixer.")
 HANG_WEIGHT: Final = message("hang_weight", "Put the test weight into the arm fixer.")
 EMPTY_ARM: Final = message("empty_arm", "Take the test weight out of the arm fixer.")
 TURN_TO_LEFT: Final = message("turn_to_left", "Turn the apparatus to the left shoulder.")
 TURN_TO_RIGHT: Final = message("turn_to_right", "Turn the apparatus to the right shoulder.")
 SWEEP_AXIS: Final = message(
-    "sweep_axis", "Move motor {motor:d} slowly by hand to both ends of its range, then confirm."
+    "sweep_axis",
+    "Move motor {motor:d} slowly by hand to both ends of its range. Its positive direction: {motion:text}. Confirm after both ends.",
 )
 TUNE_GAINS: Final = message(
     "tune_gains",
@@ -214,7 +224,7 @@ TRACKING_POOR: Final = message(
 NOT_COMMISSIONED: Final = message("not_commissioned", "The station is not commissioned: {reason:text}.")
 RUN_COMMISSION: Final = message(
     "run_commission",
-    "Do not treat patients at this station. A technician must stop the service and run kata commission.",
+    "Do not treat patients at this station. A technician must commission it on the page “Station settings and commissioning”.",
 )
 NO_RECORD: Final = message("no_record", "there is no commissioning record")
 RECORD_CHANGED: Final = message("record_changed", "its record was changed or cannot be read")

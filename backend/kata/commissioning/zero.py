@@ -19,6 +19,7 @@ from kata.motion.linkage import Floats, motor_angles_deg
 
 POSES_DEG: Final = ((0.0, 0.0, 0.0, 0.0, 0.0), (-10.0, -8.0, 60.0, 60.0, -45.0))
 """The fixture's two poses, as angles of a pose (:mod:`kata.motion.axes`). We chose them, because the paper describes no fixture."""
+_ANGLES: Final = ("scapula_abduction", "scapula_rotation", "abduction", "flexion", "rotation")
 POSE_TOLERANCE_DEG: Final = 1.0
 """Largest deviation from a pose. A seated fixture holds each axis within a few tenths of a degree. A wrong hole is tens of degrees away."""
 _PRESS_DEG: Final = 3.0
@@ -62,7 +63,8 @@ def _expected(side: Side, pose: int) -> Floats:
 
 def _measure(workbench: Workbench, side: Side, pose: int) -> tuple[Floats, Floats]:
     """Return the motors' angles in a pose of the fixture, at the middle of their play, and the play."""
-    workbench.confirm(ManualAction("fit_pose", texts.FIT_POSE(pose=pose + 1), pose + 1))
+    angles = dict(zip(_ANGLES, POSES_DEG[pose], strict=True))
+    workbench.confirm(ManualAction("fit_pose", texts.FIT_POSE(pose=pose + 1, **angles), pose + 1))
     workbench.change(side=side)
     try:
         with live_drives(workbench) as drives:

@@ -30,6 +30,9 @@ export const stepName = (step: string) => STEPS[step] ?? step;
 const recordedValue = (value: number | string | null) =>
   typeof value === "string" ? describeRecordedValue(value) : (value ?? "–");
 
+/** Registers are long numbers without a space. Unbroken, they push the last column out of the record's dialog. */
+const LONG = { overflowWrap: "anywhere" } as const;
+
 /** Shows the values before and after a step. */
 export function Values({ values }: { values: Schemas["CommissioningValue"][] }) {
   return (
@@ -47,8 +50,12 @@ export function Values({ values }: { values: Schemas["CommissioningValue"][] }) 
           <Table.Tr key={`${value.motor} ${value.name}`}>
             <Table.Td>{value.motor || "–"}</Table.Td>
             <Table.Td>{describeRecordedValue(value.name)}</Table.Td>
-            <Table.Td ta="right">{recordedValue(value.before)}</Table.Td>
-            <Table.Td ta="right">{recordedValue(value.after)}</Table.Td>
+            <Table.Td ta="right" style={LONG}>
+              {recordedValue(value.before)}
+            </Table.Td>
+            <Table.Td ta="right" style={LONG}>
+              {recordedValue(value.after)}
+            </Table.Td>
           </Table.Tr>
         ))}
       </Table.Tbody>
