@@ -24,7 +24,7 @@ from kata.interop import bundle
 from kata.interop.codes import ClinicNames
 from kata.motion.builtin import built_in_motions
 from tests.support.databases import upgraded_file
-from tests.support.validators import judge
+from tests.support.validators import judge_fhir
 
 NOW = datetime(2026, 11, 20, 12, 0, tzinfo=UTC)
 PATIENTS = 5
@@ -81,7 +81,7 @@ def test_seeded_patients_are_valid_fhir(databases: list[Database], tmp_path: Pat
         for patient in session.scalars(select(PatientRow)):
             bundle.write(session, patient, tmp_path / "bundle.json", ClinicNames())
             cases[patient.clinic_number] = json.loads((tmp_path / "bundle.json").read_text())
-    found = judge("validate.mjs", given=json.dumps(cases))
+    found = judge_fhir(cases)
     assert found == {name: {"medplum": [], "lantana": []} for name in cases}
 
 

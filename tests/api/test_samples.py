@@ -24,7 +24,7 @@ from kata.motion.axes import POSE_COLUMNS
 from kata.motion.linkage import Floats, motor_angles_deg
 from tests.support.recordings import LASTS_S, lifted, taught
 from tests.support.responses import problem
-from tests.support.validators import judge
+from tests.support.validators import judge_parquet
 
 pytestmark = pytest.mark.no_apparatus
 
@@ -263,7 +263,7 @@ def test_run_parquet_is_readable_elsewhere_with_units_and_origin(
     assert read["path_s"].null_count == 50
     assert read.schema.field("motor_3_torque_nm").metadata[b"unit"] == b"Nm"
 
-    found = judge("parquet.mjs", str(file))
+    found = judge_parquet(file)
     metadata = found["metadata"]
     assert (metadata["schema"], metadata["patient_id"]) == ("kata-samples-table/1", patient["id"])
     assert (metadata["station"], metadata["side"], metadata["rate_hz"]) == ("Room 2", "right", "100")
@@ -285,7 +285,7 @@ def test_recording_parquet_equals_its_csv(client: TestClient, patient: dict[str,
     recording = taught(client, patient, lifted())
     file = tmp_path / "recording.parquet"
     file.write_bytes(client.get(f"/api/recordings/{recording['id']}/samples.parquet").content)
-    answer = judge("parquet.mjs", str(file))
+    answer = judge_parquet(file)
     text = client.get(f"/api/recordings/{recording['id']}/samples.csv").text
     assert list(answer["columns"]) == text.splitlines()[0].split(",")
     same = np.array(list(answer["columns"].values())).T
@@ -357,7 +357,7 @@ def test_run_is_a_lerobot_dataset_with_one_episode(client: TestClient, patient: 
     assert described == LEROBOT_COLUMNS
     assert info["features"]["action"]["names"] == [f"motor_{motor}_setpoint_deg" for motor in range(1, 6)]
 
-    rows = judge("parquet.mjs", str(data_path))["columns"]
+    rows = judge_parquet(data_path)["columns"]
     for feature, column, close in (
         ("observation.state", "measured_deg", 1e-4),
         ("action", "setpoint_deg", 1.1e-3),

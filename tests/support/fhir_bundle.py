@@ -8,7 +8,7 @@ from uuid import UUID
 from kata.database.engine import Database
 from kata.interop import bundle
 from kata.interop.codes import ClinicNames
-from tests.support.validators import judge
+from tests.support.validators import judge_fhir
 
 Json = dict[str, Any]
 NAMES = ClinicNames()
@@ -35,5 +35,5 @@ def everything(part: Any) -> list[Json]:
 
 def judged(cases: dict[str, Json]) -> dict[str, list[str]]:
     """Return each validator's verdict on each resource."""
-    verdicts = judge("validate.mjs", given=json.dumps(cases))
+    verdicts = judge_fhir(cases)
     return {name: [*said["medplum"], *said["lantana"]] for name, said in verdicts.items()}
