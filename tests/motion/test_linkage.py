@@ -8,6 +8,7 @@ from hypothesis import strategies as st
 from kata.device.config import StationConfig
 from kata.motion.axes import APPARATUS_SIGNS, POSE_RANGE_DEG, Side
 from kata.motion.linkage import LINKAGE, WITHIN_DEG, Linkage, OutOfReachError, motor_angles_deg, pose_deg
+from tests.support.examples import examples
 
 SIDES: tuple[Side, ...] = ("right", "left")
 
@@ -129,6 +130,7 @@ def test_every_allowed_motor_position_has_a_pose_that_reproduces_it() -> None:
     assert np.radians(LINKAGE.inverse_deg(scapula)) == pytest.approx(np.radians(theta), abs=1e-9, rel=0)
 
 
+@examples(few=30, many=300)
 @given(st.floats(-WITHIN_DEG, WITHIN_DEG), st.floats(-WITHIN_DEG, WITHIN_DEG), st.sampled_from(SIDES))
 def test_both_ways_agree_at_any_pose(phi: float, psi: float, side: Side) -> None:
     assume(_closes(np.array([phi, psi]), side))

@@ -16,6 +16,7 @@ from kata.motion.patient_angle import (
     PatientAngleEstimator,
     PoseReading,
 )
+from tests.support.examples import examples
 
 _PATIENTS = 4_000
 _STEP_MIN = 0.5
@@ -81,6 +82,7 @@ SPREADS = st.floats(10.0, 100.0)
 MINUTES = st.floats(0.0, 90.0)
 
 
+@examples(few=30, many=300)
 @given(low=ANGLES, spread=SPREADS, difference=st.floats(-20.0, 20.0))
 def test_estimate_agrees_with_readings_that_agree(low: float, spread: float, difference: float) -> None:
     readings = [PoseReading(x, x + difference, 0.0) for x in (low, low + spread)]
@@ -89,6 +91,7 @@ def test_estimate_agrees_with_readings_that_agree(low: float, spread: float, dif
         assert abs(found.angle_deg - reading.patient_deg) <= found.uncertainty_deg
 
 
+@examples(few=30, many=300)
 @given(low=ANGLES, spread=SPREADS, place=ANGLES, at=MINUTES, later=st.floats(0.0, 60.0))
 def test_uncertainty_grows_with_the_time_since_the_readings(
     low: float, spread: float, place: float, at: float, later: float
@@ -97,6 +100,7 @@ def test_uncertainty_grows_with_the_time_since_the_readings(
     assert estimator.at(place, at + later).uncertainty_deg >= estimator.at(place, at).uncertainty_deg - 1e-9
 
 
+@examples(few=30, many=300)
 @given(low=ANGLES, spread=SPREADS, place=ANGLES, more=ANGLES)
 def test_another_reading_never_makes_the_estimate_less_certain(
     low: float, spread: float, place: float, more: float
@@ -109,6 +113,7 @@ def test_another_reading_never_makes_the_estimate_less_certain(
     )
 
 
+@examples(few=30, many=300)
 @given(low=ANGLES, spread=SPREADS, place=ANGLES, at=MINUTES)
 def test_uncertainty_is_never_below_the_published_estimators(
     low: float, spread: float, place: float, at: float

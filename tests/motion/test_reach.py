@@ -17,6 +17,7 @@ from kata.motion.pose_gate import PoseGate
 from kata.motion.reach import ArmLimits, doctors_set, nearest, reachable_set
 from kata.motion.scapula_fit import BALL_JOINT_DEG, FITTED_DEG, ball_joint_swing_deg, scapula_of
 from kata.motion.trajectory import TrajectoryError
+from tests.support.examples import examples
 from tests.support.poses import DOCTORS, margin_of, random_limits, random_poses, true_beyond_deg
 
 CONFIG = StationConfig()
@@ -171,6 +172,7 @@ def test_bounds_agree_with_the_direction_of_the_arm(side: Side) -> None:
         assert margin_of(motors, side, limits) == pytest.approx(-true_beyond_deg(poses, side, limits), abs=0.05)
 
 
+@examples(few=30, many=300)
 @given(st.integers(0, 2**32 - 1), st.sampled_from(SIDES), st.booleans())
 def test_gate_says_the_same_as_the_check_of_a_motion(seed: int, side: Side, with_doctor: bool) -> None:
     rng = np.random.default_rng(seed)
@@ -183,6 +185,7 @@ def test_gate_says_the_same_as_the_check_of_a_motion(seed: int, side: Side, with
     assert [gate.beyond_deg(row) for row in motors.tolist()] == pytest.approx(expected, abs=1e-6)
 
 
+@examples(few=30, many=300)
 @given(st.integers(0, 2**32 - 1), st.sampled_from(SIDES))
 def test_setpoint_beyond_a_limit_is_held_beside_it(seed: int, side: Side) -> None:
     rng = np.random.default_rng(seed)

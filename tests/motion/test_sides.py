@@ -14,6 +14,7 @@ from kata.motion.linkage import motor_angles_deg, pose_deg
 from kata.motion.sides import mirrored_deg
 from kata.motion.taught import Taught
 from kata.motion.trajectory import AxisLimits, Trajectory, TrajectoryError
+from tests.support.examples import examples
 
 FORWARD, LEFTWARD, UP = np.eye(3)
 OUTWARD: dict[Side, np.ndarray] = {"right": -LEFTWARD, "left": LEFTWARD}
@@ -29,6 +30,7 @@ def _limits() -> list[AxisLimits]:
     return [AxisLimits(axis.min_deg, axis.max_deg, axis.max_speed_deg_s) for axis in StationConfig().axes]
 
 
+@examples(few=30, many=300)
 @given(POSES, SIDES, SIDES)
 def test_mirroring_twice_changes_nothing(poses: np.ndarray, here: Side, there: Side) -> None:
     theta = motor_angles_deg(poses, here)
@@ -36,6 +38,7 @@ def test_mirroring_twice_changes_nothing(poses: np.ndarray, here: Side, there: S
     assert back == pytest.approx(theta, abs=1e-9, rel=0)
 
 
+@examples(few=30, many=300)
 @given(POSES, SIDES, SIDES)
 def test_other_shoulder_takes_the_same_pose(poses: np.ndarray, here: Side, there: Side) -> None:
     mirrored = mirrored_deg(motor_angles_deg(poses, here), here, there)
@@ -92,6 +95,7 @@ def test_signs_follow_from_anatomy() -> None:
     assert signs == pytest.approx(np.array(APPARATUS_SIGNS["left"]) / np.array(APPARATUS_SIGNS["right"]))
 
 
+@examples(few=30, many=300)
 @given(arrays(np.float64, 5, elements=st.floats(-170, 170)))
 def test_signs_follow_from_rotation_matrices(angles_deg: np.ndarray) -> None:
     # Given the arm's rotation on the right, link after link, reflected in the sagittal plane and seen from the turned

@@ -9,6 +9,7 @@ from kata.motion.approach import MinimumJerkMove, PathSequence, unidirectional_a
 from kata.motion.linkage import Floats
 from kata.motion.method import Method, reference
 from kata.motion.trajectory import AxisLimits, Trajectory, TrajectoryError, ZeroOrderHold
+from tests.support.examples import examples
 
 METHODS: tuple[Method, ...] = ("paper", "smooth", "learned")
 
@@ -136,6 +137,7 @@ def test_motion_too_abrupt_at_100_hertz_may_pass_at_ten() -> None:
         held.check([AxisLimits(-10.0, 20.0, 150.0, 1399.9)] * 5, tolerance_deg=0.0)
 
 
+@examples(few=30, many=300)
 @given(
     st.lists(st.floats(-90, 90), min_size=5, max_size=5),
     st.lists(st.floats(-90, 90), min_size=5, max_size=5),
