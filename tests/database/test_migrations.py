@@ -374,12 +374,12 @@ def test_every_upgrade_statement_leaves_a_whole_version_on_disk(tmp_path: Path) 
     filled(database, "0001")
     whole = {"0001": contents(database)}
     database.close()
+    shutil.copy(tmp_path / "kata.db", tmp_path / "step.db")
+    step = Database(f"sqlite:///{tmp_path / 'step.db'}")
     for version in sorted(path.name[:4] for path in migrations().glob("versions/0*.py"))[1:]:
-        shutil.copy(tmp_path / "kata.db", tmp_path / "step.db")
-        step = Database(f"sqlite:///{tmp_path / 'step.db'}")
         at_version(step, version)
         whole[version] = contents(step)
-        step.close()
+    step.close()
 
     left: dict[str, Path] = {}
     taken = 0

@@ -1,5 +1,7 @@
 """The torque of an arm, its girdle and its balancer is the derivative of their energy, as MuJoCo's model of them says."""
 
+from functools import cache
+
 import mujoco
 import numpy as np
 import pytest
@@ -43,6 +45,7 @@ def held_nm(plant: IndependentPlant, motors_deg: Floats, side: Side) -> Floats:
     )
 
 
+@cache
 def carried(side: Side) -> tuple[Floats, Floats]:
     """Return random postures ``(n, 5)`` and the torques that hold them."""
     plant = IndependentPlant(turned=side == "left")
