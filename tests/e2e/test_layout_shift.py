@@ -57,7 +57,7 @@ class Screen:
 
 def home_is_whole(page: Page) -> None:
     expect(page.get_by_role("heading", name=re.compile("^Due today"))).to_be_visible(timeout=LONG_MS)
-    expect(page.locator("a[href^='/clinic']").first).to_be_visible(timeout=LONG_MS)
+    expect(page.locator("main a[href^='/clinic']").first).to_be_visible(timeout=LONG_MS)
     expect(page.locator(".mantine-Skeleton-root")).to_have_count(0, timeout=LONG_MS)
     expect(page.get_by_test_id("station").first).to_be_visible(timeout=LONG_MS)
 

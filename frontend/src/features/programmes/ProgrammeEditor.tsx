@@ -1,4 +1,4 @@
-import { Button, Group, Modal, Select, Stack, Switch, Text, Textarea, TextInput } from "@mantine/core";
+import { Button, Group, Modal, Select, SimpleGrid, Stack, Switch, Text, Textarea, TextInput } from "@mantine/core";
 import { useDebouncedValue } from "@mantine/hooks";
 import { useMutation, useQuery } from "@tanstack/react-query";
 import { type ReactNode, useState } from "react";
@@ -180,7 +180,7 @@ function TotalTime({ draft, preview }: { draft: Draft; preview: ReturnType<typeo
 
 function TimerAndGoal({ draft, onChange }: { draft: Draft; onChange: (draft: Draft) => void }) {
   return (
-    <Group grow align="start">
+    <SimpleGrid cols={{ base: 1, xs: 2 }} style={{ alignItems: "start" }}>
       <OptionalNumber
         field={TIMER}
         usual={20}
@@ -193,7 +193,7 @@ function TimerAndGoal({ draft, onChange }: { draft: Draft; onChange: (draft: Dra
         value={draft.sessions_per_week}
         onChange={(sessions_per_week) => onChange({ ...draft, sessions_per_week })}
       />
-    </Group>
+    </SimpleGrid>
   );
 }
 
