@@ -24,6 +24,8 @@ class Term(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     """Keys of texts whose Japanese does without the word."""
     never: tuple[str, ...] = ()
     """Japanese words that no text may have."""
+    allowed_within: tuple[str, ...] = ()
+    """Longer words that contain one of ``never`` and are correct."""
 
 
 class Glossary(msgspec.Struct, frozen=True, forbid_unknown_fields=True):

@@ -209,8 +209,8 @@ def test_rehabilitation_plan_says_what_the_record_says(sqlite: Database) -> None
     text = " ".join(_plan(sqlite).text.split())
     for said in (
         "リハビリテーション実施計画書（案）", "下書きである", "Yamada Hanako（ヤマダ ハナコ）", "1968年4月12日（58歳）", "診断名（記録） Frozen shoulder",
-        "拘縮期（frozen）（2026年10月20日から）", "2026年6月1日（発症、記録）", "95度まで", "抵抗許容レベル上限：25段階中12", "Sato Ken",
-        "屈曲（自動）116度、2026-11-05（反対側 141度、2026-11-05）", "安静時 2（2026-11-05）", "40.0（2026-11-05）", "Abduction to 90：速度",
+        "拘縮期（frozen）（2026年10月20日から）", "2026年6月1日（発症、記録）", "95°まで", "抵抗許容レベル上限：25段階中12", "Sato Ken",
+        "屈曲（自動）116°、2026-11-05（反対側 141°、2026-11-05）", "安静時 2（2026-11-05）", "40.0（2026-11-05）", "Abduction to 90：速度",
     ):  # fmt: skip
         assert said in text, said
 
@@ -231,7 +231,7 @@ def test_reports_print_limits_and_angles_without_rounding(
     plan = " ".join(Parsed(rendering.rehabilitation_plan_page(RehabilitationPlanContent(care, ()), how())).text.split())
     for said in ("−0.4 89.6", "7.5 °/s", "−22.5", "60.3", "+82.8", "141.5 (2026-11-30)"):
         assert said in report, said
-    for said in ("−0.4度から89.6度まで", "7.5°/s", "60.3度", "141.5度"):
+    for said in ("−0.4°から89.6°まで", "7.5°/s", "60.3°", "141.5°"):
         assert said in plan, said
 
 

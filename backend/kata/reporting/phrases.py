@@ -353,7 +353,7 @@ PHRASES: Final[dict[str, tuple[str, str]]] = {
     "rom_caption": (
         "Degrees: first and newest values of the treated side, newest value of the other side, and reference of a healthy shoulder. "
         "Rotation with the arm flexed 90° is measured from the forearm pointing straight up.",
-        "単位は度。治療側の初回と最新、反対側の最新、および健常肩の参考可動域。3rdの回旋は前腕が真上を向く肢位を0°とする。",
+        "単位は°。治療側の初回と最新、反対側の最新、および健常肩の参考可動域。3rdの回旋は前腕が真上を向く肢位を0°とする。",
     ),
     "kind": ("Kind", "種別"),
     "kind.active": ("Active", "自動"),

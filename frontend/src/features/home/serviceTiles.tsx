@@ -1,12 +1,13 @@
 import { useQuery } from "@tanstack/react-query";
 import { api } from "../../lib/api/client";
-import { formatDayOf, formatList, formatMoment } from "../../lib/format";
+import { formatDayOf, formatMoment } from "../../lib/format";
 import { t } from "../../lib/i18n";
 import { translateServerText } from "../../lib/serverText";
 import { MetricLink } from "../../ui/Metric";
 import { useHasPermission } from "../auth/hooks";
 import { useCommissioningStatus } from "../commissioning/CommissioningState";
 import { describeStop } from "../sessions/describeStop";
+import { driftWords } from "../statistics/drift";
 import { lastDays } from "../statistics/figuresSearch";
 
 const GIGA = 1e9;
@@ -75,22 +76,14 @@ export function TrackingTile() {
     queryKey: ["tracking", "tile"],
     queryFn: () => api.trackingQuality(lastDays(28, new Date())),
   });
-  const drifting = (data?.drift ?? [])
-    .filter((station) => station.drifting)
-    .map((station) => station.station);
   return (
     <MetricLink
       to="/clinic/$subject"
       params={{ subject: "tracking" }}
       label={t("clinic:tiles.tracking")}
-      value={
-        data &&
-        (drifting.length > 0
-          ? t("clinic:tiles.trackingDrift", { stations: formatList(drifting) })
-          : t("clinic:tiles.trackingSteady"))
-      }
+      value={data && driftWords(data.drift)}
       note={t("clinic:tiles.trackingDetail")}
-      needsAttention={drifting.length > 0}
+      needsAttention={data?.drift.some((station) => station.drifting) ?? false}
       failed={isError}
     />
   );

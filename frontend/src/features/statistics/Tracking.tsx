@@ -1,13 +1,14 @@
 import { Badge, Skeleton, Stack, Text } from "@mantine/core";
 import { useQuery } from "@tanstack/react-query";
 import { api, type Schemas } from "../../lib/api/client";
-import { formatDeg, formatList } from "../../lib/format";
+import { formatDeg } from "../../lib/format";
 import { t } from "../../lib/i18n";
 import { DataTable } from "../../ui/DataTable";
 import { ProblemNote } from "../../ui/ProblemNote";
 import type { Column } from "../../ui/tableRows";
 import { ChartCard } from "./ChartCard";
 import { spanWords, trackingFigure, trackingTable } from "./charts";
+import { driftWords } from "./drift";
 import { daysOf, type FiguresSearch, spanOf } from "./figuresSearch";
 
 /** Shows the tracking error of the stations by week, and whether it increases. */
@@ -16,7 +17,6 @@ export function Tracking({ search }: { search: FiguresSearch }) {
   const tracking = useQuery({ queryKey: ["tracking", span], queryFn: () => api.trackingQuality(span) });
   const rows = tracking.data?.rows ?? [];
   const drift = tracking.data?.drift ?? [];
-  const worst = drift.filter((station) => station.drifting).map((station) => station.station);
   return (
     <Stack>
       <ProblemNote error={tracking.error} />
@@ -30,10 +30,7 @@ export function Tracking({ search }: { search: FiguresSearch }) {
             title={t("clinic:subjects.tracking.title")}
             summary={t("clinic:figures.trackingSummary", {
               days: spanWords(daysOf(search, new Date())),
-              drift:
-                worst.length > 0
-                  ? t("clinic:tiles.trackingDrift", { stations: formatList(worst) })
-                  : t("clinic:tiles.trackingSteady"),
+              drift: driftWords(drift),
             })}
             figure={trackingFigure(rows)}
             table={trackingTable(rows)}

@@ -471,7 +471,10 @@ export interface paths {
         put?: never;
         /**
          * Record a contraindication
-         * @description Record a contraindication. It takes effect at the next teaching, load, approach or play. A running motion is not stopped.
+         * @description Record a contraindication. It takes effect at the next teaching, load, approach or play.
+         *
+         *     A running playback that it forbids is paused with the arm held: at this station within a second, at another one within about eleven
+         *     seconds. An approach, a return and teaching continue.
          */
         post: operations["add_contraindication"];
         delete?: never;
@@ -491,7 +494,7 @@ export interface paths {
         put?: never;
         /**
          * Record a doctor's permission
-         * @description Record that a doctor allows the treatment in spite of a contraindication.
+         * @description Record that a doctor allows the treatment in spite of a contraindication. A second permission is refused, and the first one stays.
          */
         post: operations["sign_off_contraindication"];
         delete?: never;
