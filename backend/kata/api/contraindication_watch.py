@@ -19,10 +19,12 @@ from kata.audit.entries import entry
 from kata.clinic.contraindications import service as contraindications
 from kata.clinic.sessions.offline_cache import OfflineCache
 from kata.database.availability import DatabaseUnavailableError
+from kata.database.base import utc_now
 from kata.database.engine import Database
 from kata.device.ipc_messages import Pause
 from kata.errors import ProblemError
 from kata.motion.axes import Side
+from kata.station.schemas import EventLive, TextKey
 from kata.station.station import Station
 
 _EVERY_S: Final = 0.5
@@ -88,6 +90,8 @@ async def _pause(station: Station, audit_log: AuditLog, problem: ProblemError) -
     log.warning("playback paused: %s: %s", problem.code, refusal.code if refusal else "done")
     if refusal is not None:
         return
-    station.tell_event("contraindication_pause", texts.PAUSED_BY_CONTRAINDICATION(reason=problem.message))
+    message = texts.PAUSED_BY_CONTRAINDICATION(reason=problem.message)
+    key = TextKey.of(message)
+    station.tell(EventLive(number=1, code="contraindication_pause", message=message, message_key=key, at=utc_now()))
     with by_program("pause_contraindicated", station.info.name):
         audit_log.record_at_once(entry("pause_contraindicated", "done", detail={"why": problem.code}))

@@ -131,7 +131,7 @@ async def set_up_services(settings: Settings, stack: AsyncExitStack) -> Services
     fleet = await set_up_fleet(station, storage.database, stack)
     set_up_delivery_round(storage.event_spool, at_station)
     metrics = await set_up_metrics(storage, at_station, stack)
-    await set_up_events(storage.event_spool, at_station, stack)
+    await set_up_events(storage, at_station, stack)
     stack.push_async_callback(at_station.finish_imports)
     stack.push_async_callback(station.close)
     record_absence_action = lease_dependencies.record_absence_actions(storage.audit_log, apparatus.config.name)
@@ -147,9 +147,6 @@ async def set_up_services(settings: Settings, stack: AsyncExitStack) -> Services
         settings, storage.database, lambda: station.occupied, partial(clinic_time_zone, settings, storage.database)
     )
     await stack.enter_async_context(backups.running_schedule())
-    await stack.enter_async_context(
-        pausing_playbacks(station, at_station.offline_cache, storage.database, storage.audit_log)
-    )
     station.start()
     warming_up = asyncio.create_task(_warm_up(figures, station), name="warm up")
     stack.callback(warming_up.cancel)
@@ -423,14 +420,16 @@ async def set_up_metrics(storage: Storage, at_station: StationServices, stack: A
     return metrics
 
 
-async def set_up_events(event_spool: EventSpool, at_station: StationServices, stack: AsyncExitStack) -> None:
-    """Write every event of the device to the spool."""
+async def set_up_events(storage: Storage, at_station: StationServices, stack: AsyncExitStack) -> None:
+    """Write every event of the device to the spool, and pause playbacks that a new contraindication forbids."""
+    station, cache = at_station.station, at_station.offline_cache
 
     def on_event(item: NewDeviceEvent | AlarmsEnded) -> None:
-        event_spool.put_event(item)
-        at_station.offline_cache.on_event(item)
+        storage.event_spool.put_event(item)
+        cache.on_event(item)
 
-    await stack.enter_async_context(events_recorded(at_station.station, on_event))
+    await stack.enter_async_context(events_recorded(station, on_event))
+    await stack.enter_async_context(pausing_playbacks(station, cache, storage.database, storage.audit_log))
 
 
 def _station_name(settings: Settings) -> str:

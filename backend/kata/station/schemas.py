@@ -316,7 +316,9 @@ class Live(_Schema):
 class EventLive(_Schema):
     """An event of the apparatus."""
 
-    number: int = Field(ge=1, description="Consecutive since the device process started.")
+    number: int = Field(
+        ge=1, description="Consecutive since the device process started; 1 for an event of the service."
+    )
     code: str = Field(examples=["take_started"])
     message: str = Field(examples=["Take 1 is being recorded."])
     message_key: OptionalKey = None

@@ -29,7 +29,6 @@ from kata.device.ipc_messages import (
     Teach,
     TorqueState,
 )
-from kata.messages import Text
 from kata.motion.axes import Side
 from kata.station import texts
 from kata.station.device_process import DeviceLaunch, DeviceProcess
@@ -37,7 +36,7 @@ from kata.station.drive_trend import DriveTrend
 from kata.station.guard import StateClock
 from kata.station.lease import AbsenceAction, Browser
 from kata.station.operating import Operating
-from kata.station.schemas import AxisInfo, EventLive, Live, StationInfo, TextKey
+from kata.station.schemas import AxisInfo, EventLive, Live, StationInfo
 from kata.station.snapshot_tracker import Occupation, SnapshotTracker
 from kata.station.subscriptions import Subscription, Subscriptions
 
@@ -107,8 +106,6 @@ class Station:
         self._process = DeviceProcess(launch, self._take, self._ended, self._occupation_id)
         self._numbers = itertools.count(1)
         self._pending: dict[int, _PendingCommand] = {}
-        self._last_event = 1
-        """Number of the device's last event."""
         self._tracker = SnapshotTracker()
         self._subscriptions = Subscriptions()
         self.drive_trend = DriveTrend()
@@ -320,11 +317,6 @@ class Station:
         """Send an item to every listener, in addition to the device's events."""
         self._subscriptions.put(item)
 
-    def tell_event(self, code: str, message: Text) -> None:
-        """Send an event of the service to every listener. It has the number of the device's last event."""
-        key = TextKey.of(message)
-        self.tell(EventLive(number=self._last_event, code=code, message=message, message_key=key, at=datetime.now(UTC)))
-
     # -- messages of the device process ---------------------------------------------------------------------------
 
     def _take(self, message: FromDevice) -> None:
@@ -357,7 +349,6 @@ class Station:
             self._tracker.note_reversal(message)
             self._subscriptions.note_change()
         ago = timedelta(microseconds=(time.monotonic_ns() - message.t_ns) / 1000)
-        self._last_event = message.number
         self.tell(
             EventLive(
                 number=message.number,

@@ -37,6 +37,7 @@ it("compares pain and the recordings of both sessions", () => {
         repetitions_done: 6,
         reversals: 0,
         load_level: 22,
+        least_range_percent: 60,
         comparison: comparison([0.1, 0.2], [0.3, -0.6], 60),
       }),
       run({ recording_id: "turn", recording_name: "Turn", repetitions_done: 2, reversals: 2 }),
@@ -53,6 +54,8 @@ it("compares pain and the recordings of both sessions", () => {
   expect(cells(lift?.lines)).toEqual([
     ["5", "6", "+1"],
     ["100", "100", "0"],
+    // A reduced range explains a smaller angle.
+    ["–", "60", ""],
     ["20", "22", "+2"],
     ["0", "0", "0"],
     ["0.30", "0.20", "−0.10"],
@@ -63,6 +66,7 @@ it("compares pain and the recordings of both sessions", () => {
   expect(cells(turn?.lines)).toEqual([
     ["–", "2", ""],
     ["–", "100", ""],
+    ["–", "–", ""],
     ["–", "20", ""],
     ["–", "2", ""],
     ["–", "–", ""],
@@ -75,7 +79,7 @@ it("compares no errors of a partial run, but its range", () => {
   const whole = session([run({ comparison: errors })], [null, null, null]);
   const partial = session([run({ comparison: errors, partial: true })], [null, null, null]);
   const lines = cells(compareSessions(whole, partial)[1]?.lines);
-  expect(lines?.slice(4)).toEqual([
+  expect(lines?.slice(5)).toEqual([
     ["0.20", "–", ""],
     ["0.60", "–", ""],
     ["10.0 to 60.0", "10.0 to 60.0", ""],

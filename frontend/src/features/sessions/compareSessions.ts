@@ -46,6 +46,7 @@ function ofRecording(other: Run | undefined, here: Run | undefined): Line[] {
   return [
     numbersOf(t("sessions:comparison.repetitions"), (run) => run.repetitions_done, 0),
     numbersOf(t("sessions:comparison.range"), (run) => run.range_percent, 0),
+    numbersOf(t("sessions:comparison.smallestRange"), (run) => run.least_range_percent, 0),
     numbersOf(t("sessions:comparison.level"), (run) => run.load_level, 0),
     numbersOf(t("sessions:comparison.takenBack"), (run) => run.reversals, 0),
     numbersOf(t("sessions:comparison.rmse"), (run) => worst(run, "rmse_deg"), 2),

@@ -6064,7 +6064,7 @@ export interface components {
         EventLive: {
             /**
              * Number
-             * @description Consecutive since the device process started.
+             * @description Consecutive since the device process started; 1 for an event of the service.
              */
             number: number;
             /**
