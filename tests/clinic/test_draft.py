@@ -149,9 +149,12 @@ def test_the_widest_range_of_all_runs_counts() -> None:
 
 def test_each_end_of_the_patients_angle_comes_from_the_run_that_reached_furthest_there() -> None:
     def estimated(low: float, high: float) -> Run:
-        angles = {"patient_min_deg": low - 5, "patient_min_uncertainty_deg": 4, "patient_max_deg": high - 5}
-        reached = {"played_min_deg": low, "played_max_deg": high, "patient_max_uncertainty_deg": 6}
-        return run(comparison=compared(**angles, **reached))
+        return run(
+            comparison=compared(
+                played_min_deg=low, played_max_deg=high, patient_min_deg=low - 5, patient_max_deg=high - 5,
+                patient_min_uncertainty_deg=4, patient_max_uncertainty_deg=6,
+            )
+        )  # fmt: skip
 
     text = draft(session(estimated(-40, 10), estimated(-10, 60)))
     assert "abduction / adduction of the shoulder -45 ± 4 to 55 ± 6 deg." in text

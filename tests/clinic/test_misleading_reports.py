@@ -12,7 +12,7 @@ from kata.clinic.contraindications.tables import ContraindicationRow
 from kata.clinic.episodes.tables import EpisodeRow
 from kata.database.engine import Database
 from kata.reporting import episode, rendering
-from kata.reporting.content import EpisodeContent, RehabilitationPlanContent, RunContent, SessionContent
+from kata.reporting.content import EpisodeContent, PrintedSession, RehabilitationPlanContent, RunContent, SessionContent
 from kata.reporting.rendering import ReportPage
 from tests.support.databases import upgraded_file
 from tests.support.reports import contents, how
@@ -118,7 +118,7 @@ def test_the_first_treatment_of_a_plan_moved_a_patient(treated: tuple[SessionCon
     _, care = treated
     first, second = care.sessions
 
-    def day_of(*sessions: object) -> str:
+    def day_of(*sessions: PrintedSession) -> str:
         content = RehabilitationPlanContent(replace(care, sessions=sessions), ())
         text = text_of(rendering.rehabilitation_plan_page(content, how()))
         return text.partition("装置による初回の治療日（記録）")[2].partition("併存疾患")[0].strip()
