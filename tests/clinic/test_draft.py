@@ -147,7 +147,7 @@ def test_the_widest_range_of_all_runs_counts() -> None:
     assert "slip in its cuff): abduction / adduction of the shoulder 5 to 80 deg." in draft(session(first, second))
 
 
-def test_each_end_of_the_patients_angle_comes_from_the_run_that_reached_furthest_there() -> None:
+def test_each_end_of_patients_angle_is_of_its_furthest_run() -> None:
     def estimated(low: float, high: float) -> Run:
         return run(
             comparison=compared(
@@ -160,7 +160,7 @@ def test_each_end_of_the_patients_angle_comes_from_the_run_that_reached_furthest
     assert "abduction / adduction of the shoulder -45 ± 4 to 55 ± 6 deg." in text
 
 
-def test_a_run_of_another_recording_is_not_counted_as_the_planned_item() -> None:
+def test_run_of_another_recording_is_not_the_planned_item() -> None:
     other = run("Flexion", recording_id=UUID(int=9), programme_position=1, repetitions=5, repetitions_done=5)
     text = draft(session(other, programme=programme("Abduction")))
     assert "Flexion: 5 of 5 repetitions. Not played: Abduction." in text

@@ -30,7 +30,7 @@ def _playbacks(database: Database, file: Path, **columns: Any) -> list[Json]:
     ]
 
 
-def test_a_playback_says_how_much_of_the_taught_range_it_had(database: Database, tmp_path: Path) -> None:
+def test_playback_states_its_share_of_the_taught_range(database: Database, tmp_path: Path) -> None:
     """Without it, the highest angle of a playback with half of the range reads as the most that the shoulder allows."""
     given = {"range_percent": 60.0, "least_range_percent": 50.0, "repetitions_done": 0}
     for playback in _playbacks(database, tmp_path / "bundle.json", **given):
@@ -45,7 +45,7 @@ def test_a_playback_says_how_much_of_the_taught_range_it_had(database: Database,
             assert "the arm can slip in its cuff" in parts[f"motion-4-{end}"]["code"]["coding"][0]["display"]
 
 
-def test_a_playback_that_has_not_ended_is_not_called_not_performed(database: Database, tmp_path: Path) -> None:
+def test_running_playback_is_not_called_not_performed(database: Database, tmp_path: Path) -> None:
     running = {"ended_at": None, "outcome": "loaded", "worst_rmse_deg": None, "worst_peak_deg": None}
     found = _playbacks(database, tmp_path / "bundle.json", **running)
     assert {playback["status"] for playback in found} == {"preliminary"}

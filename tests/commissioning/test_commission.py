@@ -334,7 +334,7 @@ def test_no_motor_moves_while_a_technician_pushes() -> None:
     assert len(goals) == 1
 
 
-def test_instructions_name_the_angles_of_a_pose_and_the_motion_of_a_motor() -> None:
+def test_instructions_name_angles_of_poses_and_motions_of_motors() -> None:
     apparatus = FactoryNewApparatus(3)
     technician = SimulatedTechnician(apparatus)
     workbench = apparatus.workbench(technician)

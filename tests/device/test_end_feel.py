@@ -394,3 +394,36 @@ def test_torque_above_the_patients_level_is_refused() -> None:
 def test_arm_that_leaves_no_torque_for_a_test_is_refused() -> None:
     refusal = checked(msgspec.structs.replace(TEST, expected_nm=(0.5, 3.6, 2.0)))
     assert refusal is not None and "the arm and the test need 4.1 Nm of motor 4" in refusal.message
+
+
+@pytest.mark.parametrize("resting", [0, 2])
+def test_resistance_of_a_resting_motor_stops_the_way_back(stepped: Stepped, resting: int) -> None:
+    """On the way back of an end-feel test; the test's motor moves, another one meets resistance."""
+    load = msgspec.structs.replace(LOAD, end_feel=ONCE, load_level=15)
+    assert stepped.send(load, Trajectory(TIMES_S, way())) is None
+    assert stepped.send(Approach()) is None
+    stepped.until("paused")
+    assert stepped.send(Play()) is None
+    shoulder = Shoulder(stepped)
+    while shoulder.largest_nm < CHOSEN_NM - 0.35:
+        shoulder.cycle()
+    shoulder.forward(2.0)
+    before_deg = stepped.apparatus.angles_deg[AXIS]
+    stepped.apparatus.torques_nm[resting] = 2.6
+    shoulder.forward(0.5)
+    assert stepped.causes() == ["load_on_the_way"]
+    assert stepped.apparatus.angles_deg[AXIS] > before_deg - 0.5 * SPEED_DEG_S
+
+
+def test_paused_test_gives_way_above_the_chosen_torque(stepped: Stepped) -> None:
+    """The patient guards while the arm is held in the stretch. The patient's level is far above the chosen torque."""
+    started(stepped, ONCE)
+    shoulder = Shoulder(stepped)
+    while shoulder.largest_nm < CHOSEN_NM / 2:
+        shoulder.cycle()
+    assert stepped.send(Pause()) is None
+    shoulder.until("paused")
+    before_deg = stepped.apparatus.angles_deg[3]
+    shoulder.guarding_nm = 2.4
+    shoulder.forward(1.0)
+    assert stepped.causes() or stepped.apparatus.angles_deg[3] < before_deg - 0.5

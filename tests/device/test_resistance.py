@@ -610,3 +610,48 @@ def test_a_push_above_the_level_is_answered_in_every_phase(
     tmp_path_factory: pytest.TempPathFactory, push: Push
 ) -> None:
     hold_answered(tmp_path_factory.mktemp("run"), push)
+
+
+# -- a push that lasts after a reversal ---------------------------------------------------------------------------
+
+_ANSWERED_S = 0.2
+"""0.1 s of push, the ramp of a turn, and two cycles."""
+
+
+def _reversed(folder: Path, playing_s: float) -> Stepped:
+    """Push until the arm turns back, and go on pushing."""
+    station = at_the_start(Stepped(folder))
+    assert station.send(Play()) is None
+    station.forward(playing_s)
+    station.apparatus.torques_nm[PUSHED] = 1.1 * THRESHOLD_NM
+    for _ in range(15):
+        if not any(event.code == "load_reversal" for event in station.link.events):
+            station.cycle()
+    assert station.link.events[-1].code == "load_reversal"
+    return station
+
+
+def test_pause_during_a_reversal_still_yields_to_the_push(tmp_path: Path) -> None:
+    station = _reversed(tmp_path, 3.0)
+    assert station.send(Pause()) is None
+    station.until("paused", 0.2)
+    station.forward(_ANSWERED_S)
+    assert station.causes() == ["load_while_held"]
+
+
+def test_play_after_pause_does_not_ignore_a_lasting_push(tmp_path: Path) -> None:
+    station = _reversed(tmp_path, 3.0)
+    assert station.send(Pause()) is None
+    station.until("paused", 0.2)
+    reversals = [event.code for event in station.link.events].count("load_reversal")
+    assert station.send(Play()) is None
+    station.forward(2 * _ANSWERED_S)
+    again = [event.code for event in station.link.events].count("load_reversal") > reversals
+    assert again or station.causes()
+
+
+def test_reversal_that_ends_at_the_start_yields_further(tmp_path: Path) -> None:
+    station = _reversed(tmp_path, 0.3)
+    station.until("paused", 1.0)
+    station.forward(_ANSWERED_S)
+    assert station.causes() == ["load_while_held"]

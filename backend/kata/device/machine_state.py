@@ -205,12 +205,30 @@ class MachineState:
     def _begin_return(self) -> None:
         run = self._run
         assert run is not None and self._movement is not None
-        run.end_reversal()
+        run.resisting_axis = None
+        run.end_relief()
         if returns_straight(run, self.setpoint_deg):
             self._leave_recording(run)
         else:
             go_back(run, self._movement)
         self._enter("returning")
+
+    def _step_returning(self, run: Run, movement: Movement) -> None:
+        if movement.path is not run.trajectory:
+            if movement.ended:
+                self._cut_torque()
+                self._end_run(JournalEnd(reason="completed" if run.played_to_end else "returned"))
+                self._enter("idle")
+        elif movement.ended:
+            self._leave_recording(run)
+        elif movement.at_rest or self._cycles_on_path % self._cycles_between_ways == 0:
+            straight = returns_straight(run, self.setpoint_deg)
+            if straight and movement.at_rest:
+                self._leave_recording(run)
+            elif straight:
+                movement.direction = 0
+            elif movement.at_rest:
+                go_back(run, movement)
 
     def _leave_recording(self, run: Run) -> None:
         here = np.array(self.setpoint_deg)

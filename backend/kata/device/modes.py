@@ -50,7 +50,6 @@ from kata.device.refusals import (
 )
 from kata.device.run import Run
 from kata.device.teaching import Teaching
-from kata.device.ways import go_back, returns_straight
 from kata.messages import Text, with_key
 from kata.motion.ilc import Correction
 from kata.motion.method import rate_hz
@@ -192,23 +191,6 @@ class StateMachine(MachineState):
         elif movement.at_rest:
             run.end_relief()
             self._enter("paused")
-
-    def _step_returning(self, run: Run, movement: Movement) -> None:
-        if movement.path is not run.trajectory:
-            if movement.ended:
-                self._cut_torque()
-                self._end_run(JournalEnd(reason="completed" if run.played_to_end else "returned"))
-                self._enter("idle")
-        elif movement.ended:
-            self._leave_recording(run)
-        elif movement.at_rest or self._cycles_on_path % self._cycles_between_ways == 0:
-            straight = returns_straight(run, self.setpoint_deg)
-            if straight and movement.at_rest:
-                self._leave_recording(run)
-            elif straight:
-                movement.direction = 0
-            elif movement.at_rest:
-                go_back(run, movement)
 
     def _check_resistance(self, run: Run, movement: Movement, state: CycleState) -> None:
         """React to resistance above the patient's level. While playing, move the arm back along the path. In other modes, and on

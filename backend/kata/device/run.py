@@ -103,7 +103,7 @@ class Run:
         slowest_deg_s = min(axis.max_speed_deg_s for axis in self.config.axes)
         self._yield_offset = YieldOffset(thresholds_nm, self.rate_hz, slowest_deg_s)
         self._gate = PoseGate(self.load.side, self.load.arm_limits, self.config.pose_tolerance_deg)
-        self._limits = RunLimits(
+        self.limits = RunLimits(
             self.config.mechanism_deg, self.load.limits_deg, self.config.limit_tolerance_deg, self._gate
         )
         self._update_bounds()
@@ -115,7 +115,7 @@ class Run:
         """Limits of the setpoints: the tighter of the mechanism's and the patient's limits. They are wider during the approach
         if the arm is outside them.
         """
-        return self._limits.now_deg
+        return self.limits.now_deg
 
     def begin(self, here_deg: Floats) -> None:
         """Begin an approach at ``here_deg``, ``(5,)``. The return ends there, or at the nearest angles within the limits. If the way
@@ -125,34 +125,30 @@ class Run:
         inside_deg = clip(here_deg, self._lowest_deg, self._highest_deg)
         self.return_to_deg = np.array(self._held(inside_deg, self._lowest_deg, self._highest_deg))
         start_deg = self.trajectory.start_deg
-        if self._limits.way_outwards_deg(start_deg, self.return_to_deg) > WAY_TOLERANCE_DEG:
-            self.return_to_deg = self._limits.entry_deg(here_deg, start_deg)
-        self._limits.widen(here_deg.tolist())
+        if self.limits.way_outwards_deg(start_deg, self.return_to_deg) > WAY_TOLERANCE_DEG:
+            self.return_to_deg = self.limits.entry_deg(here_deg, start_deg)
+        self.limits.widen(here_deg.tolist())
         self._update_bounds()
 
     def tighten(self, setpoint_deg: Sequence[float], measured_deg: Sequence[float]) -> None:
         """Tighten limits that were widened for the approach. The caller calls this in every cycle with torque."""
-        if self._limits.widened:
-            self._limits.tighten(setpoint_deg, measured_deg)
+        if self.limits.widened:
+            self.limits.tighten(setpoint_deg, measured_deg)
             self._update_bounds()
 
     def settle(self, setpoint_deg: Sequence[float], measured_deg: Sequence[float], dt_s: float) -> bool:
         """Return True when the approach is over and the tight limits apply; see :meth:`RunLimits.settle`."""
-        settled = self._limits.settle(setpoint_deg, measured_deg, dt_s)
+        settled = self.limits.settle(setpoint_deg, measured_deg, dt_s)
         self._update_bounds()
         return settled
 
-    def way_outwards_deg(self, *corners_deg: Floats) -> float:
-        """Return how far a way leads outwards beyond the limits of the pose; see :meth:`RunLimits.way_outwards_deg`."""
-        return self._limits.way_outwards_deg(*corners_deg)
-
     def pose_beyond_deg(self, setpoint_deg: Sequence[float]) -> float:
         """Return the distance in deg by which a setpoint exceeds the present limits of the pose; 0 or less inside them."""
-        return self._gate.beyond_deg(setpoint_deg) - self._limits.beyond_deg
+        return self._gate.beyond_deg(setpoint_deg) - self.limits.beyond_deg
 
     def _held(self, angles_deg: Floats, lowest_deg: Floats, highest_deg: Floats) -> list[float]:
         """Return the nearest pose within the limits. A pose inside the limits is unchanged."""
-        return self._gate.held(angles_deg.tolist(), self._limits.beyond_deg, lowest_deg.tolist(), highest_deg.tolist())
+        return self._gate.held(angles_deg.tolist(), self.limits.beyond_deg, lowest_deg.tolist(), highest_deg.tolist())
 
     def _update_bounds(self) -> None:
         self._lowest_deg, self._highest_deg = np.array(self.limits_deg).T
@@ -189,7 +185,7 @@ class Run:
         second_difference_deg, self._reference_change_deg = np.abs(change_deg - self._reference_change_deg), change_deg
         self._speed_deg_s = change_deg * self.rate_hz
         lowest, highest = self._lowest_deg, self._highest_deg
-        if not self._limits.widened:
+        if not self.limits.widened:
             lowest, highest = np.minimum(lowest, self.reference_deg), np.maximum(highest, self.reference_deg)
         if self.resisting_axis is None and movement.direction == 1:
             self._yield_offset.resume(max(movement.speed_override, 0.0))
@@ -273,18 +269,14 @@ class Run:
 
     # -- the end-feel test ------------------------------------------------------------------------------------------
 
-    def end_reversal(self) -> None:
-        """End the reaction to resistance: another movement begins."""
-        self.resisting_axis = None
-        self.end_relief()
-
     def end_relief(self) -> None:
         """Let every push count again. The caller calls this when the arm no longer moves back from resistance."""
         self._monitor.end_relief()
 
     def play(self, movement: Movement) -> None:
         """Continue along the recording. An end-feel test that has turned, or that the patient has ended, continues its way back."""
-        self.end_reversal()
+        self.resisting_axis = None
+        self.end_relief()
         movement.direction, movement.ramp_s = 1, RAMP_S
         if self.end_feel:
             self.end_feel.resume(movement)

@@ -23,16 +23,16 @@ def approach_way(run: Run, here_deg: Floats) -> tuple[Path, float]:
     """
     start_deg, departure_deg = run.trajectory.start_deg, run.trajectory.departure_deg
     speed_deg_s = run.config.approach_speed_deg_s
-    outwards_deg = run.way_outwards_deg(here_deg, start_deg + departure_deg, start_deg)
+    outwards_deg = run.limits.way_outwards_deg(here_deg, start_deg + departure_deg, start_deg)
     if outwards_deg <= WAY_TOLERANCE_DEG:
         return unidirectional_approach(here_deg, start_deg, departure_deg, speed_deg_s), outwards_deg
-    return MinimumJerkMove(here_deg, start_deg, speed_deg_s), run.way_outwards_deg(here_deg, start_deg)
+    return MinimumJerkMove(here_deg, start_deg, speed_deg_s), run.limits.way_outwards_deg(here_deg, start_deg)
 
 
 def returns_straight(run: Run, here_deg: Sequence[float]) -> bool:
     """Return True if the straight way from the setpoint ``here_deg``, ``(5,)``, to the end of the return stays within the limits."""
     assert run.return_to_deg is not None
-    return run.way_outwards_deg(np.array(here_deg), run.return_to_deg) <= WAY_TOLERANCE_DEG
+    return run.limits.way_outwards_deg(np.array(here_deg), run.return_to_deg) <= WAY_TOLERANCE_DEG
 
 
 def return_way(run: Run, here_deg: Sequence[float]) -> Path:
