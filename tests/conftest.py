@@ -46,7 +46,7 @@ def pytest_collection_finish() -> None:
     a third of a second with the objects of a thousand tests.
 
     Later garbage is collected more rarely than usual. Python would scan all other old objects very often, because it compares their
-    number with that of new ones, and the excluded objects no longer count. A quarter of a database test's time was garbage collection.
+    number with that of new ones, and the excluded objects no longer count. A tenth of a database test's time was garbage collection.
     """
     gc.freeze()
     gc.set_threshold(_COLLECTED_AFTER, 20, 20)
