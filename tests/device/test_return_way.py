@@ -11,7 +11,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from msgspec import structs
 
-from kata.device import machine_state, modes, ways
+from kata.device import machine_state, ways
 from kata.device.config import simulated
 from kata.device.ipc_messages import Approach, Load, Pause, Play, ReduceRange, Refusal, Return
 from kata.device.references import Reference, build
@@ -157,7 +157,7 @@ def test_range_is_only_reduced_to_shares_within_the_limits(seed: int, place: flo
 
 def answer_straight(monkeypatch: pytest.MonkeyPatch, answers: Iterator[bool]) -> None:
     """Let the control program ask for the straight way and get these answers."""
-    for module in (machine_state, modes, ways):
+    for module in (machine_state, ways):
         monkeypatch.setattr(module, "returns_straight", lambda run, here: next(answers))
 
 
