@@ -1,7 +1,6 @@
 """Reports of unusual records, each of which once misled a reader."""
 
 import re
-from collections.abc import Iterator
 from dataclasses import replace
 from datetime import UTC, datetime, timedelta
 from uuid import UUID, uuid4
@@ -14,16 +13,8 @@ from kata.database.engine import Database
 from kata.reporting import episode, rendering
 from kata.reporting.content import EpisodeContent, PrintedSession, RehabilitationPlanContent, RunContent, SessionContent
 from kata.reporting.rendering import ReportPage
-from tests.support.databases import upgraded_file
 from tests.support.reports import contents, how
 from tests.support.treatment import DAY, treat
-
-
-@pytest.fixture(scope="module")
-def sqlite(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Database]:
-    made = Database(upgraded_file(tmp_path_factory.mktemp("reports") / "kata.db"))
-    yield made
-    made.close()
 
 
 @pytest.fixture(scope="module")

@@ -12,7 +12,6 @@ from kata.database.engine import Database
 from kata.reporting import letterhead, rendering
 from kata.reporting.letterhead import Letterhead, LetterheadError
 from kata.reporting.rendering import PrintOptions
-from tests.support.databases import upgraded_file
 from tests.support.reports import AT, contents
 from tests.support.service import running
 from tests.support.treatment import Texts
@@ -78,13 +77,6 @@ def server() -> Iterator[_Server]:
     made = _Server()
     yield made
     made.listening.close()
-
-
-@pytest.fixture(scope="module")
-def sqlite(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Database]:
-    made = Database(upgraded_file(tmp_path_factory.mktemp("clinic") / "kata.db"))
-    yield made
-    made.close()
 
 
 @pytest.mark.parametrize("number", range(len(HOSTILE)))

@@ -3,7 +3,6 @@
 import base64
 import io
 import re
-from collections.abc import Iterator
 from dataclasses import replace
 from datetime import UTC, datetime, timedelta
 from html.parser import HTMLParser
@@ -31,7 +30,6 @@ from kata.reporting.content import DatedValue, EpisodeContent, Limit, Rehabilita
 from kata.reporting.letterhead import Letterhead, LetterheadError
 from kata.reporting.phrases import LANGUAGES, PHRASES, STOP_REASONS_JA, Language, Phrases
 from kata.reporting.rendering import PrintOptions, ReportPage
-from tests.support.databases import upgraded_file
 from tests.support.paths import ROOT
 from tests.support.reports import AT, CLINIC, contents, how
 from tests.support.treatment import Texts, treat
@@ -40,13 +38,6 @@ HOSTILE = (
     """</style></title><script>alert(1)</script><img src=x onerror=alert(1)>"'&{{999*9999}}{%x%}\\</td>} @page{}"""
 )
 TEMPLATES = ROOT / "backend/kata/reporting/templates"
-
-
-@pytest.fixture(scope="module")
-def sqlite(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Database]:
-    made = Database(upgraded_file(tmp_path_factory.mktemp("reports") / "kata.db"))
-    yield made
-    made.close()
 
 
 @pytest.fixture(scope="module")

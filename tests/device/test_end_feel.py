@@ -305,8 +305,8 @@ def test_resistance_above_the_patients_level_still_holds_the_arm(stepped: Steppe
     assert stepped.snapshot.run is not None and stepped.snapshot.run.reversals == 1
 
 
-def test_resistance_on_the_way_back_holds_the_arm(stepped: Stepped) -> None:
-    """The way back is not continued against the patient."""
+def on_the_way_back(stepped: Stepped) -> Shoulder:
+    """Test a shoulder once at level 15, and return it two seconds after the arm was near the chosen torque."""
     load = msgspec.structs.replace(LOAD, end_feel=ONCE, load_level=15)
     assert stepped.send(load, Trajectory(TIMES_S, way())) is None
     assert stepped.send(Approach()) is None
@@ -316,6 +316,12 @@ def test_resistance_on_the_way_back_holds_the_arm(stepped: Stepped) -> None:
     while shoulder.largest_nm < CHOSEN_NM - 0.35:
         shoulder.cycle()
     shoulder.forward(2.0)
+    return shoulder
+
+
+def test_resistance_on_the_way_back_holds_the_arm(stepped: Stepped) -> None:
+    """The way back is not continued against the patient."""
+    shoulder = on_the_way_back(stepped)
     before_deg = stepped.apparatus.angles_deg[AXIS]
     shoulder.guarding_nm = -3.0
     shoulder.until("stopped", within_s=0.5)
@@ -399,15 +405,7 @@ def test_arm_that_leaves_no_torque_for_a_test_is_refused() -> None:
 @pytest.mark.parametrize("resting", [0, 2])
 def test_resistance_of_a_resting_motor_stops_the_way_back(stepped: Stepped, resting: int) -> None:
     """On the way back of an end-feel test; the test's motor moves, another one meets resistance."""
-    load = msgspec.structs.replace(LOAD, end_feel=ONCE, load_level=15)
-    assert stepped.send(load, Trajectory(TIMES_S, way())) is None
-    assert stepped.send(Approach()) is None
-    stepped.until("paused")
-    assert stepped.send(Play()) is None
-    shoulder = Shoulder(stepped)
-    while shoulder.largest_nm < CHOSEN_NM - 0.35:
-        shoulder.cycle()
-    shoulder.forward(2.0)
+    shoulder = on_the_way_back(stepped)
     before_deg = stepped.apparatus.angles_deg[AXIS]
     stepped.apparatus.torques_nm[resting] = 2.6
     shoulder.forward(0.5)

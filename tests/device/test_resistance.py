@@ -525,7 +525,9 @@ def test_push_that_caused_a_reversal_has_one_second_to_end(stepped: Stepped) -> 
     pushed = msgspec.structs.replace(state, torque_nm=(0.0, 0.0, 0.0, 2.0, 0.0))
     times_ns = range(0, 1_500_000_000, 10_000_000)
     along = [0.0, 0.0, 0.0, 5.0, 0.0]
-    felt_by = [monitor.resisting_axis(msgspec.structs.replace(pushed, t_ns=t_ns), along) for t_ns in times_ns]
+    felt_by = [
+        monitor.resisting_axis(msgspec.structs.replace(pushed, t_ns=t_ns), along, moves_back=True) for t_ns in times_ns
+    ]
     assert times_ns[felt_by.index(PUSHED)] == 1_100_000_000
 
 
@@ -572,7 +574,7 @@ def felt(stepped: Stepped, speed_deg_s: float, torque_nm: float, ahead_deg: floa
             setpoint_deg=(*REST_DEG[:4], REST_DEG[4] + ahead_deg),
             measured_deg=REST_DEG,
         )
-        axis = monitor.resisting_axis(now, [0.0, 0.0, 0.0, 0.0, speed_deg_s])
+        axis = monitor.resisting_axis(now, [0.0, 0.0, 0.0, 0.0, speed_deg_s], moves_back=False)
     return axis
 
 

@@ -11,11 +11,12 @@ from hypothesis import given
 from hypothesis import strategies as st
 from msgspec import structs
 
-from kata.device import machine_state, ways
+from kata.device import machine_state
 from kata.device.config import simulated
 from kata.device.ipc_messages import Approach, Load, Pause, Play, ReduceRange, Refusal, Return
 from kata.device.references import Reference, build
 from kata.device.run_limits import RunLimits
+from kata.device.ways import straight_way_back
 from kata.motion.approach import MinimumJerkMove, PathSequence
 from kata.motion.linkage import Floats, motor_angles_deg, pose_deg
 from kata.motion.pose_gate import PoseGate
@@ -156,9 +157,10 @@ def test_range_is_only_reduced_to_shares_within_the_limits(seed: int, place: flo
 
 
 def answer_straight(monkeypatch: pytest.MonkeyPatch, answers: Iterator[bool]) -> None:
-    """Let the control program ask for the straight way and get these answers."""
-    for module in (machine_state, ways):
-        monkeypatch.setattr(module, "returns_straight", lambda run, here: next(answers))
+    """Let the control program look for the straight way and find it, or not, by these answers."""
+    monkeypatch.setattr(
+        machine_state, "straight_way_back", lambda run, here: straight_way_back(run, here) if next(answers) else None
+    )
 
 
 def test_arm_goes_on_back_after_resting_too_early(playing: Stepped, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -515,7 +515,7 @@ SIGNED_OFF_ALREADY: Final = message(
 )
 RESOLVE_AND_RECORD_AGAIN: Final = message(
     "resolve_and_record_again",
-    "If another doctor decides anew, resolve this entry with the reason, and record it again.",
+    "To record another doctor's decision, resolve this entry with the reason and record it again.",
 )
 CONTRAINDICATION_NOT_FOUND: Final = message(
     "contraindication_not_found",

@@ -76,7 +76,7 @@ class EndFeelTest:
         if outward:
             self._weigh(movement, arm_nm, beyond_nm)
         weight_nm, most_nm = self._outward * self._arm.weight_nm(arm_nm), self._most_weight_nm(arm_nm)
-        against_nm = self._against_nm(beyond_nm, arm_nm)
+        against_nm = float(self._outward * beyond_nm - min(weight_nm, most_nm))
         if not outward:
             self._recent.clear()
             self._recent_back.append(against_nm)
@@ -95,12 +95,9 @@ class EndFeelTest:
         """Note the torque of a paused test. At rest, friction acts in neither direction. Call it in every cycle of the pause."""
         self.note_pedal(state)
         out_nm, back_nm, *arm_nm = self._curves_at(movement.position_s).tolist()
-        self._recent_back.append(self._against_nm(state.torque_nm[self._axis] - (out_nm + back_nm) / 2, arm_nm))
-
-    def _against_nm(self, beyond_nm: float, arm_nm: list[float]) -> float:
-        """Return the shoulder's torque against the way out. ``beyond_nm``: the drive's torque beyond that of the baseline."""
+        beyond_nm = state.torque_nm[self._axis] - (out_nm + back_nm) / 2
         weight_nm = min(self._outward * self._arm.weight_nm(arm_nm), self._most_weight_nm(arm_nm))
-        return float(self._outward * beyond_nm - weight_nm)
+        self._recent_back.append(float(self._outward * beyond_nm - weight_nm))
 
     def note_pedal(self, state: CycleState) -> None:
         """End the test if the patient presses the pedal, or could not press it because it was pulled out. Call it in every cycle between

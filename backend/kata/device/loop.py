@@ -302,12 +302,11 @@ class ControlLoop(LoopTelemetry):
     # -- the service ----------------------------------------------------------------------------------------------
 
     def _execute_command(self, state: CycleState) -> None:
-        taken = self._link.take_command()
-        if taken and self._waiting:
+        newer = self._link.take_command()
+        if newer and self._waiting:
             # A newer command, such as Pause, ends the wait.
             self._link.reply(Reply(id=self._waiting.id, refusal=STOPPED_MEANWHILE))
-            self._waiting = None
-        taken, self._waiting = taken or self._waiting, None
+        taken, self._waiting = newer or self._waiting, None
         if taken is None:
             self._taken_ns = state.t_ns
             return

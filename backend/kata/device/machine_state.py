@@ -18,7 +18,7 @@ from kata.device.latched_stop import LatchedStop
 from kata.device.movement import Movement
 from kata.device.run import Run
 from kata.device.teaching import Teaching
-from kata.device.ways import approach_way, go_back, return_way, returns_straight
+from kata.device.ways import approach_way, go_back, straight_way_back, way_through_start
 from kata.messages import key_of
 from kata.motion.approach import MinimumJerkMove
 from kata.motion.path import Path
@@ -206,9 +206,8 @@ class MachineState:
         run = self._run
         assert run is not None and self._movement is not None
         run.resisting_axis = None
-        run.end_relief()
-        if returns_straight(run, self.setpoint_deg):
-            self._leave_recording(run)
+        if way := straight_way_back(run, self.setpoint_deg):
+            self._leave_recording(run, way)
         else:
             go_back(run, self._movement)
         self._enter("returning")
@@ -219,26 +218,28 @@ class MachineState:
                 self._cut_torque()
                 self._end_run(JournalEnd(reason="completed" if run.played_to_end else "returned"))
                 self._enter("idle")
-        elif movement.ended:
-            self._leave_recording(run)
-        elif movement.at_rest or self._cycles_on_path % self._cycles_between_ways == 0:
-            straight = returns_straight(run, self.setpoint_deg)
-            if straight and movement.at_rest:
-                self._leave_recording(run)
-            elif straight:
+        elif movement.ended or movement.at_rest or self._cycles_on_path % self._cycles_between_ways == 0:
+            way = straight_way_back(run, self.setpoint_deg)
+            if movement.ended:
+                self._leave_recording(run, way or way_through_start(run, self.setpoint_deg))
+            elif way and movement.at_rest:
+                self._leave_recording(run, way)
+            elif way:
                 movement.direction = 0
             elif movement.at_rest:
                 go_back(run, movement)
 
-    def _leave_recording(self, run: Run) -> None:
-        here = np.array(self.setpoint_deg)
-        way = return_way(run, self.setpoint_deg)
-        run.start_path(here)
+    def _leave_recording(self, run: Run, way: Path) -> None:
+        run.start_path(np.array(self.setpoint_deg))
         self._movement = run.movement_along(way, direction=1)
+
+    def _moves_back(self, run: Run) -> bool:
+        """Return True while the arm moves back from resistance."""
+        return self.mode == "playing" and run.resisting_axis is not None
 
     def _phase(self, run: Run) -> int:
         """Return the journal phase of a sample. Playing with a reduced range and moving back from resistance have their own phases."""
-        if self.mode == "playing" and run.resisting_axis is not None:
+        if self._moves_back(run):
             return journal.PHASE_REVERSING
         if self.mode == "playing" and not run.range_override.is_full:
             return journal.PHASE_REDUCED_RANGE

@@ -189,17 +189,17 @@ class StateMachine(MachineState):
         elif movement.ended:
             movement.direction = 0
         elif movement.at_rest:
-            run.end_relief()
             self._enter("paused")
 
     def _check_resistance(self, run: Run, movement: Movement, state: CycleState) -> None:
         """React to resistance above the patient's level. While playing, move the arm back along the path. In other modes, and on
         the way back of an end-feel test, stop and hold the arm.
         """
-        axis = run.detect_resistance(state)
+        moves_back = self._moves_back(run)
+        axis = run.detect_resistance(state, moves_back=moves_back)
         if axis is None:
             return
-        if self.mode == "playing" and run.resisting_axis is None and not run.resists_way_back(axis, movement, state):
+        if self.mode == "playing" and not moves_back and not run.resists_way_back(axis, movement, state):
             run.reverse(axis, movement, state)
             at_s = movement.position_s
             self._emit("load_reversal", texts.RESISTANCE_MET(motor=axis + 1, at_s=at_s))
@@ -208,12 +208,12 @@ class StateMachine(MachineState):
         self._pending_faults.append(("load_while_held" if self.mode == "paused" else "load_on_the_way", axis))
 
     def _yield(self, run: Run, movement: Movement, state: CycleState) -> None:
-        """Let the setpoint yield to a push of the patient. This applies while the arm is held by a category 2 stop and while it
-        moves back from resistance.
+        """Let the setpoint yield to a push of the patient: while the arm is held by a category 2 stop, while it moves back from
+        resistance, and in an end-feel test.
         """
         if self.mode == "stopped" and self.stop and self.stop.category == 2:
             run.yield_to_push(state)
-        elif self.mode == "playing" and run.resisting_axis is not None and movement.speed_override <= 0.0:
+        elif self._moves_back(run) and movement.speed_override <= 0.0:
             run.yield_to_push(state, only_to_reversal=True)
         elif self.mode in ("playing", "paused"):
             run.retreat_in_test()

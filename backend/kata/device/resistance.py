@@ -40,21 +40,19 @@ class ResistanceMonitor:
         """``thresholds_nm``: the level's torque of each axis."""
         self._thresholds_nm = thresholds_nm
         self._since_ns: list[int | None] = [None] * len(thresholds_nm)
-        self._last_reversal: tuple[int, float, int] | None = None
+        self._last_reversal = (0, 0.0, 0)
+        """Axis and torque of the push that caused the last reversal, and the time until which it may end."""
 
     def start_after_reversal(self, axis: int, torque_nm: float, t_ns: int) -> None:
         """Restart after a reversal. The push that caused it does not count again until :data:`RELIEVE_NS` has passed."""
         self._since_ns = [None] * len(self._thresholds_nm)
         self._last_reversal = (axis, torque_nm, t_ns + RELIEVE_NS)
 
-    def end_relief(self) -> None:
-        """Let every push count again, because the arm no longer moves back from the last one."""
-        self._last_reversal = None
-
-    def resisting_axis(self, state: CycleState, speed_deg_s: Sequence[float]) -> int | None:
+    def resisting_axis(self, state: CycleState, speed_deg_s: Sequence[float], *, moves_back: bool) -> int | None:
         """Return the first axis that meets resistance in this cycle, else None.
 
         :param speed_deg_s: speed of the reference: the path's own speed times the speed override.
+        :param moves_back: True while the arm moves back from the last resistance, whose push then has time to end.
         """
         found = None
         for n, threshold_nm in enumerate(self._thresholds_nm):
@@ -64,7 +62,7 @@ class ResistanceMonitor:
             if (
                 abs(torque_nm) < threshold_nm
                 or not _pushes(torque_nm, speed_deg_s[n], ahead_deg)
-                or self._is_subsiding(n, state)
+                or (moves_back and self._is_subsiding(n, state))
             ):
                 self._since_ns[n] = None
             elif since_ns is None:
@@ -75,8 +73,6 @@ class ResistanceMonitor:
 
     def _is_subsiding(self, n: int, state: CycleState) -> bool:
         """Return True while the push that caused the last reversal still has time to end."""
-        if self._last_reversal is None:
-            return False
         axis, torque_nm, until_ns = self._last_reversal
         return n == axis and state.torque_nm[n] * torque_nm > 0 and state.t_ns < until_ns
 

@@ -228,12 +228,12 @@ class Run:
 
     # -- resistance -----------------------------------------------------------------------------------------------
 
-    def detect_resistance(self, state: CycleState) -> int | None:
+    def detect_resistance(self, state: CycleState, *, moves_back: bool) -> int | None:
         """Return the axis whose drive has pushed with the patient's level for 0.1 s, else None.
 
         Call this in every cycle with torque. The direction of a moving axis is that of the reference.
         """
-        return self._monitor.resisting_axis(state, self._speed_deg_s.tolist())
+        return self._monitor.resisting_axis(state, self._speed_deg_s.tolist(), moves_back=moves_back)
 
     def resists_way_back(self, axis: int, movement: Movement, state: CycleState) -> bool:
         """Return True if the patient resists an arm that moves back already."""
@@ -269,14 +269,9 @@ class Run:
 
     # -- the end-feel test ------------------------------------------------------------------------------------------
 
-    def end_relief(self) -> None:
-        """Let every push count again. The caller calls this when the arm no longer moves back from resistance."""
-        self._monitor.end_relief()
-
     def play(self, movement: Movement) -> None:
         """Continue along the recording. An end-feel test that has turned, or that the patient has ended, continues its way back."""
         self.resisting_axis = None
-        self.end_relief()
         movement.direction, movement.ramp_s = 1, RAMP_S
         if self.end_feel:
             self.end_feel.resume(movement)

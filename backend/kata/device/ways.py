@@ -29,22 +29,20 @@ def approach_way(run: Run, here_deg: Floats) -> tuple[Path, float]:
     return MinimumJerkMove(here_deg, start_deg, speed_deg_s), run.limits.way_outwards_deg(here_deg, start_deg)
 
 
-def returns_straight(run: Run, here_deg: Sequence[float]) -> bool:
-    """Return True if the straight way from the setpoint ``here_deg``, ``(5,)``, to the end of the return stays within the limits."""
+def straight_way_back(run: Run, here_deg: Sequence[float]) -> MinimumJerkMove | None:
+    """Return the straight way from the setpoint ``here_deg``, ``(5,)``, to the end of the return; None if it leads outwards."""
     assert run.return_to_deg is not None
-    return run.limits.way_outwards_deg(np.array(here_deg), run.return_to_deg) <= WAY_TOLERANCE_DEG
+    way = MinimumJerkMove(np.array(here_deg), run.return_to_deg, run.config.approach_speed_deg_s)
+    return way if run.limits.way_outwards_deg(way.start_deg, way.goal_deg) <= WAY_TOLERANCE_DEG else None
 
 
-def return_way(run: Run, here_deg: Sequence[float]) -> Path:
-    """Return the way from the setpoint ``here_deg``, ``(5,)``, to the end of the return: straight, or through the recording's start.
+def way_through_start(run: Run, here_deg: Sequence[float]) -> PathSequence:
+    """Return the way from the setpoint ``here_deg``, ``(5,)``, through the recording's start to the end of the return.
 
     From the start the way stays within the limits; see :meth:`kata.device.run.Run.begin`.
     """
     assert run.return_to_deg is not None
-    speed_deg_s = run.config.approach_speed_deg_s
-    if returns_straight(run, here_deg):
-        return MinimumJerkMove(np.array(here_deg), run.return_to_deg, speed_deg_s)
-    start_deg = run.trajectory.start_deg
+    start_deg, speed_deg_s = run.trajectory.start_deg, run.config.approach_speed_deg_s
     return PathSequence(
         [
             MinimumJerkMove(np.array(here_deg), start_deg, speed_deg_s),
