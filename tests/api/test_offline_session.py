@@ -276,6 +276,9 @@ def test_outage_session_is_refused_beyond_cached_patients_or_limits(
             assert still_open(client, visit["id"], first) == ["identity", "estop"]
             # A test of the emergency stop during the outage counts, too.
             tomorrow_at = today + timedelta(days=1)
+            tomorrow.setattr(checks, "utc_now", lambda: tomorrow_at)
+            # At the end of this block, today's test is the newest again.
+            tomorrow.setattr(offline_cache, "estop_tested_at", offline_cache.estop_tested_at)
             tried = NewDeviceEvent(station="Station 1", at=tomorrow_at, kind="event", code=ESTOP_TESTED, message="")
             offline_cache.on_event(tried)
             assert "estop" not in still_open(client, visit["id"], first)
