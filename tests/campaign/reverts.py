@@ -140,8 +140,8 @@ REVERTS: Final = (
         4,
         "resistance counts while a recording plays forwards only",
         "modes.py",
-        "        axis = run.detect_resistance(state)\n        if axis is None:\n",
-        '        axis = run.detect_resistance(state)\n        if axis is None or self.mode != "playing" or run.resisting_axis is not None:\n',
+        "        axis = run.detect_resistance(state, moves_back=moves_back)\n        if axis is None:\n",
+        '        axis = run.detect_resistance(state, moves_back=moves_back)\n        if axis is None or self.mode != "playing" or run.resisting_axis is not None:\n',
         "pushes",
     ),
     _one(
