@@ -61,6 +61,13 @@ def position(client: ModbusSerialClient, motor: int) -> int:
     return signed(client.read_holding_registers(PRESENT, count=2, device_id=motor).registers)
 
 
+def reach(client: ModbusSerialClient, goal: int) -> None:
+    """Wait until motor 4 is within 0.2 deg of a goal in 0.01 deg, at most 10 s."""
+    limit = time.monotonic() + 10
+    while abs(position(client, 4) - goal) > 20:
+        assert time.monotonic() < limit, f"motor 4 is at {position(client, 4)}"
+
+
 def test_registers_keep_their_values(client: ModbusSerialClient) -> None:
     assert client.read_holding_registers(TORQUE_ENABLE, count=9, device_id=3).registers == [
         *(0, 0, 0, 1000),
@@ -99,17 +106,24 @@ def test_drive_refuses_unsupported_requests(client: ModbusSerialClient) -> None:
     assert not client.write_registers(GOAL, long(9000), device_id=1).isError()
 
 
-def test_drive_holds_when_torque_comes_on_and_moves_to_goals(client: ModbusSerialClient) -> None:
-    client.write_registers(GOAL, long(4000), device_id=4)
+def test_drive_turns_to_the_goal_given_before_torque(client: ModbusSerialClient) -> None:
+    """Unlike the X series, which holds its position when torque comes on."""
     start = position(client, 4)
+    for goal in (start + 4000, start + 2000):
+        client.write_register(TORQUE_ENABLE, 0, device_id=4)
+        client.write_registers(GOAL, long(goal), device_id=4)
+        client.write_register(TORQUE_ENABLE, 1, device_id=4)
+        assert signed(client.read_holding_registers(GOAL, count=2, device_id=4).registers) == goal
+        assert client.read_holding_registers(STATUS, count=1, device_id=4).registers == [1]
+        reach(client, goal)
+
+
+def test_drive_with_torque_moves_to_goals(client: ModbusSerialClient) -> None:
+    start = position(client, 4)
+    client.write_registers(GOAL, long(start), device_id=4)
     client.write_register(TORQUE_ENABLE, 1, device_id=4)
-    assert signed(client.read_holding_registers(GOAL, count=2, device_id=4).registers) == start
-    assert client.read_holding_registers(STATUS, count=1, device_id=4).registers == [1]
-    goal = start + 2000
-    client.write_registers(GOAL, long(goal), device_id=4)
-    limit = time.monotonic() + 10
-    while abs(position(client, 4) - goal) > 20:
-        assert time.monotonic() < limit
+    client.write_registers(GOAL, long(start + 2000), device_id=4)
+    reach(client, start + 2000)
 
 
 def test_silence_trips_the_watchdog_until_it_is_cleared(client: ModbusSerialClient) -> None:
