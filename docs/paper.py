@@ -79,7 +79,7 @@ PLACES: Final = (
         "Figure 4",
         "a PC and five motors on RS-485, position control, 10 Hz",
         "built",
-        ("backend/kata/device/bus/drivers.py::make_bus", "backend/kata/motion/trajectory.py::ZeroOrderHold"),
+        ("backend/kata/device/bus/factory.py::make_bus", "backend/kata/motion/trajectory.py::ZeroOrderHold"),
         ("tests/device/test_methods.py::test_ten_hertz_station_plays_the_paper_method_at_its_rate",),
         "the protocol of PX-320 is not public; Dynamixel and Modbus RTU are spoken",
     ),

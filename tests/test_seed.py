@@ -21,7 +21,7 @@ from kata.clinic.sessions.tables import MotorTrackingRow, RunRow, SessionRow
 from kata.database.engine import Database
 from kata.device import journal
 from kata.interop import bundle
-from kata.interop.codes import ClinicNames
+from kata.interop.codes import ExportSettings
 from kata.motion.builtin import built_in_motions
 from tests.support.databases import upgraded_file
 from tests.support.validators import judge_fhir
@@ -79,7 +79,7 @@ def test_seeded_patients_are_valid_fhir(databases: list[Database], tmp_path: Pat
     cases = {}
     with databases[0].read() as session:
         for patient in session.scalars(select(PatientRow)):
-            bundle.write(session, patient, tmp_path / "bundle.json", ClinicNames())
+            bundle.write(session, patient, tmp_path / "bundle.json", ExportSettings())
             cases[patient.clinic_number] = json.loads((tmp_path / "bundle.json").read_text())
     found = judge_fhir(cases)
     assert found == {name: {"medplum": [], "lantana": []} for name in cases}

@@ -20,7 +20,7 @@ import numpy as np
 from hypothesis import strategies as st
 from hypothesis.stateful import RuleBasedStateMachine, initialize, invariant, rule
 
-from kata.device.bus.drivers import make_bus
+from kata.device.bus.factory import make_bus
 from kata.device.bus.verification import ROUND_S
 from kata.device.config import StationConfig
 from kata.device.ipc_messages import (

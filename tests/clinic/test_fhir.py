@@ -23,7 +23,15 @@ from kata.clinic.patients.tables import ExportedStatementRow
 from kata.clinic.sessions.tables import RunRow, SessionRow
 from kata.database.base import utc_now
 from kata.database.engine import Database
-from kata.interop.codes import CLINIC_NUMBER, LOCAL, LOCAL_CODES, NAME_REPRESENTATION, PAIN, ClinicNames, local_codes
+from kata.interop.codes import (
+    LOCAL,
+    LOCAL_CODES,
+    NAME_REPRESENTATION,
+    PAIN,
+    PATIENT_NUMBERS,
+    ExportSettings,
+    local_codes,
+)
 from kata.interop.fhir_import import FhirImportError, read_patients
 from kata.messages import key_of
 from tests.support.fhir_bundle import Json, everything, exported, judged, of_kind
@@ -311,7 +319,7 @@ def test_goniometer_readings_and_the_patients_angles_name_their_method(database:
 def test_bundle_repeats_the_values_of_the_record(database: Database, tmp_path: Path) -> None:
     bundle = exported(database, treated(database, sessions=11), tmp_path / "bundle.json")
     (who,) = of_kind(bundle, "Patient")
-    assert (who["identifier"][0]["system"], who["identifier"][0]["value"]) == (CLINIC_NUMBER, NUMBER)
+    assert (who["identifier"][0]["system"], who["identifier"][0]["value"]) == (PATIENT_NUMBERS, NUMBER)
     assert [(name["text"], name["use"], name["extension"]) for name in who["name"]] == [
         (NAME, "official", [{"url": NAME_REPRESENTATION, "valueCode": "IDE"}]),
         (KANA, "official", [{"url": NAME_REPRESENTATION, "valueCode": "SYL"}]),
@@ -443,7 +451,7 @@ def test_clinic_sets_identifier_system_and_profiles_and_reimports_them(database:
     system = "urn:oid:1.2.392.100495.20.3.51.11311234567"
     profile = "http://jpfhir.jp/fhir/core/StructureDefinition/JP_Patient"
     bundle = exported(
-        database, treated(database, sessions=1), tmp_path / "bundle.json", ClinicNames(system, {"Patient": profile})
+        database, treated(database, sessions=1), tmp_path / "bundle.json", ExportSettings(system, {"Patient": profile})
     )
     (who,) = of_kind(bundle, "Patient")
     assert (who["identifier"][0]["system"], who["meta"]) == (system, {"profile": [profile]})
@@ -460,7 +468,7 @@ def test_observations_that_claim_jp_core_have_its_category(database: Database, t
         database,
         treated(database, sessions=1),
         tmp_path / "bundle.json",
-        ClinicNames(profiles={"Observation": profile}),
+        ExportSettings(profiles={"Observation": profile}),
     )
     assert judged({"bundle": bundle}) == {"bundle": []}
     for resource in of_kind(bundle, "Observation"):

@@ -34,7 +34,7 @@ from kata.database.base import utc_now
 from kata.database.engine import Database
 from kata.errors import ProblemError
 from kata.interop import bundle, patient_export
-from kata.interop.codes import ClinicNames
+from kata.interop.codes import ExportSettings
 from kata.reporting import episode as episode_report
 from kata.reporting import rehabilitation_plan, rendering
 from kata.reporting import session as session_report
@@ -502,7 +502,7 @@ def test_reports_print_prescribed_and_counted_minutes(clinic: Clinic) -> None:
 
 def test_exports_have_prescribed_and_counted_end_range_times(clinic: Clinic) -> None:
     _, visit_id = with_end_range_times(clinic)
-    names = ClinicNames(zone=ZoneInfo("Asia/Tokyo"))
+    names = ExportSettings(zone=ZoneInfo("Asia/Tokyo"))
     with clinic.database.read() as session:
         patient = patients.get(session, clinic.patient_id)
         rows = list(patient_export._end_range_rows(session, patient, names))
@@ -541,7 +541,9 @@ def test_a_programme_ends_with_its_episode(clinic: Clinic) -> None:
     with clinic.database.read() as session:
         patient = patients.get(session, clinic.patient_id)
         plans = [
-            found for found in bundle.resources(session, patient, ClinicNames()) if found["resourceType"] == "CarePlan"
+            found
+            for found in bundle.resources(session, patient, ExportSettings())
+            if found["resourceType"] == "CarePlan"
         ]
     # The page does not let anybody play it any more, so that it is not stated as active.
     assert [plan["status"] for plan in plans] == ["completed"]
@@ -590,7 +592,7 @@ def test_the_table_marks_sessions_and_weeks_that_are_not_over(
             session.get_one(SessionRow, visit_id).ended_at = None
     with clinic.database.read() as session:
         patient = patients.get(session, clinic.patient_id)
-        rows = list(patient_export._end_range_rows(session, patient, ClinicNames(zone=ZoneInfo("Asia/Tokyo"))))
+        rows = list(patient_export._end_range_rows(session, patient, ExportSettings(zone=ZoneInfo("Asia/Tokyo"))))
     of_week = [row for row in rows if row["begins_at"][:10] in ("2026-11-16", "2026-11-17")]
     found = {kind: [row["preliminary"] for row in of_week if row["period"] == kind] for kind in preliminary}
     assert found == preliminary
@@ -612,7 +614,7 @@ def _week_status(clinic: Clinic, zone: str) -> str:
     """Return the FHIR status of the first week's end-range time."""
     with clinic.database.read() as session:
         patient = patients.get(session, clinic.patient_id)
-        resources = list(bundle.resources(session, patient, ClinicNames(zone=ZoneInfo(zone))))
+        resources = list(bundle.resources(session, patient, ExportSettings(zone=ZoneInfo(zone))))
     weeks = [
         resource
         for resource in resources

@@ -23,7 +23,7 @@ from kata.database.engine import Database
 from kata.device.config import StationConfig
 from kata.device.journal import JournalEnd
 from kata.interop import bundle, sample_file, service
-from kata.interop.codes import ClinicNames
+from kata.interop.codes import ExportSettings
 from kata.interop.motion_csv import parse_motion
 from kata.reporting import session as session_report
 from kata.reporting.rendering import session_page
@@ -94,7 +94,7 @@ def test_session_run_report_and_bundle_have_the_mark(clinic: Clinic, tmp_path: P
             session,
             patients.get(session, clinic.patient_id),
             tmp_path / "bundle.json",
-            ClinicNames(profiles={"Procedure": "urn:x"}),
+            ExportSettings(profiles={"Procedure": "urn:x"}),
         )
         _, origin = service.of_run(session, run_id)
         assert origin.simulated is simulated

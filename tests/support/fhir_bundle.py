@@ -7,14 +7,14 @@ from uuid import UUID
 
 from kata.database.engine import Database
 from kata.interop import bundle
-from kata.interop.codes import ClinicNames
+from kata.interop.codes import ExportSettings
 from tests.support.validators import judge_fhir
 
 Json = dict[str, Any]
-NAMES = ClinicNames()
+NAMES = ExportSettings()
 
 
-def exported(database: Database, patient_id: UUID, path: Path, clinic: ClinicNames = NAMES) -> Json:
+def exported(database: Database, patient_id: UUID, path: Path, clinic: ExportSettings = NAMES) -> Json:
     bundle.export(database, patient_id, path, clinic)
     document: Json = json.loads(path.read_text())
     return document

@@ -8,7 +8,7 @@ import msgspec
 import numpy as np
 from numpy.typing import ArrayLike
 
-from kata.device.bus.drivers import make_bus
+from kata.device.bus.factory import make_bus
 from kata.device.config import StationConfig
 from kata.device.ipc_messages import Approach, Command, Load, Play, Refusal, Snapshot, stamped
 from kata.device.loop import ControlLoop

@@ -3,8 +3,8 @@
 from typing import Final
 
 from kata.bench.bus_cycle import Goals
-from kata.device.bus.drivers import make_bus
 from kata.device.bus.dynamixel.driver import DynamixelBus
+from kata.device.bus.factory import make_bus
 from kata.device.bus.serial_transport import SerialTransport
 from kata.device.config import StationConfig
 

@@ -10,7 +10,7 @@ from typing import Final
 from msgspec import structs
 
 from kata.device import journal, references
-from kata.device.bus.drivers import make_bus
+from kata.device.bus.factory import make_bus
 from kata.device.bus.serial_transport import Transport
 from kata.device.config import StationConfig
 from kata.device.ipc import Heartbeats, QueuedCommand

@@ -8,7 +8,7 @@ import numpy as np
 
 from kata.commissioning.drive_line import DriveLine
 from kata.device.bus.bandwidth import cycle_time_ns
-from kata.device.bus.drivers import make_bus
+from kata.device.bus.factory import make_bus
 from kata.device.bus.serial_transport import Transport, open_port
 from kata.device.config import StationConfig
 

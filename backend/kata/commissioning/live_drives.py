@@ -16,7 +16,7 @@ from msgspec import structs
 from kata.commissioning import texts
 from kata.commissioning.workbench import StepError, UnstableError, Workbench
 from kata.device import texts as device_texts
-from kata.device.bus.drivers import make_bus
+from kata.device.bus.factory import make_bus
 from kata.device.bus.port import BusError
 from kata.device.cycle_state import CycleState, CycleStateBuilder, LoopContext
 from kata.device.faults import FAULT_BY_CODE, evaluate_faults

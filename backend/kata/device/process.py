@@ -14,7 +14,7 @@ from collections.abc import Iterator
 from pathlib import Path
 from typing import Final, TextIO
 
-from kata.device.bus.drivers import make_bus
+from kata.device.bus.factory import make_bus
 from kata.device.config import ConfigError, StationConfig, read
 from kata.device.ipc import SocketServiceLink
 from kata.device.journal import FolderInUseError, JournalDisk, claimed

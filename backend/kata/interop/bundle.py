@@ -27,14 +27,14 @@ from kata.clinic.sessions import patient_angles
 from kata.clinic.sessions.tables import SessionRow
 from kata.database.engine import Database
 from kata.interop import fhir_care, fhir_observations, service, stated
-from kata.interop.codes import ClinicNames, Resource, simulated
+from kata.interop.codes import ExportSettings, Resource, simulated
 from kata.interop.stated import Statement
 
 MEDIA_TYPE: Final = "application/fhir+json"
 _AT_ONCE: Final = 50
 
 
-def export(database: Database, patient_id: UUID, path: Path, clinic: ClinicNames) -> None:
+def export(database: Database, patient_id: UUID, path: Path, clinic: ExportSettings) -> None:
     """Write a patient's bundle to a file, and store what it states.
 
     :raises ProblemError: 404; 409 when the record was erased.
@@ -49,7 +49,7 @@ def export(database: Database, patient_id: UUID, path: Path, clinic: ClinicNames
             stated.store(session, patient_id, new)
 
 
-def write(session: Session, patient: PatientRow, path: Path, clinic: ClinicNames) -> dict[UUID, Statement]:
+def write(session: Session, patient: PatientRow, path: Path, clinic: ExportSettings) -> dict[UUID, Statement]:
     """Write the bundle to a file. Return its statements by id, for a later export, without those that are stored."""
     before = stated.stored(session, patient.id)
     now: dict[UUID, Statement] = {}
@@ -93,7 +93,7 @@ def entry(resource: Resource) -> Resource:
     }
 
 
-def resources(session: Session, patient: PatientRow, clinic: ClinicNames) -> Iterator[Resource]:
+def resources(session: Session, patient: PatientRow, clinic: ExportSettings) -> Iterator[Resource]:
     """Yield all resources. A resource comes after the resources to which it refers."""
     yield fhir_care.code_system()
     yield from _questionnaires(session, patient)

@@ -28,7 +28,8 @@ def _oid(of: str) -> str:
 
 NAMESPACE: Final = UUID("0d7cb53c-49d5-4c3c-9f5e-0a0c6a0b9f51")
 """Namespace of ids that are derived from names."""
-CLINIC_NUMBER: Final = _oid("6e0f2a6f-2f5b-4f6a-8d0f-6b9e0e1c1a01")
+PATIENT_NUMBERS: Final = _oid("6e0f2a6f-2f5b-4f6a-8d0f-6b9e0e1c1a01")
+"""Identifier system of patient numbers, in each clinic that has not set its own."""
 LOCAL: Final = _oid("6e0f2a6f-2f5b-4f6a-8d0f-6b9e0e1c1a02")
 SPADI: Final = _oid("6e0f2a6f-2f5b-4f6a-8d0f-6b9e0e1c1a03")
 STAGE_SINCE: Final = _oid("6e0f2a6f-2f5b-4f6a-8d0f-6b9e0e1c1a04")
@@ -151,11 +152,11 @@ def simulated(resource: Resource) -> Resource:
 
 
 @dataclass(frozen=True)
-class ClinicNames:
-    """Names that a clinic sets for its exports and imports."""
+class ExportSettings:
+    """What a clinic sets for its exports and imports."""
 
-    identifier_system: str = CLINIC_NUMBER
-    """Identifier system of the clinic's patient numbers."""
+    identifier_system: str = PATIENT_NUMBERS
+    """FHIR identifier system of the clinic's patient numbers."""
     profiles: Mapping[str, str] = field(default_factory=dict)
     """By type of resource, the canonical address of the profile that the resource claims to follow."""
     zone: tzinfo = UTC

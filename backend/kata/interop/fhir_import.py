@@ -12,7 +12,7 @@ from pydantic import ValidationError
 from kata import i18n
 from kata.clinic.patients.schemas import PatientCreate
 from kata.interop import texts
-from kata.interop.codes import CLINIC_NUMBER, NAME_REPRESENTATION
+from kata.interop.codes import NAME_REPRESENTATION, PATIENT_NUMBERS
 from kata.types import Side
 
 MOST_PATIENTS: Final = 500
@@ -66,12 +66,12 @@ class ImportedPatient:
 class _Reading:
     wrong: list[tuple[str, str]] = field(default_factory=list)
     left_out: list[str] = field(default_factory=list)
-    systems: frozenset[str] = frozenset({CLINIC_NUMBER})
+    systems: frozenset[str] = frozenset({PATIENT_NUMBERS})
     """Systems that identify our clinic numbers: the clinic's own, and the one of an export from a clinic without one."""
 
 
 def read_file(
-    content: bytes, affected_side: Side, identifier_system: str = CLINIC_NUMBER
+    content: bytes, affected_side: Side, identifier_system: str = PATIENT_NUMBERS
 ) -> tuple[list[ImportedPatient], list[str], int]:
     """Return the patients of a file, the paths of the first elements that are not stored, and the number of further such elements.
 
@@ -95,13 +95,13 @@ def read_file(
 
 
 def read_patients(
-    resource: dict[str, Any], affected_side: Side, identifier_system: str = CLINIC_NUMBER
+    resource: dict[str, Any], affected_side: Side, identifier_system: str = PATIENT_NUMBERS
 ) -> tuple[list[ImportedPatient], list[str]]:
     """Return the patients of a Patient or a Bundle, and the paths of the elements that are not stored.
 
     :raises FhirImportError: with every path that cannot be imported. No patient is then imported.
     """
-    reading = _Reading(systems=frozenset({CLINIC_NUMBER, identifier_system}))
+    reading = _Reading(systems=frozenset({PATIENT_NUMBERS, identifier_system}))
     patients = [
         ImportedPatient(path, patient)
         for path, patient_resource in _patients(resource, reading)

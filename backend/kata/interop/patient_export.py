@@ -25,7 +25,7 @@ from kata.database.engine import Database
 from kata.database.series import Series
 from kata.errors import ProblemError
 from kata.interop import bundle, sample_file, service
-from kata.interop.codes import ClinicNames
+from kata.interop.codes import ExportSettings
 from kata.interop.sample_file import Origin
 from kata.plotting.figures import FigureWorker
 
@@ -84,7 +84,7 @@ class _Outgoing:
         return data
 
 
-def chunks(database: Database, worker: FigureWorker, patient_id: UUID, clinic: ClinicNames) -> Iterator[bytes]:
+def chunks(database: Database, worker: FigureWorker, patient_id: UUID, clinic: ExportSettings) -> Iterator[bytes]:
     """Yield the ZIP in chunks. No file is completely in memory, and no transaction stays open while a client reads."""
     outgoing = _Outgoing()
     with TemporaryDirectory(prefix="kata-") as folder, ZipFile(outgoing, "w", ZIP_DEFLATED) as archive:  # type: ignore[call-overload]
@@ -101,7 +101,7 @@ def chunks(database: Database, worker: FigureWorker, patient_id: UUID, clinic: C
 
 
 def _files(
-    database: Database, worker: FigureWorker, patient_id: UUID, folder: Path, clinic: ClinicNames
+    database: Database, worker: FigureWorker, patient_id: UUID, folder: Path, clinic: ExportSettings
 ) -> Iterator[tuple[str, Path]]:
     path = folder / "file"
     path.write_text(_README, encoding="utf-8")
@@ -177,7 +177,7 @@ _END_RANGE: Final = (
 )  # fmt: skip
 
 
-def _end_range_rows(session: Session, patient: PatientRow, clinic: ClinicNames) -> Iterator[dict[str, Any]]:
+def _end_range_rows(session: Session, patient: PatientRow, clinic: ExportSettings) -> Iterator[dict[str, Any]]:
     """Yield the counted and prescribed end-range times of each session and week."""
     for episode in patient.episodes:
         for times in adherence.end_range_times(session, episode.id, clinic.zone):

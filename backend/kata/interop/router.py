@@ -21,7 +21,7 @@ from kata.database.series import Series, unpack
 from kata.dependencies import PROBLEMS, TheDatabase, TheFigures, TheStation
 from kata.errors import ProblemError
 from kata.interop import bundle, patient_export, sample_file, service, texts
-from kata.interop.codes import CLINIC_NUMBER, ClinicNames
+from kata.interop.codes import PATIENT_NUMBERS, ExportSettings
 from kata.interop.fhir_import import FhirImportError, UnreadableFhirError, read_file
 from kata.interop.files import file_response
 from kata.interop.motion_csv import ParsedMotion, parse_motion
@@ -95,15 +95,15 @@ class InteropServices(Protocol):
         """Return the settings."""
 
 
-def _clinic(request: Request, database: TheDatabase) -> ClinicNames:
+def _export_settings(request: Request, database: TheDatabase) -> ExportSettings:
     services: InteropServices = request.app.state.services
     settings = services.settings
     with database.read() as session:
         zone = profile.time_zone(session, settings)
-    return ClinicNames(settings.fhir_identifier_system or CLINIC_NUMBER, settings.fhir_profile_of, zone)
+    return ExportSettings(settings.fhir_identifier_system or PATIENT_NUMBERS, settings.fhir_profile_of, zone)
 
 
-TheClinic = Annotated[ClinicNames, Depends(_clinic)]
+TheExportSettings = Annotated[ExportSettings, Depends(_export_settings)]
 
 
 async def _file(request: Request) -> bytes:
@@ -251,7 +251,7 @@ def import_motion(
     response_class=StreamingResponse,
     responses=PROBLEMS.of(404, 409, 422) | _FHIR,
 )
-def get_patient_fhir(database: TheDatabase, clinic: TheClinic, patient_id: UUID) -> StreamingResponse:
+def get_patient_fhir(database: TheDatabase, clinic: TheExportSettings, patient_id: UUID) -> StreamingResponse:
     """Return the patient's record as an HL7 FHIR R4 transaction. Sending it again changes nothing at the receiver. What an
     earlier export stated and the record no longer has is marked as entered in error, and a changed value as amended.
     """
@@ -272,7 +272,7 @@ def get_patient_fhir(database: TheDatabase, clinic: TheClinic, patient_id: UUID)
 def import_fhir_patients(
     database: TheDatabase,
     worker: TheFigures,
-    clinic: TheClinic,
+    clinic: TheExportSettings,
     affected_side: Annotated[
         Side, Query(description="The treated shoulder. An episode of care is opened for this shoulder.")
     ],
@@ -302,7 +302,9 @@ def import_fhir_patients(
     response_class=StreamingResponse,
     responses=PROBLEMS.of(404, 409, 422) | _ZIP,
 )
-def export_patient(database: TheDatabase, worker: TheFigures, clinic: TheClinic, patient_id: UUID) -> StreamingResponse:
+def export_patient(
+    database: TheDatabase, worker: TheFigures, clinic: TheExportSettings, patient_id: UUID
+) -> StreamingResponse:
     """Return a patient's complete record as a ZIP: record, sessions with notes and signatures, FHIR, and every recording and run."""
     with database.read() as session:
         service.identified_patient(session, patient_id)

@@ -10,7 +10,7 @@ from typing import Any, ClassVar
 import pytest
 
 from kata.device.bus.bandwidth import cycle_time_ns, max_cycle_hz
-from kata.device.bus.drivers import make_bus
+from kata.device.bus.factory import make_bus
 from kata.device.bus.port import Bus, BusError
 from kata.device.bus.registry import installed_drivers
 from kata.device.config import StationConfig
