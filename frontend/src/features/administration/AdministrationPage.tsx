@@ -17,16 +17,8 @@ export function AdministrationPage() {
       {canAdminister && (
         <>
           <Group component="nav" gap={4} aria-label={t("administration:administration.sections")}>
-            {ADMINISTRATION_PAGES.map(({ to, label }) => (
-              <Link
-                key={to}
-                to={to}
-                className={classes.page ?? ""}
-                activeProps={{ className: classes.here ?? "", "aria-current": "page" }}
-                activeOptions={{ includeSearch: false }}
-              >
-                {label}
-              </Link>
+            {ADMINISTRATION_PAGES.map((page) => (
+              <SectionLink key={page.to} {...page} />
             ))}
           </Group>
           <Outlet />
@@ -34,5 +26,19 @@ export function AdministrationPage() {
       )}
       {!canAdminister && <p>{t("administration:administration.administratorsOnly")}</p>}
     </Stack>
+  );
+}
+
+function SectionLink({ to, label, needs }: (typeof ADMINISTRATION_PAGES)[number]) {
+  if (!useHasPermission(needs)) return null;
+  return (
+    <Link
+      to={to}
+      className={classes.page ?? ""}
+      activeProps={{ className: classes.here ?? "", "aria-current": "page" }}
+      activeOptions={{ includeSearch: false }}
+    >
+      {label}
+    </Link>
   );
 }
