@@ -201,7 +201,9 @@ class CommissioningRun:
         self._browser, self._seen_s = browser, time.monotonic()
 
     async def _stop_without_browser(self) -> None:
-        """Stop the run when its browser is absent while motors have torque. The times are those of a playback."""
+        """Stop the run when its browser is absent while motors have torque: after 2 s while they work, and after
+        30 s while an instruction is shown, because the user then works at the apparatus.
+        """
         while self.progress is not None and self.running:
             await asyncio.sleep(_LOOK_S)
             browser = self._browser

@@ -17,7 +17,7 @@ from kata.station.schemas import LeaseLive
 PAUSE_AFTER_S: Final = 2.0
 """Longest absence of the holder's browser during playback. A page reloads, and a weak network recovers, within this time."""
 STOP_AND_RELEASE_AFTER_S: Final = 30.0
-"""Longest absence of the holder's browser. Then a Stop is due, and the lease ends as soon as torque is off."""
+"""Longest absence of the holder's browser. After it the station stops. The lease ends when torque is known to be off."""
 NOT_OPERATING: Final = "not_operating"
 """Code of the refusal of a command from a browser without the lease."""
 
