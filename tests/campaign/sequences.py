@@ -43,12 +43,13 @@ from kata.device.ipc_messages import (
 )
 from kata.device.journal import read
 from kata.device.loop import ControlLoop
+from kata.motion.axes import Side
 from kata.motion.reach import ArmLimits
 from kata.simulator.fault_injector import FaultKind
 from kata.system.realtime import Granted
 from kata.testing.world import RecordingWorld
 from tests.campaign.judge import COMMAND_LIFE_NS, Judge, Start
-from tests.campaign.stations import stations
+from tests.campaign.stations import SIDES, stations
 from tests.support.stepped import SteppedServiceLink
 
 _NOTICED_NS: Final = 15_000_000
@@ -562,12 +563,29 @@ class Sequences(RuleBasedStateMachine):
     @rule()
     def the_device_process_restarts(self) -> None:
         """Kill the device process, as by SIGKILL: nothing is switched off, and a new process finds the drives as they are."""
+        self._restart(self.world.config.side)
+
+    @rule(side=st.sampled_from(SIDES), empty=st.booleans())
+    def the_apparatus_is_turned(self, side: Side, empty: bool) -> None:
+        """Turn the apparatus for a shoulder while no drive has torque. The device process restarts for the new side.
+
+        ``empty``: earlier faults are mended and no motion is loaded. Else commands for the former side may still arrive.
+        """
+        if empty:
+            self._recover()
+        if not any(self.world.torque):
+            self._restart(side)
+
+    def _restart(self, side: Side) -> None:
         self._disturb()
         self._journals += self.link.journals
         self.world.wait(_ON_THE_WIRE_S)
         self.judge.port_lost(pressed=self._looks_pressed)
         self.world.wait(0.3)
-        self._deadline_ns = self._blind_ns = self.world.t_ns + _REOPENED_NS
+        if side != self.world.config.side:
+            self.world.turn(side)
+            self.judge.turned()
+        self._blind_ns = self.world.t_ns + _REOPENED_NS
         self._deadline_ns = self.world.t_ns
         if self._estop_pressed_ns is not None:
             self._estop_pressed_ns = self.world.t_ns
@@ -738,9 +756,9 @@ class Sequences(RuleBasedStateMachine):
             expires_ns = self.world.t_ns + COMMAND_LIFE_NS
             what = msgspec.structs.replace(what, stops=self._browsers[browser].stops, expires_ns=expires_ns)
         elif isinstance(what, Load):
-            what = msgspec.structs.replace(what, run_id=str(number))
+            what = msgspec.structs.replace(what, run_id=str(number), side=self.world.config.side)
         elif isinstance(what, Teach):
-            what = msgspec.structs.replace(what, teaching_id=str(number))
+            what = msgspec.structs.replace(what, teaching_id=str(number), side=self.world.config.side)
         heapq.heappush(self._travelling, (self.world.t_ns + int(delay_s * 1e9), number, what, self.world.t_ns))
 
     def _deliver(self) -> None:

@@ -6,31 +6,45 @@ from hypothesis import reject
 from hypothesis import strategies as st
 from msgspec import structs
 
-from kata.device.config import ConfigError, Inputs, ModbusMap, StationConfig, simulated
+from kata.device.bus.bandwidth import max_cycle_hz
+from kata.device.config import NO_REGISTER, ConfigError, Inputs, ModbusMap, StationConfig, simulated
+from kata.motion.axes import Side
 
+SIDES: Final[tuple[Side, ...]] = ("right", "left")
 _ANY_ZERO: Final = st.integers(0, 4095)
+_CYCLE_RATES: Final = (100, 100, 100, 50, 40, 20, 200, 400, 500)
+_LONGEST_INPUT_AGE_MS: Final = 300
+_FACTORY_DELAY_US: Final = 500
+"""Delay of a simulated Modbus drive that has no register for it."""
+_WITHOUT: Final[tuple[dict[str, Any], ...]] = (
+    {},
+    {},
+    # Without a register that clears a tripped watchdog, a station may not arm it.
+    {"watchdog_ms": NO_REGISTER, "clear": NO_REGISTER},
+    {"watchdog_ms": NO_REGISTER, "clear": NO_REGISTER},
+    {"torque_limit": NO_REGISTER},
+    {"position_limits": NO_REGISTER},
+    {"response_delay_us": NO_REGISTER},
+)
+"""Registers that Modbus drives may lack."""
 
 
 @st.composite
 def stations(draw: st.DrawFn) -> StationConfig:
     """Return a station for the simulated apparatus: it has the simulator's ids, ranges and wiring."""
-    protocol = draw(st.sampled_from(["dynamixel", "dynamixel", "modbus"]))
-    modbus = ModbusMap(function_23=draw(st.booleans())) if protocol == "modbus" else ModbusMap()
-    cycle_hz = draw(st.sampled_from([100, 100, 50, 40, 20]))
-    rate_hz = draw(st.sampled_from([cycle_hz, cycle_hz, 10]))
+    config = draw(_drives())
+    rates = [rate for rate in _CYCLE_RATES if rate <= max_cycle_hz(config)]
+    cycle_hz = draw(st.sampled_from(rates))
+    two_cycles_ms = 2000 / cycle_hz
     try:
-        config = simulated("memory")
-        axes = tuple(structs.replace(axis, **draw(_axis(protocol))) for axis in config.axes)
         return structs.replace(
             config,
-            protocol=protocol,
-            modbus=modbus,
+            side=draw(st.sampled_from(SIDES)),
             cycle_hz=cycle_hz,
-            rate_hz=rate_hz,
-            axes=axes,
-            inputs=draw(_inputs()),
+            rate_hz=draw(st.sampled_from([cycle_hz, cycle_hz, 10])),
+            inputs=draw(_inputs(cycle_hz)),
             silence_ms=draw(st.sampled_from([100, 200, 300])),
-            bus_watchdog_ms=draw(st.sampled_from([100, 160, 200])),
+            bus_watchdog_ms=draw(st.sampled_from([ms for ms in (100, 160, 200) if ms >= two_cycles_ms + 4.0])),
             approach_speed_deg_s=draw(st.sampled_from([15.0, 30.0, 5.0])),
             following_error_ms=draw(st.sampled_from([250, 250, 500])),
             reversal_s=draw(st.sampled_from([2.0, 0.5, 5.0])),
@@ -41,17 +55,44 @@ def stations(draw: st.DrawFn) -> StationConfig:
 
 
 @st.composite
-def _axis(draw: st.DrawFn, protocol: str) -> dict[str, Any]:
-    changes: dict[str, Any] = {"max_torque_nm": draw(st.sampled_from([4.0, 2.0]))}
-    if protocol == "dynamixel":
-        changes["zero_count"] = draw(st.one_of(st.just(2048), _ANY_ZERO))
-    return changes
+def _drives(draw: st.DrawFn) -> StationConfig:
+    """Return a slow station with any drives and bus."""
+    protocol = draw(st.sampled_from(["dynamixel", "dynamixel", "modbus"]))
+    modbus, delay_us = ModbusMap(), draw(st.sampled_from([0, 0, 100]))
+    if protocol == "modbus":
+        modbus = ModbusMap(function_23=draw(st.booleans()), **draw(st.sampled_from(_WITHOUT)))
+        delay_us = _FACTORY_DELAY_US if modbus.response_delay_us == NO_REGISTER else delay_us
+    config = simulated("memory")
+    axes = tuple(structs.replace(axis, **draw(_axis(protocol))) for axis in config.axes)
+    return structs.replace(
+        config,
+        protocol=protocol,
+        modbus=modbus,
+        baud=draw(st.sampled_from([1_000_000, 1_000_000, 2_000_000, 4_000_000])),
+        return_delay_us=delay_us,
+        axes=axes,
+        inputs=structs.replace(config.inputs, max_age_cycles=2),
+        cycle_hz=20,
+        rate_hz=20,
+    )
 
 
 @st.composite
-def _inputs(draw: st.DrawFn) -> Inputs:
+def _axis(draw: st.DrawFn, protocol: str) -> dict[str, Any]:
+    zeros = [st.just(2048), _ANY_ZERO] if protocol == "dynamixel" else [st.none(), st.sampled_from([12_345, -500_000])]
+    return {
+        "max_torque_nm": draw(st.sampled_from([4.0, 2.0])),
+        "zero_count": draw(st.one_of(zeros)),
+        "direction": draw(st.sampled_from([1, 1, -1])),
+    }
+
+
+@st.composite
+def _inputs(draw: st.DrawFn, cycle_hz: int) -> Inputs:
     return Inputs(
         estop_second_port=draw(st.sampled_from([3, 3, None])),
-        contacts_disagree_ms=draw(st.sampled_from([50, 100, 300])),
-        max_age_cycles=draw(st.sampled_from([2, 5, 10])),
+        contacts_disagree_ms=draw(st.sampled_from([ms for ms in (50, 100, 200) if ms >= 2000 / cycle_hz])),
+        max_age_cycles=draw(
+            st.sampled_from([n for n in (2, 5, 10, 30) if n * 1000 <= _LONGEST_INPUT_AGE_MS * cycle_hz])
+        ),
     )

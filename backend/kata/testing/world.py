@@ -8,16 +8,19 @@ import msgspec
 
 from kata.device.config import Inputs, StationConfig, simulated
 from kata.evaluation import world
+from kata.motion.axes import N_AXES, Side
 from kata.simulator.drives import MakeDrives
 from kata.simulator.fault_injector import FaultKind, SimulatedFault
 from kata.simulator.mechanics import MakeMechanics
+from kata.simulator.parameters import TURNED
 from kata.simulator.plant import Plant
-from kata.simulator.servos import Servo
+from kata.simulator.servos import ZERO_COUNT, Servo
+from kata.testing.mounted_modbus import MountedModbusDrive, mounted_modbus_drives
 
 
 @dataclass(frozen=True)
 class Seen:
-    """A value that a drive has accepted: a goal in degrees, or torque 1 or 0."""
+    """A value that a drive has accepted: a goal in degrees of motor angle, or torque 1 or 0."""
 
     t_ns: int
     motor: int
@@ -63,10 +66,24 @@ class RecordingWorld(world.World):
 
     @classmethod
     def of(cls, config: StationConfig, seed: int | None = None) -> "RecordingWorld":
-        """Return an apparatus for a configuration, with encoders mounted accordingly."""
+        """Return an apparatus for a configuration: set up for its side, with encoders mounted as its zeros and directions say."""
         made = cls.__new__(cls)
-        made._begin(config, seed)
+        made._begin(config, seed, mounted_modbus_drives if config.protocol == "modbus" else None)
+        for drive, axis in zip(made.drives, config.axes, strict=True):
+            if isinstance(drive, Servo):
+                zero = ZERO_COUNT if axis.zero_count is None else axis.zero_count
+                drive.mount(axis.direction * zero, axis.direction)
+            elif isinstance(drive, MountedModbusDrive):
+                drive.mount(axis.zero_count or 0, axis.direction)
+        made.turn(config.side)
         return made
+
+    def turn(self, side: Side) -> None:
+        """Turn the apparatus for a shoulder, and change the configuration accordingly. No drive may have torque. The arm is at rest then."""
+        self.config = msgspec.structs.replace(self.config, side=side)
+        turned = side == "left"
+        self.apparatus.turn(turned=turned)
+        self._signs = TURNED if turned else (1,) * N_AXES
 
     def _begin(
         self,
@@ -80,6 +97,8 @@ class RecordingWorld(world.World):
             if isinstance(drive, Servo) and axis.zero_count is not None:
                 drive.mount(axis.zero_count)
         self.seen: list[Seen] = []
+        self._signs: tuple[int, ...] = (1,) * N_AXES
+        """Signs from the angle of each shaft to the motor angle."""
         self._lost = [0, 0]
         """Number of requests that still pass, and number of lost requests after them."""
 
@@ -113,7 +132,7 @@ class RecordingWorld(world.World):
 
     def place(self, motor: int, angle_deg: float) -> None:
         """Put a shaft and its arm at an angle, at rest and without torque, as if a hand had guided them."""
-        self.apparatus.place(motor, math.radians(angle_deg))
+        self.apparatus.place(motor, math.radians(self._signs[motor - 1] * angle_deg))
 
     def speaks_untruth(self, motor: int) -> bool:
         """Return True if a fault prevents a drive from reporting its shaft's true angle."""
@@ -136,8 +155,11 @@ class RecordingWorld(world.World):
 
     @property
     def angles_deg(self) -> list[float]:
-        """Return the true angle of each shaft."""
-        return [math.degrees(drive.angle) for drive in self.apparatus.drives]
+        """Return the true motor angle of each shaft."""
+        return [
+            sign * math.degrees(drive.angle) for sign, drive in zip(self._signs, self.apparatus.drives, strict=True)
+        ]
 
     def _saw(self, t_ns: int, motor: int, what: Literal["goal", "torque"], value: float) -> None:
-        self.seen.append(Seen(t_ns, motor, what, value))
+        motor_value = self._signs[motor - 1] * value if what == "goal" else value
+        self.seen.append(Seen(t_ns, motor, what, motor_value))
