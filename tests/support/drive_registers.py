@@ -14,6 +14,7 @@ _TORQUE_CONSTANT_NM_A: Final = 10.6 / 4.4
 _COUNTS_PER_TURN: Final = 4096
 _HALF_TURN: Final = 2048
 _INPUT_WITH_PULL_UP: Final = 2
+_WHOLE_PWM: Final = 885
 _CURRENT_BASED_POSITION: Final = 5
 
 _NO_SECONDARY_ID: Final = 255
@@ -40,10 +41,13 @@ def _dynamixel(config: StationConfig, motor: int) -> Registers:
         11: bytes([_CURRENT_BASED_POSITION]),
         12: bytes([_NO_SECONDARY_ID]),
         20: bytes(4),
+        36: struct.pack("<H", _WHOLE_PWM),
         38: struct.pack("<H", current),
         60: b"\0",
         80: struct.pack("<HHH", axis.position_d_gain, axis.position_i_gain, axis.position_p_gain),
+        100: struct.pack("<H", _WHOLE_PWM),
         102: struct.pack("<h", current),
+        108: bytes(8),
     }
     if axis.id == inputs.drive_id:
         ports = [inputs.estop_port, inputs.pedal_port]

@@ -239,8 +239,8 @@ def test_one_fast_sync_read_a_cycle_reads_everything() -> None:
         assert sample.inputs is not None
         assert [status.axis for status in sample.statuses] == [0, 1, 2, 3, 4]
     assert heard.count(protocol.FAST_SYNC_READ) == 100
-    # The rotation reads four blocks of five drives in two seconds.
-    assert 10 <= heard.count(protocol.READ) == len(heard) - 100 <= 13
+    # The rotation reads five blocks of five drives in two seconds.
+    assert 12.5 <= heard.count(protocol.READ) == len(heard) - 100 <= 17
 
 
 @pytest.mark.parametrize("kind", ["reboot", "exchanged"])
@@ -257,9 +257,9 @@ def test_restarted_drive_says_nothing_until_it_is_read(kind: Any) -> None:
     assert [status.axis for status in sample.statuses] == [1, 2, 3, 4]
     later = Conformance.cycles(world, bus, 3)
     assert all(sample.drives[0] for sample in later)
-    assert (1, "configured marker (LED)") in {
-        (status.axis + 1, status.mismatch) for sample in later for status in sample.statuses
-    }
+    # An exchanged drive has other limits too. The drive names the register that happens to be read first.
+    named = {status.mismatch for sample in later for status in sample.statuses if status.axis == 0 and status.mismatch}
+    assert named in ({"configured marker (LED)"}, {"current limit"})
 
 
 def test_changed_map_is_never_read_as_registers() -> None:
@@ -528,7 +528,9 @@ def test_every_configured_register_is_read_again(inputs_at: int) -> None:
     for axis in config.axes:
         for register in configured_registers(config, axis):
             ends = {register.address, register.address + len(register.data) - 1}
-            (block,) = (n for n, block in enumerate(BLOCKS) if register.address in block)
-            assert ends <= set(BLOCKS[block]), register.name
-            if block < BLOCKS_WITH_STATUS:
-                assert ends <= set(AT), register.name
+            blocks = [n for n, block in enumerate(BLOCKS) if register.address in block]
+            assert blocks, register.name
+            for block in blocks:
+                assert ends <= set(BLOCKS[block]), register.name
+                if block < BLOCKS_WITH_STATUS:
+                    assert ends <= set(AT), register.name

@@ -32,13 +32,14 @@ from kata.device.bus.dynamixel.cycle_block import (
 )
 from kata.device.bus.dynamixel.packets import BROADCAST, FastParser, StatusParser, encode, encode_cached
 from kata.device.bus.dynamixel.registers import (
-    BLOCKS,
+    BLOCKS_WITH_STATUS,
     BUS_WATCHDOG,
     DEG_PER_COUNT,
     GOAL_POSITION,
     LENGTHS,
     PORT_DATA,
     PRESENT,
+    ROTATION_BLOCKS,
     STATUS,
     STATUS_BLOCK,
     TORQUE_ENABLE,
@@ -298,7 +299,7 @@ class DynamixelBus(DynamixelAnswers):
 
     def _verify(self, axis: int, block: int) -> None:
         """Read one block of one drive's registers and compare it with the configuration."""
-        addresses = BLOCKS[block]
+        addresses = ROTATION_BLOCKS[block - BLOCKS_WITH_STATUS]
         read = self._read_registers(self._ids[axis], addresses.start, len(addresses))
         if read:
             _, data = read

@@ -1,7 +1,7 @@
 """The registers of an X-series servo that a station's configuration determines (control table of the X series, ROBOTIS e-Manual)."""
 
 import struct
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from typing import Final, NamedTuple
 
 from kata.device.bus.dynamixel.cycle_block import ADDRESSES, INDIRECT_ADDRESS, lengths
@@ -35,29 +35,37 @@ _STARTUP: Final = 60
 _LED: Final = 65
 _GAINS: Final = 80
 """Address of the gains D, I and P, two bytes each."""
+_GOAL_PWM: Final = 100
 _GOAL_CURRENT: Final = 102
+_PROFILE: Final = 108
+"""Address of profile acceleration and profile velocity, four bytes each."""
 _WHOLE_PWM: Final = 885
-"""The factory value of the PWM limit: the whole supply voltage. A lower value weakens the drive below its current limit."""
+"""The factory value of PWM limit and goal PWM: the whole supply voltage. A lower value weakens the drive below its current limit."""
+_NO_PROFILE: Final = 0
+"""The drive turns to each goal at once. Another value delays it."""
 
 STATUS_BLOCK: Final = range(TORQUE_ENABLE, _GOAL_CURRENT + 2)
 """Torque, hardware error, gains, watchdog and goal current: read from one drive in turn while the mapped block is not used."""
 _FIRST_MAP: Final = 15
 _MAP_END: Final = INDIRECT_ADDRESS + 2 * len(ADDRESSES)
-BLOCKS: Final = (
-    range(TORQUE_ENABLE, _GAINS),
-    range(_GAINS, _GOAL_CURRENT + 2),
+ROTATION_BLOCKS: Final = (
     range(24),
     range(_HEALTH_LIMITS - 2, _STARTUP + 1),
     range(INDIRECT_ADDRESS, INDIRECT_ADDRESS + 2 * _FIRST_MAP),
     range(INDIRECT_ADDRESS + 2 * _FIRST_MAP, _MAP_END),
+    range(_GAINS + 2, _PROFILE + 8),
 )
-"""The verified blocks: the first two are read with a drive's status, the others in a slow rotation. A read of the rotation
-may replace a status read, so no block is longer than the status block. All blocks of the rotation have different lengths.
+"""The blocks that are read in a slow rotation. A read of the rotation may replace a status read, so no block is longer than the status
+block. All blocks have different lengths.
 """
 BLOCKS_WITH_STATUS: Final = 2
-ROTATION_BLOCKS: Final = BLOCKS[BLOCKS_WITH_STATUS:]
-"""The blocks that are read in a slow rotation."""
-LENGTHS: Final = lengths(frozenset(len(block) for block in BLOCKS))
+BLOCKS: Final[tuple[Sequence[int], ...]] = (
+    range(TORQUE_ENABLE, _GAINS),
+    (*range(_GAINS, _GAINS + 6), _GOAL_CURRENT, _GOAL_CURRENT + 1),
+    *ROTATION_BLOCKS,
+)
+"""The addresses of the verified blocks. The first two come with a drive's status, the others in the slow rotation."""
+LENGTHS: Final = lengths(frozenset(len(block) for block in ROTATION_BLOCKS))
 """Lengths of the block to request, a different one in each cycle (:mod:`~kata.device.bus.dynamixel.cycle_block`)."""
 STATUS, GAINS, PORTS_BLOCK = 0, 1, 3
 MAP_BLOCKS: Final = (4, 5)
@@ -122,7 +130,10 @@ def _registers(config: StationConfig, axis: Axis) -> Iterator[Register]:
         yield Register(name, INDIRECT_ADDRESS + 2 * begin, struct.pack(f"<{len(part)}H", *part))
     gains = struct.pack("<HHH", axis.position_d_gain, axis.position_i_gain, axis.position_p_gain)
     yield Register("position gains", _GAINS, gains)
+    yield Register("goal PWM", _GOAL_PWM, struct.pack("<H", _WHOLE_PWM))
     yield Register("goal current", _GOAL_CURRENT, struct.pack("<h", current))
+    yield Register("profile acceleration", _PROFILE, struct.pack("<I", _NO_PROFILE))
+    yield Register("profile velocity", _PROFILE + 4, struct.pack("<I", _NO_PROFILE))
     yield CONFIGURED
 
 
@@ -149,7 +160,7 @@ _HEALTH_FORMAT: Final = struct.Struct("<BHH")
 
 def health_limits(ports_block: bytes) -> HealthLimits:
     """Decode the limits from the block that also contains the modes of the ports."""
-    at = _HEALTH_LIMITS - BLOCKS[PORTS_BLOCK].start
+    at = _HEALTH_LIMITS - ROTATION_BLOCKS[PORTS_BLOCK - BLOCKS_WITH_STATUS].start
     temperature_c, most_tenths, least_tenths = _HEALTH_FORMAT.unpack_from(ports_block, at)
     return HealthLimits(float(temperature_c), most_tenths / 10, least_tenths / 10)
 
