@@ -31,7 +31,7 @@ GIVEN: Final[dict[str, tuple[str, ...]]] = {
     "serve": ("--simulate",),
     "support-bundle": (),
 }
-OF_THEIR_OWN: Final = ("bench ", "commission", "evaluate", "messages", "mjcf", "update", "simulate")
+OF_THEIR_OWN: Final = ("bench ", "commission", "evaluate", "identify", "messages", "mjcf", "update", "simulate")
 """Commands without settings, or with settings of their own."""
 WRONG: Final = {
     "KATA_DATABASE_URL": (

@@ -4,6 +4,7 @@ import math
 
 import numpy as np
 import pytest
+from scipy.signal import lfilter
 
 from kata.motion.arm_load import ArmLoad
 from kata.motion.identify_load import identify_load
@@ -96,3 +97,19 @@ def test_samples_without_information_are_refused() -> None:
         identify_load(times[:50], wave[:50], wave[:50], wave[:50])
     with pytest.raises(ValueError, match="as many setpoints"):
         identify_load(times, wave, wave[:-1], wave)
+
+
+def test_the_interval_of_a_lag_contains_the_true_lag() -> None:
+    """Errors of neighbouring samples are alike, as those of real drives are."""
+    measured = movement(24.0)
+    speed = np.gradient(measured, 0.01, axis=0)
+    times = np.arange(len(measured)) * 0.01
+    inside, widths = 0, []
+    for seed in range(4):
+        random = np.random.default_rng(seed)
+        errors = lfilter([1.0], [1.0, -0.98], random.normal(0.0, 0.1, measured.shape), axis=0)
+        found = identify_load(times, measured + 0.08 * speed + errors, measured, np.zeros_like(measured))
+        inside += sum(abs(axis.lag_s - 0.08) <= axis.lag_uncertainty_s for axis in found.axes)
+        widths += [axis.lag_uncertainty_s for axis in found.axes]
+    assert inside >= 17, "of 20; 95 % are expected"
+    assert max(widths) < 0.02 and min(widths) > 0.0002, "neither certain nor without information"

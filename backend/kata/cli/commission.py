@@ -1,4 +1,4 @@
-"""``kata commission``: the commissioning procedure of :mod:`kata.commissioning` in a terminal."""
+"""``kata commission`` and ``kata identify``: the commissioning procedure of :mod:`kata.commissioning` in a terminal."""
 
 import select
 import sys
@@ -24,6 +24,8 @@ from kata.commissioning.procedure import (
     commission,
     continue_from,
     first_draft,
+    run_step,
+    with_step,
 )
 from kata.commissioning.record import (
     CommissioningRecord,
@@ -50,6 +52,7 @@ from kata.system.console import console, fail
 
 STEP_KEYS: Final = tuple(step.key for step in STEPS)
 _END: Final = "q"
+_IDENTIFICATION: Final = STEPS[STEP_KEYS.index("lags")]
 
 
 class TerminalTechnician:
@@ -176,25 +179,68 @@ def run(
         record = begin_record(workbench.draft, by)
     counter = WorkCounter(workbench.technician, workbench.now_ns)
     workbench.technician, began_ns = counter, workbench.now_ns()
-    for step, ran in commission(workbench, record, lambda: datetime.now(UTC), first):
-        if ran is None:
-            front.announce(step)
-            continue
-        record = ran
-        if record.passed:
-            config.write(configuration_of(record), station)
-            config.read(station)
-        write_record(record, record_path(station))
-        record_path(station).with_suffix(".pdf").write_bytes(_report_of(record))
-        front.report(record.steps[-1])
-    if not record.passed:
-        text = "Not commissioned. Run the command again; it begins with the step that failed."
-        front.finish(passed=False, text=text)
+    if not _run_steps(workbench, record, front, station, first):
         return False
     machine_s = (workbench.now_ns() - began_ns - counter.waited_ns) / 1e9
     work = f"The technician confirmed {counter.presses} instructions, the drives detected {counter.others} actions, and the apparatus worked for {machine_s:.0f} s."
     front.finish(passed=True, text=f"Commissioned. Configuration: {station}. Record: {record_path(station)}.\n{work}")
     return True
+
+
+def identify(station: Path, by: str, *, write: bool) -> bool:
+    """Identify lag and friction as the step "lags" does. Return True if the fit is good.
+
+    ``write``: then record the step as a commissioning from "lags" on does, run the remaining step "acceptance", and write the configuration.
+    Without it, and after a poor fit, no file is changed.
+    """
+    front = TerminalFrontEnd()
+    _, record, draft = _plan(station, None, by, _IDENTIFICATION.key)
+    workbench = _bench_at_port(draft, lines=False)
+    front.announce(_IDENTIFICATION)
+    ran = run_step(_IDENTIFICATION, workbench, lambda: datetime.now(UTC))
+    front.report(ran)
+    console.print(f"   {_play_line(record)}", markup=False, soft_wrap=True)
+    if not ran.passed:
+        front.finish(passed=False, text="Not identified. Nothing was written.")
+        return False
+    if not write:
+        front.finish(
+            passed=True, text="Nothing was written. With --write the command identifies again and writes the result."
+        )
+        return True
+    record, _ = begin(station, None, by, _IDENTIFICATION.key)
+    record = with_step(record, ran, workbench.draft)
+    _save(record, station)
+    if not _run_steps(workbench, record, front, station, None):
+        return False
+    front.finish(passed=True, text=f"Identified. Configuration: {station}. Record: {record_path(station)}.")
+    return True
+
+
+def _run_steps(
+    workbench: Workbench, record: CommissioningRecord, front: FrontEnd, station: Path, first: str | None
+) -> bool:
+    """Run the steps of the procedure that are left, and save the record after each. Return True if every step has passed."""
+    for step, ran in commission(workbench, record, lambda: datetime.now(UTC), first):
+        if ran is None:
+            front.announce(step)
+            continue
+        record = ran
+        _save(record, station)
+        front.report(record.steps[-1])
+    if not record.passed:
+        text = "Not commissioned. Run kata commission again; it begins with the step that failed."
+        front.finish(passed=False, text=text)
+    return record.passed
+
+
+def _save(record: CommissioningRecord, station: Path) -> None:
+    """Write the record and its PDF and, if every step has passed, the station's file."""
+    if record.passed:
+        config.write(configuration_of(record), station)
+        config.read(station)
+    write_record(record, record_path(station))
+    record_path(station).with_suffix(".pdf").write_bytes(_report_of(record))
 
 
 def run_check(station: Path, by: str, *, lines: bool = False) -> bool:
@@ -222,13 +268,23 @@ def run_check(station: Path, by: str, *, lines: bool = False) -> bool:
 
 
 def begin(station: Path, port: str | None, by: str, first: str | None) -> tuple[CommissioningRecord, StationConfig]:
-    """Return the unfinished record to continue, or a new one, and the configuration to begin with.
+    """Return the unfinished record to continue, or a new one, and the configuration to begin with. A former record gets another name.
 
     :param first: the first step to run. A new record takes over the steps before it if the station is commissioned.
     """
-    path = record_path(station)
+    former, record, draft = _plan(station, port, by, first)
+    if former and record is not former:
+        path = record_path(station)
+        path.rename(path.with_suffix(f".{former.digest[:8]}.json"))
+    return record, draft
+
+
+def _plan(
+    station: Path, port: str | None, by: str, first: str | None
+) -> tuple[CommissioningRecord | None, CommissioningRecord, StationConfig]:
+    """Return the present record, and what :func:`begin` returns. No file is changed."""
     try:
-        former = read_record(path)
+        former = read_record(record_path(station))
         present = config.read(station) if station.exists() else first_draft(station.stem, port or "/dev/ttyUSB0")
         unfinished = configuration_of(former) if former and not former.passed else None
     except (RecordError, config.ConfigError) as error:
@@ -241,10 +297,20 @@ def begin(station: Path, port: str | None, by: str, first: str | None) -> tuple[
         if former and first and commissioning_status(station, present).missing is None:
             record = continue_from(former, draft, by, first)
     if first and STEP_KEYS.index(first) > len(passed_steps(record.steps)):
-        fail(f"The steps before {first} have not passed.")
-    if former and record is not former:
-        path.rename(path.with_suffix(f".{former.digest[:8]}.json"))
-    return record, draft
+        missing = commissioning_status(station, present).missing
+        fail(
+            f"The steps before {first} have not passed: {missing}."
+            if missing
+            else f"The steps before {first} have not passed."
+        )
+    return former, record, draft
+
+
+def _play_line(record: CommissioningRecord) -> str:
+    """Return the play that the step "zero" has measured. Encoders are on the motor's side of the play, so that no movement shows it."""
+    zero = [ran for ran in record.steps if ran.step == "zero" and ran.passed][-1]
+    play = ", ".join(f"motor {value.motor} {value.after}" for value in zero.values if value.name == "play deg")
+    return f"Play deg, measured with the fixture on {zero.ended_at[:10]}: {play or 'not recorded'}"
 
 
 def _bench_at_port(draft: StationConfig, *, lines: bool) -> Workbench:

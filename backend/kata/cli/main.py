@@ -266,6 +266,29 @@ def commission(
         raise typer.Exit(1)
 
 
+@app.command()
+def identify(
+    station: Annotated[
+        Path, typer.Argument(help="The station's TOML file. The steps of kata commission before lags must have passed.")
+    ],
+    write: Annotated[
+        bool,
+        typer.Option(
+            "--write", help="Record the result, play the six motions with it, and then write the station's file."
+        ),
+    ] = False,
+    by: Annotated[str, typer.Option(help="Name of the technician. Default: the user of this terminal.")] = "",
+) -> None:
+    """Identify lag and friction of each motor with a safe movement, and print them with residual and uncertainty. Stop the service first.
+
+    All motors move. The result is refused if the fit is poor. Without --write the command changes no file.
+    """
+    from kata.cli.commission import identify
+
+    if not identify(station, by or getuser(), write=write):
+        raise typer.Exit(1)
+
+
 @app.command("support-bundle")
 def support_bundle(
     out: Annotated[Path, typer.Option(help="The ZIP file to write.")] = Path("kata-support.zip"),

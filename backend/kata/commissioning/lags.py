@@ -17,6 +17,8 @@ from kata.motion.linkage import Floats
 _EXCITATION_S: Final = 24.0
 LEAST_EXPLAINED: Final = 0.9
 """Share of the lead that the model must explain. Otherwise a feed-forward would not improve the tracking."""
+LARGEST_UNCERTAINTY: Final = 0.3
+"""Largest half of a lag's confidence interval, as a share of the lag. The feed-forward then removes at least 70 % of the lag's error."""
 _ENDS_S: Final = 1.0
 _MISSED_SHARE: Final = 0.05
 """Share of cycles that the computer may miss while the motors move. They are interpolated. At this share the lags differ by at most 5 %."""
@@ -59,6 +61,7 @@ def find_lags(workbench: Workbench) -> None:
         workbench.add_value("integral s", motor, before=axis.integral_s, after=now.integral_s)
         workbench.add_value("droop deg/Nm", motor, before=axis.droop_deg_nm, after=now.droop_deg_nm)
         workbench.add_value("residual deg", motor, after=round(lag.residual_deg, 3))
+        workbench.add_value("lag uncertainty s", motor, after=round(lag.lag_uncertainty_s, 4))
         workbench.add_value("explained %", motor, after=round(100 * lag.explained, 1))
 
 
@@ -103,7 +106,7 @@ def _evenly(samples: list[LiveSample]) -> tuple[Floats, Floats, Floats, Floats]:
 def check_fit(motor: int, lag: IdentifiedAxis) -> None:
     """Refuse a poor fit.
 
-    :raises StepError: when the model explains too little or gives an impossible value.
+    :raises StepError: when the model explains too little, gives an impossible value, or the lag is uncertain.
     """
     possible = (
         0.0 < lag.lag_s <= LARGEST_LAG_S and lag.lag2_s2 <= LARGEST_LAG2_S2 and lag.friction_deg <= LARGEST_FRICTION_DEG
@@ -112,3 +115,5 @@ def check_fit(motor: int, lag: IdentifiedAxis) -> None:
         raise StepError(
             texts.POOR_FIT(motor=motor, explained_percent=100 * lag.explained, residual_deg=lag.residual_deg)
         )
+    if lag.lag_uncertainty_s > LARGEST_UNCERTAINTY * lag.lag_s:
+        raise StepError(texts.LAG_UNCERTAIN(motor=motor, lag_s=lag.lag_s, uncertainty_s=lag.lag_uncertainty_s))

@@ -216,6 +216,10 @@ POOR_FIT: Final = message(
     "poor_fit",
     "Lag and friction of motor {motor:d} explain only {explained_percent:.0f} % of its motion ({residual_deg:.1f} deg remain). Check the motor for play and stiffness.",
 )
+LAG_UNCERTAIN: Final = message(
+    "lag_uncertain",
+    "The lag of motor {motor:d} is uncertain: {lag_s:.3f} s, and with 95 % confidence up to {uncertainty_s:.3f} s more or less. Do not touch the arm during the movement, and check the motor for play and stiffness.",
+)
 MOTION_FAILED: Final = message("motion_failed", "Motion {motion:d} was not played to its end: {reason:name}")
 TRACKING_POOR: Final = message(
     "tracking_poor",

@@ -51,6 +51,10 @@ _CLEARLY: Final = 0.8
 """The model with the integral is used only if its error is below this share of the error without it."""
 _INTEGRALS_S: Final = tuple(np.geomspace(0.05, 5.0, 25).tolist())
 """Time constants that are tried. An integral slower than the last one has no effect."""
+_PARTS: Final = 8
+"""Parts of the movement that are left out in turn to estimate the confidence interval."""
+_T_95: Final = 2.36
+"""Student's t for 95 % and 7 degrees of freedom."""
 
 
 @dataclass(frozen=True)
@@ -70,6 +74,8 @@ class IdentifiedAxis:
     residual_nm: float
     explained: float = 1.0
     """Share of the setpoint's lead over the angle that the model explains, 0 to 1."""
+    lag_uncertainty_s: float = 0.0
+    """Half of the 95 % confidence interval of ``lag_s``."""
 
 
 class IdentifiedLoad(NamedTuple):
@@ -163,12 +169,16 @@ def _axis(
     damping, inertia, coulomb, share = drive.tolist()
     driven = np.column_stack([moved[:, :2], torque_nm])
 
-    def taken_up(integral_s: float) -> tuple[Floats, float]:
+    def columns_with(integral_s: float) -> Floats:
         taken = np.full(driven.shape[1], -np.expm1(-step_s / integral_s))
         begins = np.exp(-np.arange(len(driven)) * step_s / integral_s)
-        return _fitted(np.column_stack([without_taken_up(driven, taken), begins]), lag_deg)
+        return np.column_stack([without_taken_up(driven, taken), begins])
 
-    (first_s, second_s2, friction, _), residual_deg = _fitted(np.column_stack([moved, np.ones(len(moved))]), lag_deg)
+    def taken_up(integral_s: float) -> tuple[Floats, float]:
+        return _fitted(columns_with(integral_s), lag_deg)
+
+    columns, lag_of = np.column_stack([moved, np.ones(len(moved))]), np.array([1.0, 0.0, 0.0, 0.0])
+    (first_s, second_s2, friction, _), residual_deg = _fitted(columns, lag_deg)
     integral_s = droop = 0.0
     near = int(np.argmin([taken_up(tried)[1] for tried in _INTEGRALS_S]))
     if 0 < near < len(_INTEGRALS_S) - 1:
@@ -181,6 +191,7 @@ def _axis(
         if left_deg < _CLEARLY * residual_deg and per_nm > 0.0:
             integral_s, droop, residual_deg = math.exp(best.x), float(per_nm), left_deg
             first_s, second_s2, friction = own_s + droop * damping, own_s2 + droop * inertia, droop * coulomb
+            columns, lag_of = columns_with(integral_s), np.array([1.0, 0.0, damping, 0.0])
     return IdentifiedAxis(
         lag_s=float(first_s),
         lag2_s2=float(second_s2),
@@ -194,6 +205,7 @@ def _axis(
         residual_deg=residual_deg,
         residual_nm=float(residual_nm),
         explained=1.0 - residual_deg**2 / lead if (lead := float(np.var(lag_deg))) > 0.0 else 0.0,
+        lag_uncertainty_s=_uncertainty(columns, lag_deg, lag_of),
     )
 
 
@@ -201,3 +213,14 @@ def _fitted(columns: Floats, values: Floats) -> tuple[Floats, float]:
     """Return the factors of the columns by least squares, and the RMS error."""
     factors = np.asarray(np.linalg.lstsq(columns, values, rcond=None)[0], dtype=np.float64)
     return factors, float(np.sqrt(np.mean((values - columns @ factors) ** 2)))
+
+
+def _uncertainty(columns: Floats, values: Floats, weights: Floats) -> float:
+    """Return half of the 95 % confidence interval of the weighted sum of the fitted factors.
+
+    The jackknife leaves out one part of the movement after the other, because errors of neighbouring samples are alike: the formula for
+    independent errors would give a much smaller interval.
+    """
+    parts = np.array_split(np.arange(len(values)), _PARTS)
+    sums = [float(weights @ _fitted(np.delete(columns, part, axis=0), np.delete(values, part))[0]) for part in parts]
+    return _T_95 * math.sqrt((_PARTS - 1) * float(np.var(sums)))
