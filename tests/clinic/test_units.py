@@ -359,10 +359,10 @@ def test_hover_texts_of_the_page_have_units() -> None:
 _VALUE: Final = r"\s?\{\{%s[^}]*\}\}"
 TEXT_NUMBERS: Final[dict[str, str]] = {
     # The unit follows, also after a range.
-    **dict.fromkeys(("angle", "counted", "highest", "lowest", "margin", "limit"), r"{}(?: (?:to|and) \{\{\w+\}\}| *[~〜] *\{\{\w+\}\})? ?(?:°|deg|degrees|度)|level {}|レベルの上限は{}|{}(?:から|〜|～)"),
+    **dict.fromkeys(("angle", "counted", "highest", "lowest", "margin", "limit"), r"{}(?: (?:to|and) \{\{\w+\}\}| *〜 *\{\{\w+\}\})? ?(?:°|deg|degrees|度)|level {}|レベルの上限は{}|{}(?:から|〜)"),
     "percent": r"{} ?%", "ms": r"{} ?(?:ms|ミリ秒)", "hz": r"{} ?Hz", "degPerSecond": r"{} ?(?:deg/s|°/s)|毎秒{}°",
     "seconds": r"{} ?(?:s\b|秒)", "offset": r"{} ?(?:s\b|秒)", "minutes": r"{} ?(?:min|分)", "age": r"{} ?(?:years|歳)",
-    "leastNm": r"{} to \{\{mostNm\}\} Nm|{}～\{\{mostNm\}\} Nm", "mostNm": r"{} Nm", "length": r"{} ?(?:s\b|秒)", "speed": r"{} ?%", "range": r"{} ?%",
+    "leastNm": r"{} to \{\{mostNm\}\} Nm|{}〜\{\{mostNm\}\} Nm", "mostNm": r"{} Nm", "length": r"{} ?(?:s\b|秒)", "speed": r"{} ?%", "range": r"{} ?%",
     # Scores.
     "tScore": r"50", "total": r"100|\{\{highestTotal\}\} ?(?:points|点)", "pain": r"100|", "disability": r"100",
     **dict.fromkeys(("least", "most", "detectable"), r"points|点|段階|level|レベル|of \{\{most|/ ?\{\{most|\{\{most\}\}(?:[:：]|はモータの定格)"),

@@ -10,6 +10,7 @@ import pytest
 from docs.clinical import GLOSSARY, Term
 from kata.reporting import note_draft_phrases
 from kata.reporting.phrases import PHRASES
+from tests.repo_checks.test_documentation import files
 from tests.support.paths import ROOT
 
 LOCALES: Final = ROOT / "frontend/src/locales"
@@ -65,6 +66,13 @@ def test_no_text_has_a_word_that_the_glossary_excludes() -> None:
     correct = re.compile("|".join(re.escape(word) for term in GLOSSARY.terms for word in term.allowed_within))
     texts = {key: correct.sub("", text) for key, text in texts.items()}
     assert [(word, key) for word in sorted(excluded) for key, text in texts.items() if word in text] == []
+
+
+def test_a_range_has_the_wave_dash_of_jis() -> None:
+    """The wave dash of JIS X 0208 is U+301C. U+FF5E looks the same, but a search for one does not find the other."""
+    texts = files("*.json", "*.toml", "*.md", "*.html", "*.py", "*.ts", "*.tsx", "*.js", "*.css", "*.svg", "*.yml")
+    assert any("\u301c" in file.read_text() for file in texts)
+    assert [str(file.relative_to(ROOT)) for file in texts if "\uff5e" in file.read_text()] == []
 
 
 def test_every_term_has_a_known_source_and_two_meanings() -> None:

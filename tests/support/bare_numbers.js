@@ -10,7 +10,7 @@ export default (words) => {
         '(?:[a-z], |revised |et al\\. )(?:19|20)\\d{2}(?=[.,;)])',
     ].join('|'), 'g');
     const any = (list) => '(?:' + list.join('|') + ')';
-    const range = '(?:(?:to|of|and|or|–|/|〜|～|／|±|から|→)\\s?[+\\-−]?[\\d.]+\\s?)*';
+    const range = '(?:(?:to|of|and|or|–|/|〜|／|±|から|→)\\s?[+\\-−]?[\\d.]+\\s?)*';
     const after = new RegExp('^\\s?' + range + '(?:' + words.units_after + ')');
     const thing = new RegExp('^\\s?(?:(?:of|to) [\\d.]+ )?(?:[a-z]+ )?' + any(words.counted) + '(?![a-z])');
     const place = new RegExp(any(words.placed) + '\\s?$|\\bof\\s?$|^$');

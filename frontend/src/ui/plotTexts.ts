@@ -20,7 +20,7 @@ const widthOf = (text: string) =>
 /** Return the lines of a text. No line is wider than `room` if the words allow that. */
 function linesOf(text: string, room: number): string[] {
   // Japanese text breaks after any character, but never before a punctuation mark or a closing bracket.
-  const parts = text.match(/[\u2e80-\uffff][、。，．）」・～ー]*|[^\s\u2e80-\uffff]+\s*|\s+/gu) ?? [];
+  const parts = text.match(/[\u2e80-\uffff][、。，．）」・〜ー]*|[^\s\u2e80-\uffff]+\s*|\s+/gu) ?? [];
   const lines = [""];
   for (const part of parts) {
     const line = lines.at(-1) ?? "";
