@@ -8,15 +8,18 @@ import { SessionComparison } from "./SessionComparison";
 
 const at = (day: number) => `2026-11-0${day}T09:00:00Z`;
 const summary = (id: string, day: number) => ({ id, started_at: at(day) }) as Schemas["SessionSummary"];
-const session = (id: string, day: number, pain_before: number) =>
+const session = (id: string, day: number, pain_before: number, of: Partial<Session> = {}) =>
   ({
     id,
     patient: { id: "p" },
+    side: "left",
+    simulated: false,
     started_at: at(day),
     runs: [],
     pain_before,
     pain_during: null,
     pain_after: null,
+    ...of,
   }) as unknown as Session;
 
 const list = vi.spyOn(api, "patientSessions");
@@ -26,11 +29,11 @@ beforeEach(() => {
 });
 afterEach(cleanup);
 
-function show() {
+function show(of: Partial<Session> = {}) {
   render(
     <MantineProvider env="test">
       <QueryClientProvider client={new QueryClient({ defaultOptions: { queries: { retry: false } } })}>
-        <SessionComparison session={session("here", 3, 4)} />
+        <SessionComparison session={session("here", 3, 4, of)} />
       </QueryClientProvider>
     </MantineProvider>,
   );
@@ -65,5 +68,27 @@ it("is hidden for the patient's only session", async () => {
   list.mockResolvedValue({ items: [summary("here", 3)], next: null });
   show();
   await vi.waitFor(() => expect(list).toHaveBeenCalled());
-  expect(screen.queryByText("SessionComparison another session")).toBeNull();
+  expect(screen.queryByText("Compare with another session")).toBeNull();
+});
+
+it("names shoulder and simulation of both sessions, and the caveat of slip", async () => {
+  list.mockResolvedValue({ items: [summary("second", 2)], next: null });
+  show({ simulated: true });
+  await choose(2);
+  const [, other, here] = within(await screen.findByTestId("beside")).getAllByRole("columnheader");
+  expect(other?.textContent).toMatch(/Left shoulder$/);
+  expect(here?.textContent).toMatch(/Left shoulder, Simulated apparatus$/);
+  expect(screen.getByText(/the arm can slip in its cuff/)).toBeTruthy();
+  expect(screen.queryByText(/different shoulders/)).toBeNull();
+});
+
+it("shows no change between different shoulders", async () => {
+  list.mockResolvedValue({ items: [summary("second", 2)], next: null });
+  show({ side: "right" });
+  await choose(2);
+  const table = await screen.findByTestId("beside");
+  expect(within(table).getByRole("row", { name: "Before 7 4" })).toBeTruthy();
+  expect(
+    screen.getByText("The sessions treated different shoulders. The differences are no change."),
+  ).toBeTruthy();
 });

@@ -1,14 +1,15 @@
-import { Card, Group, Select, Stack, Table, Title } from "@mantine/core";
+import { Card, Group, Select, Stack, Table, Text, Title } from "@mantine/core";
 import { useQuery } from "@tanstack/react-query";
 import { useState } from "react";
 import { api, type Session } from "../../lib/api/client";
-import { formatMoment } from "../../lib/format";
+import { formatList, formatMoment } from "../../lib/format";
 import { t } from "../../lib/i18n";
 import { usePagedQuery } from "../../lib/usePagedQuery";
 import { LoadMoreButton } from "../../ui/LoadMoreButton";
 import { ProblemNote } from "../../ui/ProblemNote";
-import { compareSessions } from "./compareSessions";
+import { compareSessions, treatDifferentShoulders } from "./compareSessions";
 import { Head, Row } from "./figureRows";
+import { shoulderWords } from "./SessionResult";
 
 /** Compares this session with another session of the patient. */
 export function SessionComparison({ session }: { session: Session }) {
@@ -50,15 +51,19 @@ export function SessionComparison({ session }: { session: Session }) {
 }
 
 function ComparisonTable({ other, here }: { other: Session; here: Session }) {
+  const apart = treatDifferentShoulders(other, here);
   return (
     <Table.ScrollContainer minWidth={640}>
+      {apart && <Text fw={600}>{t("sessions:comparison.otherShoulder")}</Text>}
       <Table withTableBorder verticalSpacing="xs" data-testid="beside">
-        <Table.Caption>{t("sessions:comparison.caption")}</Table.Caption>
+        <Table.Caption>
+          {t("sessions:comparison.caption")} {t("sessions:result.slip")}
+        </Table.Caption>
         <Head
           first={t("sessions:comparison.measure")}
           others={[
-            formatMoment(other.started_at),
-            t("sessions:comparison.here", { at: formatMoment(here.started_at) }),
+            headWords(other, formatMoment(other.started_at)),
+            headWords(here, t("sessions:comparison.here", { at: formatMoment(here.started_at) })),
             t("sessions:comparison.change"),
           ]}
         />
@@ -70,7 +75,11 @@ function ComparisonTable({ other, here }: { other: Session; here: Session }) {
               </Table.Th>
             </Table.Tr>
             {part.lines.map((line) => (
-              <Row key={line.measure} first={line.measure} others={[line.other, line.here, line.change]} />
+              <Row
+                key={line.measure}
+                first={line.measure}
+                others={[line.other, line.here, apart ? "" : line.change]}
+              />
             ))}
           </Table.Tbody>
         ))}
@@ -78,3 +87,7 @@ function ComparisonTable({ other, here }: { other: Session; here: Session }) {
     </Table.ScrollContainer>
   );
 }
+
+/** Return the time of a session, its shoulder, and whether its apparatus was simulated. */
+const headWords = ({ side, simulated }: Session, at: string) =>
+  formatList([at, shoulderWords(side), ...(simulated ? [t("common:simulated")] : [])]);

@@ -2,6 +2,7 @@ import { Card, SimpleGrid, Stack, Text, Title } from "@mantine/core";
 import type { Schemas, Session } from "../../lib/api/client";
 import { formatClock, formatList } from "../../lib/format";
 import { t } from "../../lib/i18n";
+import { shoulderWords } from "./SessionResult";
 
 const SUBJECTS: Record<string, string> = {
   ...t("common:fixtures", { returnObjects: true }),
@@ -44,7 +45,7 @@ export function SessionFacts({ session }: { session: Session }) {
 
 function whoWords({ side, therapist, station }: Session): string[] {
   return [
-    side === null ? t("sessions:facts.unknownShoulder") : t(`sessions:facts.shoulder.${side}`),
+    shoulderWords(side),
     ...(therapist ? [t("sessions:facts.treatedBy", { therapist })] : []),
     ...(station ? [t("sessions:facts.at", { station })] : []),
   ];

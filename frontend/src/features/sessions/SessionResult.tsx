@@ -58,8 +58,9 @@ export function Verdict({ session }: { session: Session }) {
 export function ResultMetrics({ session }: { session: Session }) {
   const { runs } = session;
   const worst = worstError(runs);
-  const widest = widestRange(runs);
-  const endRange = longestEndRange(runs);
+  const widest = widestRange(session);
+  const endRange = longestEndRange(session);
+  const shoulder = shoulderWords(session.side);
   const reversals = total(runs, (run) => run.reversals);
   const done = total(runs, (run) => run.repetitions_done);
   const planned = runs.reduce((sum, run) => sum + run.repetitions, 0);
@@ -77,12 +78,17 @@ export function ResultMetrics({ session }: { session: Session }) {
         value={widest ? rangeWords(widest.reached) : "–"}
         testid="result-range"
         note={
-          widest &&
-          t("sessions:result.rangeOf", {
-            motion: translateServerText(widest.motion.name, widest.motion.name_key),
-            requested: rangeWords(widest.requested),
-            patient: widest.patient ?? t("sessions:goniometer.unknown"),
-          })
+          widest && (
+            <>
+              {t("sessions:result.rangeOf", {
+                shoulder,
+                motion: translateServerText(widest.motion.name, widest.motion.name_key),
+                requested: rangeWords(widest.requested),
+                patient: widest.patient ?? t("sessions:goniometer.unknown"),
+              })}
+              <div>{t("sessions:result.slip")}</div>
+            </>
+          )
         }
       />
       <Metric
@@ -97,6 +103,7 @@ export function ResultMetrics({ session }: { session: Session }) {
           value={formatDeg(endRange.total_s, 0)}
           unit={t("sessions:result.seconds")}
           note={t("sessions:result.endRangeOf", {
+            shoulder,
             motion: translateServerText(endRange.motion.name, endRange.motion.name_key),
             band: endRange.band_deg,
             torque: endRange.torque_nm,
@@ -120,6 +127,10 @@ export function ResultMetrics({ session }: { session: Session }) {
     </Metrics>
   );
 }
+
+/** Return "Left shoulder", or that the shoulder is not known. */
+export const shoulderWords = (side: Session["side"]) =>
+  side === null ? t("sessions:facts.unknownShoulder") : t(`sessions:facts.shoulder.${side}`);
 
 const rangeWords = ([from, to]: [number, number]) =>
   `${t("common:format.range", { from: formatDeg(from, 0), to: formatDeg(to, 0) })}°`;

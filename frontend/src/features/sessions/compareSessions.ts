@@ -10,6 +10,10 @@ export type Part = { key: string; title: string; lines: Line[] };
 
 type ComparedSession = Pick<Session, "pain_before" | "pain_during" | "pain_after" | "runs">;
 
+/** Return true if the sessions are known to have treated different shoulders. Their differences are no change. */
+export const treatDifferentShoulders = (other: Pick<Session, "side">, here: Pick<Session, "side">) =>
+  other.side !== null && here.side !== null && other.side !== here.side;
+
 /** Compare pain and all recordings of two sessions. */
 export function compareSessions(other: ComparedSession, here: ComparedSession): Part[] {
   const recordings = new Map(

@@ -50,39 +50,43 @@ describe("the largest error", () => {
 it("the widest range joins the playbacks of a motion", () => {
   const abduction = { motion: 4, taught_min_deg: 0, taught_max_deg: 80 };
   const flexion = { motion: 5, taught_min_deg: 0, taught_max_deg: 60, played_min_deg: 0, played_max_deg: 60 };
-  const found = widestRange([
-    run({}, [1], [{ ...abduction, played_min_deg: 10, played_max_deg: 50 }, flexion]),
-    run({}, [1], [{ ...abduction, played_min_deg: 5, played_max_deg: 78 }]),
-  ]);
+  const found = widestRange(
+    session([
+      run({}, [1], [{ ...abduction, played_min_deg: 10, played_max_deg: 50 }, flexion]),
+      run({}, [1], [{ ...abduction, played_min_deg: 5, played_max_deg: 78 }]),
+    ]),
+  );
   expect(found?.motion.motion).toBe(4);
   expect(found?.reached).toEqual([5, 78]);
   expect(found?.requested).toEqual([0, 80]);
   expect(found?.patient).toBeNull();
-  expect(widestRange([run({})])).toBeNull();
+  expect(widestRange(session([run({})]))).toBeNull();
 });
 
 it("end-range times of a motion add up, and the longest is shown", () => {
   const counted = { end_range_band_deg: 10, end_range_torque_nm: 0.5 };
-  const found = longestEndRange([
-    run(
-      {},
-      [1],
-      [
-        { motion: 4, end_range_s: 20, ...counted },
-        { motion: 6, end_range_s: 25, ...counted },
-      ],
-    ),
-    run(
-      {},
-      [1],
-      [
-        { motion: 4, end_range_s: 12.5, ...counted },
-        { motion: 2, end_range_s: null },
-      ],
-    ),
-  ]);
+  const found = longestEndRange(
+    session([
+      run(
+        {},
+        [1],
+        [
+          { motion: 4, end_range_s: 20, ...counted },
+          { motion: 6, end_range_s: 25, ...counted },
+        ],
+      ),
+      run(
+        {},
+        [1],
+        [
+          { motion: 4, end_range_s: 12.5, ...counted },
+          { motion: 2, end_range_s: null },
+        ],
+      ),
+    ]),
+  );
   expect(found).toMatchObject({ total_s: 32.5, band_deg: 10, torque_nm: 0.5, motion: { motion: 4 } });
-  expect(longestEndRange([run({}, [1], [{ motion: 4, end_range_s: null }])])).toBeNull();
+  expect(longestEndRange(session([run({}, [1], [{ motion: 4, end_range_s: null }])]))).toBeNull();
 });
 
 it("a count that no playback has is not zero", () => {
@@ -101,17 +105,58 @@ it.each([
   [{ run: 1.5 }, {}],
 ])("an address with %j shows %j", (search, view) => expect(readSessionView(search)).toEqual(view));
 
-it("the patient's angle is that of the playback that reached highest", () => {
-  const motion = { motion: 4, taught_min_deg: 0, taught_max_deg: 80, played_min_deg: 0 };
-  const estimated = {
-    patient_min_deg: 4.2,
-    patient_min_uncertainty_deg: 13.4,
-    patient_max_deg: -0.2,
-    patient_max_uncertainty_deg: 12.4,
+const estimated = {
+  patient_min_deg: 4.2,
+  patient_min_uncertainty_deg: 13.4,
+  patient_max_deg: -0.2,
+  patient_max_uncertainty_deg: 12.4,
+};
+
+it("each end of the patient's angle is that of the playback whose apparatus angle is shown", () => {
+  const motion = { motion: 4, taught_min_deg: 0, taught_max_deg: 80 };
+  const higher = run(
+    {},
+    [1],
+    [{ ...motion, ...estimated, patient_max_deg: 71.6, played_min_deg: 10, played_max_deg: 78 }],
+  );
+  const lower = run(
+    {},
+    [1],
+    [{ ...motion, ...estimated, patient_min_deg: -6.4, played_min_deg: 0, played_max_deg: 50 }],
+  );
+  for (const runs of [
+    [higher, lower],
+    [lower, higher],
+  ]) {
+    const found = widestRange(session(runs));
+    expect(found?.reached).toEqual([0, 78]);
+    expect(found?.patient).toBe("−6° ± 13° to 72° ± 12°");
+  }
+});
+
+it("the patient's angle is unknown if it is unknown at one end", () => {
+  const motion = { motion: 4, taught_min_deg: 0, taught_max_deg: 80 };
+  const found = widestRange(
+    session([
+      run({}, [1], [{ ...motion, ...estimated, played_min_deg: 10, played_max_deg: 78 }]),
+      run({}, [1], [{ ...motion, played_min_deg: 0, played_max_deg: 50 }]),
+    ]),
+  );
+  expect(found?.patient).toBeNull();
+});
+
+it("a recording of the other shoulder does not describe the treated one", () => {
+  const motion = {
+    motion: 4,
+    played_min_deg: 0,
+    end_range_s: 9,
+    end_range_band_deg: 10,
+    end_range_torque_nm: 0.5,
   };
-  const found = widestRange([
-    run({}, [1], [{ ...motion, ...estimated, patient_max_deg: 71.6, played_max_deg: 78 }]),
-    run({}, [1], [{ ...motion, ...estimated, played_max_deg: 50 }]),
-  ]);
-  expect(found?.patient).toBe("4° ± 13° to 72° ± 12°");
+  const treated = run({ side: "left" }, [1], [{ ...motion, played_max_deg: 60 }]);
+  const other = run({ side: "right" }, [1], [{ ...motion, played_max_deg: 150 }]);
+  const both = session([other, treated], { side: "left" });
+  expect(widestRange(both)?.reached).toEqual([0, 60]);
+  expect(longestEndRange(both)?.total_s).toBe(9);
+  expect(widestRange(session([other], { side: "left" }))).toBeNull();
 });

@@ -1,6 +1,8 @@
 import type { Run, Session } from "../../lib/api/client";
 import { patientAngleWords } from "./patientAngle";
 
+type ShoulderRuns = Pick<Session, "side" | "runs">;
+
 export type VerdictName = "none" | "open" | "completed" | "shortened" | "stopped" | "interrupted";
 type Motion = NonNullable<Run["comparison"]>["motions"][number];
 
@@ -42,23 +44,31 @@ export type Reached = {
   motion: Motion;
   reached: [number, number];
   requested: [number, number];
-  /** The patient's angles in the playback that reached highest; null if only the apparatus angle is known. */
+  /** The playback that reached lowest, and the one that reached highest. */
+  ends: [Motion, Motion];
+  /** The patient's angles at both ends; null if only the apparatus angle is known. */
   patient: string | null;
 };
 
-/** Return the motion with the widest range in apparatus angles, or null if nothing was compared. */
-export function widestRange(runs: Run[]): Reached | null {
+/**
+ * Return the motion of the treated shoulder with the widest range in apparatus angles, or null if nothing was
+ * compared.
+ */
+export function widestRange(session: ShoulderRuns): Reached | null {
   const found = new Map<number, Reached>();
-  for (const motion of runs.flatMap((run) => run.comparison?.motions ?? [])) {
+  for (const motion of motionsOf(session)) {
     const { played_min_deg, played_max_deg, taught_min_deg, taught_max_deg } = motion;
     if (played_min_deg === null || played_max_deg === null) continue;
     const requested: [number, number] = [taught_min_deg ?? played_min_deg, taught_max_deg ?? played_max_deg];
     const before = found.get(motion.motion);
+    const lowest = before && before.reached[0] <= played_min_deg ? before.ends[0] : motion;
+    const highest = before && before.reached[1] >= played_max_deg ? before.ends[1] : motion;
     found.set(motion.motion, {
       motion,
       reached: wider(before?.reached, [played_min_deg, played_max_deg]),
       requested: wider(before?.requested, requested),
-      patient: before && before.reached[1] >= played_max_deg ? before.patient : patientAngleWords(motion),
+      ends: [lowest, highest],
+      patient: patientAngleWords(lowest, highest),
     });
   }
   const span = ({ reached: [from, to] }: Reached) => to - from;
@@ -68,6 +78,13 @@ export function widestRange(runs: Run[]): Reached | null {
   );
 }
 
+/** Return the compared motions of the treated shoulder. A recording of the other shoulder does not describe it. */
+function motionsOf({ side, runs }: ShoulderRuns): Motion[] {
+  return runs
+    .filter((run) => !side || !run.side || run.side === side)
+    .flatMap((run) => run.comparison?.motions ?? []);
+}
+
 function wider(before: [number, number] | undefined, next: [number, number]): [number, number] {
   return before ? [Math.min(before[0], next[0]), Math.max(before[1], next[1])] : next;
 }
@@ -75,10 +92,10 @@ function wider(before: [number, number] | undefined, next: [number, number]): [n
 /** End-range time of one motion over all playbacks, with the band and the torque that count. */
 export type EndRange = { motion: Motion; total_s: number; band_deg: number; torque_nm: number };
 
-/** Return the motion with the longest end-range time, or null if none was counted. */
-export function longestEndRange(runs: Run[]): EndRange | null {
+/** Return the motion of the treated shoulder with the longest end-range time, or null if none was counted. */
+export function longestEndRange(session: ShoulderRuns): EndRange | null {
   const found = new Map<number, EndRange>();
-  for (const motion of runs.flatMap((run) => run.comparison?.motions ?? [])) {
+  for (const motion of motionsOf(session)) {
     const { end_range_s, end_range_band_deg: band_deg, end_range_torque_nm: torque_nm } = motion;
     if (end_range_s == null || band_deg == null || torque_nm == null) continue;
     const total_s = (found.get(motion.motion)?.total_s ?? 0) + end_range_s;
