@@ -13,6 +13,7 @@ from typing import Any
 import numpy as np
 import plotly.graph_objects as go
 import pytest
+from plotly.subplots import make_subplots
 
 from kata.clinic.recordings.tables import SAMPLE_COLUMNS as TAUGHT_COLUMNS
 from kata.clinic.sessions.tables import SAMPLE_COLUMNS as PLAYED_COLUMNS
@@ -151,6 +152,35 @@ def test_plotly_accepts_the_handmade_figures() -> None:
     for figure in made:
         assert figure.pop("texts")
         assert len(go.Figure(figure).data) == len(figure["data"])
+
+
+def test_handmade_layout_is_plotlys() -> None:
+    """Kata makes the rows and reads the template without importing Plotly. The result is what Plotly makes."""
+    made = json.loads(
+        figures.recording(RecordingFigureSamples(None, downsampling.of_recording(TIMES_S, ANGLES_DEG), None))
+    )
+    layout = go.Figure(layout={"template": "plotly_white"}).to_plotly_json()["layout"]
+    assert made["layout"]["template"] == layout["template"]
+    rows = make_subplots(rows=5, cols=1, shared_xaxes=True, vertical_spacing=0.03).to_plotly_json()["layout"]
+    for name in set(rows) - {"template"}:
+        expected = rows[name]
+        assert made["layout"][name]["domain"] == pytest.approx(expected.pop("domain"))
+        assert made["layout"][name].items() >= expected.items()
+
+
+def test_worker_takes_no_memory_for_unused_libraries() -> None:
+    """A worker that has drawn a figure and compared a playback has imported none of them. Together they would take 60 MB."""
+    worker = figures.FigureWorker()
+    try:
+        worker.build(
+            figures.recording, RecordingFigureSamples(None, downsampling.of_recording(TIMES_S, ANGLES_DEG), None)
+        )
+        worker.build(compare, TIMES_S, ANGLES_DEG, TIMES_S, played_deg())
+        imported = worker.build(eval, "set(__import__('sys').modules)")
+    finally:
+        worker.close()
+    assert "scipy.interpolate" in imported
+    assert imported & {"plotly", "scipy.signal", "scipy.stats", "unittest", "charset_normalizer"} == set()
 
 
 def test_closing_does_not_wait_for_a_worker_warming_up(monkeypatch: pytest.MonkeyPatch) -> None:

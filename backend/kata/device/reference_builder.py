@@ -12,6 +12,7 @@ import sys
 from typing import Final
 
 from kata.system import scheduling
+from kata.system.lazy_modules import delay_unused_numpy
 
 _NICENESS: Final = 5
 """Gives the builder a lower priority than the service, but still a quarter of a processor if the service keeps that processor
@@ -22,6 +23,7 @@ busy, because a therapist waits for the Load.
 def main() -> int:
     """Run ``python -m kata.device.reference_builder SOCKET``, a file descriptor of a SOCK_SEQPACKET socket."""
     _step_back()
+    delay_unused_numpy()
     # Import only after the priority has changed, because a restarted builder inherits a real-time priority.
     from kata.device.references import serve
 

@@ -16,6 +16,7 @@ from numpy.typing import ArrayLike
 
 from kata.motion.arm_load import ArmLoad, load_terms
 from kata.motion.axes import CANONICAL_SIDE, N_AXES, Side
+from kata.motion.filters import recursive
 from kata.motion.linkage import Floats
 from kata.motion.path import PathPoint
 from kata.motion.rigid_body import arm_motion
@@ -129,11 +130,8 @@ def without_taken_up(lag_deg: Floats, share: Floats) -> Floats:
 
     :param share: :meth:`ServoModel.taken_up_share` of one row.
     """
-    # Import here, because the device process never learns or identifies.
-    from scipy.signal import lfilter
-
     left = [
-        lfilter([1.0 - taken, taken - 1.0], [1.0, taken - 1.0], column) if taken else column
+        recursive([1.0 - taken, taken - 1.0], [1.0, taken - 1.0], column) if taken else column
         for column, taken in zip(lag_deg.T, share.tolist(), strict=True)
     ]
     return np.column_stack(left)

@@ -17,6 +17,7 @@ from typing import Final
 import numpy as np
 from numpy.typing import ArrayLike
 
+from kata.motion.filters import low_pass
 from kata.motion.linkage import Floats
 
 HIGHEST_HZ: Final = 10.0
@@ -59,12 +60,10 @@ def smoothness(times_s: ArrayLike, angles_deg: ArrayLike) -> float | None:
     times = np.asarray(times_s, dtype=np.float64)
     if len(times) < 2 or times[-1] - times[0] < _SHORTEST_S:
         return None
-    # Import here, because this imports all of scipy.stats, which would delay the start by 0.7 s.
+    # Import here, because scipy would delay the start of every service.
     from scipy.interpolate import PchipInterpolator
-    from scipy.signal import butter, sosfiltfilt
 
     grid = np.arange(times[0], times[-1], 1 / _RATE_HZ)
     angles: Floats = PchipInterpolator(times, np.asarray(angles_deg, dtype=np.float64))(grid)
-    filtered = sosfiltfilt(butter(2, HIGHEST_HZ, fs=_RATE_HZ, output="sos"), angles)
-    speed = np.abs(np.gradient(filtered)) * _RATE_HZ
+    speed = np.abs(np.gradient(low_pass(angles, HIGHEST_HZ, _RATE_HZ))) * _RATE_HZ
     return spectral_arc_length(speed, _RATE_HZ) if np.any(speed > 0) else None
