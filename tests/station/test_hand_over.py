@@ -1,17 +1,25 @@
 """The station gives the drives to another program and takes them back."""
 
 import asyncio
+import errno
+import os
 from pathlib import Path
 
+import pytest
 from msgspec import structs
 
 from kata.device import config
+from kata.device.config import StationConfig
 from kata.device.ipc_messages import Refusal
 from tests.support.silent_device import Silent, snapshot, station
 
 
 async def stop() -> Refusal | None:
     return None
+
+
+async def meanwhile() -> None:
+    """Do nothing: the apparatus has been turned by hand."""
 
 
 def test_a_planned_restart_is_no_missing_answer(silent: list[Silent]) -> None:
@@ -39,3 +47,33 @@ def test_a_new_configuration_keeps_the_side(tmp_path: Path, silent: list[Silent]
     assert silent[0].starts == 1
     assert at.config == config.read(tmp_path / "station.toml")
     assert (at.config.axes, at.config.side) == (axes, "left")
+
+
+def no_space(config: StationConfig, path: Path) -> None:
+    raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
+
+
+def test_a_side_that_cannot_be_stored_is_refused(silent: list[Silent], monkeypatch: pytest.MonkeyPatch) -> None:
+    """The next device process would still be set up for the former side."""
+    at = station()
+    silent[0].tell(snapshot())
+    monkeypatch.setattr("kata.station.station.write", no_space)
+    refusal = asyncio.run(at.set_side("left", meanwhile))
+    assert refusal is not None and refusal.code == "file_not_written"
+    assert at.config.side == "right"
+    assert silent[0].starts == 1
+
+
+def test_a_configuration_that_cannot_be_stored_allows_no_motion(
+    silent: list[Silent], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    at = station()
+    asyncio.run(at.hand_over(stop))
+    before = at.config
+    monkeypatch.setattr("kata.station.station.write", no_space)
+    axes = tuple(structs.replace(axis, lag_s=0.07) for axis in before.axes)
+    at.take_back(structs.replace(before, axes=axes))
+    assert silent[0].starts == 1
+    silent[0].tell(snapshot())
+    assert at.config == before
+    assert at.live().refusals["load"].code == "file_not_written"

@@ -21,6 +21,7 @@ from kata.motion.axes import APPARATUS_SIGNS, CANONICAL_SIDE, N_AXES, Side
 from kata.motion.method import LoadModel, Method, ServoModel
 from kata.motion.reach import check_poses_of, reachable_set
 from kata.motion.trajectory import AxisLimits, Trajectory, TrajectoryError
+from kata.system.files import replace_file
 
 REFERENCE_SHARE: Final = 0.5
 """Share of the acceleration limit that a reference may use. The rest is reserved for the feed-forward."""
@@ -445,8 +446,11 @@ def _field_first(message: str) -> str:
 
 
 def write(config: StationConfig, path: Path) -> None:
-    """Write a station's TOML file."""
-    path.write_text(as_toml(config))
+    """Write a station's TOML file. It is replaced as a whole, because a cut file is valid: every missing value has its default.
+
+    :raises OSError: when the file cannot be written. The former file is then unchanged.
+    """
+    replace_file(path, as_toml(config).encode())
 
 
 def as_toml(config: StationConfig) -> str:

@@ -2,6 +2,7 @@
 
 import asyncio
 import itertools
+import logging
 import time
 from collections.abc import Awaitable, Callable
 from contextlib import AbstractContextManager
@@ -39,6 +40,8 @@ from kata.station.operating import Operating
 from kata.station.schemas import AxisInfo, EventLive, Live, StationInfo
 from kata.station.snapshot_tracker import Occupation, SnapshotTracker
 from kata.station.subscriptions import Subscription, Subscriptions
+
+log = logging.getLogger(__name__)
 
 _REPLY_LIMIT_S: Final = 2.0
 _LOAD_LIMIT_S: Final = 35.0
@@ -200,10 +203,9 @@ class Station:
 
     def take_back(self, config: StationConfig | None = None) -> None:
         """Start the device process again after :meth:`hand_over`. ``config``: the new configuration; None: unchanged."""
-        if config is not None:
-            self.config = msgspec.structs.replace(config, side=self.config.side)
-            self.info = _info(self.config, simulated=self.info.simulated)
-            write(self.config, self._station_file)
+        if config is not None and (refusal := self._store(msgspec.structs.replace(config, side=self.config.side))):
+            # The next device process has the former configuration.
+            self.set_not_commissioned(refusal)
         self._stop_user = None
         self._tracker.has_run = False  # A planned restart is no control program that does not answer.
         self._process.start()
@@ -225,10 +227,23 @@ class Station:
             self._ended()
             try:
                 await meanwhile()
-                self.config = msgspec.structs.replace(self.config, side=side)
-                await asyncio.to_thread(write, self.config, self._station_file)
+                return await asyncio.to_thread(self._store, msgspec.structs.replace(self.config, side=side))
             finally:
                 self._process.start()
+
+    def _store(self, config: StationConfig) -> Refusal | None:
+        """Use a configuration from the next device process on. Return a refusal if its file cannot be written."""
+        try:
+            write(config, self._station_file)
+        except OSError as error:
+            log.exception("the station's file cannot be written")
+            return Refusal.of(
+                code="file_not_written",
+                message=texts.FILE_NOT_WRITTEN(error=error.strerror or str(error)),
+                next_step=texts.FREE_SPACE_OR_ASK(),
+            )
+        self.config = config
+        self.info = _info(config, simulated=self.info.simulated)
         return None
 
     def _side_refusal(self) -> Refusal | None:

@@ -48,3 +48,7 @@ COMMISSIONING_RUNS: Final = message("commissioning_runs", "The station is being 
 WAIT_FOR_COMMISSIONING: Final = message(
     "wait_for_commissioning", "No patient can be treated here until the commissioning has ended."
 )
+FILE_NOT_WRITTEN: Final = message("file_not_written", "The station's file cannot be written: {error:name}.")
+FREE_SPACE_OR_ASK: Final = message(
+    "free_space_or_ask", "Free space on the disk of this computer, or ask the administrator, then try again."
+)

@@ -1,13 +1,36 @@
 """Writes files atomically, so that a reader never finds an incomplete file."""
 
+import contextlib
+import os
 from pathlib import Path
+
+from kata.system.sync import sync_folder
 
 
 def replace_file(path: Path, data: bytes) -> None:
-    """Replace a file atomically, with a new file that is written beside it.
+    """Replace a file atomically, with a new file that is written beside it. It survives a power cut, and has the mode of the former file.
 
     :raises OSError: when the file cannot be written. The former file is then unchanged.
     """
     temporary = path.with_suffix(".writing")
-    temporary.write_bytes(data)
-    temporary.replace(path)
+    try:
+        with temporary.open("wb") as file:
+            if path.exists():
+                _take_over_access(path, file.fileno())
+            file.write(data)
+            file.flush()
+            os.fsync(file.fileno())
+        temporary.replace(path)
+    except OSError:
+        with contextlib.suppress(OSError):
+            temporary.unlink()
+        raise
+    sync_folder(path.parent)
+
+
+def _take_over_access(path: Path, file: int) -> None:
+    former = path.stat()
+    os.fchmod(file, former.st_mode & 0o777)
+    # Only an administrator may give a file to another user.
+    with contextlib.suppress(PermissionError):
+        os.fchown(file, former.st_uid, former.st_gid)
