@@ -390,7 +390,9 @@ class Snapshot(_Message, frozen=True, kw_only=True, tag="snapshot"):
     torque: TorqueState
     """Torque state of all drives together."""
     stops: int
-    """Number of stops. Each Stop command, each Pause command and each latched stop adds one. Guarded commands carry this number."""
+    """Number of stops. Each Stop command, each Pause command, each latched stop and each suspension of the computer adds one. Guarded commands
+    carry this number.
+    """
     verified_since_ns: int | None
     """``time.monotonic_ns`` since which the port has been open and every drive has had its verified configuration, without
     interruption; else None. An emergency stop test from before this time does not count.

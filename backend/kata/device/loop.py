@@ -19,7 +19,7 @@ from kata.device.bus.bandwidth import max_cycle_hz
 from kata.device.bus.port import Bus, BusError, BusSample
 from kata.device.config import StationConfig
 from kata.device.cycle_state import CycleState, CycleStateBuilder, LoopContext
-from kata.device.faults import evaluate_faults
+from kata.device.faults import MAX_OVERRUN_MS, evaluate_faults
 from kata.device.ipc import QueuedCommand, ServiceLink
 from kata.device.ipc_messages import Guarded, Pause, Reply
 from kata.device.loop_telemetry import LoopTelemetry
@@ -28,6 +28,7 @@ from kata.device.refusals import ANGLES_NOT_CURRENT, STOPPED_MEANWHILE, out_of_d
 from kata.device.setpoint_gate import refused_setpoints
 from kata.messages import text_of
 from kata.system.realtime import Granted
+from kata.system.suspension import suspended_ns
 
 log = logging.getLogger(__name__)
 
@@ -54,6 +55,9 @@ class ControlLoop(LoopTelemetry):
         super().__init__(config, bus, link, granted, first_stops=now_ns() // 1_000_000)
         self._now_ns = now_ns
         self._sleep = sleep
+        self._suspended_ns = suspended_ns
+        self._last_suspended_ns = suspended_ns()
+        """Longest known time for which the computer has been suspended."""
         self._state_builder = CycleStateBuilder(config)
         usb = config.inputs.usb_pedal
         self._pedal = UsbPedal(Path(usb), now_ns) if usb else None
@@ -104,7 +108,7 @@ class ControlLoop(LoopTelemetry):
         missed = max(0, late_ns // self._period_ns)
         self._overruns += missed
         self._deadline_ns += missed * self._period_ns
-        if not self.cycle(self._deadline_ns, late_ns / 1e6):
+        if not self.cycle(self._deadline_ns, (late_ns + self._take_suspension_ns()) / 1e6):
             return False
         self._deadline_ns += self._period_ns
         if self._polls_estop and self._sleep_until(self._deadline_ns - self._period_ns // 2):
@@ -112,6 +116,17 @@ class ControlLoop(LoopTelemetry):
         self._sleep_until(self._deadline_ns)
         self._latency.add(self._now_ns() - self._deadline_ns)
         return True
+
+    def _take_suspension_ns(self) -> int:
+        """Return the time for which the computer was suspended since the last cycle. A command from before a long suspension must not start
+        a motion.
+        """
+        slept_ns = max(0, self._suspended_ns() - self._last_suspended_ns)
+        self._last_suspended_ns += slept_ns
+        if slept_ns > MAX_OVERRUN_MS * 1e6:
+            log.warning("the computer was suspended for %.1f s", slept_ns / 1e9)
+            self._pauses += 1
+        return slept_ns
 
     def cycle(self, t_ns: int, late_ms: float) -> bool:
         """Run one cycle. Return False when the service is gone and every run and teaching has ended."""

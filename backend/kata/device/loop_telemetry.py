@@ -36,7 +36,7 @@ class LoopTelemetry:
         value.
         """
         self._pauses = 0
-        """Number of Pause commands, refused ones included."""
+        """Number of Pause commands, refused ones included, and of suspensions of the computer."""
         self._cycles = 0
         self._overruns = 0
         self._latency = LatencyHistogram()
