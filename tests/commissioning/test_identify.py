@@ -91,7 +91,9 @@ def test_a_poor_fit_changes_nothing(
 
 def test_an_uncertain_lag_is_refused() -> None:
     lags.check_fit(2, replace(AXIS, lag_uncertainty_s=0.014))
-    with pytest.raises(StepError, match=r"lag of motor 2 is uncertain: 0\.050 s, and with 95 % confidence up to 0\.016"):
+    with pytest.raises(
+        StepError, match=r"lag of motor 2 is uncertain: 0\.050 s, and with 95 % confidence up to 0\.016"
+    ):
         lags.check_fit(2, replace(AXIS, lag_uncertainty_s=0.016))
 
 

@@ -13,11 +13,8 @@ from kata.evaluation import tables
 from kata.evaluation.outcome import CaseResult
 from kata.evaluation.paper import ERRORS
 from kata.motion.linkage import Floats
+from kata.plotting.colours import INDIGO, ORANGE, PALE_GREEN
 
-# Use the colours of the service's figures. They can be distinguished with colour blindness, and in grey by their brightness.
-_TAUGHT_COLOUR: Final = "#1f3a93"
-_PLAYED_COLOUR: Final = "#e07b00"
-_ERROR: Final = "#5e9c76"
 _ROW_PX: Final = 260
 _STYLE: Final = """
 body { font-family: system-ui, sans-serif; margin: 2rem auto; max-width: 80rem; padding: 0 1rem; color: #222 }
@@ -161,9 +158,9 @@ def _traces(outcome: CaseResult, motor: int) -> Iterator[tuple[go.Scatter, bool]
     compared = outcome.comparison
     assert compared is not None
     for name, angles, colour, dash, on_the_right in (
-        ("Teaching", compared.taught_deg, _TAUGHT_COLOUR, "solid", False),
-        ("Playback", compared.played_deg, _PLAYED_COLOUR, "dash", False),
-        ("Error (right axis)", compared.error_deg, _ERROR, "solid", True),
+        ("Teaching", compared.taught_deg, INDIGO, "solid", False),
+        ("Playback", compared.played_deg, ORANGE, "dash", False),
+        ("Error (right axis)", compared.error_deg, PALE_GREEN, "solid", True),
     ):
         trace = go.Scatter(
             x=_float32(compared.times_s),

@@ -26,13 +26,10 @@ from kata.motion.axes import AXES
 from kata.motion.edit import Motion, PlaybackSettings, with_settings
 from kata.motion.tracking import compare, wall_clock_s
 from kata.plotting import downsampling, texts
+from kata.plotting.colours import INDIGO, ORANGE, PALE_GREEN
 from kata.plotting.placed_texts import with_texts
 from kata.system.lazy_modules import delay_unused_numpy
 
-# Red, yellow and cyan are reserved for alarms. These colours can be distinguished by colour-blind people and by their brightness.
-_TAUGHT_COLOUR: Final = "#1f3a93"
-_PLAYED_COLOUR: Final = "#e07b00"
-_ERROR: Final = "#5e9c76"
 _CHUNK_CHARACTERS: Final = 1 << 18
 Clock = Literal["path", "wall"]
 """Clock of a run's comparison: the position on the motion, or the wall-clock time since it began."""
@@ -165,7 +162,7 @@ def recording(parts: RecordingFigureSamples) -> str:
             lines["taught_s"][:, axis],
             angles[axis],
             texts.FIGURE_MOTOR(motor=motor),
-            _style(_TAUGHT_COLOUR, 1.5),
+            _style(INDIGO, 1.5),
             motor,
         )
         for axis, motor in enumerate(AXES)
@@ -180,8 +177,8 @@ def derived(before_series: Series, after_series: Series) -> str:
     for axis, motor in enumerate(AXES):
         old, new = before["taught_deg"][:, axis], after["taught_deg"][:, axis]
         traces += [
-            _line(before["taught_s"][:, axis], old, texts.FIGURE_BEFORE(), _style(_TAUGHT_COLOUR, 1.2), motor),
-            _line(after["taught_s"][:, axis], new, texts.FIGURE_AFTER(), _style(_PLAYED_COLOUR, dash="dash"), motor),
+            _line(before["taught_s"][:, axis], old, texts.FIGURE_BEFORE(), _style(INDIGO, 1.2), motor),
+            _line(after["taught_s"][:, axis], new, texts.FIGURE_AFTER(), _style(ORANGE, dash="dash"), motor),
         ]
         for trace in traces[-2:]:
             trace["showlegend"] = axis == 0
@@ -199,14 +196,14 @@ def run(parts: RunFigureSamples) -> str:
     figures = []
     for axis, motor in enumerate(AXES):
         of_motor = {name: values[:, axis] for name, values in lines.items()}
-        error = _line(of_motor["played_s"], of_motor["error_deg"], texts.FIGURE_ERROR(), _style(_ERROR, 1.2))
+        error = _line(of_motor["played_s"], of_motor["error_deg"], texts.FIGURE_ERROR(), _style(PALE_GREEN, 1.2))
         traces = [
-            _line(of_motor["taught_s"], of_motor["taught_deg"], texts.FIGURE_TEACHING(), _style(_TAUGHT_COLOUR)),
+            _line(of_motor["taught_s"], of_motor["taught_deg"], texts.FIGURE_TEACHING(), _style(INDIGO)),
             _line(
                 of_motor["played_s"],
                 of_motor["played_deg"],
                 texts.FIGURE_PLAYBACK(),
-                _style(_PLAYED_COLOUR, dash="dash"),
+                _style(ORANGE, dash="dash"),
             ),
             error | {"yaxis": "y2"},
         ]

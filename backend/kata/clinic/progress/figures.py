@@ -30,21 +30,15 @@ from kata.clinic.progress.series import (
 )
 from kata.clinic.questionnaires.changes import certain_above, improved_by
 from kata.clinic.questionnaires.definitions import Definition
+from kata.plotting.colours import BROWN, GREEN, GRID, INDIGO, ORANGE, SLATE, VIOLET
 
 _Trace = dict[str, Any]
 Figure = dict[str, Any]
 
-_INDIGO: Final = "#1f3a93"
-_ORANGE: Final = "#e07b00"
-_GREEN: Final = "#2f7d4f"
-_VIOLET: Final = "#7b3fa0"
-_BROWN: Final = "#7f5539"
-_SLATE: Final = "#64748b"
-_COLOURS: Final = (_INDIGO, _ORANGE, _GREEN, _VIOLET, _BROWN, _SLATE)
+_COLOURS: Final = (INDIGO, ORANGE, GREEN, VIOLET, BROWN, SLATE)
 _DASHES: Final = ("solid", "dash", "dot", "dashdot", "longdash")
 _MARKERS: Final = ("circle", "square", "diamond", "triangle-up", "cross", "x", "star")
 
-_GRID: Final = {"gridcolor": "#e2e8f0", "zerolinecolor": "#cbd5e1", "linecolor": "#94a3b8"}
 _LAYOUT: Final = {
     "margin": {"l": 60, "r": 20, "t": 70, "b": 50},
     "font": {"family": "system-ui, sans-serif", "size": 13},
@@ -84,7 +78,7 @@ def rom(panels: Sequence[RomPanel], columns: int = _MOST_COLUMNS) -> Figure:
         layout["annotations"].append(axes.title(texts.FIGURE_MEASURE_DEG(measure=panel.measure.english)))
         for line in panel.lines:
             traces += [axes.on_axes(trace, first=place == 0) for trace in _rom_line(line, last)]
-        level = _level(texts.FIGURE_REFERENCE(), panel.measure.reference_deg, last, _SLATE, "solid", is_angle=True)
+        level = _level(texts.FIGURE_REFERENCE(), panel.measure.reference_deg, last, SLATE, "solid", is_angle=True)
         level["line"]["width"] = 3.0
         traces.append(axes.on_axes(level, first=place == 0))
     _show_each_name_once(traces)
@@ -124,14 +118,14 @@ def spadi(points: Sequence[SpadiPoint]) -> Figure:
     if lines[0].points:
         baseline = lines[0].points[0].value
         smallest, _ = IMPORTANT_CHANGE
-        traces.append(_level(texts.FIGURE_BASELINE(), baseline, last, _INDIGO, "dot"))
-        traces.append(_level(texts.FIGURE_BETTER_PERHAPS(points=smallest), baseline - smallest, last, _GREEN, "dash"))
+        traces.append(_level(texts.FIGURE_BASELINE(), baseline, last, INDIGO, "dot"))
+        traces.append(_level(texts.FIGURE_BETTER_PERHAPS(points=smallest), baseline - smallest, last, GREEN, "dash"))
         traces.append(
             _level(
                 texts.FIGURE_BETTER_IMPORTANT(points=DETECTABLE_CHANGE),
                 baseline - DETECTABLE_CHANGE,
                 last,
-                _GREEN,
+                GREEN,
                 "longdashdot",
             )
         )
@@ -143,7 +137,7 @@ def spadi(points: Sequence[SpadiPoint]) -> Figure:
                 "x1": 1,
                 "y0": baseline - DETECTABLE_CHANGE,
                 "y1": baseline - smallest,
-                "fillcolor": _GREEN,
+                "fillcolor": GREEN,
                 "opacity": 0.12,
                 "line": {"width": 0},
                 "layer": "below",
@@ -186,10 +180,10 @@ def _total_lines(panel: QuestionnairePanel, last: float) -> list[_Trace]:
     perhaps = improved_by(definition, baseline, definition.important.points)
     certain = improved_by(definition, baseline, certain_above(definition))
     return [
-        _line(LineSeries(texts.FIGURE_TOTAL(), points), _INDIGO, "solid", "circle", texts.FIGURE_POINTS_HOVER()),
-        _level(texts.FIGURE_BASELINE(), baseline, last, _INDIGO, "dot"),
-        _level(texts.FIGURE_PERHAPS_FROM_HERE(), perhaps, last, _GREEN, "dash"),
-        _level(texts.FIGURE_IMPORTANT_BEYOND(), certain, last, _GREEN, "longdashdot"),
+        _line(LineSeries(texts.FIGURE_TOTAL(), points), INDIGO, "solid", "circle", texts.FIGURE_POINTS_HOVER()),
+        _level(texts.FIGURE_BASELINE(), baseline, last, INDIGO, "dot"),
+        _level(texts.FIGURE_PERHAPS_FROM_HERE(), perhaps, last, GREEN, "dash"),
+        _level(texts.FIGURE_IMPORTANT_BEYOND(), certain, last, GREEN, "longdashdot"),
     ]
 
 
@@ -293,7 +287,7 @@ def adherence(weeks: Sequence[AdherenceWeek]) -> Figure:
         "name": texts.FIGURE_SESSIONS(),
         "x": mondays,
         "y": [week.sessions for week in weeks],
-        "marker": {"color": _INDIGO},
+        "marker": {"color": INDIGO},
         "hovertemplate": hover,
     }
     wished = {
@@ -302,8 +296,8 @@ def adherence(weeks: Sequence[AdherenceWeek]) -> Figure:
         "name": texts.FIGURE_AS_PRESCRIBED(),
         "x": mondays,
         "y": [week.sessions_wished for week in weeks],
-        "line": {"color": _ORANGE, "dash": "dot", "shape": "hvh"},
-        "marker": {"color": _ORANGE, "symbol": "diamond"},
+        "line": {"color": ORANGE, "dash": "dot", "shape": "hvh"},
+        "marker": {"color": ORANGE, "symbol": "diamond"},
         "hovertemplate": hover,
     }
     traces = [sessions, *([wished] if any(week.sessions_wished for week in weeks) else [])]
@@ -312,8 +306,8 @@ def adherence(weeks: Sequence[AdherenceWeek]) -> Figure:
     ticks = {"tick0": mondays[0], "dtick": _WEEK_MS * -(-len(weeks) // _MOST_DAYS)} if mondays else {}
     day = {"type": "date", "tickformat": texts.FIGURE_DAY_FORMAT(), "title": {"text": texts.FIGURE_WEEK_FROM()}}
     axes: dict[str, dict[str, Any]] = {
-        "xaxis": _GRID | day | ticks,
-        "yaxis": _GRID | {"title": {"text": texts.FIGURE_SESSIONS()}, "range": [0, highest + 0.5]},
+        "xaxis": GRID | day | ticks,
+        "yaxis": GRID | {"title": {"text": texts.FIGURE_SESSIONS()}, "range": [0, highest + 0.5]},
     }
     if highest <= 10:
         axes["yaxis"]["dtick"] = 1
@@ -335,7 +329,7 @@ class _Panel:
 
     def layout(self, last: float, y_range: list[float], y_title: str = "") -> dict[str, Any]:
         """Return both axes."""
-        y_axis = _GRID | ({"title": {"text": y_title}} if y_title else {})
+        y_axis = GRID | ({"title": {"text": y_title}} if y_title else {})
         return {
             f"xaxis{self._number}": _week_axis(last, with_title=self._lowest)
             | {"domain": self._x, "anchor": f"y{self._number}"},
@@ -364,7 +358,7 @@ class _Panel:
 
 
 def _rom_line(line: RomLine, last: float) -> list[_Trace]:
-    colour, dash, marker = {"active": (_INDIGO, "solid", "circle"), "passive": (_ORANGE, "dash", "square")}[line.kind]
+    colour, dash, marker = {"active": (INDIGO, "solid", "circle"), "passive": (ORANGE, "dash", "square")}[line.kind]
     name = texts.FIGURE_ACTIVE() if line.kind == "active" else texts.FIGURE_PASSIVE()
     kind = KINDS[line.kind]
     traces = [
@@ -436,11 +430,11 @@ def _layout(height: int) -> dict[str, Any]:
 def _week_axis(last: float, *, with_title: bool = True) -> dict[str, Any]:
     """Return a time axis with labels at about a dozen whole weeks."""
     title = {"text": texts.FIGURE_WEEK() if with_title else ""}
-    return _GRID | {"title": title, "range": [-0.2, last + 0.2], "tick0": 0, "dtick": max(1, round(last / 12))}
+    return GRID | {"title": title, "range": [-0.2, last + 0.2], "tick0": 0, "dtick": max(1, round(last / 12))}
 
 
 def _axes(y_title: str, y_range: list[float], last: float) -> dict[str, Any]:
-    return {"xaxis": _week_axis(last), "yaxis": _GRID | {"title": {"text": y_title}, "range": y_range}}
+    return {"xaxis": _week_axis(last), "yaxis": GRID | {"title": {"text": y_title}, "range": y_range}}
 
 
 def _figure(traces: list[_Trace], layout: dict[str, Any]) -> Figure:

@@ -7,13 +7,10 @@ from typing import Any, Final
 from uuid import UUID
 
 from kata.clinic import texts
+from kata.plotting.colours import GRID, INDIGO, ORANGE, SLATE
 from kata.plotting.placed_texts import with_texts
 
-_INDIGO: Final = "#1f3a93"
-_ORANGE: Final = "#e07b00"
-_SLATE: Final = "#64748b"
 _DASHES: Final = ("dash", "dot", "dashdot", "longdash")
-_GRID: Final = {"gridcolor": "#e2e8f0", "zerolinecolor": "#cbd5e1", "linecolor": "#94a3b8"}
 _LAYOUT: Final = {
     "margin": {"l": 60, "r": 20, "t": 70, "b": 50},
     "font": {"family": "system-ui, sans-serif", "size": 13},
@@ -42,20 +39,20 @@ def draw(own_curves: Sequence[DrawnCurve], other_side: Sequence[DrawnCurve]) -> 
     """Return the figure. The first of ``own_curves`` is drawn with both ways, the others are earlier ones."""
     newest, *earlier = own_curves
     traces = [
-        _line(texts.FIGURE_THIS_TEST(), newest, newest.mean_nm, _INDIGO, "solid", 3.0),
-        _line(texts.FIGURE_WAY_OUT(), newest, newest.out_nm, _INDIGO, "dot", 1.2),
-        _line(texts.FIGURE_WAY_BACK(), newest, newest.back_nm, _INDIGO, "dashdot", 1.2),
+        _line(texts.FIGURE_THIS_TEST(), newest, newest.mean_nm, INDIGO, "solid", 3.0),
+        _line(texts.FIGURE_WAY_OUT(), newest, newest.out_nm, INDIGO, "dot", 1.2),
+        _line(texts.FIGURE_WAY_BACK(), newest, newest.back_nm, INDIGO, "dashdot", 1.2),
     ]
     for curve, dash in zip(earlier, _DASHES, strict=False):
         traces.append(
-            _line(texts.FIGURE_EARLIER_TEST(day=curve.day.isoformat()), curve, curve.mean_nm, _SLATE, dash, 1.8)
+            _line(texts.FIGURE_EARLIER_TEST(day=curve.day.isoformat()), curve, curve.mean_nm, SLATE, dash, 1.8)
         )
     traces += [
-        _line(texts.FIGURE_OTHER_SIDE(), curve, curve.mean_nm, _ORANGE, "longdashdot", 2.2) for curve in other_side
+        _line(texts.FIGURE_OTHER_SIDE(), curve, curve.mean_nm, ORANGE, "longdashdot", 2.2) for curve in other_side
     ]
     axes = {
-        "xaxis": _GRID | {"title": {"text": texts.FIGURE_APPARATUS_ANGLE()}},
-        "yaxis": _GRID | {"title": {"text": texts.FIGURE_SHOULDER_TORQUE()}},
+        "xaxis": GRID | {"title": {"text": texts.FIGURE_APPARATUS_ANGLE()}},
+        "yaxis": GRID | {"title": {"text": texts.FIGURE_SHOULDER_TORQUE()}},
     }
     return with_texts({"data": traces, "layout": _LAYOUT | axes})
 
