@@ -192,7 +192,9 @@ class ServiceDriver:
         return await commands.guarded(self.station, commands.SeenState(stops=live.stops, seen_at=live.at))
 
     def _apparatus(self) -> checks.ApparatusState:
-        return checks.apparatus_state(self.station.info.name, self.station.live(), self._offline_sessions.cache.zone)
+        cache, station = self._offline_sessions.cache, self.station
+        tested = cache.has_estop_test_since(station.verified_since_s)
+        return checks.apparatus_state(station.info.name, station.live(), cache.zone, tested_since_verified=tested)
 
     async def _go_through_checklist(self, recording: RecordingRow) -> None:
         """Test the emergency stop if today's test is missing, and confirm the open checks, as a therapist would."""

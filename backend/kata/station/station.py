@@ -291,6 +291,13 @@ class Station:
         return holder.id if snapshot and holder and snapshot.torque != "off" else None
 
     @property
+    def verified_since_s(self) -> float | None:
+        """Return the time of the monotonic clock since which every drive is verified without interruption, else None."""
+        snapshot = self._tracker.snapshot
+        since_ns = snapshot.verified_since_ns if snapshot and self._process.running else None
+        return None if since_ns is None else since_ns / 1e9
+
+    @property
     def version(self) -> object:
         """Return a value that changes with :meth:`live`, apart from time and age."""
         return self._subscriptions.changes, self._process.running, self.config.side

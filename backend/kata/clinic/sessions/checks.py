@@ -55,6 +55,8 @@ class ApparatusState:
     """Time since which the apparatus has been connected with configured drives without interruption; None if it is not."""
     zone: tzinfo = UTC
     """The clinic's time zone."""
+    tested_since_verified: bool = True
+    """False if this service knows, by the monotonic clock, that the emergency stop was not tested within a day since the drives were verified."""
 
     @property
     def today(self) -> datetime:
@@ -62,9 +64,9 @@ class ApparatusState:
         return today(self.zone)
 
 
-def apparatus_state(station: str, live: Live, zone: tzinfo) -> ApparatusState:
+def apparatus_state(station: str, live: Live, zone: tzinfo, *, tested_since_verified: bool) -> ApparatusState:
     """Return the present state. ``zone``: the clinic's time zone."""
-    return ApparatusState(station, live.pedal in ("up", "down"), live.verified_since, zone)
+    return ApparatusState(station, live.pedal in ("up", "down"), live.verified_since, zone, tested_since_verified)
 
 
 def checklist(
@@ -100,8 +102,11 @@ def estop_test(tested_at: datetime | None, apparatus: ApparatusState) -> datetim
 
     A test counts if it was made today, and after the apparatus was connected and its drives were configured. The switch is read through a
     drive, and a drive that was reset or replaced since may read it wrongly. A test in the future shows that the clock was set back since.
+    When its time has come, the monotonic clock still shows that the test is old.
     """
     if tested_at is None or apparatus.verified_since is None or tested_at > utc_now() + _CLOCK_TOLERANCE:
+        return None
+    if not apparatus.tested_since_verified:
         return None
     return tested_at if tested_at >= max(apparatus.today, apparatus.verified_since) else None
 

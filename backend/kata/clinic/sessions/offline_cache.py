@@ -28,6 +28,7 @@ from kata.database.base import utc_now
 from kata.database.engine import Database
 
 _REFRESH_S: Final = 10.0
+_DAY_S: Final = 24 * 3600.0
 _MAX_PATIENTS: Final = 20
 _MAX_AGE: Final = timedelta(seconds=60)
 """Records that were older than this when the database became unavailable are not used."""
@@ -62,6 +63,8 @@ class OfflineCache:
         self._changes = 0
         """Number of changes that a refresh, which reads at the same time, may not contain."""
         self.estop_tested_at: datetime | None = None
+        self._estop_tested_s: float | None = None
+        """Monotonic time of the last test that this service has observed."""
         self._due_s = 0.0
 
     def note_opened(self, patient_id: UUID) -> None:
@@ -89,6 +92,16 @@ class OfflineCache:
         """Note the time of a successful emergency-stop test."""
         if isinstance(item, NewDeviceEvent) and item.code == ESTOP_TESTED:
             self.estop_tested_at = item.at
+            self._estop_tested_s = time.monotonic()
+
+    def has_estop_test_since(self, verified_s: float | None) -> bool:
+        """Return True if this service has observed a test within a day and since ``verified_s``, a time of the monotonic clock, which
+        cannot be set. None: the drives are not verified.
+        """
+        tested_s = self._estop_tested_s
+        if tested_s is None or verified_s is None:
+            return False
+        return tested_s >= max(verified_s, time.monotonic() - _DAY_S)
 
     def refresh(self) -> None:
         """Read the records again if they are due. This takes seconds for recordings of an hour, so call it from a worker thread."""

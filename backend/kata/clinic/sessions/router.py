@@ -76,7 +76,8 @@ TheEventSpool = Annotated[EventSpool, Depends(_event_spool)]
 
 async def _apparatus(station: TheStation, offline_cache: TheOfflineCache) -> checks.ApparatusState:
     # This runs in the event loop, because the station's state belongs to the event loop.
-    return checks.apparatus_state(station.info.name, station.live(), offline_cache.zone)
+    tested = offline_cache.has_estop_test_since(station.verified_since_s)
+    return checks.apparatus_state(station.info.name, station.live(), offline_cache.zone, tested_since_verified=tested)
 
 
 TheApparatus = Annotated[checks.ApparatusState, Depends(_apparatus)]
