@@ -5,12 +5,13 @@ The checks do not use the control program's own state, with exceptions that are 
 """
 
 import math
+import struct
 from collections import deque
 from dataclasses import dataclass, field
 from typing import Final
 
 from kata.device.config import NO_REGISTER, StationConfig
-from kata.device.ipc_messages import RESISTANCE_LEVELS, Load, Snapshot
+from kata.device.ipc_messages import RESISTANCE_LEVELS, Guarded, Load, Snapshot
 from kata.motion.method import rate_hz
 from kata.simulator.fault_injector import FaultKind
 from kata.testing.world import RecordingWorld, Seen
@@ -29,8 +30,12 @@ _SWITCH_S: Final = 0.1
 """The drives' report of their torque is valid 50 ms after each switching, with the next status."""
 _ROTATION_NS: Final = 2_300_000_000
 """Every configured register is read within 2 s; then torque must switch off."""
-_ROTATED: Final = frozenset({38, 48})
-"""Current limit and position limits of a Dynamixel drive: configured registers that its status block does not hold."""
+_ROTATED: Final = frozenset({36, 38, 48})
+"""PWM limit, current limit and position limits of a Dynamixel drive: configured registers that its status block does not hold."""
+_SETTINGS_BYTES: Final = {"dynamixel": 104, "modbus": 18}
+"""Length of the registers from 0 on that contain every configured register."""
+_WEAKENED: Final = [(36, struct.pack("<H", 100)), (38, struct.pack("<H", 100))]
+"""PWM limit and current limit as another program may have left them: 11 % of the voltage, and 0.27 A."""
 _STOP_S: Final = 1.0
 """A controlled stop ramps down within 0.4 s; the ramp's limit applies to a slow arm."""
 _ANSWER_S: Final = 1.4
@@ -112,6 +117,8 @@ class Judge:
     config: StationConfig
     last_stop_ns: int = -1
     """Arrival of the last Stop at the device."""
+    last_pause_ns: int = -1
+    """Time of the cycle that executed or refused the last Pause."""
     begun_ns: int = -1
     """Time of the last accepted load or teaching."""
     start: Start | None = None
@@ -143,6 +150,8 @@ class Judge:
     def _expect(self) -> None:
         config = self.config.with_side_directions
         self._expected = [expected_registers(config, motor) for motor in range(1, 6)]
+        self._compared: list[tuple[bytes, dict[int, str]]] = [(b"", {})] * 5
+        """Contents of each drive's settings at the last comparison, and its result."""
 
     # -- people and faults -------------------------------------------------------------------------------------------
 
@@ -170,6 +179,10 @@ class Judge:
     def holds_since_loss(self, motor: int) -> bool:
         """Return True if motor 1-5 had torque when the port was lost, and the arm has not been released since."""
         return self._motors[motor - 1].energised_at_loss
+
+    def accepted(self, command: Guarded, pressed_ns: int) -> None:
+        """Note a command that can start motion or release an arm. A Pause ends it as a Stop does, also a Pause that was refused."""
+        assert pressed_ns >= self.last_pause_ns, f"{type(command).__name__} from before a Pause was accepted"
 
     def loaded(self, load: Load) -> None:
         """Note an accepted load."""
@@ -205,15 +218,26 @@ class Judge:
         self._angles(newest)
 
     def _check_drives(self) -> None:
+        started: list[int] = []
         for seen in self.world.seen[self._judged :]:
             known = self._motors[seen.motor - 1]
             if seen.what == "goal":
                 self._goal(seen, known)
             elif seen.value:
                 self._torque_on(seen, known)
+                started.append(seen.motor)
             else:
                 self._torque_off(seen, known)
         self._judged = len(self.world.seen)
+        for motor in started:
+            self._starts_where_it_is(motor)
+
+    def _starts_where_it_is(self, motor: int) -> None:
+        """With torque, a drive turns to the goal that it has, also to one of an earlier run."""
+        drive = self.world.apparatus.drives[motor - 1]
+        if drive.torque_on and not any(self.world.faults.has(kind, motor) for kind in _FALSE_ANGLES):
+            away_deg = abs(math.degrees(drive.goal - drive.angle))
+            assert away_deg <= _FIRST_GOAL_DEG, f"motor {motor} got torque with a goal {away_deg:.1f} deg away"
 
     def _torque_on(self, seen: Seen, known: _Motor) -> None:
         start = self.start
@@ -291,12 +315,14 @@ class Judge:
         return bool(self._differing(self.config.inputs_axis + 1))
 
     def rotated_registers(self, motor: int) -> list[tuple[int, bytes]]:
-        """Return address and factory content of the configured registers that no status carries.
+        """Return address and another content of the configured registers that no status carries: the factory's, or one that weakens the drive.
 
         Registers that change the drive's measurements or its inputs are left out.
         """
-        factory = self._factory[motor - 1].items()
-        return [register for register in factory if self.config.protocol == "modbus" or register[0] in _ROTATED]
+        factory = [*self._factory[motor - 1].items()]
+        if self.config.protocol == "modbus":
+            return factory
+        return [*(register for register in factory if register[0] in _ROTATED), *_WEAKENED]
 
     def _seen_after_ns(self, wrong: dict[int, str]) -> int:
         if self.config.protocol == "modbus" or wrong.keys() <= _ROTATED:
@@ -305,7 +331,7 @@ class Judge:
 
     def _wrong_registers(self, motor: int, watchdog_s: float) -> dict[int, str]:
         """Registers by address; the watchdog is at -1."""
-        found = self._differing(motor)
+        found = dict(self._differing(motor))
         if (
             self._watches
             and watchdog_s * 1000 != self.config.bus_watchdog_ms
@@ -315,6 +341,13 @@ class Judge:
         return found
 
     def _differing(self, motor: int) -> dict[int, str]:
+        """Compare the registers. Most of the time nothing has changed since the last comparison, which then counts."""
+        stored = self.world.drives[motor - 1].stored(0, _SETTINGS_BYTES[self.config.protocol])
+        if self._compared[motor - 1][0] != stored:
+            self._compared[motor - 1] = (stored, self._compare(motor))
+        return self._compared[motor - 1][1]
+
+    def _compare(self, motor: int) -> dict[int, str]:
         stored = self.world.drives[motor - 1].stored
         return {
             address: f"register {address} {present.hex()} for {data.hex()}"

@@ -254,6 +254,52 @@ REVERTS: Final = (
         "            setpoint = self._brake.setpoint(setpoint, lowest, highest)\n",
         "            pass\n",
     ),
+    _one(
+        13,
+        "a Pause does not count as a stop does",
+        "loop.py",
+        "            self._pauses += 1\n",
+        "            pass\n",
+    ),
+    _one(
+        14,
+        "a Modbus drive need not acknowledge its goal before torque",
+        "bus/modbus/driver.py",
+        "            self._set_goal(motor, axis, angle)\n",
+        "            goal = self._position(axis, angle)\n"
+        "            self._transact(axis.id, WRITE, self._written(self._map.goal_position, goal), _WRITTEN_BYTES)\n",
+    ),
+    _one(
+        15,
+        "a push is ignored for a second after a reversal, also when the arm no longer moves back",
+        "resistance.py",
+        "(moves_back and self._is_subsiding(n, state))",
+        "self._is_subsiding(n, state)",
+        "pushes",
+    ),
+    _one(
+        16,
+        "a resting motor's resistance does not stop the way back of an end-feel test",
+        "run.py",
+        "(rests or speed_deg_s * state.torque_nm[axis] > 0.0)",
+        "speed_deg_s * state.torque_nm[axis] > 0.0",
+        "pushes",
+    ),
+    _one(
+        17,
+        "a paused end-feel test does not give way",
+        "modes.py",
+        '        elif self.mode in ("playing", "paused"):\n            run.retreat_in_test()',
+        '        elif self.mode == "playing":\n            run.retreat_in_test()',
+        "pushes",
+    ),
+    _one(
+        18,
+        "the PWM limit of a drive is neither configured nor compared",
+        "bus/dynamixel/registers.py",
+        '    yield Register("PWM limit", _PWM_LIMIT, struct.pack("<H", _WHOLE_PWM))\n',
+        "",
+    ),
 )  # fmt: skip
 
 

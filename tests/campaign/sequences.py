@@ -385,17 +385,36 @@ class Sequences(RuleBasedStateMachine):
                     self._until(lambda: self.judge.test_goes_back or self._snapshot.mode != "playing")
             self._run(seconds)
 
-    @rule(load=_loads, delay_s=st.sampled_from([0.5, 1.5, 2.5]), stop=st.booleans())
-    def a_start_arrives_late(self, load: Load, delay_s: float, stop: bool) -> None:
-        """The command to start is delayed. ``stop``: meanwhile the arm is stopped and made ready again."""
+    @rule(
+        load=_loads, delay_s=st.sampled_from([0.5, 1.5, 2.5]), meanwhile=st.sampled_from(["nothing", "stop", "pause"])
+    )
+    def a_start_arrives_late(self, load: Load, delay_s: float, meanwhile: str) -> None:
+        """The command to start is delayed. "stop": meanwhile the arm is stopped and made ready again. "pause": Pause is pressed."""
         self._make_ready(load)
         self._look(0)
         self._press(0, Approach(), delay_s)
-        if stop:
+        if meanwhile == "pause":
+            self._press(0, Pause(), 0.0)
+        if meanwhile == "stop":
             self._press(0, _STOP, 0.0)
             self._run(0.3)
             self._make_ready(load)
         self._run(delay_s)
+
+    @rule(
+        load=_plays,
+        what=st.sampled_from([Play(), Return()]),
+        delay_s=st.sampled_from([0.02, 0.5, 1.5]),
+        pause=st.booleans(),
+    )
+    def a_movement_arrives_late(self, load: Load, what: Play | Return, delay_s: float, pause: bool) -> None:
+        """At the start of a recording a command to move is delayed. ``pause``: meanwhile Pause is pressed, and has nothing to pause."""
+        self.go(load, "start", mended=True)
+        self._look(0)
+        self._press(0, what, delay_s)
+        if pause:
+            self._press(0, Pause(), 0.0)
+        self._run(delay_s + 0.1)
 
     @rule(
         load=_loads,
@@ -413,20 +432,27 @@ class Sequences(RuleBasedStateMachine):
         self._make_ready(load)
         self._fault(kind, motor)
         self._run(seconds)
-        if not any(self.world.torque):
-            axis = self.world.config.axes[motor - 1]
-            angle_deg = self.world.angles_deg[motor - 1] + turned_deg
-            self.world.place(motor, min(max(angle_deg, axis.min_deg), axis.max_deg))
+        self._lead_on(motor, turned_deg)
         self._look(0)
         self._press(0, Approach(), 0.0)
         self._run(0.02)
         self.it_is_mended()
         self._run(0.3)
 
-    @rule(load=_loads, after=st.integers(0, 8), seconds=st.sampled_from([0.1, 1.8]))
-    def a_start_loses_a_request(self, load: Load, after: int, seconds: float) -> None:
-        """One of the requests around the start does not reach the drives, such as the one that arms their watchdogs."""
+    @rule(
+        load=_loads,
+        after=st.integers(0, 15),
+        seconds=st.sampled_from([0.1, 1.8]),
+        motor=st.integers(1, 5),
+        turned_deg=st.sampled_from([0.0, -20.0, 20.0]),
+    )
+    def a_start_loses_a_request(self, load: Load, after: int, seconds: float, motor: int, turned_deg: float) -> None:
+        """One of the requests around the start does not reach the drives, such as a drive's goal or the one that arms their watchdogs.
+
+        A Modbus station sends up to eight requests in the cycle before its first goal. Before that, a hand leads one motor away from its last goal.
+        """
         self._recover()
+        self._lead_on(motor, turned_deg)
         self._make_ready(load)
         self._look(0)
         self._disturb()
@@ -704,12 +730,19 @@ class Sequences(RuleBasedStateMachine):
                 self.world.place(motor, angle_deg)
             self._run(0.02)
 
+    def _lead_on(self, motor: int, turned_deg: float) -> None:
+        """Lead one motor by hand within its range, if there is no torque."""
+        if not any(self.world.torque):
+            axis = self.world.config.axes[motor - 1]
+            angle_deg = self.world.angles_deg[motor - 1] + turned_deg
+            self.world.place(motor, min(max(angle_deg, axis.min_deg), axis.max_deg))
+
     def _make_ready(self, load: Load) -> None:
         """Release the arm, acknowledge a stop and load a recording."""
         for command in (ReleaseTorque(), Acknowledge(), load):
             self._look(0)
             self._press(0, command, 0.0)
-            self._run(0.3 if isinstance(command, ReleaseTorque) else 0.02)
+            self._run(0.3 if isinstance(command, ReleaseTorque) and any(self.world.torque) else 0.02)
 
     def _fault(self, kind: FaultKind, motor: int) -> None:
         alone = kind == "hardware_error" and not self._disturbed
@@ -797,9 +830,13 @@ class Sequences(RuleBasedStateMachine):
 
     def _note_answers(self) -> None:
         for reply in self.link.replies[self._answered :]:
+            if isinstance(self._sent.get(reply.id, (None,))[0], Pause):
+                self.judge.last_pause_ns = self._deadline_ns
             if reply.refusal is not None or reply.id not in self._sent:
                 continue
             command, pressed_ns = self._sent[reply.id]
+            if isinstance(command, Guarded):
+                self.judge.accepted(command, pressed_ns)
             match command:
                 case Approach():
                     self.judge.start = Start(self._deadline_ns, pressed_ns, self.judge.last_stop_ns)

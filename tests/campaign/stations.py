@@ -12,7 +12,10 @@ from kata.motion.axes import Side
 
 SIDES: Final[tuple[Side, ...]] = ("right", "left")
 _ANY_ZERO: Final = st.integers(0, 4095)
-_CYCLE_RATES: Final = (100, 100, 100, 50, 40, 20, 200, 400, 500)
+_CYCLE_RATES: Final = (100, 100, 50, 40, 20)
+_FAST_RATES: Final = (200, 400, 500)
+_FAST_OF: Final = 10
+"""One station of so many has a fast rate. The cost of a sequence grows with the rate."""
 _LONGEST_INPUT_AGE_MS: Final = 300
 _FACTORY_DELAY_US: Final = 500
 """Delay of a simulated Modbus drive that has no register for it."""
@@ -33,8 +36,10 @@ _WITHOUT: Final[tuple[dict[str, Any], ...]] = (
 def stations(draw: st.DrawFn) -> StationConfig:
     """Return a station for the simulated apparatus: it has the simulator's ids, ranges and wiring."""
     config = draw(_drives())
-    rates = [rate for rate in _CYCLE_RATES if rate <= max_cycle_hz(config)]
-    cycle_hz = draw(st.sampled_from(rates))
+    fast = draw(st.integers(1, _FAST_OF)) == _FAST_OF
+    fastest_hz = max_cycle_hz(config)
+    rates = [rate for rate in _FAST_RATES if fast and rate <= fastest_hz]
+    cycle_hz = draw(st.sampled_from(rates or [rate for rate in _CYCLE_RATES if rate <= fastest_hz]))
     two_cycles_ms = 2000 / cycle_hz
     try:
         return structs.replace(
