@@ -258,8 +258,8 @@ REVERTS: Final = (
         13,
         "a Pause does not count as a stop does",
         "loop.py",
-        "            self._pauses += 1\n",
-        "            pass\n",
+        "        if isinstance(taken.command, Pause):\n",
+        "        if False:\n",
     ),
     _one(
         14,
