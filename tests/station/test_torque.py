@@ -53,6 +53,21 @@ def test_torque_is_unknown_before_the_first_snapshot(silent: list[Silent]) -> No
     assert at.torque == "unknown"
 
 
+def test_live_state_is_built_once_for_each_snapshot(silent: list[Silent]) -> None:
+    """Five tasks read every snapshot. Time, age and lease are those of the moment of reading."""
+    at = station()
+    silent[0].tell(snapshot(axes=AXES, estop="released"))
+    first, second = at.live(), at.live()
+    assert first.axes is second.axes
+    assert first.at < second.at
+    assert first.age_ms is not None and second.age_ms is not None and first.age_ms < second.age_ms
+
+    at.operating.take(Browser(uuid4(), "Emi Sato"))
+    assert at.live().lease.holder == "Emi Sato"
+    silent[0].tell(snapshot(axes=AXES, estop="pressed"))
+    assert (first.estop, at.live().estop) == ("released", "pressed")
+
+
 def test_torque_is_unknown_without_a_device_process(silent: list[Silent]) -> None:
     at = station()
     silent[0].tell(snapshot(axes=AXES))

@@ -1,7 +1,7 @@
 """The live WebSocket. It sends a snapshot first, then changes ten times a second, even if nothing changed. It accepts one message: Stop."""
 
 import asyncio
-import time
+from contextlib import suppress
 from dataclasses import dataclass
 from datetime import datetime
 from typing import Any, Final, Literal
@@ -156,7 +156,6 @@ async def _send(
     sequence = 0
     try:
         while not subscription.overflown:
-            subscription.changed.clear()
             state = await redaction.apply(live_view.state(this_browser))
             sequence += 1
             common: dict[str, Any] = {
@@ -186,14 +185,11 @@ async def _send(
 
 async def _until_next(subscription: Subscription) -> None:
     """Wait a tenth of a second, or until an event or a notice is waiting."""
-    until = time.monotonic() + _PERIOD_S
-    while (remaining_s := until - time.monotonic()) > 0 and not subscription.waiting:
-        try:
-            async with asyncio.timeout(remaining_s):
-                await subscription.changed.wait()
-        except TimeoutError:
-            return
-        subscription.changed.clear()
+    # Every item before this moment has been sent.
+    subscription.item_arrived.clear()
+    with suppress(TimeoutError):
+        async with asyncio.timeout(_PERIOD_S):
+            await subscription.item_arrived.wait()
 
 
 def _encode(item: object, common: dict[str, Any]) -> str:

@@ -9,7 +9,7 @@ from contextlib import AbstractContextManager
 from dataclasses import dataclass
 from datetime import UTC, datetime, timedelta
 from pathlib import Path
-from typing import Final
+from typing import Any, Final
 from uuid import UUID
 
 import msgspec
@@ -113,6 +113,8 @@ class Station:
         self._subscriptions = Subscriptions()
         self.drive_trend = DriveTrend()
         self.clock = StateClock()
+        self._live: Live | None = None
+        self._live_version: object = None
         self.operating = Operating(self.command, self._subscriptions.note_change, on_absence_action)
         self.set_not_commissioned(not_commissioned)
 
@@ -308,7 +310,20 @@ class Station:
         return self._tracker.age_ms
 
     def live(self) -> Live:
-        """Return the newest state with its age."""
+        """Return the newest state with its age. The part that lasts until the next change is built once for all callers."""
+        if self._live is None or self._live_version != self.version:
+            self._live_version, self._live = self.version, self._new_live()
+        return self._live.model_copy(update=self._changing_fields())
+
+    def _changing_fields(self) -> dict[str, Any]:
+        """Return the fields of :meth:`live` that change without a change of :attr:`version`."""
+        return {
+            "at": self.clock.now(),
+            "age_ms": self._tracker.age_ms,
+            "lease": self.operating.lease_for(None),
+        }
+
+    def _new_live(self) -> Live:
         tracker = self._tracker
         if self._process.running and tracker.snapshot is not None:
             device, state = "running", tracker.known_fields(tracker.snapshot)
@@ -318,13 +333,10 @@ class Station:
             device, state = "restarting" if tracker.has_run else "starting", tracker.unknown_fields(why)
         around = {
             "device": device,
-            "at": self.clock.now(),
-            "age_ms": tracker.age_ms,
             "side": self.config.side,
             "verified_since": tracker.verified_since if device == "running" else None,
-            "lease": self.operating.lease_for(None),
         }
-        return Live.model_validate(state | around)
+        return Live.model_validate(state | around | self._changing_fields())
 
     @property
     def occupation(self) -> Occupation | None:

@@ -15,6 +15,9 @@ class Subscription:
     """The wake-up signal of one listener, and the events that it has not read yet."""
 
     changed: asyncio.Event = field(default_factory=asyncio.Event)
+    """Set by a change of the live state and by an item."""
+    item_arrived: asyncio.Event = field(default_factory=asyncio.Event)
+    """Set only by an item. A listener that sends the state at fixed times need not wake for each change."""
     waiting: deque[object] = field(default_factory=deque)
     overflown: bool = False
     """True if events were dropped because too many were waiting."""
@@ -25,6 +28,7 @@ class Subscription:
             self.overflown = True
         else:
             self.waiting.append(item)
+        self.item_arrived.set()
         self.changed.set()
 
 
