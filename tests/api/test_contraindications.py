@@ -3,6 +3,7 @@
 import time
 from datetime import date
 from typing import Any
+from uuid import UUID
 
 import pytest
 from fastapi.testclient import TestClient
@@ -263,3 +264,28 @@ def test_a_condition_recorded_during_a_playback_pauses_it(
     until_mode(client, "paused")
     accepted(client, "return")
     until_mode(client, "idle")
+
+
+def changed_in(cache: OfflineCache, wanted: dict[str, Any]) -> bool:
+    entry = cache.find_session(UUID(wanted["session_id"]))
+    recording = entry.recordings.get(UUID(wanted["recording_id"])) if entry else None
+    return recording is not None and bool(recording.allowed.motions)
+
+
+@pytest.mark.parametrize("cached", [False, True])
+def test_limits_that_a_doctor_changed_after_loading_stop_the_next_motion(
+    client: TestClient, patient: dict[str, Any], wanted: dict[str, Any], monkeypatch: pytest.MonkeyPatch, cached: bool
+) -> None:
+    if not cached:
+        # The record of a restricted patient is never cached.
+        monkeypatch.setattr(OfflineCache, "find_session", lambda *_: None)
+    accepted(client, "load", wanted)
+    (episode,) = client.get(f"/api/patients/{patient['id']}/episodes").json()["items"]
+    limits = {"limits": [{"motion": 4, "lowest_deg": 0.0, "highest_deg": 10.0}], "limits_by": "Dr. Mori"}
+    assert client.patch(f"/api/episodes/{episode['id']}", json=limits).status_code == 200
+    cache: OfflineCache = client.app.state.services.offline_cache  # type: ignore[attr-defined]
+    limit = time.monotonic() + 30.0
+    while cached and not changed_in(cache, wanted):
+        assert time.monotonic() < limit
+        time.sleep(0.05)
+    problem(operate(client, "approach"), 409, "limits_changed")

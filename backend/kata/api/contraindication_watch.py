@@ -1,4 +1,4 @@
-"""Checks of the contraindications of the loaded run's shoulder, before a motion and while the arm is played.
+"""Checks of the contraindications and limits of the loaded run's shoulder, before a motion and while the arm is played.
 
 Decision record 0034 gives the reasons.
 """
@@ -17,6 +17,8 @@ from kata.api import texts
 from kata.audit.audit_log import AuditLog
 from kata.audit.entries import entry
 from kata.clinic.contraindications import service as contraindications
+from kata.clinic.episodes import service as episodes
+from kata.clinic.episodes.limits import DoctorLimits, of_episode
 from kata.clinic.sessions.offline_cache import OfflineCache
 from kata.database.availability import DatabaseUnavailableError
 from kata.database.base import utc_now
@@ -34,12 +36,13 @@ log = logging.getLogger(__name__)
 
 
 async def require_allowed(station: Station, cache: OfflineCache, database: Database) -> None:
-    """Check the contraindications of the loaded run's shoulder once more: one may have been recorded after the load.
+    """Check the contraindications of the loaded run's shoulder once more: one may have been recorded after the load. A doctor may also have
+    changed the limits with which the run was checked.
 
     The cached record is used, so that no motion waits for the database. The cache learns a change at this station at once, and one of another
     computer within seconds. Only a restricted record, which is never cached, is read from the database.
 
-    :raises ProblemError: 409, see :func:`kata.clinic.contraindications.service.check`.
+    :raises ProblemError: 409 after a change of the limits, and as in :func:`kata.clinic.contraindications.service.check`.
     """
     occupation = station.occupation
     if occupation is None or occupation.session_id is None or occupation.side is None:
@@ -47,14 +50,26 @@ async def require_allowed(station: Station, cache: OfflineCache, database: Datab
     known = cache.find_session(occupation.session_id)
     if known:
         contraindications.check(known.banner.contraindications_of(occupation.side))
+        # All recordings of a shoulder have the limits of its episode. Right after the load, the cache may have none.
+        allowed = (recording.allowed for recording in known.recordings.values() if recording.side == occupation.side)
+        _require_same_limits(occupation.limits, next(allowed, None))
     else:
         with suppress(DatabaseUnavailableError):
-            await run_in_threadpool(_require_none, database, occupation.patient.id, occupation.side)
+            await run_in_threadpool(
+                _require_allowed, database, occupation.patient.id, occupation.side, occupation.limits
+            )
 
 
-def _require_none(database: Database, patient_id: UUID, side: Side) -> None:
+def _require_allowed(database: Database, patient_id: UUID, side: Side, limits: object) -> None:
     with database.read() as session:
         contraindications.require_none(session, patient_id, side)
+        episode = episodes.open_episode(session, patient_id, side)
+        _require_same_limits(limits, of_episode(episode) if episode else None)
+
+
+def _require_same_limits(loaded: object, now: DoctorLimits | None) -> None:
+    if loaded is not None and now is not None and now != loaded:
+        raise ProblemError(409, "limits_changed", texts.LIMITS_CHANGED_SINCE_LOAD(), texts.RETURN_AND_LOAD_AGAIN())
 
 
 @asynccontextmanager

@@ -99,7 +99,14 @@ async def send_load(
     """
     run = started.run
     occupation = Occupation(
-        str(run.id), started.patient, run.recording_name, run.session_id, changes, started.end_range, started.side
+        id=str(run.id),
+        patient=started.patient,
+        recording_name=run.recording_name,
+        session_id=run.session_id,
+        changes=changes,
+        end_range=started.end_range,
+        side=started.side,
+        limits=started.allowed,
     )
     never_begun = partial(stores.event_spool.put_not_begun, "run", run.id)
     refusal = await station.command(command, occupation, by=operator, refused_late=never_begun)

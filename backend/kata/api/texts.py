@@ -38,6 +38,10 @@ LIMITS_CHANGED_MEANWHILE: Final = message(
     "limits_changed_meanwhile", "The doctor's limits were changed while this recording was checked."
 )
 LOAD_AGAIN: Final = message("load_again", "Load the recording again.")
+LIMITS_CHANGED_SINCE_LOAD: Final = message(
+    "limits_changed_since_load", "The doctor's limits were changed after this recording was loaded."
+)
+RETURN_AND_LOAD_AGAIN: Final = message("return_and_load_again", "Return the arm, then load the recording again.")
 NOT_SIGNED_IN: Final = message("not_signed_in", "You are not signed in.")
 SIGN_IN_FIRST: Final = message("sign_in_first", "Sign in first.")
 TOKEN_UNKNOWN: Final = message("token_unknown", "This is not an access token of this service.")

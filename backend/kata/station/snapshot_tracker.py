@@ -34,6 +34,8 @@ class Occupation:
     """None if no end-range time is prescribed for this run."""
     side: Side | None = None
     """The shoulder that a run moves; None for a teaching."""
+    limits: object = None
+    """The doctor's limits with which a run was checked; None for a teaching. The station only stores them."""
 
 
 class SnapshotTracker:

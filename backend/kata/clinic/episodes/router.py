@@ -6,6 +6,7 @@ from fastapi import APIRouter
 
 from kata.clinic.episodes import service
 from kata.clinic.episodes.schemas import Episode, EpisodeClose, EpisodeCreate, EpisodeUpdate, StageCreate
+from kata.clinic.sessions.router import TheOfflineCache
 from kata.dependencies import PROBLEMS, TheDatabase
 from kata.pagination import Page
 
@@ -42,10 +43,14 @@ def get_episode(database: TheDatabase, episode_id: UUID) -> Episode:
 
 
 @router.patch("/api/episodes/{episode_id}", summary="Change an episode of care", responses=PROBLEMS.of(404, 409, 422))
-def update_episode(database: TheDatabase, episode_id: UUID, change: EpisodeUpdate) -> Episode:
-    """Change an episode. A doctor's limits take effect at the next load."""
+def update_episode(
+    database: TheDatabase, offline_cache: TheOfflineCache, episode_id: UUID, change: EpisodeUpdate
+) -> Episode:
+    """Change an episode. A doctor's limits take effect at the next load. A recording that was loaded before is not played any more."""
     with database.write() as session:
-        return Episode.model_validate(service.change(session, episode_id, change))
+        changed = Episode.model_validate(service.change(session, episode_id, change))
+    offline_cache.refresh_soon()
+    return changed
 
 
 @router.post(
