@@ -30,12 +30,18 @@ _SWITCH_S: Final = 0.1
 """The drives' report of their torque is valid 50 ms after each switching, with the next status."""
 _ROTATION_NS: Final = 2_300_000_000
 """Every configured register is read within 2 s; then torque must switch off."""
-_ROTATED: Final = frozenset({36, 38, 48, 100, 108, 112})
-"""PWM limit, current limit, position limits, goal PWM and profile of a Dynamixel drive: configured registers that its status block does not hold."""
+_ROTATED: Final = frozenset({36, 38, 48, 100, 108})
+"""PWM limit, current limit, position limits, goal PWM and profile of a Dynamixel drive: configured registers that its status block does not
+hold."""
 _SETTINGS_BYTES: Final = {"dynamixel": 116, "modbus": 18}
 """Length of the registers from 0 on that contain every configured register."""
-_WEAKENED: Final = [(36, struct.pack("<H", 100)), (38, struct.pack("<H", 100))]
-"""PWM limit and current limit as another program may have left them: 11 % of the voltage, and 0.27 A."""
+_WEAKENED: Final = [
+    (36, struct.pack("<H", 100)),
+    (38, struct.pack("<H", 100)),
+    (100, struct.pack("<H", 100)),
+    (108, struct.pack("<II", 0, 20)),
+]
+"""PWM limit, current limit, goal PWM and profile as another program may have left them: 11 % of the voltage, 0.27 A and 27 deg/s."""
 _STOP_S: Final = 1.0
 """A controlled stop ramps down within 0.4 s; the ramp's limit applies to a slow arm."""
 _ANSWER_S: Final = 1.4
