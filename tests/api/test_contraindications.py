@@ -289,3 +289,4 @@ def test_limits_that_a_doctor_changed_after_loading_stop_the_next_motion(
         assert time.monotonic() < limit
         time.sleep(0.05)
     problem(operate(client, "approach"), 409, "limits_changed")
+    accepted(client, "unload")
