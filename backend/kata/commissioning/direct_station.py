@@ -4,6 +4,7 @@ Patients are treated with the same loop, supervision, references and driver.
 """
 
 from collections.abc import Callable
+from contextlib import suppress
 from pathlib import Path
 from typing import Final
 
@@ -11,6 +12,7 @@ from msgspec import structs
 
 from kata.device import journal, references
 from kata.device.bus.factory import make_bus
+from kata.device.bus.port import BusError
 from kata.device.bus.serial_transport import Transport
 from kata.device.config import StationConfig
 from kata.device.ipc import Heartbeats, QueuedCommand
@@ -28,10 +30,13 @@ from kata.device.ipc_messages import (
 )
 from kata.device.journal import Journal, JournalDisk, JournalHeader, JournalWriter
 from kata.device.loop import ControlLoop
+from kata.motion.axes import N_AXES
 from kata.system.realtime import Granted
 
 _NEVER_NS: Final = 2**62
 """Expiry of commands. Commands are executed in the next cycle, so they need not expire."""
+_OFF_ATTEMPTS: Final = 100
+"""Largest number of torque-off messages. No drive confirms the message, and it may be lost."""
 _SPARE_S: Final = 30.0
 """A wait that lasts this much longer than expected ends with an error."""
 
@@ -114,9 +119,17 @@ class DirectStation:
             self._cycle()
 
     def close(self) -> None:
-        """Switch torque off and close the port."""
-        self._bus.torque_off()
-        self._bus.close()
+        """Switch torque off until every drive reports it, and close the port. It does not sleep, because a stopped step must not sleep."""
+        unconfirmed = set(range(N_AXES))
+        try:
+            with suppress(BusError):
+                for _ in range(_OFF_ATTEMPTS):
+                    self._bus.torque_off()
+                    unconfirmed -= {status.axis for status in self._bus.read().statuses if not status.torque_on}
+                    if not unconfirmed:
+                        break
+        finally:
+            self._bus.close()
 
     def _cycle(self) -> None:
         self._loop.tick()

@@ -38,6 +38,10 @@ _WAIT_FOR_ANGLES_NS: Final = 500_000_000
 """A start waits so long for answers and status of all drives. At 20 Hz the statuses of five drives take 250 ms."""
 
 
+_LAST_TORQUE_OFF_NS: Final = 500_000_000
+"""Longest time for which torque-off is repeated before the process ends. A status of each drive comes within 250 ms."""
+
+
 class ControlLoop(LoopTelemetry):
     """Controls one apparatus."""
 
@@ -82,6 +86,8 @@ class ControlLoop(LoopTelemetry):
         """Time of the last cycle in which no start waited."""
         self._heartbeats_seen = 0
         self._run_id_mismatches = 0
+        self._end_by_ns: int | None = None
+        """Latest time of the process's end, after the service is gone and torque was switched off."""
         self._sent_deg: list[tuple[float, ...]] = []
         """The last one or two checked setpoints since torque was switched on."""
 
@@ -149,7 +155,17 @@ class ControlLoop(LoopTelemetry):
         self._publish(state)
         self._link.wake()
         self._configure(state)
-        return not (self._link.closing and self._machine.close())
+        return not (self._link.closing and self._machine.close() and self._may_end(state))
+
+    def _may_end(self, state: CycleState) -> bool:
+        """Return True if the drives report no torque. A lost message may have left torque on, and no other process would repeat it.
+
+        A drive that does not report it delays the end by :data:`_LAST_TORQUE_OFF_NS`.
+        """
+        if self._end_by_ns is None:
+            self._end_by_ns = state.t_ns + _LAST_TORQUE_OFF_NS
+        off = all(reported is False for reported in state.torque_reported)
+        return off or not self._connected or self._machine.torque_inherited or state.t_ns >= self._end_by_ns
 
     def poll_estop(self) -> None:
         """Read the emergency stop halfway between two cycles. If it is open, switch torque off at once.
