@@ -34,7 +34,7 @@ class SimulatedModbusBus:
         if baud != self._baud:
             return []
         off = self.faults.off
-        listening = [drive for drive in self.drives if drive.drive.motor not in off]
+        listening = [drive for drive in self.drives if drive.drive.motor not in off] if off else self.drives
         self._apparatus.heard(now_ns)
         for drive in listening:
             drive.drive.feed_watchdog()
