@@ -78,13 +78,6 @@ class RecordingWorld(world.World):
         made.turn(config.side)
         return made
 
-    def turn(self, side: Side) -> None:
-        """Turn the apparatus for a shoulder, and change the configuration accordingly. No drive may have torque. The arm is at rest then."""
-        self.config = msgspec.structs.replace(self.config, side=side)
-        turned = side == "left"
-        self.apparatus.turn(turned=turned)
-        self._signs = TURNED if turned else (1,) * N_AXES
-
     def _begin(
         self,
         config: StationConfig,
@@ -101,6 +94,13 @@ class RecordingWorld(world.World):
         """Signs from the angle of each shaft to the motor angle."""
         self._lost = [0, 0]
         """Number of requests that still pass, and number of lost requests after them."""
+
+    def turn(self, side: Side) -> None:
+        """Turn the apparatus for a shoulder, and change the configuration accordingly. No drive may have torque. The arm is at rest then."""
+        self.config = msgspec.structs.replace(self.config, side=side)
+        turned = side == "left"
+        self.apparatus.turn(turned=turned)
+        self._signs = TURNED if turned else (1,) * N_AXES
 
     def open_transport(self, port: str, baud: int) -> world.MemoryLine:
         """Open the port. Requests that :meth:`lose_requests` selects do not reach the drives."""
