@@ -288,5 +288,8 @@ def test_limits_that_a_doctor_changed_after_loading_stop_the_next_motion(
     while cached and not changed_in(cache, wanted):
         assert time.monotonic() < limit
         time.sleep(0.05)
-    problem(operate(client, "approach"), 409, "limits_changed")
+    # A busy computer delays the command.
+    while (answer := operate(client, "approach")).json()["code"] == "expired":
+        assert time.monotonic() < limit
+    problem(answer, 409, "limits_changed")
     accepted(client, "unload")

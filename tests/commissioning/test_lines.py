@@ -4,13 +4,16 @@ import json
 import os
 from collections.abc import Iterator
 from dataclasses import dataclass
+from types import SimpleNamespace
 from typing import Any
 
 import pytest
 
+from kata.cli import commission_lines
 from kata.cli.commission_lines import LineTechnician
 from kata.commissioning import texts
 from kata.commissioning.workbench import ManualAction, StepError
+from kata.device import texts as device_texts
 from kata.evaluation.factory_new import FactoryNewApparatus, SimulatedTechnician
 
 PRESS = ManualAction("press_estop", texts.PRESS_ESTOP(), seen=True)
@@ -70,6 +73,24 @@ def test_the_end_of_the_service_is_a_stop(lines: Lines) -> None:
     lines.technician.instruct(CLEAR)
     with pytest.raises(StepError):
         lines.technician.has_confirmed()
+
+
+def test_a_silent_service_is_a_stop(lines: Lines, monkeypatch: pytest.MonkeyPatch) -> None:
+    """A service that hangs cannot pass on a Stop, and keeps standard input open."""
+    now_s = [100.0]
+    monkeypatch.setattr(commission_lines, "time", SimpleNamespace(monotonic=lambda: now_s[0]))
+    sleep = lines.technician.stoppable(lambda seconds: None)
+    now_s[0] += 60.0
+    sleep(0.01)  # a program that sends no heartbeats
+    for _ in range(4):
+        lines.type({"beat": True})
+        sleep(0.01)
+        now_s[0] += 1.5
+        sleep(0.01)
+    now_s[0] += 1.0
+    with pytest.raises(StepError) as stopped:
+        sleep(0.01)
+    assert stopped.value.fault == device_texts.SERVICE_SILENT()
 
 
 def test_simulated_hands_act_after_a_press_only(lines: Lines, capsys: pytest.CaptureFixture[str]) -> None:

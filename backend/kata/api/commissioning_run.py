@@ -33,7 +33,7 @@ stops them.
 _END_LIMIT_S: Final = 10.0
 _LONGEST_LINE: Final = 1 << 20
 _LOOK_S: Final = 0.25
-"""Time between two checks that the browser is present."""
+"""Time between two checks that the browser is present, and between two heartbeats."""
 
 RunKind = Literal["full", "check"]
 
@@ -201,11 +201,12 @@ class CommissioningRun:
         self._browser, self._seen_s = browser, time.monotonic()
 
     async def _stop_without_browser(self) -> None:
-        """Stop the run when its browser is absent while motors have torque: after 2 s while they work, and after
-        30 s while an instruction is shown, because the user then works at the apparatus.
+        """Stop the run when its browser is absent while motors have torque: after 2 s while they work, and after 30 s while an instruction is
+        shown, because the user then works at the apparatus. Send heartbeats: without them the process stops the motors.
         """
         while self.progress is not None and self.running:
             await asyncio.sleep(_LOOK_S)
+            self._send({"beat": True})
             browser = self._browser
             assert browser is not None
             if self._station.operating.listens(browser):

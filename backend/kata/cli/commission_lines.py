@@ -2,7 +2,7 @@
 
 Each line of standard output is a JSON object with ``event``: ``step``, ``instruct``, ``working``, ``ended`` or ``finished``. Each line of
 standard input is ``{"confirm": NUMBER}`` with the number of an instruction, or ``{"stop": true}``, with ``"browser_lost": true`` if the
-page is gone. The end of standard input means a stop.
+page is gone. The end of standard input means a stop. After a first ``{"beat": true}`` a silence of two seconds means a stop, too.
 The confirmation of an instruction with a review of gains also has ``choice``, a :class:`~kata.commissioning.gains_review.GainsChoice`.
 """
 
@@ -10,8 +10,9 @@ import json
 import os
 import select
 import sys
+import time
 from collections.abc import Callable
-from typing import Any
+from typing import Any, Final
 
 import msgspec
 
@@ -22,6 +23,11 @@ from kata.commissioning.record import RecordedStep
 from kata.commissioning.workbench import ManualAction, StepError, Technician
 from kata.device import texts as device_texts
 from kata.messages import Text
+
+_SILENCE_S: Final = 2.0
+"""Longest silence of a service that sends heartbeats. One that hangs cannot pass on a Stop. A playback pauses after the same time without
+its operator's browser.
+"""
 
 
 class LineTechnician:
@@ -39,6 +45,8 @@ class LineTechnician:
         self._confirmed = 0
         self._choice = GainsChoice("keep")
         self._stopped: Text | None = None
+        self._beat_s: float | None = None
+        """Time of the last heartbeat; None before the first."""
         self._instruction: ManualAction | None = None
         self.hands: Technician | None = None
 
@@ -96,6 +104,8 @@ class LineTechnician:
         return True
 
     def _raise_if_stopped(self) -> None:
+        if self._stopped is None and self._beat_s is not None and time.monotonic() - self._beat_s > _SILENCE_S:
+            self._stopped = device_texts.SERVICE_SILENT()
         if self._stopped is not None:
             raise StepError(self._stopped)
 
@@ -109,6 +119,8 @@ class LineTechnician:
             *lines, self._unread = (self._unread + data).split(b"\n")
             for line in lines:
                 message = json.loads(line)
+                if message.get("beat"):
+                    self._beat_s = time.monotonic()
                 if message.get("stop"):
                     self._stopped = (
                         device_texts.BROWSER_LOST() if message.get("browser_lost") else texts.TECHNICIAN_STOPPED()
