@@ -742,3 +742,46 @@ def test_no_instruction_crashes_it(code: int, parameters: bytes) -> None:
         answers: Sequence[object] = station.send(code, parameters, drive_id)
         assert len(answers) <= 5
     station.wait()
+
+
+def ramp_lag(first: int, second: int = 0, acceleration: int = 0, p: int = 800, d: int = 1_440) -> float:
+    """Return by how many counts motor 1 lags behind a ramp of 20 units, with these feed-forward gains."""
+    station = Station()
+    station.write(11, 1, 4)
+    station.send(WRITE, struct.pack("<HHHH", 80, d, 0, p))
+    station.send(WRITE, struct.pack("<HHH", 88, second, first))
+    station.send(WRITE, struct.pack("<HII", 108, acceleration, 20))
+    here = station.read(132, 4)
+    station.write(64, 1, 1)
+    station.write(116, 4, here + 350)
+    lags = []
+    for _ in range(10 if acceleration else 20):
+        station.wait(30_000_000)
+        lags.append(station.read(140, 4) - station.read(132, 4))
+    return sum(lags[-5:]) / 5
+
+
+def test_first_feedforward_gain_acts_on_the_speed_of_the_trajectory() -> None:
+    """The manual divides D by 16 and this gain by 4: a quarter of D compensates it."""
+    none, half, whole = (ramp_lag(first) for first in (0, 180, 360))
+    assert none > 50.0
+    assert half == pytest.approx(none / 2, abs=4.0)
+    assert abs(whole) < 5.0
+
+
+def test_second_feedforward_gain_acts_on_the_acceleration_of_the_trajectory() -> None:
+    none, some, more = (ramp_lag(0, second, acceleration=2, p=100, d=200) for second in (0, 8_000, 16_000))
+    assert none > some + 3.0 > more + 6.0
+    assert ramp_lag(0, 16_000) == pytest.approx(ramp_lag(0), abs=1.0), "a ramp has no acceleration"
+
+
+def test_feedforward_gains_need_a_profile() -> None:
+    """A goal without a profile is a step, whose trajectory has no speed."""
+    angles = []
+    for first in (0, 360):
+        station, here = free_motor(4)
+        station.write(90, 2, first, 4)
+        station.write(64, 1, 1, 4)
+        station.write(116, 4, here + 300, 4)
+        angles.append(moving(station, 4, 132, 4, [40, 80, 160, 320]))
+    assert angles[0] == angles[1]

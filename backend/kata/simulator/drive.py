@@ -71,6 +71,9 @@ class Drive:
         self.i_nm_rad_s = 0.0
         self.lag_s = 0.0
         """The drive's lag: D divided by P."""
+        self.feed_s = 0.0
+        self.feed_s2 = 0.0
+        """Factors of the trajectory's speed and acceleration in :attr:`lead`."""
         self.limit_nm = 0.0
         """Present torque limit: the lowest of the limits by setting, motor and supply."""
         self.smoothed_goal = 0.0
@@ -97,6 +100,12 @@ class Drive:
         return self.goal if self.profile is None else self.profile.angle
 
     @property
+    def lead(self) -> float:
+        """The angle by which the feed-forward of a moving trajectory leads the followed goal."""
+        profile = self.profile
+        return 0.0 if profile is None else self.feed_s * profile.speed + self.feed_s2 * profile.acceleration
+
+    @property
     def moves_its_goal(self) -> bool:
         """True if :meth:`move_goal` must be called at each step."""
         return self.torque_on and (self.volt is not None or (self.profile is not None and self.profile.moves))
@@ -118,6 +127,11 @@ class Drive:
         self.lag_s = d_nm_s_rad / p_nm_rad if p_nm_rad else 0.0
         self._set_nm = limit_nm
         self.limit_nm = min(limit_nm, self._available_nm)
+
+    def feed_forward(self, nm_s_rad: float, nm_s2_rad: float) -> None:
+        """Set the torque for each rad/s and each rad/s2 of the trajectory. Call it after :meth:`tune`."""
+        p = self.p_nm_rad
+        self.feed_s, self.feed_s2 = (nm_s_rad / p, nm_s2_rad / p) if p else (0.0, 0.0)
 
     def switch(self, on: bool) -> None:
         """Switch torque on or off. When torque is switched on, the drive holds its position."""

@@ -139,6 +139,7 @@ def step_axis(drive: Drive, joint: Joint, steps: int) -> None:
     angle, speed, arm_angle, arm_speed = joint.angle, joint.speed, joint.arm_angle, joint.arm_speed
     on, free, play = drive.torque_on, not joint.jammed, joint.play
     goal, smoothed, p, lag = drive.followed_goal, drive.smoothed_goal, drive.p_nm_rad, drive.lag_s
+    lead = drive.lead
     integral, i_step, limit, torque = drive.integral_nm, drive.i_nm_rad_s * STEP_S, drive.limit_nm, drive.torque_nm
     rotor_step, arm_step = STEP_S / parameters.rotor_kg_m2, STEP_S / parameters.arm_kg_m2
     rotor_viscous, arm_viscous = parameters.rotor_viscous_nm_s, parameters.arm_viscous_nm_s
@@ -153,7 +154,7 @@ def step_axis(drive: Drive, joint: Joint, steps: int) -> None:
     for _ in repeat(None, steps):
         if on:
             smoothed += (goal - smoothed) * _GOAL_SHARE
-            wanted = smoothed - (angle * COUNTS_A_RAD + 0.5) // 1.0 * _RAD_A_COUNT - lag * speed
+            wanted = smoothed + lead - (angle * COUNTS_A_RAD + 0.5) // 1.0 * _RAD_A_COUNT - lag * speed
             torque = p * wanted + integral
             if torque > limit:
                 torque = limit

@@ -17,6 +17,8 @@ class Profile:
         self.angle = 0.0
         """Present angle of the trajectory."""
         self.speed = 0.0
+        self.acceleration = 0.0
+        """Present acceleration of the trajectory; 0 where the speed jumps, because its acceleration is not limited."""
         self.shape: ProfileShape = "step"
         self._goal = 0.0
         self._highest = 0.0
@@ -31,7 +33,8 @@ class Profile:
     def stop(self, angle: float) -> None:
         """Put the trajectory at an angle, at rest."""
         self.angle = self._goal = angle
-        self.speed, self.shape, self._keeps_speed = 0.0, "step", False
+        self.speed = self.acceleration = 0.0
+        self.shape, self._keeps_speed = "step", False
 
     def follow(self, goal: float, highest: float, acceleration: float) -> None:
         """Begin a trajectory to a goal with these limits of speed and acceleration."""
@@ -77,7 +80,10 @@ class Profile:
     def _approach_speed(self, wanted: float, dt_s: float) -> None:
         change = wanted - self.speed
         most = self._acceleration * dt_s
-        self.speed += change if not most or abs(change) <= most else math.copysign(most, change)
+        if most and abs(change) > most:
+            change = math.copysign(most, change)
+        self.speed += change
+        self.acceleration = change / dt_s if most else 0.0
 
     def _planned(self, distance: float) -> ProfileShape:
         if distance <= _ARRIVED_RAD or not self._highest:

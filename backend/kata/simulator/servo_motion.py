@@ -10,7 +10,7 @@ from typing import Final
 
 from kata.simulator import control_table as ct
 from kata.simulator.drive import Drive
-from kata.simulator.motors import FULL_PWM
+from kata.simulator.motors import CONTROL_PERIOD_S, FULL_PWM
 from kata.simulator.parameters import NM_AN_AMPERE, RESISTANCE_OHM, SUPPLY_V
 from kata.simulator.profile import Profile
 
@@ -18,6 +18,10 @@ P_NM_RAD: Final = 0.10
 I_NM_RAD_S: Final = 0.50
 D_NM_S_RAD: Final = 0.01
 """Torque per rad, per rad s and per rad/s of one unit in the registers of the position gains."""
+_FEED_NM_S_RAD: Final = 4 * D_NM_S_RAD
+"""Feed-forward 1st gain. The manual divides D by 16 and this gain by 4, so that we assume the same unit of speed for both."""
+_FEED_NM_S2_RAD: Final = _FEED_NM_S_RAD * CONTROL_PERIOD_S
+"""Feed-forward 2nd gain, also divided by 4, on the change of the speed in a control period."""
 _VELOCITY_P_NM_S_RAD: Final = 0.015
 _VELOCITY_I_NM_RAD: Final = 0.00625
 _VELOCITY_INTEGRAL_HZ: Final = 5.0
@@ -70,7 +74,7 @@ class ServoMotion:
             struct.unpack_from("<hh", table, ct.GOAL_PWM),
         )
         mode = table[ct.OPERATING_MODE]
-        tuned = (table[ct.VELOCITY_GAINS : ct.FEEDFORWARD], limit, pwm, current, mode, gain_share, nm_a_unit)
+        tuned = (table[ct.VELOCITY_GAINS : ct.FEEDFORWARD + 4], limit, pwm, current, mode, gain_share, nm_a_unit)
         if tuned == self._tuned:
             return
         self._tuned = tuned
@@ -81,6 +85,8 @@ class ServoMotion:
             # Goal PWM limits the voltage, and thereby the torque at standstill.
             limit_nm = min(limit_nm, abs(pwm) * _STALL_NM_A_PWM)
         self._drive.tune(*self._gains(mode, gain_share), limit_nm)
+        second, first = struct.unpack_from("<HH", table, ct.FEEDFORWARD) if mode in ct.POSITION_MODES else (0, 0)
+        self._drive.feed_forward(first * _FEED_NM_S_RAD, second * _FEED_NM_S2_RAD)
 
     def _gains(self, mode: int, share: float) -> tuple[float, float, float]:
         """Return P, I and D of the angle's control in Nm/rad, Nm/(rad s) and Nm s/rad. They are 0 if the mode controls no angle."""

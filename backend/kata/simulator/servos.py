@@ -1,6 +1,6 @@
 """Simulates an X-series servo: its control table, and the effects of its values on the drive (ROBOTIS e-Manual).
 
-Not simulated: feed-forward gains, Protocol 1.0, and the dual mode of two servos.
+Not simulated: Protocol 1.0, and the dual mode of two servos. Feed-forward gains act only on a moving profile, and need the simple plant.
 """
 
 import struct
