@@ -36,6 +36,7 @@ from kata.database.engine import Database, DatabaseError
 from kata.database.upgrade import migrations
 from kata.device import config
 from kata.device.bus.bandwidth import max_cycle_hz
+from kata.device.bus.factory import port_of
 from kata.device.bus.port import BusError
 from kata.errors import ProblemError
 from kata.settings import Settings
@@ -247,6 +248,7 @@ def _port(station: config.StationConfig) -> Iterator[CheckResult]:
     yield CheckResult("Port", "ok", f"{port} opens at {station.baud} baud.")
     yield from _name_of(port)
     yield from _latency_timer(port)
+    yield _direction(station)
     yield from _drives(station)
 
 
@@ -279,6 +281,20 @@ def _latency_timer(port: Path) -> Iterator[CheckResult]:
         f'Run: setserial {port} low_latency. To make this permanent, add a udev rule: ACTION=="add", SUBSYSTEM=="usb-serial", '
         f'DRIVER=="ftdi_sio", ATTR{{latency_timer}}="{_LATENCY_MS}"',
     )
+
+
+def _direction(station: config.StationConfig) -> CheckResult:
+    """Return who switches the adapter between sending and receiving, and whether the kernel can do so if it has to."""
+    if station.rts_direction == "off":
+        message = "It switches between sending and receiving by itself (rts_direction = off)."
+        return CheckResult("Adapter's direction", "ok", message)
+    try:
+        port_of(station)(station.port, station.baud).close()
+    except BusError as error:
+        what_to_do = "Set rts_direction in the station's file, or use an adapter that switches by itself."
+        return CheckResult("Adapter's direction", "problem", f"{error}.", what_to_do)
+    message = f"The kernel switches it by RTS, which is {station.rts_direction} while Kata sends."
+    return CheckResult("Adapter's direction", "ok", message)
 
 
 def _drives(station: config.StationConfig) -> Iterator[CheckResult]:

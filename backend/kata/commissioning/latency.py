@@ -8,8 +8,8 @@ import numpy as np
 
 from kata.commissioning.drive_line import DriveLine
 from kata.device.bus.bandwidth import cycle_time_ns
-from kata.device.bus.factory import make_bus
-from kata.device.bus.serial_transport import Transport, open_port
+from kata.device.bus.factory import make_bus, port_of
+from kata.device.bus.serial_transport import Transport
 from kata.device.config import StationConfig
 
 _TRIES: Final = 5
@@ -49,13 +49,13 @@ class LatencyFigures:
 
 
 def measure_adapter(
-    station: StationConfig, open_transport: Callable[[str, int], Transport] = open_port
+    station: StationConfig, open_transport: Callable[[str, int], Transport] | None = None
 ) -> LatencyFigures:
     """Read each drive of a station many times. Return the figures.
 
     :raises BusError: when the port cannot be opened or is gone.
     """
-    transport = open_transport(station.port, station.baud)
+    transport = (open_transport or port_of(station))(station.port, station.baud)
     try:
         line = DriveLine(transport, station.baud)
         silent = tuple(motor for motor, axis in enumerate(station.axes, start=1) if not _measure(line, axis.id))
@@ -66,7 +66,9 @@ def measure_adapter(
     )
 
 
-def measure_bus(station: StationConfig, open_transport: Callable[[str, int], Transport] = open_port) -> LatencyFigures:
+def measure_bus(
+    station: StationConfig, open_transport: Callable[[str, int], Transport] | None = None
+) -> LatencyFigures:
     """Read many cycles with the station's own driver, for any protocol. Return the figures.
 
     :raises BusError: when the port cannot be opened or is gone.
@@ -74,7 +76,7 @@ def measure_bus(station: StationConfig, open_transport: Callable[[str, int], Tra
     opened: list[Transport] = []
 
     def open_and_keep(port: str, baud: int) -> Transport:
-        opened.append(open_transport(port, baud))
+        opened.append((open_transport or port_of(station))(port, baud))
         return opened[-1]
 
     bus = make_bus(station, open_and_keep)

@@ -13,6 +13,7 @@ import numpy as np
 
 from kata.device import texts
 from kata.device.bus.registry import find_driver
+from kata.device.bus.timing import RtsDirection
 from kata.device.config_rules import MOTOR_RANGES_DEG, problems
 from kata.device.config_rules import NO_REGISTER as NO_REGISTER
 from kata.device.ipc_messages import RESISTANCE_LEVELS
@@ -235,6 +236,10 @@ class StationConfig(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fi
     """
     port: str = "/dev/ttyUSB0"
     """Prefer a path of /dev/serial/by-id, because ttyUSB0 may become ttyUSB1 when an adapter is plugged in again."""
+    rts_direction: RtsDirection = "off"
+    """For an adapter that switches between sending and receiving by its RTS line: the level of RTS while Kata sends. The kernel then switches
+    RTS (RS-485 mode). ``off``: the adapter switches by itself, and Kata does not change the kernel's mode.
+    """
     protocol: str = "dynamixel"
     """Name of the driver: ``dynamixel``, ``modbus``, or an entry point of another package
     (:mod:`kata.device.bus.registry`).

@@ -44,6 +44,7 @@ lost port mode, a short circuit or a welded contact is noticed only when the two
 | `name` | `Station 1` | 1 to 100 printable characters |
 | `side` | `right` | `left`, `right`: the shoulder for which the apparatus is set up |
 | `port` | `/dev/ttyUSB0` | the path of the serial port; prefer `/dev/serial/by-id/...` |
+| `rts_direction` | `off` | `off`, `high`, `low`: the level of RTS while Kata sends, if the kernel switches the adapter's direction by RTS |
 | `protocol` | `dynamixel` | `dynamixel`, `modbus`, or the name of an installed driver ([write a driver](../how-to/write-a-driver.md)) |
 | `inputs.usb_pedal` | none | an absolute path, as `/dev/input/by-id/...-event-kbd` |
 | `modbus.function_23` | `true` | `true`, `false`: the drives know function 23 |

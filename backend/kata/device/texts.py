@@ -129,6 +129,10 @@ REPORT_WITH_DEVICE_LOG: Final = message(
 PORT_NOT_OPEN: Final = message("port_not_open", "{port:name} is not open")
 PORT_GONE: Final = message("port_gone", "{port:name} was disconnected: {error:name}")
 PORT_CANNOT_BE_OPENED: Final = message("port_cannot_be_opened", "{port:name} cannot be opened: {error:name}")
+RTS_DIRECTION_REFUSED: Final = message(
+    "rts_direction_refused",
+    "the adapter at {port:name} cannot be switched between sending and receiving by RTS: {error:name}. If it switches by itself, set rts_direction to off; otherwise use another adapter",
+)
 DRIVE_ANSWERS_DAMAGED: Final = message(
     "drive_answers_damaged",
     "the answers of motor {motor:d} (id {drive_id:d}) are damaged; check whether two drives share this id",

@@ -1,6 +1,7 @@
 """Makes the driver for a station's configuration."""
 
 from collections.abc import Callable
+from functools import partial
 
 from kata.device.bus.port import Bus
 from kata.device.bus.registry import find_driver
@@ -8,8 +9,13 @@ from kata.device.bus.serial_transport import Transport, open_port
 from kata.device.config import StationConfig
 
 
-def make_bus(config: StationConfig, open_transport: Callable[[str, int], Transport] = open_port) -> Bus:
+def port_of(config: StationConfig) -> Callable[[str, int], Transport]:
+    """Return the function that opens a port for a station, with path and baud rate."""
+    return partial(open_port, rts_direction=config.rts_direction)
+
+
+def make_bus(config: StationConfig, open_transport: Callable[[str, int], Transport] | None = None) -> Bus:
     """Return the driver for the apparatus on its current side. Its port is not open yet. Tests pass their own
     transport.
     """
-    return find_driver(config.protocol).make_bus(config.with_side_directions, open_transport)
+    return find_driver(config.protocol).make_bus(config.with_side_directions, open_transport or port_of(config))

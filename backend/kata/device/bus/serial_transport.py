@@ -13,9 +13,11 @@ from pathlib import Path
 from typing import Final, Protocol
 
 import serial
+from serial.rs485 import RS485Settings
 
 from kata.device import texts
 from kata.device.bus.port import BusError
+from kata.device.bus.timing import RtsDirection
 
 log = logging.getLogger(__name__)
 
@@ -98,16 +100,19 @@ class _OpenedTransport:
 class SerialTransport(_OpenedTransport):
     """An open serial port that no other process can open (``exclusive``)."""
 
-    def __init__(self, port: str, baud: int) -> None:
+    def __init__(self, port: str, baud: int, rts_direction: RtsDirection = "off") -> None:
         """Open the port.
 
-        :raises BusError: when the port cannot be opened.
+        :param rts_direction: see :class:`~kata.device.config.StationConfig`.
+        :raises BusError: when the port cannot be opened, or the kernel cannot switch the adapter's direction.
         """
         try:
             self._serial = serial.Serial(port, baud, timeout=0, write_timeout=0, exclusive=True)
         except (OSError, ValueError, termios.error) as error:
             raise BusError(texts.PORT_CANNOT_BE_OPENED(port=port, error=error)) from error
         super().__init__(port, self._serial.fileno())
+        if rts_direction != "off":
+            self._switch_by_rts(sends_high=rts_direction == "high")
         # A USB adapter that buffers answers for 16 ms would cost a cycle. Not every port supports this request.
         try:
             self._serial.set_low_latency_mode(True)
@@ -118,6 +123,17 @@ class SerialTransport(_OpenedTransport):
         """See :class:`Transport`."""
         with contextlib.suppress(OSError):
             self._serial.close()
+
+    def _switch_by_rts(self, *, sends_high: bool) -> None:
+        """Let the kernel switch the adapter's direction by RTS.
+
+        :raises BusError: when the adapter's driver in the kernel cannot do this. The port is then closed.
+        """
+        try:
+            self._serial.rs485_mode = RS485Settings(rts_level_for_tx=sends_high, rts_level_for_rx=not sends_high)
+        except (OSError, ValueError) as error:
+            self.close()
+            raise BusError(texts.RTS_DIRECTION_REFUSED(port=self._port, error=error)) from error
 
 
 class SocketTransport(_OpenedTransport):
@@ -147,9 +163,9 @@ class SocketTransport(_OpenedTransport):
         self._socket.close()
 
 
-def open_port(port: str, baud: int) -> Transport:
+def open_port(port: str, baud: int, rts_direction: RtsDirection = "off") -> Transport:
     """Open a station's port: a serial port, or the socket of a simulated apparatus.
 
     :raises BusError: when the port cannot be opened.
     """
-    return SocketTransport(port, baud) if Path(port).is_socket() else SerialTransport(port, baud)
+    return SocketTransport(port, baud) if Path(port).is_socket() else SerialTransport(port, baud, rts_direction)
