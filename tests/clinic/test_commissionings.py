@@ -10,6 +10,8 @@ from msgspec import structs
 
 from kata.bench.commissioned import write_commissioned
 from kata.clinic.commissionings import service
+from kata.clinic.commissionings.importer import import_records
+from kata.clinic.stations.tables import StationRow
 from kata.commissioning.procedure import continue_from, with_step
 from kata.commissioning.record import (
     CHECKED,
@@ -21,6 +23,7 @@ from kata.commissioning.record import (
     sealed,
     write_record,
 )
+from kata.database.engine import Database
 from kata.device import config
 from kata.device.config import as_toml, simulated
 from tests.support.service import running
@@ -74,6 +77,57 @@ def test_steps_taken_over_are_no_second_commissioning(tmp_path: Path) -> None:
     assert len(found.record.steps) == 11, "the record that is shown and printed is whole"
 
 
+@pytest.mark.parametrize(
+    ("column", "value", "changed"),
+    [
+        ("done_by", "another person", "done_by"),
+        ("passed", False, "passed"),
+        ("figures", [{"motor": motor, "friction_deg": 0.0} for motor in range(1, 6)], "figures"),
+        ("record", None, "record"),
+    ],
+)
+def test_a_value_that_was_changed_in_the_database_is_named(
+    column: str, value: object, changed: str, tmp_path: Path, database: Database, caplog: pytest.LogCaptureFixture
+) -> None:
+    file = tmp_path / "station.toml"
+    record = write_record(
+        with_checks(write_commissioned(CONFIG, file, AT), *checks(AT + timedelta(days=7))), record_path(file)
+    )
+    with database.write() as session:
+        session.add(StationRow(name=CONFIG.name, config="", registered_at=AT, started_at=AT))
+    import_records(database, CONFIG.name, file)
+    with database.read() as session:
+        rows, _ = service.find(session, CONFIG.name, 10, None)
+        assert [(row.kind, service.verify(row).state) for row in rows] == [("check", "valid"), ("full", "valid")]
+        assert {service.verify(row).public_key for row in rows} == {record.public_key}
+        other, stored = rows[1].id, rows[0].record
+    assert caplog.messages == []
+    with database.write() as session:
+        row = service.get(session, rows[0].id)
+        setattr(row, column, stored.replace('"after":0.1', '"after":0.2') if value is None else value)
+    import_records(database, CONFIG.name, file)
+    with database.read() as session:
+        found = service.verify(service.get(session, rows[0].id))
+        assert (found.state, found.changed) == ("changed", [changed])
+        assert service.verify(service.get(session, other)).state == "valid"
+    assert caplog.messages == [f"the commissioning record {rows[0].id} was changed in the database: {changed}"]
+
+
+def test_a_stored_record_that_another_key_has_signed_is_named(
+    tmp_path: Path, database: Database, caplog: pytest.LogCaptureFixture
+) -> None:
+    forged, file = tmp_path / "elsewhere.toml", tmp_path / "station.toml"
+    write_commissioned(CONFIG, forged, AT)
+    with database.write() as session:
+        session.add(StationRow(name=CONFIG.name, config="", registered_at=AT, started_at=AT))
+    import_records(database, CONFIG.name, forged)
+    assert caplog.messages == []
+    write_commissioned(CONFIG, file, AT)
+    import_records(database, CONFIG.name, file)
+    (message,) = caplog.messages
+    assert f"is signed with another key than this station's: {read(forged).public_key}" in message
+
+
 @pytest.fixture
 def station(tmp_path: Path) -> Path:
     """A station's file with a record of a commissioning and of one check."""
@@ -124,6 +178,7 @@ def test_a_record_is_shown_with_its_steps_and_printed(client: TestClient) -> Non
     check, _ = until_imported(client, 2)
     detail = client.get(f"/api/commissionings/{check['id']}").json()
     assert [run["step"] for run in detail["steps"]] == list(CHECKED)
+    assert (detail["signature"]["state"], len(detail["signature"]["public_key"])) == ("valid", 64)
     assert detail["steps"][0]["values"][0] == {"name": "friction deg", "motor": 3, "before": 0.05, "after": 0.1}
     pdf = client.get(f"/api/commissionings/{check['id']}/report.pdf", params={"language": "ja"})
     assert pdf.content.startswith(b"%PDF")

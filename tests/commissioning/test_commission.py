@@ -392,10 +392,10 @@ def test_the_record_is_printed() -> None:
 
 def test_a_changed_record_is_refused(tmp_path: Path) -> None:
     path = record_path(tmp_path / "station.toml")
-    assert read_record(path) is None
     record = commissioned(FactoryNewApparatus(3), Mistakes(connects={3: 4, 4: 3}))
     assert {type(value.after) for step in record.steps for value in step.values} >= {int, float, str}
-    write_record(record, path)
+    assert read_record(path) is None
+    record = write_record(record, path)
     assert read_record(path) == record
     path.write_text(path.read_text().replace('"passed": false', '"passed": true'))
     with pytest.raises(RecordError, match="was changed after it was written"):
@@ -424,7 +424,7 @@ def test_a_repeated_step_invalidates_the_steps_after_it() -> None:
 def test_the_command_continues_an_unfinished_record(tmp_path: Path) -> None:
     station = tmp_path / "station.toml"
     unfinished = commissioned(FactoryNewApparatus(3), Mistakes(connects={3: 4, 4: 3}))
-    write_record(unfinished, record_path(station))
+    unfinished = write_record(unfinished, record_path(station))
     record, draft = cli.begin(station, "/dev/ttyUSB3", "other", None)
     assert record == unfinished
     assert draft == structs.replace(configuration_of(unfinished), port="/dev/ttyUSB3")

@@ -17,5 +17,4 @@ def write_commissioned(station: StationConfig, path: Path, ended_at: datetime | 
     config.write(station, path)
     steps = tuple(RecordedStep(step.key, at, at, passed=True) for step in STEPS)
     record = sealed(structs.replace(begin_record(config.read(path), "simulated drives"), steps=steps, passed=True))
-    write_record(record, record_path(path))
-    return record
+    return write_record(record, record_path(path))

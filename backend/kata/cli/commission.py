@@ -1,5 +1,6 @@
 """``kata commission`` and ``kata identify``: the commissioning procedure of :mod:`kata.commissioning` in a terminal."""
 
+import os
 import select
 import sys
 import time
@@ -33,15 +34,17 @@ from kata.commissioning.record import (
     RecordError,
     configuration_of,
     has_configuration,
+    key_path,
     read_record,
     record_path,
     write_record,
 )
+from kata.commissioning.signature import KeyFileError, load_key
 from kata.commissioning.status import commissioning_status
 from kata.commissioning.steps import passed_steps
 from kata.commissioning.workbench import ManualAction, StepError, Technician, Workbench
 from kata.device import config
-from kata.device.bus.serial_transport import SerialTransport
+from kata.device.bus.drivers import port_of
 from kata.device.config import StationConfig
 from kata.evaluation.factory_new import FactoryNewApparatus, SimulatedTechnician
 from kata.reporting import letterhead
@@ -168,6 +171,7 @@ def run(
     ``lines``: True if a program runs the procedure, see :mod:`kata.cli.commission_lines`.
     """
     front: FrontEnd = LineFrontEnd() if lines else TerminalFrontEnd()
+    _require_signing(station)
     if simulated is None:
         record, draft = begin(station, port, by, first)
         if draft.protocol != "dynamixel":
@@ -195,6 +199,8 @@ def identify(station: Path, by: str, *, write: bool) -> bool:
     """
     front = TerminalFrontEnd()
     _, record, draft = _plan(station, None, by, _IDENTIFICATION.key)
+    if write:
+        _require_signing(station)
     workbench = _bench_at_port(draft, lines=False)
     front.announce(_IDENTIFICATION)
     ran = run_step(_IDENTIFICATION, workbench, lambda: datetime.now(UTC))
@@ -239,8 +245,8 @@ def _save(record: CommissioningRecord, station: Path) -> None:
     if record.passed:
         config.write(configuration_of(record), station)
         config.read(station)
-    write_record(record, record_path(station))
-    record_path(station).with_suffix(".pdf").write_bytes(_report_of(record))
+    signed = write_record(record, record_path(station))
+    record_path(station).with_suffix(".pdf").write_bytes(_report_of(signed))
 
 
 def run_check(station: Path, by: str, *, lines: bool = False) -> bool:
@@ -252,6 +258,7 @@ def run_check(station: Path, by: str, *, lines: bool = False) -> bool:
         fail(str(error))
     if record is None or not record.passed or not has_configuration(record, draft):
         fail("The station is not commissioned with this configuration.")
+    _require_signing(station)
     workbench = _bench_at_port(draft, lines=lines)
     for step, ran in check(workbench, record, lambda: datetime.now(UTC), by):
         if ran is None:
@@ -313,13 +320,24 @@ def _play_line(record: CommissioningRecord) -> str:
     return f"Play deg, measured with the fixture on {zero.ended_at[:10]}: {play or 'not recorded'}"
 
 
+def _require_signing(station: Path) -> None:
+    """End the command if a record cannot be signed and written, before a step runs."""
+    folder = station.absolute().parent
+    try:
+        load_key(key_path(record_path(station)))
+    except KeyFileError as error:
+        fail(f"The record could not be signed: {error}.")
+    if not os.access(folder, os.W_OK):
+        fail(f"The record could not be written: this user may not write to {folder}.")
+
+
 def _bench_at_port(draft: StationConfig, *, lines: bool) -> Workbench:
     """Return the workbench of a real apparatus. If the system allows it, this thread then has the real-time priority of the device process."""
     realtime.schedule(realtime.CONTROL_PRIORITY)
     if not lines:
-        return Workbench(draft, TerminalTechnician(), SerialTransport, time.sleep, time.monotonic_ns)
+        return Workbench(draft, TerminalTechnician(), port_of(draft), time.sleep, time.monotonic_ns)
     technician = LineTechnician()
-    return Workbench(draft, technician, SerialTransport, technician.stoppable(time.sleep), time.monotonic_ns)
+    return Workbench(draft, technician, port_of(draft), technician.stoppable(time.sleep), time.monotonic_ns)
 
 
 def _practice_bench(seed: int, *, lines: bool) -> Workbench:
@@ -348,4 +366,4 @@ def _report_of(record: CommissioningRecord) -> bytes:
     except letterhead.LetterheadError as error:
         fail(str(error))
     zone = settings.clinic_time_zone or computer_zone()
-    return commissioning_pdf(record, PrintOptions(head, "en", zone, datetime.now(UTC)))
+    return commissioning_pdf(record, PrintOptions(head, "en", zone, datetime.now(UTC)), "valid")

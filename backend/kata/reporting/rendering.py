@@ -12,9 +12,10 @@ from functools import cache
 from typing import TYPE_CHECKING
 
 from markupsafe import Markup
+from msgspec import structs
 
 from kata import __version__
-from kata.commissioning.record import CommissioningRecord
+from kata.commissioning.record import CommissioningRecord, SignatureState
 from kata.database.arrays import UnreadableError
 from kata.reporting import charts, trends
 from kata.reporting.charts import Chart
@@ -73,9 +74,13 @@ def episode_page(content: EpisodeContent, options: PrintOptions) -> ReportPage:
     )
 
 
-def commissioning_page(record: CommissioningRecord, options: PrintOptions) -> ReportPage:
-    """Return the record of a commissioning (the acceptance report) as a page."""
+def commissioning_page(
+    record: CommissioningRecord, options: PrintOptions, signature: SignatureState = "unsigned"
+) -> ReportPage:
+    """Return the record of a commissioning (the acceptance report) or of one periodic check as a page."""
     phrases = Phrases(options.language, options.zone)
+    if record.checks and not record.steps:
+        record = structs.replace(record, steps=record.checks, by=record.checks[0].by)
     times = {step.ended_at: datetime.fromisoformat(step.ended_at) for step in record.steps}
     responses = [charts.step_responses(step.curves) for step in record.steps]
     return _page(
@@ -84,14 +89,17 @@ def commissioning_page(record: CommissioningRecord, options: PrintOptions) -> Re
         record,
         options,
         draft=not record.passed,
+        signature=signature,
         times=times,
         responses=responses,
     )
 
 
-def commissioning_pdf(record: CommissioningRecord, options: PrintOptions) -> bytes:
+def commissioning_pdf(
+    record: CommissioningRecord, options: PrintOptions, signature: SignatureState = "unsigned"
+) -> bytes:
     """Return the record of a commissioning as PDF on A4."""
-    return _pdf(commissioning_page(record, options), options)
+    return _pdf(commissioning_page(record, options, signature), options)
 
 
 def session_pdf(content: SessionContent, options: PrintOptions) -> bytes:

@@ -6,13 +6,13 @@ from uuid import UUID
 
 from fastapi import APIRouter, Depends, Query, Request
 from fastapi.responses import HTMLResponse, Response
-from msgspec import structs
 
 from kata.clinic.commissionings import service as commissionings
 from kata.clinic.local_time import zone_of
 from kata.clinic.profile import service as profile
 from kata.clinic.sessions import ending, service
 from kata.clinic.sessions.schemas import Draft
+from kata.commissioning.record import signature_state
 from kata.database.base import utc_now
 from kata.dependencies import PROBLEMS, TheDatabase, TheFigures
 from kata.reporting import episode, rehabilitation_plan, rendering, session
@@ -165,8 +165,9 @@ def get_commissioning_report_pdf(
     """Return the record of a commissioning or periodic check as PDF on A4."""
     with database.read() as reading:
         row = commissionings.get(reading, commissioning_id)
-        record = structs.replace(commissionings.record_of(row), steps=commissionings.steps_of(row), by=row.done_by)
-    return _printed(worker.build(rendering.commissioning_pdf, record, options), "commissioning", row.ended_at, options)
+        record, signature = commissionings.record_of(row), signature_state(row.record.encode())
+    pdf = worker.build(rendering.commissioning_pdf, record, options, signature)
+    return _printed(pdf, "commissioning", row.ended_at, options)
 
 
 def _html_response(page: ReportPage) -> HTMLResponse:

@@ -33,7 +33,7 @@ def list_commissionings(
     responses=PROBLEMS.of(404, 422),
 )
 def get_commissioning(database: TheDatabase, commissioning_id: UUID) -> CommissioningDetail:
-    """Return a commissioning or check with the values before and after each step."""
+    """Return a commissioning or check with the values before and after each step, and whether its signature is valid."""
     with database.read() as session:
         row = service.get(session, commissioning_id)
         steps = [
@@ -42,4 +42,6 @@ def get_commissioning(database: TheDatabase, commissioning_id: UUID) -> Commissi
             )
             for step in service.steps_of(row)
         ]
-        return CommissioningDetail(**Commissioning.model_validate(row).model_dump(), steps=steps)
+        return CommissioningDetail(
+            **Commissioning.model_validate(row).model_dump(), signature=service.verify(row), steps=steps
+        )

@@ -81,7 +81,18 @@ class CommissioningStepRun(Schema):
     curves: list[MotorStepResponse]
 
 
+class CommissioningSignature(Schema):
+    """Result of the verification of a record's signature."""
+
+    state: Literal["valid", "changed", "unsigned"] = Field(
+        description="valid: as the station signed it. changed: record or columns were changed afterwards. unsigned: written by an earlier release."
+    )
+    changed: list[str] = Field(description="Changed columns of the database. record: the record itself was changed.")
+    public_key: str = Field(description="Public key of the station (Ed25519, hexadecimal); empty: not signed.")
+
+
 class CommissioningDetail(Commissioning):
     """A commissioning or check with its steps."""
 
+    signature: CommissioningSignature
     steps: list[CommissioningStepRun]

@@ -3,19 +3,25 @@
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from datetime import datetime
-from itertools import groupby
 from typing import Any, Final
 from uuid import UUID, uuid4
 
 import msgspec
-from msgspec import structs
 from sqlalchemy import select
 from sqlalchemy.orm import Session
 
 from kata.clinic import texts
-from kata.clinic.commissionings.schemas import CommissioningKind
+from kata.clinic.commissionings.schemas import CommissioningKind, CommissioningSignature
 from kata.clinic.commissionings.tables import CommissioningRow
-from kata.commissioning.record import CHECKED, CommissioningRecord, RecordedStep, own_steps, sealed
+from kata.commissioning.record import (
+    CHECKED,
+    CommissioningRecord,
+    RecordedStep,
+    check_parts,
+    commissioning_part,
+    own_steps,
+    signature_state,
+)
 from kata.errors import not_found
 from kata.motion.axes import AXES
 from kata.pagination import Keyset
@@ -47,24 +53,16 @@ def finished(record: CommissioningRecord) -> Iterator[FinishedCommissioning]:
     """Yield the commissioning of a record if it has passed, and each finished periodic check."""
     if not record.passed:
         return
-    yield FinishedCommissioning("full", record.by, own_steps(record), sealed(structs.replace(record, checks=())))
-    for steps in _check_runs(record.checks):
-        if steps[-1].step == CHECKED[-1] or not steps[-1].passed:
-            own_record = sealed(structs.replace(record, steps=(), checks=steps))
-            yield FinishedCommissioning("check", steps[0].by, steps, own_record)
+    yield _entry("full", commissioning_part(record))
+    for part in check_parts(record):
+        if part.checks[-1].step == CHECKED[-1] or not part.checks[-1].passed:
+            yield _entry("check", part)
 
 
-def _check_runs(checks: Sequence[RecordedStep]) -> Iterator[tuple[RecordedStep, ...]]:
-    """Yield the steps of each check. Each check begins with the first of its steps."""
-    number = 0
-
-    def check_of(step: RecordedStep) -> int:
-        nonlocal number
-        number += step.step == CHECKED[0]
-        return number
-
-    for _, steps in groupby(checks, check_of):
-        yield tuple(steps)
+def _entry(kind: CommissioningKind, part: CommissioningRecord) -> FinishedCommissioning:
+    if kind == "full":
+        return FinishedCommissioning(kind, part.by, own_steps(part), part)
+    return FinishedCommissioning(kind, part.checks[0].by, part.checks, part)
 
 
 def add(session: Session, station: str, entry: FinishedCommissioning) -> bool:
@@ -75,26 +73,26 @@ def add(session: Session, station: str, entry: FinishedCommissioning) -> bool:
     )
     if session.scalar(stored) is not None:
         return False
-    last = entry.steps[-1]
-    session.add(
-        CommissioningRow(
-            id=uuid4(),
-            station=station,
-            kind=entry.kind,
-            done_by=entry.done_by,
-            software=entry.record.kata,
-            began_at=began_at,
-            ended_at=datetime.fromisoformat(last.ended_at),
-            passed=last.passed,
-            fault=last.fault,
-            fault_key=msgspec.to_builtins(last.fault_key),
-            digest=entry.record.digest,
-            configuration_digest=entry.record.configuration_digest,
-            figures=_figures(entry.steps),
-            record=msgspec.json.encode(entry.record).decode(),
-        )
-    )
+    record = msgspec.json.encode(entry.record).decode()
+    session.add(CommissioningRow(id=uuid4(), station=station, kind=entry.kind, record=record, **_columns(entry)))
     return True
+
+
+def _columns(entry: FinishedCommissioning) -> dict[str, Any]:
+    """Return the columns that repeat values of the record."""
+    last = entry.steps[-1]
+    return {
+        "done_by": entry.done_by,
+        "software": entry.record.kata,
+        "began_at": datetime.fromisoformat(entry.steps[0].began_at),
+        "ended_at": datetime.fromisoformat(last.ended_at),
+        "passed": last.passed,
+        "fault": last.fault,
+        "fault_key": msgspec.to_builtins(last.fault_key),
+        "digest": entry.record.digest,
+        "configuration_digest": entry.record.configuration_digest,
+        "figures": _figures(entry.steps),
+    }
 
 
 def _figures(steps: Sequence[RecordedStep]) -> list[dict[str, Any]]:
@@ -133,6 +131,32 @@ def get(session: Session, commissioning_id: UUID) -> CommissioningRow:
 def record_of(row: CommissioningRow) -> CommissioningRecord:
     """Return the stored record."""
     return msgspec.json.decode(row.record, type=CommissioningRecord)
+
+
+def verify(row: CommissioningRow) -> CommissioningSignature:
+    """Return whether record and columns are as the station has signed them. Kata never changes a row."""
+    record = record_of(row)
+    state = signature_state(row.record.encode())
+    changed = ["record"] if state == "invalid" else _changed_columns(row, record)
+    return CommissioningSignature(state="changed" if changed else state, changed=changed, public_key=record.public_key)
+
+
+def _changed_columns(row: CommissioningRow, record: CommissioningRecord) -> list[str]:
+    columns = _columns(_entry("full" if row.kind == "full" else "check", record))
+    return [name for name, value in columns.items() if getattr(row, name) != value]
+
+
+def not_verified(session: Session, station: str, public_key: str) -> Iterator[str]:
+    """Yield a sentence about each row of a station that was changed, or signed with another key than the station's.
+
+    :param public_key: the station's key; empty if it is unknown.
+    """
+    for row in session.scalars(select(CommissioningRow).where(CommissioningRow.station == station)):
+        signature = verify(row)
+        if signature.changed:
+            yield f"the commissioning record {row.id} was changed in the database: {', '.join(signature.changed)}"
+        elif signature.public_key and public_key and signature.public_key != public_key:
+            yield f"the commissioning record {row.id} is signed with another key than this station's: {signature.public_key}"
 
 
 def steps_of(row: CommissioningRow) -> tuple[RecordedStep, ...]:

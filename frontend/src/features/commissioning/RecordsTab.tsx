@@ -1,9 +1,9 @@
 import "./catalogue";
-import { Button, Modal, Skeleton, Stack, Text, Title } from "@mantine/core";
-import { IconFileTypePdf } from "@tabler/icons-react";
+import { Alert, Button, Modal, Skeleton, Stack, Text, Title } from "@mantine/core";
+import { IconFileTypePdf, IconInfoCircle } from "@tabler/icons-react";
 import { useQuery } from "@tanstack/react-query";
 import { useState } from "react";
-import { api } from "../../lib/api/client";
+import { api, type Schemas } from "../../lib/api/client";
 import { formatDayOf, formatMoment } from "../../lib/format";
 import { t } from "../../lib/i18n";
 import { LANGUAGE } from "../../lib/language";
@@ -163,10 +163,27 @@ function StepsDialog({ record, onClose }: { record: Entry; onClose: () => void }
             {run.values.length > 0 && <Values values={run.values} />}
           </Stack>
         ))}
+        {detail.data && <SignatureNote signature={detail.data.signature} />}
         <Text size="xs" c="dimmed" style={{ overflowWrap: "anywhere" }}>
           {t("commissioning:records.digest", { digest: record.digest })}
         </Text>
       </Stack>
     </Modal>
+  );
+}
+
+/** Says whether the record is as the station has signed it. */
+export function SignatureNote({ signature }: { signature: Schemas["CommissioningSignature"] }) {
+  const { state, changed, public_key } = signature;
+  if (state === "changed")
+    return (
+      <Alert color="grape" variant="light" icon={<IconInfoCircle />} role="alert">
+        {t("commissioning:records.signature.changed", { changed: changed.join(", ") })}
+      </Alert>
+    );
+  return (
+    <Text size="xs" c="dimmed" style={{ overflowWrap: "anywhere" }}>
+      {t(`commissioning:records.signature.${state}`, { key: public_key })}
+    </Text>
   );
 }

@@ -10,6 +10,7 @@ import { readCommissioningSearch } from "./commissioningTabs";
 import { describeAcceptedValues, describeField, describeRecordedValue } from "./describeSetting";
 import { driftFigure, driftTable, type Entry, measured } from "./driftCharts";
 import { GainTuning } from "./GainTuning";
+import { SignatureNote } from "./RecordsTab";
 import { comparisons, newest, type Response } from "./responseCharts";
 import { comparedRows, HistoryTab, motorRows } from "./SettingsTab";
 
@@ -48,6 +49,29 @@ describe("the state", () => {
     expect((await screen.findByRole("alert")).textContent).toMatch(
       /there is no record\..*No patient can be treated/,
     );
+  });
+});
+
+describe("the signature of a record", () => {
+  afterEach(cleanup);
+  const shown = (state: Schemas["CommissioningSignature"]["state"], changed: string[] = []) =>
+    render(
+      <MantineProvider>
+        <SignatureNote signature={{ state, changed, public_key: "ab12" }} />
+      </MantineProvider>,
+    );
+
+  it("alerts with what was changed", () => {
+    shown("changed", ["done_by", "figures"]);
+    expect(screen.getByRole("alert").textContent).toMatch(/was changed.*: done_by, figures\./);
+  });
+
+  it("names the key of a valid signature, and says if there is none", () => {
+    shown("valid");
+    expect(screen.getByText(/signature is valid.*ab12/)).toBeTruthy();
+    shown("unsigned");
+    expect(screen.getByText(/not signed/)).toBeTruthy();
+    expect(screen.queryByRole("alert")).toBeNull();
   });
 });
 

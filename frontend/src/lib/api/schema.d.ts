@@ -425,7 +425,7 @@ export interface paths {
         };
         /**
          * Get a commissioning or check with its steps
-         * @description Return a commissioning or check with the values before and after each step.
+         * @description Return a commissioning or check with the values before and after each step, and whether its signature is valid.
          */
         get: operations["get_commissioning"];
         put?: never;
@@ -4713,6 +4713,7 @@ export interface components {
             digest: string;
             /** Figures */
             figures: components["schemas"]["MotorCondition"][];
+            signature: components["schemas"]["CommissioningSignature"];
             /** Steps */
             steps: components["schemas"]["CommissioningStepRun"][];
         };
@@ -4805,6 +4806,28 @@ export interface components {
              * @description True if a run may begin at any step, because the station is commissioned and its last periodic check has passed. The record takes over the steps before.
              */
             may_repeat: boolean;
+        };
+        /**
+         * CommissioningSignature
+         * @description Result of the verification of a record's signature.
+         */
+        CommissioningSignature: {
+            /**
+             * State
+             * @description valid: as the station signed it. changed: record or columns were changed afterwards. unsigned: written by an earlier release.
+             * @enum {string}
+             */
+            state: "valid" | "changed" | "unsigned";
+            /**
+             * Changed
+             * @description Changed columns of the database. record: the record itself was changed.
+             */
+            changed: string[];
+            /**
+             * Public Key
+             * @description Public key of the station (Ed25519, hexadecimal); empty: not signed.
+             */
+            public_key: string;
         };
         /**
          * CommissioningStart
