@@ -44,7 +44,7 @@ from kata.commissioning.status import commissioning_status
 from kata.commissioning.steps import passed_steps
 from kata.commissioning.workbench import ManualAction, StepError, Technician, Workbench
 from kata.device import config
-from kata.device.bus.factory import port_of
+from kata.device.bus.serial_transport import port_of
 from kata.device.config import StationConfig
 from kata.evaluation.factory_new import FactoryNewApparatus, SimulatedTechnician
 from kata.reporting import letterhead

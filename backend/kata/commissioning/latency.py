@@ -8,8 +8,8 @@ import numpy as np
 
 from kata.commissioning.drive_line import DriveLine
 from kata.device.bus.bandwidth import cycle_time_ns
-from kata.device.bus.factory import make_bus, port_of
-from kata.device.bus.serial_transport import Transport
+from kata.device.bus.factory import make_bus
+from kata.device.bus.serial_transport import Transport, port_of
 from kata.device.config import StationConfig
 
 _TRIES: Final = 5

@@ -10,7 +10,6 @@ from typing import Any
 
 import pytest
 from msgspec import structs
-from serial import serialposix
 
 from kata.cli import doctor
 from kata.device.bus.factory import make_bus
@@ -46,7 +45,7 @@ def flags(monkeypatch: pytest.MonkeyPatch) -> list[int]:
             return 0
         return 0 if request == TIOCGRS485 else real(fd, request, *arguments)
 
-    monkeypatch.setattr(serialposix.fcntl, "ioctl", ioctl)
+    monkeypatch.setattr("serial.serialposix.fcntl.ioctl", ioctl)
     return accepted
 
 

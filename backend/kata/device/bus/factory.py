@@ -1,17 +1,11 @@
 """Makes the driver for a station's configuration."""
 
 from collections.abc import Callable
-from functools import partial
 
 from kata.device.bus.port import Bus
 from kata.device.bus.registry import find_driver
-from kata.device.bus.serial_transport import Transport, open_port
+from kata.device.bus.serial_transport import Transport, port_of
 from kata.device.config import StationConfig
-
-
-def port_of(config: StationConfig) -> Callable[[str, int], Transport]:
-    """Return the function that opens a port for a station, with path and baud rate."""
-    return partial(open_port, rts_direction=config.rts_direction)
 
 
 def make_bus(config: StationConfig, open_transport: Callable[[str, int], Transport] | None = None) -> Bus:

@@ -9,8 +9,10 @@ import socket
 import sys
 import termios
 import time
+from collections.abc import Callable
+from functools import partial
 from pathlib import Path
-from typing import Final, Protocol
+from typing import TYPE_CHECKING, Final, Protocol
 
 import serial
 from serial.rs485 import RS485Settings
@@ -18,6 +20,9 @@ from serial.rs485 import RS485Settings
 from kata.device import texts
 from kata.device.bus.port import BusError
 from kata.device.bus.timing import RtsDirection
+
+if TYPE_CHECKING:
+    from kata.device.config import StationConfig
 
 log = logging.getLogger(__name__)
 
@@ -169,3 +174,8 @@ def open_port(port: str, baud: int, rts_direction: RtsDirection = "off") -> Tran
     :raises BusError: when the port cannot be opened.
     """
     return SocketTransport(port, baud) if Path(port).is_socket() else SerialTransport(port, baud, rts_direction)
+
+
+def port_of(config: "StationConfig") -> Callable[[str, int], Transport]:
+    """Return the function that opens a port for a station, with path and baud rate."""
+    return partial(open_port, rts_direction=config.rts_direction)
