@@ -1,10 +1,12 @@
 """The page runs the procedure of commissioning."""
 
+import asyncio
 import contextlib
 import time
 from pathlib import Path
 from types import SimpleNamespace
 from typing import Any, Final
+from uuid import uuid4
 
 import pytest
 from fastapi.testclient import TestClient
@@ -20,7 +22,7 @@ from kata.device import config
 from kata.device import texts as device_texts
 from kata.device.config import simulated
 from kata.simulator.process import SimulatorProcess
-from kata.station.lease import PAUSE_AFTER_S
+from kata.station.lease import PAUSE_AFTER_S, Browser
 from tests.support.service import running
 from tests.support.station_api import until
 
@@ -175,6 +177,26 @@ def test_a_real_station_is_checked_and_names_a_pulled_adapter(tmp_path: Path) ->
             failed = next(step for step in state(client)["steps"] if step["state"] == "failed")
             assert failed["key"] == "inputs"
             assert failed["result"]["fault"]
+
+
+def test_commissioning_is_refused_if_its_record_could_not_be_written(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """The drives stay with the control program. systemd's ProtectSystem=strict makes /etc read-only for the service."""
+    station = tmp_path / "station.toml"
+    write_commissioned(simulated("/dev/null"), station)
+    run = commissioning_run.CommissioningRun(
+        SimpleNamespace(info=SimpleNamespace(simulated=False)),  # type: ignore[arg-type]
+        station,
+        tmp_path,
+        lambda config, name: None,
+        lambda browser: None,
+    )
+    monkeypatch.setattr("os.access", lambda path, mode: Path(path) != tmp_path)
+    refusal = asyncio.run(run.start("check", None, Browser(uuid4(), "Test technician"), set()))
+    assert refusal is not None and refusal.code == "station_file_not_written"
+    assert f"may not write to {tmp_path}" in refusal.message
+    assert not run.running
 
 
 def test_a_station_adopts_the_finished_configuration(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

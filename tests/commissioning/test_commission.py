@@ -15,7 +15,6 @@ from msgspec import structs
 
 from kata.cli import commission as cli
 from kata.commissioning import acceptance, lags, texts
-from kata.commissioning.gains_review import GainsChoice
 from kata.commissioning.live_drives import LiveSample, live_drives
 from kata.commissioning.procedure import (
     STEPS,
@@ -52,6 +51,7 @@ from kata.reporting.phrases import LANGUAGES
 from kata.reporting.rendering import PrintOptions, commissioning_page, commissioning_pdf
 from kata.simulator.control_table import BAUD, ID
 from kata.simulator.fault_injector import SimulatedFault
+from tests.support.obedient import Obedient
 
 ZERO_DEG = 0.2
 """The largest error of a zero that the issue accepts."""
@@ -141,21 +141,6 @@ def set_up_by_hand() -> CommissioningRecord:
     workbench = Workbench(config, Obedient(), world.open_transport, world.sleep, lambda: world.t_ns)
     record = begin_record(config, "hand")
     return with_step(record, run_step(STEPS[-1], workbench, lambda: CLOCK_BEGIN), config)
-
-
-class Obedient:
-    """A technician of an apparatus that needs nothing."""
-
-    def instruct(self, instruction: ManualAction) -> None:
-        """Do nothing."""
-
-    def has_confirmed(self) -> bool:
-        """Agree."""
-        return True
-
-    def gains_choice(self) -> GainsChoice:
-        """Keep the gains."""
-        return GainsChoice("keep")
 
 
 def test_a_motion_is_played_for_acceptance(monkeypatch: pytest.MonkeyPatch) -> None:

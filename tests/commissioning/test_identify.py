@@ -18,7 +18,7 @@ from kata.evaluation.world import World
 from kata.motion.axes import BASIC_MOTIONS
 from kata.motion.builtin import built_in_motions
 from kata.motion.identify_load import IdentifiedAxis
-from tests.commissioning.test_commission import Obedient
+from tests.support.obedient import Obedient
 
 AXIS = IdentifiedAxis(0.05, 0.001, 0.2, 0.0, 0.0, 0.0, 0.0, 0.0, 1.0, 0.05, 0.01, explained=0.99)
 
@@ -48,9 +48,7 @@ def test_the_result_is_shown_and_nothing_is_written(station: Path, capsys: pytes
             assert f"motor {motor} {name}" in shown
 
 
-def test_the_result_is_recorded_and_used_after_the_motions_have_passed(
-    station: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_the_result_is_used_after_the_motions_have_passed(station: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(acceptance, "BASIC_MOTIONS", BASIC_MOTIONS[3:4])
     monkeypatch.setattr(acceptance, "built_in_motions", lambda: built_in_motions()[3:4])
     former = read_record(record_path(station))
@@ -64,9 +62,7 @@ def test_the_result_is_recorded_and_used_after_the_motions_have_passed(
     assert commissioning_status(station, now).missing is None
 
 
-def test_without_the_motions_no_patient_is_treated_with_the_result(
-    station: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_patients_are_refused_until_the_motions_have_passed(station: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(acceptance, "BASIC_MOTIONS", BASIC_MOTIONS[3:4])
     monkeypatch.setattr(acceptance, "built_in_motions", lambda: built_in_motions()[3:4])
     monkeypatch.setattr(acceptance, "LIMITS_DEG", {4: 0.01})
@@ -91,9 +87,7 @@ def test_a_poor_fit_changes_nothing(
 
 def test_an_uncertain_lag_is_refused() -> None:
     lags.check_fit(2, replace(AXIS, lag_uncertainty_s=0.014))
-    with pytest.raises(
-        StepError, match=r"lag of motor 2 is uncertain: 0\.050 s, and with 95 % confidence up to 0\.016"
-    ):
+    with pytest.raises(StepError, match=r"lag of motor 2 is uncertain: 0\.05 s, and with 95 % confidence up to 0\.016"):
         lags.check_fit(2, replace(AXIS, lag_uncertainty_s=0.016))
 
 

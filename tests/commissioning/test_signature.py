@@ -85,7 +85,7 @@ def test_another_key_and_a_removed_signature_are_noticed(station: Path, tmp_path
         read_record(record_path(station))
 
 
-def test_a_record_of_an_earlier_release_is_signed_with_the_next_write(station: Path) -> None:
+def test_an_unsigned_record_is_signed_with_the_next_write(station: Path) -> None:
     key_path(record_path(station)).unlink()
     store(sealed(present(station)), station)
     assert signature_state(record_path(station).read_bytes()) == "unsigned"
@@ -124,7 +124,7 @@ def test_no_step_runs_if_its_record_could_not_be_signed(station: Path, capsys: p
     key_path(record_path(station)).write_text("damaged")
     with pytest.raises(SystemExit):
         cli.run_check(station, "Sato")
-    assert "The record could not be signed" in capsys.readouterr().err
+    assert "The record could not be written: the station's key" in capsys.readouterr().err
 
 
 def test_no_step_runs_if_its_record_could_not_be_written(

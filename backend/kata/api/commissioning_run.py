@@ -15,6 +15,7 @@ import msgspec
 
 from kata.api import texts
 from kata.commissioning.gains_review import GainsChoice, GainsReview
+from kata.commissioning.record import writing_problem
 from kata.commissioning.steps import MOVING
 from kata.device import config
 from kata.device.config import StationConfig
@@ -107,6 +108,12 @@ class CommissioningRun:
         if file is None:
             return Refusal.of(
                 code="no_station_file", message=texts.NO_STATION_FILE(), next_step=texts.START_WITH_STATION_FILE()
+            )
+        if problem := writing_problem(file):
+            return Refusal.of(
+                code="station_file_not_written",
+                message=texts.STATION_FILE_NOT_WRITTEN(reason=problem),
+                next_step=texts.ALLOW_WRITING_STATION_FILE(),
             )
         self._stopped = False
         if refusal := await self._station.hand_over(self.stop):

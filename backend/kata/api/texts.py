@@ -80,6 +80,10 @@ STATION_FILE_NOT_WRITTEN: Final = message(
 COPY_STATION_FILE: Final = message(
     "copy_station_file", "Let an administrator of the computer copy the file to its place and restart the service."
 )
+ALLOW_WRITING_STATION_FILE: Final = message(
+    "allow_writing_station_file",
+    "Let an administrator of the computer allow the service to write to this folder, or run kata commission in a terminal.",
+)
 SETTINGS_UNREADABLE: Final = message(
     "settings_unreadable",
     "Version {number:d} of the configuration was made by another version of Kata and cannot be shown by field.",

@@ -1,6 +1,5 @@
 """``kata commission`` and ``kata identify``: the commissioning procedure of :mod:`kata.commissioning` in a terminal."""
 
-import os
 import select
 import sys
 import time
@@ -34,12 +33,11 @@ from kata.commissioning.record import (
     RecordError,
     configuration_of,
     has_configuration,
-    key_path,
     read_record,
     record_path,
     write_record,
+    writing_problem,
 )
-from kata.commissioning.signature import KeyFileError, load_key
 from kata.commissioning.status import commissioning_status
 from kata.commissioning.steps import passed_steps
 from kata.commissioning.workbench import ManualAction, StepError, Technician, Workbench
@@ -322,13 +320,8 @@ def _play_line(record: CommissioningRecord) -> str:
 
 def _require_signing(station: Path) -> None:
     """End the command if a record cannot be signed and written, before a step runs."""
-    folder = station.absolute().parent
-    try:
-        load_key(key_path(record_path(station)))
-    except KeyFileError as error:
-        fail(f"The record could not be signed: {error}.")
-    if not os.access(folder, os.W_OK):
-        fail(f"The record could not be written: this user may not write to {folder}.")
+    if problem := writing_problem(station):
+        fail(f"The record could not be written: {problem}.")
 
 
 def _bench_at_port(draft: StationConfig, *, lines: bool) -> Workbench:

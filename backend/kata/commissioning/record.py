@@ -6,6 +6,7 @@ periodic check. The database stores the parts.
 
 import glob
 import hashlib
+import os
 from collections.abc import Iterator
 from itertools import groupby
 from pathlib import Path
@@ -246,6 +247,16 @@ def write_record(record: CommissioningRecord, path: Path) -> CommissioningRecord
         # The key is stored after the record, because a record that is not signed with the stored key is refused.
         store_key(key, key_file)
     return signed
+
+
+def writing_problem(station: Path) -> str | None:
+    """Return why this user could not sign or write the record of a station; None if it is possible."""
+    folder = station.absolute().parent
+    try:
+        load_key(key_path(record_path(station)))
+    except KeyFileError as error:
+        return str(error)
+    return None if os.access(folder, os.W_OK) else f"this user may not write to {folder}"
 
 
 def key_path(record: Path) -> Path:

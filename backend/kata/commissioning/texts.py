@@ -218,7 +218,7 @@ POOR_FIT: Final = message(
 )
 LAG_UNCERTAIN: Final = message(
     "lag_uncertain",
-    "The lag of motor {motor:d} is uncertain: {lag_s:.3f} s, and with 95 % confidence up to {uncertainty_s:.3f} s more or less. Do not touch the arm during the movement, and check the motor for play and stiffness.",
+    "The lag of motor {motor:d} is uncertain: {lag_s:.3g} s, and with 95 % confidence up to {uncertainty_s:.3g} s more or less. Do not touch the arm during the movement, and check the motor for play and stiffness.",
 )
 MOTION_FAILED: Final = message("motion_failed", "Motion {motion:d} was not played to its end: {reason:name}")
 TRACKING_POOR: Final = message(
