@@ -566,7 +566,7 @@ export interface paths {
         head?: never;
         /**
          * Change an episode of care
-         * @description Change an episode. A doctor's limits take effect at the next load.
+         * @description Change an episode. A doctor's limits take effect at the next load. A recording that was loaded before is not played any more.
          */
         patch: operations["update_episode"];
         trace?: never;
