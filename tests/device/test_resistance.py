@@ -604,6 +604,7 @@ def test_a_drive_pushes_along_its_path_or_towards_its_setpoint(
 
 @given(pushes())
 @example(Push("play", axis=3, speed_deg_s=0.05, level=1, above=1.01, direction=1))
+@example(Push("return", axis=1, speed_deg_s=4.0, level=1, above=1.01, direction=-1))
 @example(Push("play", axis=4, speed_deg_s=60.0, level=25, above=1.01, direction=1))
 @example(Push("reversal", axis=1, speed_deg_s=60.0, level=12, above=1.01, direction=1))
 @example(Push("pause", axis=0, speed_deg_s=5.0, level=1, above=1.01, direction=-1))

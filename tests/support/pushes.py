@@ -33,9 +33,11 @@ _REVERSED: Final = frozenset({"reversal", "paused reversal", "play after a pause
 """Phases after a first push, which turned the arm back."""
 _TESTS: Final = frozenset({"way back of a test", "paused test"})
 _FASTEST_TEST_DEG_S: Final = 10.0
+_LEAST_TEST_LEVEL: Final = 3
+"""At half of level 1 a test ends at once."""
 _STROKE_DEG: Final = 30.0
-_MIDDLE_DEG: Final = (12.0, 108.5, 60.0, 60.0, -25.0)
-"""The middle of each axis' range."""
+_MIDDLE_DEG: Final = (12.0, 110.5, 60.0, 60.0, -25.0)
+"""About the middle of each axis' range. The stroke, and the arm 6.5 deg before it, are inside."""
 _ANSWER_CYCLES: Final = 12
 """0.1 s, and one cycle each to detect the push and to react."""
 _YIELDS_S: Final = 0.5
@@ -87,9 +89,10 @@ def hold_answered(folder: Path, push: Push) -> None:
     stepped.apparatus.angles_deg[push.axis] -= 6.5
     stepped.forward(0.1)
     rated_nm = stepped.config.axes[push.axis].max_torque_nm
-    level_nm = push.level / 25 * 0.98 * rated_nm
+    level = max(push.level, _LEAST_TEST_LEVEL) if push.phase in _TESTS else push.level
+    level_nm = level / 25 * 0.98 * rated_nm
     chosen_nm = level_nm / 2
-    load = msgspec.structs.replace(LOAD, load_level=push.level)
+    load = msgspec.structs.replace(LOAD, load_level=level)
     if push.phase in _TESTS:
         test = EndFeel(motor=push.moving_axis + 1, torque_nm=chosen_nm, expected_nm=(0.0, 0.0), repetitions=1)
         load = msgspec.structs.replace(load, end_feel=test)
