@@ -5,6 +5,7 @@ import react from "@vitejs/plugin-react";
 import type { Plugin } from "vite";
 import { defineConfig } from "vitest/config";
 import { checkCatalogues } from "./catalogues.mjs";
+import { writePreloads } from "./preloads.ts";
 
 /** The service that `npm run dev` asks. */
 const service = process.env.KATA_SERVICE ?? "http://127.0.0.1:8000";
@@ -12,18 +13,19 @@ const service = process.env.KATA_SERVICE ?? "http://127.0.0.1:8000";
 const COMPRESS_FROM_BYTES = 1000;
 
 /**
- * Writes a compressed copy of each script and style sheet, which the service sends to browsers that accept it
- * (kata/api/static_files.py). It reads the written files, because Vite completes names in scripts until then.
+ * Writes the script of the preloads, and a compressed copy of each script and style sheet, which the service sends to
+ * browsers that accept it (kata/api/static_files.py). It reads the written files, because Vite completes names in
+ * scripts until then.
  */
-const compressed: Plugin = {
-  name: "compressed",
+const written: Plugin = {
+  name: "written",
   apply: "build",
   writeBundle({ dir = "" }, bundle) {
-    for (const fileName of Object.keys(bundle).filter((name) => /\.(js|css)$/.test(name))) {
-      const written = join(dir, fileName);
-      const source = readFileSync(written);
-      if (source.length >= COMPRESS_FROM_BYTES)
-        writeFileSync(`${written}.gz`, gzipSync(source, { level: 9 }));
+    const fileNames = [...Object.keys(bundle), writePreloads(dir)];
+    for (const fileName of fileNames.filter((name) => /\.(js|css)$/.test(name))) {
+      const file = join(dir, fileName);
+      const source = readFileSync(file);
+      if (source.length >= COMPRESS_FROM_BYTES) writeFileSync(`${file}.gz`, gzipSync(source, { level: 9 }));
     }
   },
 };
@@ -38,8 +40,28 @@ const replacing = globSync(TESTS).filter((file) =>
 /** A missing or surplus translation fails the build. */
 const catalogues: Plugin = { name: "catalogues", buildStart: checkCatalogues };
 
+/** Texts that load late, and the modules that wait for them: no other module may wait for them, too. */
+const LATE = /catalogue\.ts$|[\\/](commissioning|administration|locales)[\\/]/;
+
+/** Which modules share a file. A browser loads six files at a time, and each costs a round trip. */
+const CHUNKS = [
+  // One file for the first page, instead of two dozen that load one after the other.
+  { name: "page", tags: ["$initial" as const], priority: 3 },
+  // Libraries and parts that at least three pages use.
+  { name: "shared", test: /node_modules|src[\\/](ui|lib)[\\/]/, minShareCount: 3, priority: 2 },
+  // The rest that two pages use; small files are joined although a page then loads a little more than it needs.
+  {
+    name: "parts",
+    test: (id: string) => !LATE.test(id),
+    minShareCount: 2,
+    entriesAware: true,
+    entriesAwareMergeThreshold: 12_000,
+    priority: 1,
+  },
+];
+
 export default defineConfig({
-  plugins: [react(), catalogues, compressed],
+  plugins: [react(), catalogues, written],
   server: { proxy: { "/api": { target: service, ws: true } } },
   // The service replaces this by a new nonce in each response (kata/api/static_files.py).
   html: { cspNonce: "KATA-NONCE" },
@@ -48,8 +70,13 @@ export default defineConfig({
   build: {
     chunkSizeWarningLimit: 2000,
     manifest: true,
-    // One file for the first page, instead of two dozen that load one after the other.
-    rolldownOptions: { output: { codeSplitting: { groups: [{ name: "page", tags: ["$initial"] }] } } },
+    rolldownOptions: {
+      output: {
+        codeSplitting: { groups: CHUNKS },
+        // Without the names of all pages that share a file.
+        chunkFileNames: ({ name }) => `assets/${name.replace(/~.*/, "")}-[hash].js`,
+      },
+    },
   },
   test: {
     environment: "jsdom",

@@ -74,3 +74,41 @@ def test_styles_have_each_mantine_component_of_the_scripts() -> None:
     needed = used & set(MANTINE_CLASS.findall(MANTINE.read_text()))
     assert len(needed) > 100
     assert needed <= styled
+
+
+def test_preloads_name_all_files_of_the_addressed_page() -> None:
+    """One script starts all files of a page at once (``frontend/preloads.ts``)."""
+    manifest: dict[str, Any] = json.loads((DIST / ".vite/manifest.json").read_text())
+    page = (DIST / "index.html").read_text()
+    script = re.search(r'<script async src="/(assets/preload-[^"]+)"', page)
+    assert script
+    written = (DIST / script.group(1)).read_text()
+    preloads = json.loads(written.removeprefix("{\nconst preloads = ").partition(";\n")[0])
+    first = set(re.findall(r'(?:src|href)="/(assets/[^"]+)"', page))
+
+    def needed(name: str, found: set[str]) -> set[str]:
+        chunk = manifest[name]
+        if chunk["file"] not in found:
+            found |= {chunk["file"], *chunk.get("css", [])}
+            for other in chunk.get("imports", []):
+                needed(other, found)
+        return found
+
+    def named(path: str, language: str) -> set[str]:
+        pages = [files for pattern, files in preloads["pages"] if re.search(pattern, path)]
+        assert len(pages) == 1, path
+        return {preloads["files"][index] for index in (*preloads["first"][language], *pages[0][language])}
+
+    features = {
+        "/": "home/HomePage",
+        "/station": "station/StationPage",
+        "/patients": "patients/PatientsPage",
+        "/patients/1": "patients/PatientPage",
+        "/sessions/1": "sessions/SessionPage",
+    }
+    for path, feature in features.items():
+        for language, other in (("en", "ja"), ("ja", "en")):
+            files = named(path, language)
+            assert needed(f"src/features/{feature}.tsx", set()) - first <= files, path
+            assert manifest[f"src/locales/{language}/index.ts"]["file"] in files
+            assert manifest[f"src/locales/{other}/index.ts"]["file"] not in files

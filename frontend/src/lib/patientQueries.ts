@@ -1,7 +1,11 @@
-import { useQuery } from "@tanstack/react-query";
+import { queryOptions, useQuery, useQueryClient } from "@tanstack/react-query";
+import { useEffect } from "react";
 import { api, type Session } from "./api/client";
 import { POLL_OFFLINE_MS, useDatabaseUnavailable, withOfflineCopy } from "./offline";
-import { usePagedQuery } from "./usePagedQuery";
+import { pagedQuery, usePagedQuery } from "./usePagedQuery";
+
+/** Maximum number of sessions of a timeline. A patient with two sessions a week for two years has more than this. */
+const MOST_SESSIONS = 200;
 
 /** Query all recordings of a patient, including archived ones. */
 export function useRecordings(patientId: string | null) {
@@ -23,9 +27,49 @@ export function useEpisodes(patientId: string) {
   return useQuery({ queryKey: ["episodes", patientId], queryFn: () => api.episodes(patientId) });
 }
 
-/** Query the assessments of an episode, newest first, including withdrawn ones. Each page contains the baseline. */
-export function useAssessments(episodeId: string) {
-  return usePagedQuery(["assessments", episodeId], (after) => api.assessments(episodeId, after));
+/** The query of what an assessment can contain. It never changes while the page is open. */
+export const ASSESSMENT_FORM = queryOptions({
+  queryKey: ["assessment-form"],
+  queryFn: () => api.assessmentForm(),
+  staleTime: Number.POSITIVE_INFINITY,
+});
+
+/** The pages of an episode's assessments, newest first, including withdrawn ones. Each page contains the baseline. */
+const assessmentsOf = (episodeId: string) =>
+  [["assessments", episodeId], (after: string | null) => api.assessments(episodeId, after)] as const;
+
+/** Query the assessments of an episode. */
+export const useAssessments = (episodeId: string) => usePagedQuery(...assessmentsOf(episodeId));
+
+/** The query of a patient's programmes. */
+export const programmesOf = (patientId: string) =>
+  queryOptions({ queryKey: ["programmes", "of", patientId], queryFn: () => api.programmes(patientId) });
+
+/** The query of how regularly a patient follows the programme of an episode. */
+export const adherenceOf = (episodeId: string) =>
+  queryOptions({ queryKey: ["adherence", episodeId], queryFn: () => api.adherence(episodeId) });
+
+/** The query of the newest sessions of a patient for the timeline. */
+export const timelineOf = (patientId: string) =>
+  queryOptions({
+    queryKey: ["sessions", "timeline", patientId],
+    queryFn: () => api.patientSessions(patientId, null, MOST_SESSIONS),
+  });
+
+/**
+ * Start all requests of a patient's summary at once. Each part would start its own only after the answers of the
+ * parts before it.
+ */
+export function useSummaryPrefetch(patientId: string, episodeId: string | null): void {
+  const queries = useQueryClient();
+  useEffect(() => {
+    if (episodeId === null) return;
+    void queries.prefetchQuery(ASSESSMENT_FORM);
+    void queries.prefetchInfiniteQuery(pagedQuery(...assessmentsOf(episodeId)));
+    void queries.prefetchQuery(timelineOf(patientId));
+    void queries.prefetchQuery(programmesOf(patientId));
+    void queries.prefetchQuery(adherenceOf(episodeId));
+  }, [queries, patientId, episodeId]);
 }
 
 /** Return the highest resistance level allowed in an episode, or null without a limit. */

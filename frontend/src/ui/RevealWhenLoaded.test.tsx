@@ -2,7 +2,7 @@ import { MantineProvider } from "@mantine/core";
 import { QueryClient, QueryClientProvider, useQuery } from "@tanstack/react-query";
 import { act, cleanup, render, screen } from "@testing-library/react";
 import { afterEach, beforeEach, describe, expect, it, vi } from "vitest";
-import { RevealWhenLoaded } from "./RevealWhenLoaded";
+import { RevealWhenLoaded, useRevealed } from "./RevealWhenLoaded";
 
 beforeEach(() => void vi.useFakeTimers());
 afterEach(() => {
@@ -43,7 +43,7 @@ function Part(props: {
   );
 }
 
-function show(children: React.ReactNode, props: { waits?: boolean; now?: boolean } = {}) {
+function show(children: React.ReactNode, props: { waits?: boolean; now?: boolean; onIdle?: () => void } = {}) {
   const queries = new QueryClient({ defaultOptions: { queries: { retry: 1 } } });
   const page = (current: typeof props) => (
     <MantineProvider env="test">
@@ -98,6 +98,24 @@ describe("a page that loads as a whole", () => {
     expect(isShown()).toBe(true);
     update({ now: false });
     expect(isShown()).toBe(true);
+  });
+
+  it("starts further work once, after it appeared", async () => {
+    const { ask, answer } = controlledQueries();
+    const [onIdle, again] = [vi.fn(), vi.fn()];
+    const Further = () => <output>{String(useRevealed())}</output>;
+    const update = show([<Part key="a" name="a" ask={ask} />, <Further key="b" />], { onIdle });
+    await advance(100);
+    expect(onIdle).not.toHaveBeenCalled();
+    expect(screen.getByText("false")).toBeDefined();
+    await answer("a", "A");
+    expect(screen.getByText("true")).toBeDefined();
+    await advance(10);
+    expect(onIdle).toHaveBeenCalledTimes(1);
+    update({ onIdle: again });
+    await advance(100);
+    expect(onIdle).toHaveBeenCalledTimes(1);
+    expect(again).not.toHaveBeenCalled();
   });
 
   it("waits for an additional condition", async () => {

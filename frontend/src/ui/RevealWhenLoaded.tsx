@@ -1,6 +1,7 @@
 import { Box, Skeleton } from "@mantine/core";
 import { type Query, useIsFetching, useQueryClient } from "@tanstack/react-query";
-import { type ReactNode, useEffect, useState } from "react";
+import { createContext, type ReactNode, useContext, useEffect, useState } from "react";
+import { whenIdle } from "../lib/whenIdle";
 
 const MAX_WAIT_MS = 5000;
 
@@ -13,6 +14,11 @@ const firstFetch = {
     state.status === "pending" && state.fetchFailureCount === 0 && meta?.late !== true,
 };
 
+const Revealed = createContext(true);
+
+/** Return whether the page around this component is shown. A query with `late` that waits for it delays no other. */
+export const useRevealed = () => useContext(Revealed);
+
 /**
  * Shows a page when all its first queries are answered, so that nothing moves under the user's finger. It waits
  * neither for failed queries nor longer than five seconds, and never hides the page again.
@@ -23,8 +29,10 @@ export function RevealWhenLoaded(props: {
   waits?: boolean;
   /** True to show the page immediately. */
   now?: boolean;
+  /** Called once when the page is shown and the browser is idle. */
+  onIdle?: () => void;
 }) {
-  const { children, waits = false, now = false } = props;
+  const { children, waits = false, now = false, onIdle } = props;
   const queries = useQueryClient();
   const pending = useIsFetching(firstFetch);
   const [shown, setShown] = useState(false);
@@ -42,9 +50,11 @@ export function RevealWhenLoaded(props: {
   }, []);
   if (now && !shown) setShown(true);
   const visible = shown || now;
+  // biome-ignore lint/correctness/useExhaustiveDependencies: called once, not for each new function
+  useEffect(() => (visible && onIdle ? whenIdle(onIdle) : undefined), [visible]);
   return (
     <Box pos="relative" style={{ visibility: visible ? "visible" : "hidden" }}>
-      {children}
+      <Revealed value={visible}>{children}</Revealed>
       {!visible && <Skeleton pos="absolute" top={0} h="60vh" style={{ visibility: "visible" }} aria-hidden />}
     </Box>
   );

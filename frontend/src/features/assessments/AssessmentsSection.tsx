@@ -16,7 +16,7 @@ import { useState } from "react";
 import { type Assessment, api, type Schemas } from "../../lib/api/client";
 import { formatMoment, sideWord } from "../../lib/format";
 import { t } from "../../lib/i18n";
-import { useAssessments } from "../../lib/patientQueries";
+import { ASSESSMENT_FORM, useAssessments } from "../../lib/patientQueries";
 import { LoadMoreButton } from "../../ui/LoadMoreButton";
 import { ButtonLink } from "../../ui/links";
 import { ProblemNote } from "../../ui/ProblemNote";
@@ -49,11 +49,7 @@ function Section({ episodeId, affected }: { episodeId: string; affected: Side })
   const writes = useHasPermission("write_records");
   const [editing, setEditing] = useState<Assessment | "new" | null>(null);
   const [showAll, setShowAll] = useState(false);
-  const form = useQuery({
-    queryKey: ["assessment-form"],
-    queryFn: api.assessmentForm,
-    staleTime: Number.POSITIVE_INFINITY,
-  });
+  const form = useQuery(ASSESSMENT_FORM);
   const assessments = useAssessments(episodeId);
   const items = assessments.items;
   const baseline = assessments.data?.pages[0]?.baseline ?? null;

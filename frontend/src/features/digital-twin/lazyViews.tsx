@@ -3,6 +3,7 @@ import { IconCube } from "@tabler/icons-react";
 import { lazy, useEffect, useState } from "react";
 import { t } from "../../lib/i18n";
 import { useLive } from "../../lib/live/hooks";
+import { whenIdle } from "../../lib/whenIdle";
 import { LazyPart } from "../../ui/LazyPart";
 import { OpenOnDemand } from "../../ui/OpenOnDemand";
 import { LiveFrame } from "./LiveFrame";
@@ -36,16 +37,6 @@ export function LiveApparatus() {
       <StationApparatus />
     </LazyPart>
   );
-}
-
-/** Call `then` when the browser is idle. Return a function that cancels the call. */
-function whenIdle(then: () => void): () => void {
-  if (!("requestIdleCallback" in window)) {
-    const timer = setTimeout(then);
-    return () => clearTimeout(timer);
-  }
-  const handle = window.requestIdleCallback(then);
-  return () => window.cancelIdleCallback(handle);
 }
 
 export function RecordingGhost({ recordingId }: { recordingId: string }) {

@@ -1,6 +1,6 @@
 import { Grid, Group, SimpleGrid, Stack, Text, Title } from "@mantine/core";
 import { useRouter } from "@tanstack/react-router";
-import { useEffect, useSyncExternalStore } from "react";
+import { useSyncExternalStore } from "react";
 import { useTitle } from "../../app/title";
 import { formatDayOf } from "../../lib/format";
 import { t } from "../../lib/i18n";
@@ -27,10 +27,9 @@ export function HomePage() {
   const canSeeOperation = useHasPermission("see_operation");
   const databaseUnavailable = useDatabaseUnavailable();
   const router = useRouter();
-  useEffect(() => {
-    // The station's page loads while the user reads this one, so that it opens at once, even without the network.
-    void router.preloadRoute({ to: "/station" }).catch(() => undefined);
-  }, [router]);
+  // The station's page loads while the user reads this one, so that it opens at once, even without the network. Its
+  // files must not delay this page's own requests.
+  const preloadStation = () => void router.preloadRoute({ to: "/station" }).catch(() => undefined);
   const figures = (canReadRecords || canSeeOperation) && !databaseUnavailable && <ClinicTiles />;
   const figuresFirst = canAdminister || !canReadRecords;
   return (
@@ -47,7 +46,10 @@ export function HomePage() {
           <ButtonLink to="/station">{t("clinic:home.goStation")}</ButtonLink>
         </Group>
       )}
-      <RevealWhenLoaded waits={known.stations === null && !known.lost && !databaseUnavailable}>
+      <RevealWhenLoaded
+        waits={known.stations === null && !known.lost && !databaseUnavailable}
+        onIdle={preloadStation}
+      >
         <Stack gap="lg">
           {figuresFirst && figures}
           <Grid gap="lg">

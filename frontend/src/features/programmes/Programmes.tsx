@@ -1,9 +1,10 @@
 import { Badge, Group, Stack, Text, Title } from "@mantine/core";
 import { IconPlus } from "@tabler/icons-react";
 import { useQuery } from "@tanstack/react-query";
-import { api, type Schemas } from "../../lib/api/client";
+import type { Schemas } from "../../lib/api/client";
 import { formatMoment } from "../../lib/format";
 import { t } from "../../lib/i18n";
+import { adherenceOf, programmesOf } from "../../lib/patientQueries";
 import { DataTable } from "../../ui/DataTable";
 import { ButtonLink, PageLink } from "../../ui/links";
 import { ProblemNote } from "../../ui/ProblemNote";
@@ -14,10 +15,7 @@ import { EndRangeAdherence } from "./EndRangeAdherence";
 
 /** A patient's programmes with their current versions. */
 export function Programmes({ patientId }: { patientId: string }) {
-  const programmes = useQuery({
-    queryKey: ["programmes", "of", patientId],
-    queryFn: () => api.programmes(patientId),
-  });
+  const programmes = useQuery(programmesOf(patientId));
   const items = programmes.data?.items ?? [];
   const present = items.find((programme) => !programme.archived_at);
   return (
@@ -113,10 +111,7 @@ function itemLine(item: Schemas["ProgrammeItem"]): string {
 
 /** Query the weeks of an episode with the sessions held and prescribed, oldest first. */
 export function useAdherence(episodeId: string) {
-  return useQuery({
-    queryKey: ["adherence", episodeId],
-    queryFn: () => api.adherence(episodeId),
-  });
+  return useQuery(adherenceOf(episodeId));
 }
 
 /** Compares the sessions of this and last week with the prescribed number, and the end-range time. */

@@ -2,17 +2,16 @@ import { Text, Title } from "@mantine/core";
 import { useQuery } from "@tanstack/react-query";
 import { Link } from "@tanstack/react-router";
 import { useState } from "react";
-import { type Assessment, api, type Episode, type Schemas } from "../../../lib/api/client";
+import type { Assessment, Episode, Schemas } from "../../../lib/api/client";
 import { formatDayOf, formatList, formatMoment } from "../../../lib/format";
 import { t } from "../../../lib/i18n";
+import { timelineOf } from "../../../lib/patientQueries";
 import { timeScale } from "../../../ui/timeScale";
 import ui from "../../../ui/ui.module.css";
 import { useWidth } from "../../../ui/useWidth";
 import { stageSpans, timelineEnds } from "./careTimeline";
 import classes from "./summary.module.css";
 
-/** Maximum number of sessions. A patient with two sessions a week for two years has more than this. */
-const MOST = 200;
 const HEIGHT = 118;
 const [STAGES, VISITS, ASSESSED, DAYS] = [8, 54, 84, 112];
 const MARGIN = 8;
@@ -21,10 +20,7 @@ const MARGIN = 8;
 export function CareTimeline({ episode, assessments }: { episode: Episode; assessments: Assessment[] }) {
   const { ref, width } = useWidth(700);
   const [now] = useState(() => new Date().toISOString());
-  const listed = useQuery({
-    queryKey: ["sessions", "timeline", episode.patient_id],
-    queryFn: () => api.patientSessions(episode.patient_id, null, MOST),
-  });
+  const listed = useQuery(timelineOf(episode.patient_id));
   // The patient's other shoulder may have sessions, too.
   const sessions = (listed.data?.items ?? []).filter(({ episode_id }) => episode_id === episode.id);
   const title = t("patients:summary.timeline");

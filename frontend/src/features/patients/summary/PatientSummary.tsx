@@ -1,8 +1,14 @@
 import { Card, Skeleton, Stack, Text } from "@mantine/core";
 import { useQuery } from "@tanstack/react-query";
-import { api, type Episode, type Patient } from "../../../lib/api/client";
+import type { Episode, Patient } from "../../../lib/api/client";
 import { t } from "../../../lib/i18n";
-import { useAssessments, useEpisodes } from "../../../lib/patientQueries";
+import {
+  ASSESSMENT_FORM,
+  useAssessments,
+  useEpisodes,
+  useNewestSession,
+  useSummaryPrefetch,
+} from "../../../lib/patientQueries";
 import { ProblemNote } from "../../../ui/ProblemNote";
 import { CareTimeline } from "./CareTimeline";
 import { LastSession } from "./LastSession";
@@ -16,6 +22,9 @@ import { Trends } from "./Trends";
 /** Shows the patient's change, range of motion, pain, timeline, programme and last session. */
 export function PatientSummary({ patient }: { patient: Patient }) {
   const episodes = useEpisodes(patient.id);
+  useSummaryPrefetch(patient.id, patient.episode_id);
+  // The last session is at the end of the summary, and its request takes longest.
+  useNewestSession(patient.id);
   const episode = episodes.data?.items.find(({ id }) => id === patient.episode_id);
   return (
     <Stack gap="sm">
@@ -35,11 +44,7 @@ export function PatientSummary({ patient }: { patient: Patient }) {
 }
 
 function EpisodeSummary({ episode }: { episode: Episode }) {
-  const form = useQuery({
-    queryKey: ["assessment-form"],
-    queryFn: api.assessmentForm,
-    staleTime: Number.POSITIVE_INFINITY,
-  });
+  const form = useQuery(ASSESSMENT_FORM);
   const assessments = useAssessments(episode.id);
   const items = assessments.items ?? [];
   const baseline = assessments.data?.pages[0]?.baseline ?? null;

@@ -1,8 +1,9 @@
 import { Text, Title } from "@mantine/core";
 import { useQuery } from "@tanstack/react-query";
-import { api, type Schemas } from "../../../lib/api/client";
+import type { Schemas } from "../../../lib/api/client";
 import { formatDay } from "../../../lib/format";
 import { t } from "../../../lib/i18n";
+import { programmesOf } from "../../../lib/patientQueries";
 import { PageLink } from "../../../ui/links";
 import { ProblemNote } from "../../../ui/ProblemNote";
 import { itemWords, versionWords } from "../../programmes/describeProgramme";
@@ -14,10 +15,7 @@ const WEEKS = 10;
 
 /** Shows the episode's present programme and how regularly the patient follows it. */
 export function ProgrammeSummary({ patientId, episodeId }: { patientId: string; episodeId: string }) {
-  const programmes = useQuery({
-    queryKey: ["programmes", "of", patientId],
-    queryFn: () => api.programmes(patientId),
-  });
+  const programmes = useQuery(programmesOf(patientId));
   const present = programmes.data?.items.find(
     (programme) => !programme.archived_at && programme.episode_id === episodeId,
   );
