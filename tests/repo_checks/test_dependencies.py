@@ -118,7 +118,7 @@ def test_page_and_figures_use_the_same_plotly_version() -> None:
         match = re.search(r"plotly\.js v(\d+\.\d+\.\d+)", script.read(300))
     assert match
     package = json.loads((ROOT / "frontend/package.json").read_text())
-    assert package["dependencies"]["plotly.js-cartesian-dist-min"] == match.group(1)
+    assert package["dependencies"]["plotly.js-basic-dist-min"] == match.group(1)
 
 
 def test_no_symbolic_link_is_tracked() -> None:

@@ -50,6 +50,8 @@ _COMMON: Final = {
     "hovermode": "x unified",
     "font": {"family": "system-ui, sans-serif", "size": 13},
 }
+_FIXED_MARGIN: Final = {"automargin": False}
+"""The numbers of an angle fit into the margins above. Without this, Plotly measures them and draws the axes a second time."""
 
 
 _TEMPLATE: Final = Path("package_data", "templates", "plotly_white.json")
@@ -209,9 +211,11 @@ def run(parts: RunFigureSamples) -> str:
         ]
         layout = _layout() | {
             "height": 340,
-            "xaxis": {"title": {"text": time}} | _range(parts.window),
-            "yaxis": {"title": {"text": texts.FIGURE_ANGLE()}, "range": _around(of_motor["taught_deg"])},
-            "yaxis2": {
+            "xaxis": {"title": {"text": time}} | _FIXED_MARGIN | _range(parts.window),
+            "yaxis": {"title": {"text": texts.FIGURE_ANGLE()}, "range": _around(of_motor["taught_deg"])}
+            | _FIXED_MARGIN,
+            "yaxis2": _FIXED_MARGIN
+            | {
                 "title": {"text": texts.FIGURE_ERROR_DEG()},
                 "overlaying": "y",
                 "side": "right",

@@ -1,4 +1,4 @@
-declare module "plotly.js-cartesian-dist-min" {
+declare module "plotly.js-basic-dist-min" {
   interface PlotElement {
     /** The layout that the figure shows now, including the user's changes. */
     layout: Record<string, unknown>;

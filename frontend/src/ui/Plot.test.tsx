@@ -1,5 +1,5 @@
 import { MantineProvider } from "@mantine/core";
-import { act, cleanup, render, waitFor } from "@testing-library/react";
+import { act, cleanup, render, screen, waitFor } from "@testing-library/react";
 import { afterEach, expect, test, vi } from "vitest";
 import { Plot } from "./Plot";
 
@@ -24,7 +24,7 @@ const plotly = vi.hoisted(() => {
     purge: vi.fn(),
   };
 });
-vi.mock("plotly.js-cartesian-dist-min", () => ({ default: plotly }));
+vi.mock("plotly.js-basic-dist-min", () => ({ default: plotly }));
 afterEach(cleanup);
 
 const figure = (name: string) => ({ data: [{ name }], layout: { height: 300 }, texts: [] });
@@ -69,7 +69,7 @@ test("has the colour of the page, prints in light colours on a sheet and keeps t
       <Plot figure={drawn} label="Motor 1" />
     </MantineProvider>,
   );
-  await waitFor(() => expect(plotly.listeners.plotly_relayout).toBeDefined());
+  await waitFor(() => expect(screen.getByRole("figure").dataset.drawn).toBe("true"));
   const layout = () => plotly.react.mock.lastCall?.[2];
   expect(layout()).toMatchObject({ paper_bgcolor: "rgb(36, 36, 36)" });
   vi.spyOn(HTMLElement.prototype, "clientWidth", "get").mockReturnValue(1200);

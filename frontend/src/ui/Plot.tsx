@@ -4,6 +4,7 @@ import type { Schemas } from "../lib/api/client";
 import { t } from "../lib/i18n";
 import { LANGUAGE } from "../lib/language";
 import { translatePlaced } from "../lib/serverText";
+import { whenIdle } from "../lib/whenIdle";
 import { keepZoom, recolour, toPaper } from "./plotColours";
 import { fitTexts } from "./plotTexts";
 import { type PlotWindow, toWindow } from "./plotWindow";
@@ -39,6 +40,12 @@ function usePrinting() {
   return print;
 }
 
+/** A page that is never idle, as on a slow computer, still gets its figures. */
+const LONGEST_WAIT_MS = 1000;
+
+/** Resolve when the browser is idle. */
+const idle = () => new Promise<void>((resolve) => void whenIdle(resolve, LONGEST_WAIT_MS));
+
 /** Return the colour of the card, or else of the page, that contains the figure. */
 const backgroundOf = (element: HTMLElement) =>
   getComputedStyle(element.closest(".mantine-Card-root") ?? document.body).backgroundColor || undefined;
@@ -60,11 +67,15 @@ function usePlotly(figure: Figure, onWindow: OnWindow) {
     if (!element) return;
     let cancelled = false;
     const draw = async () => {
-      const { default: Plotly } = await import("plotly.js-cartesian-dist-min");
+      // Plotly takes more than 0.1 s each to start and to draw. The page is painted before, and answers between both.
+      await idle();
+      if (cancelled) return;
+      const { default: Plotly } = await import("plotly.js-basic-dist-min");
       if (LANGUAGE === "ja") {
         const { default: words } = await import("../locales/ja/plotly.json");
         Plotly.register({ moduleType: "locale", name: LANGUAGE, ...words });
       }
+      await idle();
       if (cancelled) return;
       // Copied, because Plotly modifies the layout that it gets.
       const translated = fitTexts(translatePlaced(figure), element.clientWidth);

@@ -8,6 +8,7 @@ import { t } from "../../lib/i18n";
 import { Plot } from "../../ui/Plot";
 import { ProblemNote } from "../../ui/ProblemNote";
 import type { PlotWindow } from "../../ui/plotWindow";
+import { useRevealed } from "../../ui/RevealWhenLoaded";
 import { WindowSlider } from "./WindowSlider";
 
 const MOTORS = ["1", "2", "3", "4", "5"];
@@ -33,6 +34,8 @@ export function RunFigures({ runId, worstMotor, clockOffset_s, length_s }: Props
   const figures = useQuery({
     queryKey: ["run-figures", runId, asked, clock],
     queryFn: () => api.runFigures(runId, asked, clock),
+    // A quarter megabyte, which would delay the result of the session.
+    enabled: useRevealed(),
     placeholderData: keepPreviousData,
     staleTime: Number.POSITIVE_INFINITY,
     meta: { late: true },
