@@ -56,6 +56,8 @@ def test_browser_shows_only_the_questionnaire_until_the_password(
     shown = therapist.get("/api/me/questionnaire").json()
     assert (shown["title"], len(shown["questions"]), shown["finished"]) == ("Invented questions", 13, False)
     assert shown["questions"][0]["options"][0] == {"answer": 0, "label": "Not at all"}
+    # A patient with two treated shoulders must know which one is meant.
+    assert shown["side"] == "left"
 
     for path in (
         f"/api/patients/{patient['id']}",

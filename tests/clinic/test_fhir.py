@@ -274,7 +274,9 @@ def test_run_names_its_following_error_and_its_change_by_settings(database: Data
                 motor.change_deg = -12.5 if motor.motor == 3 else 1.0
             for motion in row.motions:
                 motion.end_range_s = 92.5 if motion.motion == 4 else None
+                motion.end_range_band_deg, motion.end_range_torque_nm = 5.0, 1.5
     bundle = exported(database, patient, tmp_path / "bundle.json")
+    assert judged({"bundle": bundle}) == {"bundle": []}
     runs = [
         resource
         for resource in of_kind(bundle, "Observation")
@@ -290,8 +292,13 @@ def test_run_names_its_following_error_and_its_change_by_settings(database: Data
         }
         assert (values["change-by-settings"]["value"], values["change-by-settings"]["unit"]) == (-12.5, "deg")
         assert (values["clock-offset"]["value"], values["clock-offset"]["unit"]) == (0.094, "s")
-        held = {code: value["value"] for code, value in values.items() if code.endswith("end-range-time")}
-        assert held == {"motion-4-end-range-time": 92.5}
+        held = {code: (value["value"], value["unit"]) for code, value in values.items() if "end-range" in code}
+        # The prescription's band and torque, not the usual ones.
+        assert held == {
+            "motion-4-end-range-time": (92.5, "s"),
+            "motion-4-end-range-band": (5.0, "deg"),
+            "motion-4-end-range-torque": (1.5, "N.m"),
+        }
 
 
 def test_goniometer_readings_and_the_patients_angles_name_their_method(database: Database, tmp_path: Path) -> None:

@@ -8,10 +8,11 @@ from sqlalchemy import select
 
 from kata.clinic.sessions.tables import RunRow
 from kata.database.engine import Database
+from kata.interop.codes import local_codes
 from tests.support.fhir_bundle import Json, exported, judged, of_kind
 from tests.support.fhir_patient import treated
 
-pytestmark = pytest.mark.parametrize("database", ["sqlite"], indirect=True)
+sqlite_only = pytest.mark.parametrize("database", ["sqlite"], indirect=True)
 
 
 def _playbacks(database: Database, file: Path, **columns: Any) -> list[Json]:
@@ -30,6 +31,7 @@ def _playbacks(database: Database, file: Path, **columns: Any) -> list[Json]:
     ]
 
 
+@sqlite_only
 def test_playback_states_its_share_of_the_taught_range(database: Database, tmp_path: Path) -> None:
     """Without it, the highest angle of a playback with half of the range reads as the most that the shoulder allows."""
     given = {"range_percent": 60.0, "least_range_percent": 50.0, "repetitions_done": 0}
@@ -45,6 +47,15 @@ def test_playback_states_its_share_of_the_taught_range(database: Database, tmp_p
             assert "the arm can slip in its cuff" in parts[f"motion-4-{end}"]["code"]["coding"][0]["display"]
 
 
+def test_every_code_of_an_apparatus_angle_has_the_caveat_of_slip() -> None:
+    """Each code states an apparatus angle, except those of estimates of the patient's angle."""
+    stated = {code: display for code, display in local_codes().items() if "apparatus angle" in display.lower()}
+    assert {"end-feel", "end-feel-onset", "apparatus-angle", "motion-4-highest"} <= set(stated)
+    of_patient = {code for code in stated if code.startswith("patient-angle") or code == "goniometer-estimate"}
+    assert [code for code in stated if code not in of_patient and "can slip in its cuff" not in stated[code]] == []
+
+
+@sqlite_only
 def test_running_playback_is_not_called_not_performed(database: Database, tmp_path: Path) -> None:
     running = {"ended_at": None, "outcome": "loaded", "worst_rmse_deg": None, "worst_peak_deg": None}
     found = _playbacks(database, tmp_path / "bundle.json", **running)

@@ -1,5 +1,6 @@
 """Reports of unusual records, each of which once misled a reader."""
 
+import json
 import re
 from dataclasses import replace
 from datetime import UTC, datetime, timedelta
@@ -12,7 +13,9 @@ from kata.clinic.episodes.tables import EpisodeRow
 from kata.database.engine import Database
 from kata.reporting import episode, rendering
 from kata.reporting.content import EpisodeContent, PrintedSession, RehabilitationPlanContent, RunContent, SessionContent
+from kata.reporting.phrases import LANGUAGES, PHRASES, Language
 from kata.reporting.rendering import ReportPage
+from tests.support.paths import ROOT
 from tests.support.reports import contents, how
 from tests.support.treatment import DAY, treat
 
@@ -118,3 +121,10 @@ def test_the_first_treatment_of_a_plan_moved_a_patient(treated: tuple[SessionCon
     assert day_of(replace(first, simulated=True), second) == "2026年11月5日"
     assert day_of(replace(first, was_played=False), second) == "2026年11月5日"
     assert day_of(replace(first, was_played=False)) == ""
+
+
+@pytest.mark.parametrize(("language", "slip"), [("en", "the arm can slip in its cuff"), ("ja", "固定具の中で滑る")])
+def test_angles_of_an_end_feel_test_have_the_caveat_of_slip(language: Language, slip: str) -> None:
+    assert slip in PHRASES["end_feel_explained"][LANGUAGES.index(language)]
+    page = json.loads((ROOT / f"frontend/src/locales/{language}/endFeel.json").read_text())
+    assert slip in page["definitions"]

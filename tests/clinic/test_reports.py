@@ -145,12 +145,13 @@ def test_report_has_the_patients_angle_with_its_uncertainty(signed: tuple[Sessio
 def test_report_has_end_range_time_only_where_it_was_counted(signed: tuple[SessionContent, EpisodeContent]) -> None:
     visit, _ = signed
     first, *others = visit.runs
-    counted = replace(first, motions=(replace(first.motions[0], end_range_s=92.4), *first.motions[1:]))
+    held = replace(first.motions[0], end_range_s=92.4, end_range_limits=(5.0, 1.5))
+    counted = replace(first, motions=(held, *first.motions[1:]))
     pages = [
         Parsed(rendering.session_page(replace(visit, runs=(run, *others)), how())).text for run in (counted, first)
     ]
     assert [page.count("End-range time, s") for page in pages] == [1, 0]
-    assert "92" in pages[0] and "at most 10° before the end of the recorded motion, with at least 0.5 Nm" in pages[0]
+    assert "92 (last 5°, at least 1.5 Nm)" in " ".join(pages[0].split())
 
 
 def test_report_without_readings_names_only_the_apparatus_angle(signed: tuple[SessionContent, EpisodeContent]) -> None:

@@ -16,7 +16,6 @@ from kata.clinic.contraindications.kinds import KINDS as CONTRAINDICATIONS
 from kata.clinic.episodes.diagnoses import BY_CODE
 from kata.clinic.questionnaires.definitions import DEFINITIONS, Definition
 from kata.clinic.questionnaires.definitions import SPADI as SPADI_DEFINITION
-from kata.motion.end_range import BAND_DEG, TORQUE_NM
 
 Resource = dict[str, Any]
 """A resource or a part of one, as JSON."""
@@ -86,12 +85,12 @@ LOCAL_CODES: Final[dict[str, str]] = {
     "goniometer-reading": "Angle of a basic motion of the shoulder read with a goniometer at a pose",
     "apparatus-angle": f"Apparatus angle of the same motion at that moment; {_SLIP}",
     "goniometer": "Read with a goniometer",
-    "end-feel": "End-feel test of the shoulder: apparatus angle at 60 % of the chosen torque",
+    "end-feel": f"End-feel test of the shoulder: apparatus angle at 60 % of the chosen torque; {_SLIP}",
     "end-feel-test": "Three slow ways out and back along a taught motion by a motor, less a baseline with a test weight; torque from the "
     "motor's current with its nominal factor",
     "end-feel-torque": "Chosen torque between apparatus and shoulder at which the arm is taken back",
     "end-feel-range-interval": "Half width of the 95 % interval of the range over the repetitions",
-    "end-feel-onset": "Apparatus angle at 25 % of the chosen torque, at which resistance begins",
+    "end-feel-onset": f"Apparatus angle at 25 % of the chosen torque, at which resistance begins; {_SLIP}",
     "end-feel-stiffness": "Slope of torque over angle from onset to range",
     "end-feel-last-third": "The same slope over the last third of that way",
     "end-feel-hysteresis": "Mean difference of way out and way back from onset to range, without the apparatus' friction",
@@ -111,9 +110,13 @@ LOCAL_CODES: Final[dict[str, str]] = {
         for number in range(1, 7)
     },
     **{
-        f"motion-{number}-end-range-time": f"End-range time of basic motion {number} in a playback: at most {BAND_DEG:g} deg before "
-        f"the end of the recorded motion, with at least {TORQUE_NM:g} Nm between apparatus and shoulder"
+        f"motion-{number}-end-range-{what}": f"End-range time of basic motion {number} in a playback: {meaning}"
         for number in range(3, 7)
+        for what, meaning in (
+            ("time", "time within the band before the end of the recorded motion, with at least the torque"),
+            ("band", "largest angle before the end of the recorded motion that counts"),
+            ("torque", "least torque between apparatus and shoulder that counts"),
+        )
     },
     **{
         f"motion-{number}-end-range-{period}": f"End-range time of basic motion {number} in a {period}, of the items that prescribe it"

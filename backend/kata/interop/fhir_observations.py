@@ -134,8 +134,15 @@ def run_tracking(row: RunRow, patient_id: UUID) -> Resource:
             _component(f"motion-{motion.motion}-highest", valueQuantity=quantity(motion.played_max_deg, "deg")),
         ]
         if motion.end_range_s is not None:
-            seconds = quantity(motion.end_range_s, "s")
-            components.append(_component(f"motion-{motion.motion}-end-range-time", valueQuantity=seconds))
+            counted = (
+                ("time", motion.end_range_s, "s"),
+                ("band", motion.end_range_band_deg, "deg"),
+                ("torque", motion.end_range_torque_nm, "N.m"),
+            )
+            components += [
+                _component(f"motion-{motion.motion}-end-range-{what}", valueQuantity=quantity(value, unit))
+                for what, value, unit in counted
+            ]
     value = quantity(row.worst_rmse_deg, "deg")
     absent = ("unknown", "Unknown") if row.partial else ("not-performed", "Not Performed")
     if row.ended_at is None:

@@ -47,11 +47,14 @@ runs.csv          playbacks and end-feel tests: one line each, with the name of 
                   end_feel is test or baseline where no recording was played (see end-feel.csv); a baseline moves a weight, not the patient
                   range_percent is the share of the taught range that was asked for, least_range_percent the smallest share of it after
                   Reduce range (empty: not reduced). Both are the therapist's choice and no measure of what the patient can do
+                  motion_3_end_range_s to motion_6_end_range_s are end-range times. Their band and torque are in sessions.json
+                  (end_range_band_deg, end_range_torque_nm)
                   clock_offset_s is how far the wall clock is ahead of the motion's clock, by which the errors are compared
 end-range.csv     end-range times: one line for each motion of a session and of a week: counted and prescribed seconds. A week begins on Monday
                   of time_zone; preliminary is true while the session or the week is not over, so that its seconds can still grow
 end-feel.csv      end-feel tests and their baselines, one line each: figures with half of their 95 % intervals, or the reason why there are none
-                  range_deg and onset_deg count outwards; times outward (1 or -1) they are the apparatus angle of the motion
+                  range_deg and onset_deg count outwards; times outward (1 or -1) they are the apparatus angle of the motion, which is
+                  not the patient's angle: the arm can slip in its cuff
 runs/             samples: time, phase, position on the motion, setpoint, measured angle and torque of each motor
 
 Where "simulated" is true or 1 (column, metadata, file name), the apparatus was simulated and the values are invented.

@@ -85,6 +85,8 @@ class MotionReach:
     """The patient's angles at the ends of ``reached_deg``; None if only the apparatus angle is known."""
     end_range_s: float | None = None
     """End-range time; None if it was not counted."""
+    end_range_limits: tuple[float, float] | None = None
+    """Band in deg and torque in Nm with which it was counted."""
 
 
 @dataclass(frozen=True)

@@ -6,7 +6,6 @@ from typing import Final, Literal
 from kata.clinic.assessments import rom
 from kata.clinic.local_time import zone_of
 from kata.device.ipc_messages import RESISTANCE_LEVELS
-from kata.motion.end_range import BAND_DEG, TORQUE_NM
 
 Language = Literal["en", "ja"]
 LANGUAGES: Final[tuple[Language, ...]] = ("en", "ja")
@@ -246,9 +245,10 @@ PHRASES: Final[dict[str, tuple[str, str]]] = {
     "goniometer_by": ("Read by", "測定者"),
     "end_feel": ("End-feel test", "エンドフィール検査"),
     "end_feel_explained": (
-        "Angles of the apparatus at 60 % (range) and 25 % (onset) of the chosen torque; ± is the 95 % interval over three repetitions. The torque "
-        "is the drive's current times a nominal factor. The test was tried in simulation only.",
-        "選んだトルクの60%(可動域)と25%(抵抗の開始)での装置角度。±は3回の往復にわたる95%区間である。トルクはモータの電流に公称係数を掛けた値で、この検査は"
+        "Angles of the apparatus, not of the patient, at 60 % (range) and 25 % (onset) of the chosen torque: the arm can slip in its cuff. ± is the "
+        "95 % interval over three repetitions; it does not contain the slip. The torque is the drive's current times a nominal factor. The test was "
+        "tried in simulation only.",
+        "選んだトルクの60%(可動域)と25%(抵抗の開始)での装置角度で、患者の角度ではない。腕は固定具の中で滑ることがある。±は3回の往復にわたる95%区間で、滑りを含まない。トルクはモータの電流に公称係数を掛けた値で、この検査は"
         "シミュレーションでのみ試されている。",
     ),
     "end_feel_baseline": ("Baseline of an end-feel test", "エンドフィール検査の基準測定"),
@@ -271,8 +271,9 @@ PHRASES: Final[dict[str, tuple[str, str]]] = {
     "unmeasured.too_few_ways": ("fewer than two repetitions are complete", "完了した往復が2回未満"),
     "end_range": ("End-range time, s", "最終域保持時間(秒)"),
     "end_range_explained": (
-        f"End-range time: at most {BAND_DEG:g}° before the end of the recorded motion, with at least {TORQUE_NM:g} Nm between apparatus and shoulder.",
-        f"最終域保持時間：記録動作の終点の手前{BAND_DEG:g}°以内で、装置と肩の間のトルクが{TORQUE_NM:g} Nm以上の時間。",
+        "End-range time: time before the end of the recorded motion, within the stated angle and with at least the stated torque between apparatus and "
+        "shoulder.",
+        "最終域保持時間：記録動作の終点の手前で、示した角度以内にあり、装置と肩の間のトルクが示した値以上の時間。",
     ),
     "dose": ("End-range time: prescribed and counted", "最終域保持時間：処方と計測"),
     "dose_counts": ("Counts", "計測条件"),

@@ -211,6 +211,7 @@ def _motion(row: MotionTrackingRow, run: RunRow, angles: PatientAngles) -> Motio
         (row.reference_min_deg, row.reference_max_deg),
         angles.of_run(run, row),
         row.end_range_s,
+        _ends(row.end_range_band_deg, row.end_range_torque_nm),
     )
 
 

@@ -5,7 +5,7 @@ from typing import Annotated
 from pydantic import Field, StrictBool
 
 from kata.i18n import Language
-from kata.types import Schema
+from kata.types import Schema, Side
 
 Answers = Annotated[
     list[Annotated[int, Field(ge=0, le=100)] | None],
@@ -40,6 +40,7 @@ class PatientQuestionnaire(Schema):
     """The questionnaire that the patient fills in on this browser."""
 
     title: str
+    side: Side = Field(description="Shoulder about which the questions ask.")
     language: Language
     copyright: str
     questions: list[PatientQuestion]

@@ -27,8 +27,9 @@ from kata.clinic.patient_mode.tables import PatientModeRow
 from kata.clinic.questionnaires.definitions import DEFINITIONS, Definition
 from kata.clinic.questionnaires.tables import QuestionnaireTextsRow
 from kata.errors import ProblemError, not_found
+from kata.types import Side, side_of
 
-_Mode = tuple[PatientModeRow, Definition, QuestionnaireTextsRow]
+_Mode = tuple[PatientModeRow, Definition, QuestionnaireTextsRow, Side]
 
 
 def start(session: Session, actor: Actor, episode_id: UUID, requested: PatientModeStart, now: datetime) -> None:
@@ -61,7 +62,7 @@ def present(session: Session, actor: Actor) -> PatientQuestionnaire | None:
 
 
 def _as_questionnaire(mode: _Mode) -> PatientQuestionnaire:
-    row, definition, words = mode
+    row, definition, words, side = mode
     questions = [
         PatientQuestion(
             text=item["text"],
@@ -74,6 +75,7 @@ def _as_questionnaire(mode: _Mode) -> PatientQuestionnaire:
     ]
     return PatientQuestionnaire(
         title=words.title,
+        side=side,
         language=row.language,
         copyright=words.copyright,
         questions=questions,
@@ -91,7 +93,7 @@ def answer(session: Session, actor: Actor, patient_answers: PatientAnswers, now:
     mode = _find(session, actor)
     if mode is None:
         raise not_found(texts.NO_PATIENT_MODE)
-    row, definition, _ = mode
+    row, definition, *_ = mode
     if row.finished_at:
         raise ProblemError(409, "finished", texts.QUESTIONNAIRE_FINISHED(), texts.GIVE_TABLET_BACK())
     if not definition.fits(patient_answers.answers):
@@ -123,4 +125,5 @@ def _find(session: Session, actor: Actor) -> _Mode | None:
         return None
     definition = DEFINITIONS.get(row.questionnaire)
     words = session.get(QuestionnaireTextsRow, (row.questionnaire, row.language))
-    return (row, definition, words) if definition and words else None
+    side = side_of(assessments.episode_of(session, row.episode_id).side)
+    return (row, definition, words, side) if definition and words else None

@@ -60,8 +60,8 @@ function PatientMode(props: { questionnaire: Questionnaire; onStaff: () => void 
   );
 }
 
-/** Shows the questions one at a time. Every step is stored, so that a reload continues at the same question. */
-function Questions({ questionnaire }: { questionnaire: Questionnaire }) {
+/** Shows the questions one at a time, with the shoulder that is meant. Every step is stored, so that a reload continues at the same question. */
+export function Questions({ questionnaire }: { questionnaire: Questionnaire }) {
   const queries = useQueryClient();
   const { questions } = questionnaire;
   const [answers, setAnswers] = useState<Answers>(questionnaire.answers);
@@ -85,6 +85,9 @@ function Questions({ questionnaire }: { questionnaire: Questionnaire }) {
       {question ? (
         <>
           <Text fz={22}>{t("patient-mode:place", { place: place + 1, of: questions.length })}</Text>
+          <Text fz={26} fw={700}>
+            {t(`patient-mode:shoulder.${questionnaire.side}`)}
+          </Text>
           <Title
             order={1}
             ref={heading}

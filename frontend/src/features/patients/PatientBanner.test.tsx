@@ -115,7 +115,14 @@ describe("the stage's proposal", () => {
     expect(warning.textContent).toContain(
       "These settings are above the proposal for the stage Freezing: range.",
     );
-    expect(warning.textContent).toContain("Kelley et al.");
+    expect(screen.getByTestId("stage-proposal").textContent).toContain("Kelley et al.");
+  });
+
+  it("has its source without a warning, too", async () => {
+    vi.spyOn(api, "patientBanner").mockResolvedValue(BANNER);
+    show(<StageWarning patientId="p" episodeId="e" settings={settings} resistanceLevel={8} />);
+    expect((await screen.findByTestId("stage-proposal")).textContent).toContain("Kelley et al.");
+    expect(screen.queryByRole("status")).toBeNull();
   });
 });
 

@@ -19,7 +19,7 @@ export function exceededSettings(
   return NAMES.filter((name) => given[name] > proposal[name]);
 }
 
-/** Warns if settings exceed the proposal of this shoulder's stage. It changes no setting. */
+/** Shows the proposal of this shoulder's stage with its source, and warns if settings exceed it. It changes no setting. */
 export function StageWarning(props: {
   patientId: string;
   episodeId: string | null;
@@ -39,7 +39,10 @@ export function StageWarning(props: {
   const stage = t(`episodes:stages.${proposal.stage}`);
   return (
     <div data-testid="stage-proposal">
-      <Text size="sm">{t("patients:stage.proposes", { stage, ...values })}</Text>
+      <Text size="sm">
+        {t("patients:stage.proposes", { stage, ...values })}{" "}
+        {translateServerText(proposal.source, proposal.source_key)}
+      </Text>
       {exceeded.length > 0 && (
         <Alert color="grape" variant="light" icon={<IconAlertTriangle />} role="status" mt="xs">
           <Text fw={600}>
@@ -48,7 +51,6 @@ export function StageWarning(props: {
               settings: formatList(exceeded.map((name) => t(`patients:stage.settings.${name}`))),
             })}
           </Text>
-          <Text size="sm">{translateServerText(proposal.source, proposal.source_key)}</Text>
         </Alert>
       )}
     </div>

@@ -80,11 +80,23 @@ function MotionErrors({ motions }: { motions: Comparison["motions"] }) {
           patientAngleWords(motion) ?? t("sessions:goniometer.onlyApparatus"),
           formatRange(motion.apparatus_min_deg, motion.apparatus_max_deg),
           formatRange(motion.reference_min_deg, motion.reference_max_deg),
-          formatDeg(motion.end_range_s ?? null, 0),
+          endRangeWords(motion),
         ],
       }))}
     />
   );
+}
+
+/** Return the end-range time with the limits by which it was counted, or a dash if it was not counted. */
+export function endRangeWords(motion: Comparison["motions"][number]): string {
+  const { end_range_s, end_range_band_deg, end_range_torque_nm } = motion;
+  const seconds = formatDeg(end_range_s ?? null, 0);
+  if (end_range_s == null || end_range_band_deg == null || end_range_torque_nm == null) return seconds;
+  return t("sessions:compared.endRange", {
+    seconds,
+    band: end_range_band_deg,
+    torque: end_range_torque_nm,
+  });
 }
 
 type Compared = Comparison["motors"][number] | Comparison["motions"][number];

@@ -89,6 +89,13 @@ it("end-range times of a motion add up, and the longest is shown", () => {
   expect(longestEndRange(session([run({}, [1], [{ motion: 4, end_range_s: null }])]))).toBeNull();
 });
 
+it("end-range times with different limits do not add up", () => {
+  const one = (end_range_band_deg: number, end_range_s: number) =>
+    run({}, [1], [{ motion: 4, end_range_s, end_range_band_deg, end_range_torque_nm: 0.5 }]);
+  const found = longestEndRange(session([one(10, 20), one(5, 30), one(10, 4)]));
+  expect(found).toMatchObject({ total_s: 30, band_deg: 5 });
+});
+
 it("a count that no playback has is not zero", () => {
   expect(total([run({ reversals: null })], ({ reversals }) => reversals)).toBeNull();
   expect(total([run({ reversals: null }), run({ reversals: 2 })], ({ reversals }) => reversals)).toBe(2);

@@ -92,14 +92,18 @@ function wider(before: [number, number] | undefined, next: [number, number]): [n
 /** End-range time of one motion over all playbacks, with the band and the torque that count. */
 export type EndRange = { motion: Motion; total_s: number; band_deg: number; torque_nm: number };
 
-/** Return the motion of the treated shoulder with the longest end-range time, or null if none was counted. */
+/**
+ * Return the motion of the treated shoulder with the longest end-range time, or null if none was counted. Times
+ * with different bands or torques do not add up.
+ */
 export function longestEndRange(session: ShoulderRuns): EndRange | null {
-  const found = new Map<number, EndRange>();
+  const found = new Map<string, EndRange>();
   for (const motion of motionsOf(session)) {
     const { end_range_s, end_range_band_deg: band_deg, end_range_torque_nm: torque_nm } = motion;
     if (end_range_s == null || band_deg == null || torque_nm == null) continue;
-    const total_s = (found.get(motion.motion)?.total_s ?? 0) + end_range_s;
-    found.set(motion.motion, { motion, total_s, band_deg, torque_nm });
+    const key = [motion.motion, band_deg, torque_nm].join();
+    const total_s = (found.get(key)?.total_s ?? 0) + end_range_s;
+    found.set(key, { motion, total_s, band_deg, torque_nm });
   }
   return [...found.values()].reduce<EndRange | null>(
     (longest, next) => (longest && longest.total_s >= next.total_s ? longest : next),

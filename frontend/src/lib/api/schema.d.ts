@@ -8172,6 +8172,12 @@ export interface components {
             /** Title */
             title: string;
             /**
+             * Side
+             * @description Shoulder about which the questions ask.
+             * @enum {string}
+             */
+            side: "left" | "right";
+            /**
              * Language
              * @enum {string}
              */

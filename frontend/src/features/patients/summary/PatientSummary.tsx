@@ -54,6 +54,7 @@ function EpisodeSummary({ episode }: { episode: Episode }) {
   if (!form.data || !assessments.items) return <Skeleton h={560} />;
   return (
     <>
+      <Text fw={600}>{t(`episodes:care.shoulder.${episode.side}`)}</Text>
       {compared ? (
         <SinceLastMonth compared={compared} side={episode.side} form={form.data} />
       ) : (
@@ -81,7 +82,7 @@ function EpisodeSummary({ episode }: { episode: Episode }) {
         <Stack gap="sm">
           {compared && (
             <Card withBorder>
-              <Trends assessments={items} />
+              <Trends assessments={items} side={episode.side} />
             </Card>
           )}
           <Card withBorder>

@@ -1,7 +1,7 @@
 import { Text, Title } from "@mantine/core";
 import { IconArrowDown, IconArrowRight, IconArrowUp } from "@tabler/icons-react";
 import type { Schemas } from "../../../lib/api/client";
-import { formatDayOf, formatMeasured, roundToTenths } from "../../../lib/format";
+import { formatDayOf, formatMeasured, roundToTenths, sideWord } from "../../../lib/format";
 import { t } from "../../../lib/i18n";
 import { Metric, Metrics } from "../../../ui/Metric";
 import { rateSpadiChange } from "../../assessments/describeFindings";
@@ -44,7 +44,7 @@ export function SinceLastMonth(props: {
               angle && (
                 <Metric
                   key={measure.motion}
-                  label={t("patients:summary.active", { motion: motionWord(measure) })}
+                  label={t("patients:summary.active", { motion: motionWord(measure), side: sideWord(side) })}
                   value={`${formatMeasured(angle.value)}°`}
                   note={<ChangeWords of={angle} words={(change) => `${change}°`} />}
                 />

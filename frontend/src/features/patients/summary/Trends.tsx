@@ -4,8 +4,8 @@ import { formatMeasured } from "../../../lib/format";
 import { t } from "../../../lib/i18n";
 import { type Trend, TrendChart, TrendLegend } from "../../../ui/TrendChart";
 
-/** Shows pain and SPADI over all assessments of the episode. `assessments`: newest first. */
-export function Trends({ assessments }: { assessments: Assessment[] }) {
+/** Shows pain and SPADI over all assessments of the episode. `assessments`: newest first. `side`: the shoulder. */
+export function Trends({ assessments, side }: { assessments: Assessment[]; side: "left" | "right" }) {
   const counted = assessments.filter(({ withdrawn_at }) => !withdrawn_at).reverse();
   const trend = (name: string, of: (assessment: Assessment) => number | null | undefined): Trend => ({
     name,
@@ -21,10 +21,12 @@ export function Trends({ assessments }: { assessments: Assessment[] }) {
   const spadi = [trend(t("patients:summary.spadi"), (one) => one.spadi_score?.total)].filter(
     ({ points }) => points.length > 0,
   );
+  const title = (what: string) =>
+    t("patients:summary.ofShoulder", { what, shoulder: t(`episodes:care.shoulder.${side}`) });
   return (
     <SimpleGrid cols={{ base: 1, xs: 2 }}>
-      <TrendCard title={t("patients:summary.pain")} trends={pains} max={10} step={5} />
-      <TrendCard title={t("patients:summary.spadi")} trends={spadi} max={100} step={50} />
+      <TrendCard title={title(t("patients:summary.pain"))} trends={pains} max={10} step={5} />
+      <TrendCard title={title(t("patients:summary.spadi"))} trends={spadi} max={100} step={50} />
     </SimpleGrid>
   );
 }

@@ -1,0 +1,12 @@
+import { expect, it } from "vitest";
+import { endRangeWords } from "./RunNumbers";
+
+type Motion = Parameters<typeof endRangeWords>[0];
+const words = (given: Partial<Motion>) => endRangeWords(given as Motion);
+
+it("an end-range time has the limits by which it was counted", () => {
+  expect(words({ end_range_s: 92.4, end_range_band_deg: 5, end_range_torque_nm: 1.5 })).toBe(
+    "92 s (last 5°, at least 1.5 Nm)",
+  );
+  expect(words({ end_range_s: null })).toBe("–");
+});
