@@ -44,6 +44,7 @@ _FALSE_REFUSAL_DEG: Final = 0.5
 _CANDIDATES: Final = 300
 _BESIDE_DEG: Final = 8.0
 """Distance to a limit of the middle of half of the motions."""
+_HALVINGS: Final = 12
 _WAIT_S: Final = 300.0
 _LOGGED: Final = 50
 """Treatments between two lines of the log."""
@@ -87,6 +88,8 @@ def random_treatment(rng: np.random.Generator, side: Side) -> Treatment:
     inside = poses[wanted] if wanted.any() else poses
     middles = inside[rng.integers(len(inside), size=2)]
     path = _between(rng, middles) if rng.random() < 0.4 else _around(rng, middles[0])
+    if rng.random() < 0.7:
+        path = _up_to_a_limit(rng, treatment, path, middles[0])
     start = motor_angles_deg(path[0], side)
     hanging = motor_angles_deg(np.zeros(N_AXES), side)
     here = start
@@ -95,6 +98,21 @@ def random_treatment(rng: np.random.Generator, side: Side) -> Treatment:
         anywhere = motor_angles_deg(random_poses(rng, 1)[0], side)
         here = hanging + rng.random() * (start - hanging) if rng.random() < 0.7 else anywhere
     return treatment._replace(poses=path, here_deg=here)
+
+
+def _up_to_a_limit(rng: np.random.Generator, treatment: Treatment, path: Floats, middle: Floats) -> Floats:
+    """Return the path with less extent around its middle, so that its farthest pose is up to 1 deg inside the limits.
+
+    Only there a setpoint that leads the reference can leave the limits.
+    """
+    inside_deg = rng.uniform(0.0, 1.0)
+    share, step = 0.0, 0.5
+    for _ in range(_HALVINGS):
+        wider = middle + (share + step) * (path - middle)
+        share += step * bool(treatment.beyond_deg(wider).max() < -inside_deg)
+        step /= 2
+    narrower: Floats = middle + share * (path - middle)
+    return narrower
 
 
 def _around(rng: np.random.Generator, middle: Floats) -> Floats:
@@ -196,6 +214,7 @@ def test_no_setpoint_of_a_random_treatment_leaves_the_limits(tmp_path: Path) -> 
 @pytest.mark.campaign
 @pytest.mark.timeout(0)
 def test_a_million_setpoints_of_treatments_stay_inside(tmp_path: Path) -> None:
+    # Before motions reached up to a limit, the space did not notice that PoseGate.held does nothing (31,094 setpoints). Not tried since.
     count, results = treat_many(tmp_path, seed=14, least=1_000_000)
     log.info("%d setpoints, treatments %s", count, dict(results))
     assert min(results["performed"], results["refused"]) > 100
