@@ -28,6 +28,7 @@ from kata.motion.tracking import compare, wall_clock_s
 from kata.plotting import downsampling, texts
 from kata.plotting.colours import INDIGO, ORANGE, PALE_GREEN
 from kata.plotting.placed_texts import with_texts
+from kata.system import malloc
 from kata.system.lazy_modules import delay_unused_numpy
 
 _CHUNK_CHARACTERS: Final = 1 << 18
@@ -367,8 +368,9 @@ def _symmetric(error_deg: Any) -> list[float]:
 
 
 def _begin() -> None:
-    """Prepare the worker: low priority, and no memory for unused libraries."""
+    """Prepare the worker: low priority, and no memory for unused libraries and past tasks."""
     os.nice(_NICENESS)
+    malloc.return_free_memory()
     _end_with_parent()
     delay_unused_numpy()
 
