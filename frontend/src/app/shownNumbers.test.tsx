@@ -172,6 +172,7 @@ describe.each([["en"], ["ja"]] as const)("in the language %s", (language) => {
     expect(names.length).toBeGreaterThan(40);
     const detail = {
       ...RECORD,
+      signature: { state: "valid", changed: [], public_key: "cafe" },
       steps: [
         {
           step: "acceptance",

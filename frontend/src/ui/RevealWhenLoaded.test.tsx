@@ -43,7 +43,10 @@ function Part(props: {
   );
 }
 
-function show(children: React.ReactNode, props: { waits?: boolean; now?: boolean; onIdle?: () => void } = {}) {
+function show(
+  children: React.ReactNode,
+  props: { waits?: boolean; now?: boolean; onIdle?: () => void } = {},
+) {
   const queries = new QueryClient({ defaultOptions: { queries: { retry: 1 } } });
   const page = (current: typeof props) => (
     <MantineProvider env="test">
