@@ -8,6 +8,7 @@ import tty
 from collections.abc import Iterator
 
 import pytest
+import serial
 
 from kata.device.bus.port import BusError
 from kata.device.bus.serial_transport import SerialTransport
@@ -73,6 +74,13 @@ def test_port_that_was_hung_up_is_lost() -> None:
     with pytest.raises(BusError, match="was disconnected"):
         line.send(b"?")
     line.close()
+
+
+def test_adapter_is_asked_for_low_latency(terminal: tuple[int, str], monkeypatch: pytest.MonkeyPatch) -> None:
+    requests: list[bool] = []
+    monkeypatch.setattr(serial.Serial, "set_low_latency_mode", lambda port, wanted: requests.append(wanted))
+    SerialTransport(terminal[1], 1_000_000).close()
+    assert requests == [True]
 
 
 def test_adapter_pulled_out_while_opened_is_a_bus_error(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -136,7 +136,7 @@ class SerialTransport(_OpenedTransport):
         """
         try:
             self._serial.rs485_mode = RS485Settings(rts_level_for_tx=sends_high, rts_level_for_rx=not sends_high)
-        except (OSError, ValueError) as error:
+        except (OSError, ValueError, termios.error) as error:
             self.close()
             raise BusError(texts.RTS_DIRECTION_REFUSED(port=self._port, error=error)) from error
 
