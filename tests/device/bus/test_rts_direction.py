@@ -4,6 +4,7 @@ import array
 import fcntl
 import os
 import pty
+import termios
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
@@ -70,6 +71,20 @@ def test_the_kernel_mode_stays_unchanged_by_default(port: str, flags: list[int])
     bus.open()
     bus.close()
     assert flags == []
+
+
+def test_an_adapter_pulled_out_while_it_is_switched_is_named(port: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    """pyserial passes this error of the terminal through; it is no OSError."""
+    real = fcntl.ioctl
+
+    def ioctl(fd: int, request: int, *arguments: Any) -> Any:
+        if request == TIOCGRS485:
+            raise termios.error(5, "Input/output error")
+        return real(fd, request, *arguments)
+
+    monkeypatch.setattr("serial.serialposix.fcntl.ioctl", ioctl)
+    with pytest.raises(BusError, match=f"the adapter at {port} cannot be switched"):
+        make_bus(station(port, rts_direction="high")).open()
 
 
 def test_an_adapter_that_cannot_be_switched_is_named(port: str) -> None:
