@@ -273,7 +273,7 @@ def changed_in(cache: OfflineCache, wanted: dict[str, Any]) -> bool:
 
 
 @pytest.mark.parametrize("cached", [False, True])
-def test_limits_that_a_doctor_changed_after_loading_stop_the_next_motion(
+def test_limits_changed_after_loading_stop_the_next_motion(
     client: TestClient, patient: dict[str, Any], wanted: dict[str, Any], monkeypatch: pytest.MonkeyPatch, cached: bool
 ) -> None:
     if not cached:

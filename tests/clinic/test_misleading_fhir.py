@@ -47,7 +47,7 @@ def test_playback_states_its_share_of_the_taught_range(database: Database, tmp_p
             assert "the arm can slip in its cuff" in parts[f"motion-4-{end}"]["code"]["coding"][0]["display"]
 
 
-def test_every_code_of_an_apparatus_angle_has_the_caveat_of_slip() -> None:
+def test_every_apparatus_angle_code_has_the_slip_caveat() -> None:
     """Each code states an apparatus angle, except those of estimates of the patient's angle."""
     stated = {code: display for code, display in local_codes().items() if "apparatus angle" in display.lower()}
     assert {"end-feel", "end-feel-onset", "apparatus-angle", "motion-4-highest"} <= set(stated)

@@ -124,7 +124,7 @@ def test_the_first_treatment_of_a_plan_moved_a_patient(treated: tuple[SessionCon
 
 
 @pytest.mark.parametrize(("language", "slip"), [("en", "the arm can slip in its cuff"), ("ja", "固定具の中で滑る")])
-def test_angles_of_an_end_feel_test_have_the_caveat_of_slip(language: Language, slip: str) -> None:
+def test_angles_of_end_feel_tests_have_the_slip_caveat(language: Language, slip: str) -> None:
     assert slip in PHRASES["end_feel_explained"][LANGUAGES.index(language)]
     page = json.loads((ROOT / f"frontend/src/locales/{language}/endFeel.json").read_text())
     assert slip in page["definitions"]

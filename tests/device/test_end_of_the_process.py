@@ -20,7 +20,7 @@ def test_lost_torque_off_is_repeated_before_the_end(playing: Stepped) -> None:
     assert not playing.torque
 
 
-def test_drive_that_never_confirms_delays_the_end_by_half_a_second(playing: Stepped) -> None:
+def test_unconfirmed_torque_off_delays_the_end_by_half_a_second(playing: Stepped) -> None:
     playing.apparatus.deaf_to_torque_off = {3}
     playing.link.closing, playing.link.service_silent_ms = True, 1e9
     assert 50 < cycles_until_end(playing) < 80

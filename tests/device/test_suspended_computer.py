@@ -19,8 +19,9 @@ def station(tmp_path: Path) -> SimulatedLoop:
 
 def suspend(station: SimulatedLoop, seconds: float) -> None:
     """Suspend the computer. No drive's watchdog notices it, as with a Modbus drive that has none."""
-    suspended_ns = station.loop._suspended_ns() + int(seconds * 1e9)
-    station.loop._suspended_ns = lambda: suspended_ns
+    suspension = station.loop._suspension
+    suspended_ns = suspension.read_ns() + int(seconds * 1e9)
+    suspension.read_ns = lambda: suspended_ns  # type: ignore[method-assign]
 
 
 def test_arm_is_not_played_on_after_a_suspension(station: SimulatedLoop) -> None:

@@ -2,14 +2,13 @@
 
 import ast
 import re
-import subprocess
 from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
 
 from docs.generate import PAGES
-from tests.support.paths import ROOT
+from tests.support.paths import ROOT, files
 
 LONGEST = 1500
 """Words of a page. Generated pages are exempt: their tables are as long as the code makes them."""
@@ -18,18 +17,6 @@ DECISIONS = ROOT / "docs/explanation/decisions"
 ARCHITECTURE = [ROOT / f"docs/explanation/{name}.md" for name in ("architecture", "where-to-change")]
 _FENCE = re.compile(r"^```.*?^```", re.MULTILINE | re.DOTALL)
 _LINK = re.compile(r"!?\[[^\]]*\]\(([^)\s]+)\)")
-
-
-def files(*patterns: str) -> list[Path]:
-    """Return the repository's files, also those not yet committed."""
-    listed = subprocess.run(
-        ["git", "ls-files", "--cached", "--others", "--exclude-standard", *patterns],
-        cwd=ROOT,
-        check=True,
-        capture_output=True,
-        text=True,
-    )
-    return [ROOT / line for line in listed.stdout.splitlines() if (ROOT / line).is_file()]
 
 
 def pages() -> list[Path]:

@@ -10,8 +10,7 @@ import pytest
 from docs.clinical import GLOSSARY, Term
 from kata.reporting import note_draft_phrases
 from kata.reporting.phrases import PHRASES
-from tests.repo_checks.test_documentation import files
-from tests.support.paths import ROOT
+from tests.support.paths import ROOT, files
 
 LOCALES: Final = ROOT / "frontend/src/locales"
 _PARAMETER: Final = re.compile(r"\{\{?[^}]*\}\}?")

@@ -51,7 +51,7 @@ def test_clock_set_back_by_hours_revives_no_old_test_later(monkeypatch: pytest.M
         assert checks.estop_test(tested_at, known) == (tested_at if counts else None)
 
 
-def test_test_of_yesterday_does_not_count_after_the_clock_was_set_back_by_a_day(
+def test_yesterdays_test_does_not_count_after_clock_was_set_back(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
     unused: Any = None

@@ -25,10 +25,10 @@ from kata.device.ipc_messages import Guarded, Pause, Reply
 from kata.device.loop_telemetry import LoopTelemetry
 from kata.device.pedal import UsbPedal
 from kata.device.refusals import ANGLES_NOT_CURRENT, STOPPED_MEANWHILE, out_of_date
-from kata.device.setpoint_gate import refused_setpoints
+from kata.device.setpoint_gate import SetpointGate
 from kata.messages import text_of
 from kata.system.realtime import Granted
-from kata.system.suspension import suspended_ns
+from kata.system.suspension import SuspensionClock
 
 log = logging.getLogger(__name__)
 
@@ -36,10 +36,24 @@ _RECONNECT_NS: Final = 250_000_000
 """Time between two attempts to open the port or to configure a drive."""
 _WAIT_FOR_ANGLES_NS: Final = 500_000_000
 """A start waits so long for answers and status of all drives. At 20 Hz the statuses of five drives take 250 ms."""
-
-
 _LAST_TORQUE_OFF_NS: Final = 500_000_000
 """Longest time for which torque-off is repeated before the process ends. A status of each drive comes within 250 ms."""
+
+
+class LastTorqueOff:
+    """The end of the process: torque-off is repeated until the drives confirm it, because a message may be lost, and no other process
+    would repeat it.
+    """
+
+    def __init__(self) -> None:
+        """Prepare for the end."""
+        self._end_by_ns: int | None = None
+
+    def is_done(self, state: CycleState) -> bool:
+        """Return True if the drives report no torque. A drive that does not report it delays the end by :data:`_LAST_TORQUE_OFF_NS`."""
+        if self._end_by_ns is None:
+            self._end_by_ns = state.t_ns + _LAST_TORQUE_OFF_NS
+        return all(reported is False for reported in state.torque_reported) or state.t_ns >= self._end_by_ns
 
 
 class ControlLoop(LoopTelemetry):
@@ -59,9 +73,7 @@ class ControlLoop(LoopTelemetry):
         super().__init__(config, bus, link, granted, first_stops=now_ns() // 1_000_000)
         self._now_ns = now_ns
         self._sleep = sleep
-        self._suspended_ns = suspended_ns
-        self._last_suspended_ns = suspended_ns()
-        """Longest known time for which the computer has been suspended."""
+        self._suspension = SuspensionClock()
         self._state_builder = CycleStateBuilder(config)
         usb = config.inputs.usb_pedal
         self._pedal = UsbPedal(Path(usb), now_ns) if usb else None
@@ -86,10 +98,8 @@ class ControlLoop(LoopTelemetry):
         """Time of the last cycle in which no start waited."""
         self._heartbeats_seen = 0
         self._run_id_mismatches = 0
-        self._end_by_ns: int | None = None
-        """Latest time of the process's end, after the service is gone and torque was switched off."""
-        self._sent_deg: list[tuple[float, ...]] = []
-        """The last one or two checked setpoints since torque was switched on."""
+        self._last_torque_off = LastTorqueOff()
+        self._setpoint_gate = SetpointGate()
 
     def run(self) -> None:
         """Run until the service is gone and every run and teaching has ended. Torque is off on return."""
@@ -124,11 +134,8 @@ class ControlLoop(LoopTelemetry):
         return True
 
     def _take_suspension_ns(self) -> int:
-        """Return the time for which the computer was suspended since the last cycle. A command from before a long suspension must not start
-        a motion.
-        """
-        slept_ns = max(0, self._suspended_ns() - self._last_suspended_ns)
-        self._last_suspended_ns += slept_ns
+        """Return the time for which the computer was suspended since the last cycle. A long one invalidates earlier commands to start."""
+        slept_ns = self._suspension.take_ns()
         if slept_ns > MAX_OVERRUN_MS * 1e6:
             log.warning("the computer was suspended for %.1f s", slept_ns / 1e9)
             self._pauses += 1
@@ -147,7 +154,7 @@ class ControlLoop(LoopTelemetry):
         except Exception:
             log.exception("internal error in the control program")
             self._machine.abort(state, [("unexpected_error", None)])
-        self._gate_setpoint(state)
+        self._setpoint_gate.check(self._machine, state)
         self._write(torque_was_on, state)
         machine = self._machine
         self._state_builder.record_command(t_ns, machine.torque_on, machine.setpoint_deg, machine.setpoint_t_ns)
@@ -155,17 +162,10 @@ class ControlLoop(LoopTelemetry):
         self._publish(state)
         self._link.wake()
         self._configure(state)
-        return not (self._link.closing and self._machine.close() and self._may_end(state))
-
-    def _may_end(self, state: CycleState) -> bool:
-        """Return True if the drives report no torque. A lost message may have left torque on, and no other process would repeat it.
-
-        A drive that does not report it delays the end by :data:`_LAST_TORQUE_OFF_NS`.
-        """
-        if self._end_by_ns is None:
-            self._end_by_ns = state.t_ns + _LAST_TORQUE_OFF_NS
-        off = all(reported is False for reported in state.torque_reported)
-        return off or not self._connected or self._machine.torque_inherited or state.t_ns >= self._end_by_ns
+        if not (self._link.closing and machine.close()):
+            return True
+        needless = not self._connected or machine.torque_inherited
+        return not (needless or self._last_torque_off.is_done(state))
 
     def poll_estop(self) -> None:
         """Read the emergency stop halfway between two cycles. If it is open, switch torque off at once.
@@ -204,21 +204,6 @@ class ControlLoop(LoopTelemetry):
             rate_hz=self._machine.rate_hz,
             torque_inherited=self._machine.torque_inherited,
         )
-
-    def _gate_setpoint(self, state: CycleState) -> None:
-        """Check every setpoint before it is sent, regardless of the mode that computed it."""
-        machine = self._machine
-        if not machine.torque_on:
-            self._sent_deg.clear()
-        elif machine.setpoint_due or not self._sent_deg:
-            before = self._sent_deg or [state.measured_deg]
-            refused = (
-                refused_setpoints(before, machine.setpoint_deg, machine.limits_deg, machine.config, machine.rate_hz)
-                or machine.refused_pose()
-            )
-            if refused:
-                machine.abort(state, refused)
-            self._sent_deg = [*before[-1:], machine.setpoint_deg]
 
     # -- the bus --------------------------------------------------------------------------------------------------
 

@@ -1,11 +1,14 @@
 """Implements the setpoint gate, the last check of a setpoint before it is sent to the drives."""
 
 from collections.abc import Sequence
-from typing import Final
+from typing import TYPE_CHECKING, Final
 
 from kata.device.config import Axis, StationConfig
-from kata.device.cycle_state import Limits
+from kata.device.cycle_state import CycleState, Limits
 from kata.device.faults import FaultKey
+
+if TYPE_CHECKING:
+    from kata.device.modes import StateMachine
 
 _MAX_STEP_SHARE: Final = 1.5
 _STEP_TOLERANCE_DEG: Final = 1.0
@@ -44,3 +47,26 @@ def refused_setpoints(
             if second_difference > axis.max_acceleration_deg_s2:
                 found.append(("setpoint_acceleration", n))
     return found
+
+
+class SetpointGate:
+    """Checks every setpoint before it is sent, regardless of the mode that computed it."""
+
+    def __init__(self) -> None:
+        """Prepare without a setpoint."""
+        self._sent_deg: list[tuple[float, ...]] = []
+        """The last one or two checked setpoints since torque was switched on."""
+
+    def check(self, machine: "StateMachine", state: CycleState) -> None:
+        """Check the setpoint of this cycle. A refused one stops the arm."""
+        if not machine.torque_on:
+            self._sent_deg.clear()
+        elif machine.setpoint_due or not self._sent_deg:
+            before = self._sent_deg or [state.measured_deg]
+            refused = (
+                refused_setpoints(before, machine.setpoint_deg, machine.limits_deg, machine.config, machine.rate_hz)
+                or machine.refused_pose()
+            )
+            if refused:
+                machine.abort(state, refused)
+            self._sent_deg = [*before[-1:], machine.setpoint_deg]

@@ -113,8 +113,7 @@ class Station:
         self._subscriptions = Subscriptions()
         self.drive_trend = DriveTrend()
         self.clock = StateClock()
-        self._live: Live | None = None
-        self._live_version: object = None
+        self._live: tuple[object, Live] | None = None
         self.operating = Operating(self.command, self._subscriptions.note_change, on_absence_action)
         self.set_not_commissioned(not_commissioned)
 
@@ -195,8 +194,8 @@ class Station:
             if self._stop_user is not None:
                 return _COMMISSIONING
             # Without a connected device process no drive has torque that this service has switched on.
-            running = self._process.running and self._tracker.snapshot is not None
-            if running and (refusal := self._side_refusal()):
+            snapshot = self._tracker.snapshot if self._process.running else None
+            if snapshot and (refusal := _side_refusal(snapshot)):
                 return refusal
             self._stop_user = stop
             await self._process.close()
@@ -223,7 +222,7 @@ class Station:
         async with self._setting_side:
             if side == self.config.side:
                 return None
-            if refusal := self._side_refusal():
+            if refusal := _side_refusal(self._tracker.snapshot if self._process.running else None):
                 return refusal
             await self._process.close()
             self._ended()
@@ -235,33 +234,9 @@ class Station:
 
     def _store(self, config: StationConfig) -> Refusal | None:
         """Use a configuration from the next device process on. Return a refusal if its file cannot be written."""
-        try:
-            write(config, self._station_file)
-        except OSError as error:
-            log.exception("the station's file cannot be written")
-            return Refusal.of(
-                code="file_not_written",
-                message=texts.FILE_NOT_WRITTEN(error=error.strerror or str(error)),
-                next_step=texts.FREE_SPACE_OR_ASK(),
-            )
-        self.config = config
-        self.info = _info(config, simulated=self.info.simulated)
-        return None
-
-    def _side_refusal(self) -> Refusal | None:
-        """Return the refusal to restart the device process now; None if it may be restarted.
-
-        Offline with unknown torque the apparatus may be turned, because an apparatus that is switched off has this state. No stop
-        is latched in this state, and ending or starting a device process does not change the torque of a drive that it has not switched
-        on. If drives hold an arm when the next process connects, it reports the fault ``torque_found``.
-        """
-        snapshot = self._tracker.snapshot
-        if snapshot is None or not self._process.running:
-            return _OFFLINE
-        if snapshot.mode not in ("idle", "offline"):
-            return _NOT_NOW
-        if snapshot.torque == "on" or (snapshot.torque == "unknown" and snapshot.mode == "idle"):
-            return _MAY_HOLD
+        if refusal := _write(config, self._station_file):
+            return refusal
+        self.config, self.info = config, _info(config, simulated=self.info.simulated)
         return None
 
     # -- state ----------------------------------------------------------------------------------------------------
@@ -270,9 +245,7 @@ class Station:
     def torque(self) -> TorqueState:
         """Torque of all drives. It is unknown without a device process, and while a command that may switch torque on has no reply."""
         snapshot = self._tracker.snapshot
-        if snapshot is None or not self._process.running:
-            return "unknown"
-        if self._pending and snapshot.torque == "off":
+        if snapshot is None or not self._process.running or (self._pending and snapshot.torque == "off"):
             return "unknown"
         return snapshot.torque
 
@@ -311,17 +284,13 @@ class Station:
 
     def live(self) -> Live:
         """Return the newest state with its age. The part that lasts until the next change is built once for all callers."""
-        if self._live is None or self._live_version != self.version:
-            self._live_version, self._live = self.version, self._new_live()
-        return self._live.model_copy(update=self._changing_fields())
+        if self._live is None or self._live[0] != self.version:
+            self._live = self.version, self._new_live()
+        return self._live[1].model_copy(update=self._changing_fields())
 
     def _changing_fields(self) -> dict[str, Any]:
         """Return the fields of :meth:`live` that change without a change of :attr:`version`."""
-        return {
-            "at": self.clock.now(),
-            "age_ms": self._tracker.age_ms,
-            "lease": self.operating.lease_for(None),
-        }
+        return {"at": self.clock.now(), "age_ms": self.age_ms, "lease": self.operating.lease_for(None)}
 
     def _new_live(self) -> Live:
         tracker = self._tracker
@@ -411,6 +380,36 @@ class Station:
         self._pending.clear()
         self._subscriptions.note_change()
         self._on_journal(None)
+
+
+def _write(config: StationConfig, file: Path) -> Refusal | None:
+    """Write the station's file. Return a refusal if it cannot be written."""
+    try:
+        write(config, file)
+    except OSError as error:
+        log.exception("the station's file cannot be written")
+        return Refusal.of(
+            code="file_not_written",
+            message=texts.FILE_NOT_WRITTEN(error=error.strerror or str(error)),
+            next_step=texts.FREE_SPACE_OR_ASK(),
+        )
+    return None
+
+
+def _side_refusal(snapshot: Snapshot | None) -> Refusal | None:
+    """Return the refusal to restart the device process now; None if it may be restarted. ``snapshot``: the newest one; None without a process.
+
+    Offline with unknown torque the apparatus may be turned, because an apparatus that is switched off has this state. No stop
+    is latched in this state, and ending or starting a device process does not change the torque of a drive that it has not switched
+    on. If drives hold an arm when the next process connects, it reports the fault ``torque_found``.
+    """
+    if snapshot is None:
+        return _OFFLINE
+    if snapshot.mode not in ("idle", "offline"):
+        return _NOT_NOW
+    if snapshot.torque == "on" or (snapshot.torque == "unknown" and snapshot.mode == "idle"):
+        return _MAY_HOLD
+    return None
 
 
 def _info(config: StationConfig, *, simulated: bool) -> StationInfo:
