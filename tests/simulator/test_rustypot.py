@@ -33,6 +33,13 @@ def answers(servos: Any, drive_id: int) -> bool:
         return False
 
 
+def wait_for_answer(servos: Any, motor: int) -> None:
+    """Wait until a servo has started, at most 10 s."""
+    limit = time.monotonic() + 10.0
+    while not answers(servos, motor):
+        assert time.monotonic() < limit
+
+
 def counts(servos: Any, drive_id: int) -> int:
     return int.from_bytes(bytes(servos.read_raw_data(drive_id, PRESENT_POSITION, 4)), "little", signed=True)
 
@@ -86,14 +93,12 @@ def test_rebooting_servo_is_silent_and_comes_back(servos: Any) -> None:
     servos.set_timeout(0.02)
     servos.reboot(2)
     assert not answers(servos, 2)
-    time.sleep(0.5)
-    assert answers(servos, 2)
+    wait_for_answer(servos, 2)
     assert servos.read_torque_enable(2) == [False]
 
 
 def test_factory_reset_keeps_id_and_baud_rate(servos: Any) -> None:
     servos.write_raw_data(5, 84, [100, 0])
     servos.factory_reset(5)
-    time.sleep(0.5)
-    assert answers(servos, 5)
+    wait_for_answer(servos, 5)
     assert bytes(servos.read_raw_data(5, 84, 2)) == (800).to_bytes(2, "little")
