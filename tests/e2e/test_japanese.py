@@ -37,7 +37,7 @@ OURS: Final = frozenset(
         "OpenID",
         "URL",
     }
-    | {"PNG", "audit", "verify", "HL7", "TOTP", "TOML", "SHA", "SVG", "USB", "Winter", "Cort", "kata", "DEMO"}
+    | {"PNG", "RTS", "audit", "verify", "HL7", "TOTP", "TOML", "SHA", "SVG", "USB", "Winter", "Cort", "kata", "DEMO"}
 )
 """Words that are the same in Japanese."""
 RECORDED: Final = frozenset(
