@@ -228,7 +228,7 @@ MADE_BY_KATA: Final = {
     # The therapist of a session, which SessionSummary.therapist tries; no programme of the poisoned clinic is due.
     "DuePatient.therapist", "Operation.version",
     # Steps, values and faults of a commissioning, and what a station's file is accepted with.
-    "CommissioningState.reason", "CommissioningStepRun.fault", "CommissioningStepRun.step", "CommissioningValue.after", "CommissioningValue.before",
+    "CommissioningSignature.changed", "CommissioningSignature.public_key", "CommissioningState.reason", "CommissioningStepRun.fault", "CommissioningStepRun.step", "CommissioningValue.after", "CommissioningValue.before",
     "CommissioningValue.name", "CommissioningInstruction.kind", "CommissioningInstruction.text", "CommissioningStepState.does", "CommissioningStepState.title", "SettingChange.name", "SettingChange.unit",
     "SettingField.name", "SettingField.unit", "DriveWarningLive.code", "DriveWarningLive.message", "DriveWarningLive.next_step",
     # Read from records and files on the service's computer, of which there are none: names of stations and of who did it, values.
