@@ -14,6 +14,7 @@ import { PageLink } from "../ui/links";
 import { UndoBar } from "../ui/UndoBar";
 import { Brand } from "./Brand";
 import { MissingZone } from "./MissingZone";
+import { NavigationLink } from "./NavigationLink";
 import { PAGES } from "./pages";
 import classes from "./Shell.module.css";
 
@@ -113,19 +114,5 @@ function MenuLink({ to, label, needs }: (typeof PAGES)[number]) {
     >
       {label}
     </Menu.Item>
-  );
-}
-
-function NavigationLink({ to, label, needs }: (typeof PAGES)[number]) {
-  if (!useHasPermission(needs)) return null;
-  return (
-    <Link
-      to={to}
-      className={classes.page ?? ""}
-      activeProps={{ className: classes.here ?? "", "aria-current": "page" }}
-      activeOptions={{ exact: to === "/", includeSearch: false }}
-    >
-      {label}
-    </Link>
   );
 }

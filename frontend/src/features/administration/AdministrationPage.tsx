@@ -1,7 +1,7 @@
 import "./catalogue";
 import { Group, Stack, Title } from "@mantine/core";
-import { Link, Outlet } from "@tanstack/react-router";
-import classes from "../../app/Shell.module.css";
+import { Outlet } from "@tanstack/react-router";
+import { NavigationLink } from "../../app/NavigationLink";
 import { t } from "../../lib/i18n";
 import { useHasPermission } from "../auth/hooks";
 import { ADMINISTRATION_PAGES } from "./administrationPages";
@@ -18,7 +18,7 @@ export function AdministrationPage() {
         <>
           <Group component="nav" gap={4} aria-label={t("administration:administration.sections")}>
             {ADMINISTRATION_PAGES.map((page) => (
-              <SectionLink key={page.to} {...page} />
+              <NavigationLink key={page.to} {...page} />
             ))}
           </Group>
           <Outlet />
@@ -26,19 +26,5 @@ export function AdministrationPage() {
       )}
       {!canAdminister && <p>{t("administration:administration.administratorsOnly")}</p>}
     </Stack>
-  );
-}
-
-function SectionLink({ to, label, needs }: (typeof ADMINISTRATION_PAGES)[number]) {
-  if (!useHasPermission(needs)) return null;
-  return (
-    <Link
-      to={to}
-      className={classes.page ?? ""}
-      activeProps={{ className: classes.here ?? "", "aria-current": "page" }}
-      activeOptions={{ includeSearch: false }}
-    >
-      {label}
-    </Link>
   );
 }
