@@ -8,13 +8,11 @@ certificate may be replaced while the service runs: new connections get the new 
 import asyncio
 import contextlib
 import logging
-import os
 import socket
 import ssl
 from collections.abc import AsyncIterator, Iterable
 from datetime import datetime, timedelta
 from ipaddress import ip_address
-from pathlib import Path
 from typing import Final
 
 from cryptography import x509
@@ -24,6 +22,7 @@ from cryptography.x509.oid import ExtendedKeyUsageOID, NameOID
 
 from kata.database.base import utc_now
 from kata.settings import Settings
+from kata.system.files import write_private_file
 
 log = logging.getLogger(__name__)
 
@@ -132,8 +131,8 @@ class Certificate:
         try:
             self.file.parent.mkdir(mode=0o700, parents=True, exist_ok=True)
             # If the process ends between the two writes, the files do not match, and the next start creates both again.
-            _write(self._key, secret)
-            _write(self.file, certificate.public_bytes(pem))
+            write_private_file(self._key, secret)
+            write_private_file(self.file, certificate.public_bytes(pem))
         except OSError as error:
             raise TlsError(f"The certificate cannot be written to {self.file.parent}: {error.strerror}") from error
 
@@ -181,17 +180,6 @@ def _general_name(host: str) -> x509.GeneralName:
         return x509.IPAddress(ip_address(host))
     except ValueError:
         return x509.DNSName(host)
-
-
-def _write(path: Path, content: bytes) -> None:
-    """Write a file atomically, readable only by its owner."""
-    part = path.with_suffix(".part")
-    part.unlink(missing_ok=True)
-    with os.fdopen(os.open(part, os.O_WRONLY | os.O_CREAT | os.O_EXCL, 0o600), "wb") as file:
-        file.write(content)
-        file.flush()
-        os.fsync(file.fileno())
-    part.replace(path)
 
 
 def _no_password() -> str:

@@ -3,12 +3,13 @@
 A person who can change the database, or who gets a copy of a record, cannot sign a changed one. A person who can read the key can.
 """
 
-import os
 from pathlib import Path
 
 from cryptography.exceptions import InvalidSignature
 from cryptography.hazmat.primitives.asymmetric.ed25519 import Ed25519PrivateKey, Ed25519PublicKey
 from cryptography.hazmat.primitives.serialization import Encoding, NoEncryption, PrivateFormat, load_pem_private_key
+
+from kata.system.files import write_private_file
 
 
 class KeyFileError(Exception):
@@ -36,13 +37,7 @@ def load_key(file: Path) -> Ed25519PrivateKey | None:
 def store_key(key: Ed25519PrivateKey, file: Path) -> None:
     """Write a key to a file that only this user can read."""
     pem = key.private_bytes(Encoding.PEM, PrivateFormat.PKCS8, NoEncryption())
-    part = file.with_suffix(".writing")
-    part.unlink(missing_ok=True)
-    with os.fdopen(os.open(part, os.O_WRONLY | os.O_CREAT | os.O_EXCL, 0o600), "wb") as opened:
-        opened.write(pem)
-        opened.flush()
-        os.fsync(opened.fileno())
-    part.replace(file)
+    write_private_file(file, pem)
 
 
 def public_key_of(key: Ed25519PrivateKey) -> str:

@@ -28,6 +28,17 @@ def replace_file(path: Path, data: bytes) -> None:
     sync_folder(path.parent)
 
 
+def write_private_file(path: Path, data: bytes) -> None:
+    """Write a file atomically, readable only by its owner."""
+    part = path.with_suffix(".part")
+    part.unlink(missing_ok=True)
+    with os.fdopen(os.open(part, os.O_WRONLY | os.O_CREAT | os.O_EXCL, 0o600), "wb") as file:
+        file.write(data)
+        file.flush()
+        os.fsync(file.fileno())
+    part.replace(path)
+
+
 def _take_over_access(path: Path, file: int) -> None:
     former = path.stat()
     os.fchmod(file, former.st_mode & 0o777)
