@@ -84,6 +84,11 @@ _SUBJECTS: Final[dict[str, tuple[tuple[str, str, str], ...]]] = {
         ("device/ipc_messages.py", "RESISTANCE_LEVELS", "Number of resistance levels."),
         ("device/range_override.py", "REDUCTION_STEP", "One press of Reduce range removes this share of the range."),
         ("device/range_override.py", "MIN_SHARE", "Reduce range leaves at least this share."),
+        (
+            "device/machine_state.py",
+            "READY_MINUTES",
+            "A loaded recording that has not been started is unloaded after this time without a command.",
+        ),
         ("device/loader.py", "LIMIT_S", "A recording is checked within this time or refused."),
         ("device/journal_set.py", "_SYNC_NS", "The journal is synced to the disk so often."),
         ("station/device_process.py", "_RESTART_S", "Pauses before the device process is restarted."),

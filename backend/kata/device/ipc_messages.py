@@ -416,7 +416,7 @@ class Event(_Message, frozen=True, kw_only=True, tag="event"):
     number: int
     t_ns: int
     code: str
-    """mode, take_started, take_ended, fault, load_reversal, range_reduced, torque, drive_warning."""
+    """mode, take_started, take_ended, fault, load_reversal, range_reduced, unloaded, torque, drive_warning."""
     message: str
     message_key: MessageKey | None = None
 

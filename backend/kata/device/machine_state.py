@@ -11,7 +11,7 @@ import numpy as np
 from kata.device import journal, texts
 from kata.device.config import StationConfig
 from kata.device.cycle_state import CycleState, Limits
-from kata.device.faults import FaultKey
+from kata.device.faults import MAX_OVERRUN_MS, FaultKey
 from kata.device.ipc_messages import Event, Mode, PedalState, RunState, TeachingState
 from kata.device.journal import JournalEnd, JournalHeader, JournalWriter
 from kata.device.latched_stop import LatchedStop
@@ -34,7 +34,7 @@ TRANSITIONS: Final[dict[tuple[Mode, Mode], str]] = {
     ("idle", "stopped"): "fault",
     ("teaching", "idle"): "finish teaching",
     ("teaching", "stopped"): "stop or fault",
-    ("ready", "idle"): "unload",
+    ("ready", "idle"): "unload, or no command for ten minutes",
     ("ready", "approaching"): "approach: torque on",
     ("ready", "stopped"): "stop or fault",
     ("approaching", "paused"): "the start is reached",
@@ -65,6 +65,10 @@ _POSE_TOLERANCE_DEG: Final = 0.1
 """Tolerance of the last pose check. A setpoint that is limited to the pose's limits may exceed them by this much where
 several limits meet.
 """
+READY_MINUTES: Final = 10
+"""A loaded recording is unloaded after so long without a command. Its patient may have left by then, and one press would move the arm of
+another one. It is longer than placing a patient's arm takes.
+"""
 _WAYS_HZ: Final = 10
 """So often a return along the recording looks for a straight way. This takes about a millisecond."""
 _MOTOR_4: Final = 3
@@ -91,6 +95,8 @@ class MachineState:
         self._t_ns: int
         """Time of this cycle; :meth:`step` sets it."""
         self._run: Run | None = None
+        self._ready_until_ns: int
+        """Time at which a loaded recording expires. Each command sets it."""
         self._teaching: Teaching | None = None
         self._movement: Movement | None = None
         self.mode: Mode = "offline"
@@ -201,6 +207,15 @@ class MachineState:
         self.torque_on = True
         self._emit("torque", texts.TORQUE_ON())
         self._enter("approaching")
+
+    def _step_ready(self, state: CycleState) -> None:
+        if state.context.late_ms > MAX_OVERRUN_MS:
+            # A suspended computer's clock did not run.
+            self._ready_until_ns -= int(state.context.late_ms * 1e6)
+        if state.t_ns >= self._ready_until_ns:
+            self._emit("unloaded", texts.LOAD_EXPIRED(minutes=READY_MINUTES))
+            self._end_run(JournalEnd(reason="unloaded"))
+            self._enter("idle")
 
     def _begin_return(self) -> None:
         run = self._run

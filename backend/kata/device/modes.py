@@ -33,7 +33,7 @@ from kata.device.ipc_messages import (
     Unload,
 )
 from kata.device.journal import JournalEnd
-from kata.device.machine_state import MachineState
+from kata.device.machine_state import READY_MINUTES, MachineState
 from kata.device.movement import RAMP_S, Movement
 from kata.device.refusals import (
     angles_not_current,
@@ -224,7 +224,7 @@ class StateMachine(MachineState):
     _STEPS: Final[dict[Mode, Callable[["StateMachine", CycleState], None]]] = {
         "offline": _step_without_torque,
         "idle": _step_without_torque,
-        "ready": _step_without_torque,
+        "ready": MachineState._step_ready,
         "teaching": _step_teaching,
         "approaching": _step_moving,
         "playing": _step_moving,
@@ -269,6 +269,7 @@ class StateMachine(MachineState):
         self, command: Command, trajectory: Trajectory | None, state: CycleState, correction: Correction | None = None
     ) -> Refusal | None:
         """Execute a command other than Stop, or refuse it. Only a Load has ``trajectory`` and ``correction``."""
+        self._ready_until_ns = state.t_ns + READY_MINUTES * 60_000_000_000
         refusal = self.refusal(_COMMAND_OF[type(command)], state)
         if refusal is None and isinstance(command, Teach | Load):
             refusal = other_side(command.side, self._config.side)

@@ -212,6 +212,9 @@ SWITCH_ON_AND_CHECK_ADAPTER: Final = message(
     "switch_on_and_check_adapter", "Switch it on and check the RS-485 adapter."
 )
 DRIVE_DOES_NOT_ANSWER: Final = message("drive_does_not_answer", "motor {motor:d} (id {drive_id:d}) does not answer")
+LOAD_EXPIRED: Final = message(
+    "load_expired", "The recording was unloaded, because no command came for {minutes:d} minutes."
+)
 TORQUE_ON: Final = message("torque_on", "Torque is on.")
 TORQUE_OFF: Final = message("torque_off", "Torque is off.")
 TAKE_ENDED: Final = message("take_ended", "Take {take:d} has ended after {take_s:.1f} s.")
