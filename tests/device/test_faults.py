@@ -84,6 +84,7 @@ def test_nothing_holds_when_all_is_well() -> None:
         ("estop_pressed", "estop", "closed", "open"),
         ("estop_unknown", "estop", "closed", "unknown"),
         ("bus_lost", "bus_ok", True, False),
+        ("other_adapter", "other_adapter", False, True),
         ("contacts_disagree", "contacts_disagree_ms", 100.0, 100.1),
         ("drive_reset", "reset", False, True),
         ("drive_silent", "drive_age_ms", 100.0, 100.1),
@@ -185,7 +186,7 @@ def test_each_fault_has_its_own_way_of_stopping() -> None:
             "estop_pressed", "estop_unknown", "bus_lost", "drive_silent", "drive_garbled", "drive_error",
             "drive_watchdog", "torque_lost", "torque_remains", "position_jump", "position_frozen", "overtorque",
             "overacceleration", "overspeed", "setpoint_step", "setpoint_limit", "setpoint_acceleration",
-            "unexpected_error", "contacts_disagree", "drive_reset",
+            "unexpected_error", "contacts_disagree", "drive_reset", "other_adapter",
         },
         1: {
             "position_limit", "following_error", "setpoint_frozen", "overrun", "service_silent", "other_run",

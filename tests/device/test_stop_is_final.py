@@ -369,3 +369,26 @@ def test_an_alert_stops_in_the_same_cycle(playing: Stepped) -> None:
 
 def test_a_stop_message_has_no_expiry() -> None:
     assert stamped(Stop(), 3, 5) == Stop()
+
+
+def test_other_adapter_is_named_until_the_former_one_returns(playing: Stepped) -> None:
+    playing.apparatus.gone = True
+    playing.forward(0.2)
+    playing.apparatus.gone, playing.apparatus.other_adapter = False, True
+    playing.forward(0.3)
+    playing.loop._open()
+    playing.forward(0.1)
+    assert playing.causes() == ["bus_lost", "other_adapter"]
+    assert playing.snapshot.torque == "unknown"
+    refusal = playing.send(Acknowledge())
+    assert refusal is not None and refusal.code in ("bus_lost", "other_adapter")
+
+    playing.apparatus.other_adapter = False
+    reconnect(playing)
+    stop = playing.snapshot.stop
+    assert stop is not None
+    assert {cause.code: cause.cleared for cause in stop.causes if cause.axis is None} == {
+        "bus_lost": True,
+        "other_adapter": True,
+    }
+    assert playing.torque, "the arm is held until a person releases it"

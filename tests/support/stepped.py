@@ -11,7 +11,15 @@ from unittest import mock
 
 from msgspec import structs
 
-from kata.device.bus.port import BusError, BusSample, DriveHealth, DriveSample, DriveStatus, InputSample
+from kata.device.bus.port import (
+    BusError,
+    BusSample,
+    DriveHealth,
+    DriveSample,
+    DriveStatus,
+    InputSample,
+    OtherAdapterError,
+)
 from kata.device.config import StationConfig
 from kata.device.ipc import Heartbeats, QueuedCommand
 from kata.device.ipc_messages import Command, Event, Load, Refusal, Reply, Snapshot, StopCode, stamped
@@ -55,6 +63,8 @@ class SteppedApparatus:
     hardware_error: list[int] = field(default_factory=lambda: [0] * 5)
     watchdog_tripped: bool = False
     gone: bool = False
+    other_adapter: bool = False
+    """The port cannot be opened, because it belongs to another adapter than before."""
     stuck: set[int] = field(default_factory=set)
     deaf_to_torque_off: set[int] = field(default_factory=set)
     written: list[tuple[float, ...]] = field(default_factory=list)
@@ -67,6 +77,8 @@ class SteppedApparatus:
 
     def open(self) -> None:
         self._check()
+        if self.other_adapter:
+            raise OtherAdapterError("another adapter")
 
     def configure(self, axes: Collection[int]) -> None:
         self._check()

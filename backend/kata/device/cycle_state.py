@@ -37,6 +37,8 @@ class LoopContext(Struct, frozen=True):
     """Setpoints a second: the run's rate, or the station's rate without a run."""
     torque_inherited: bool = False
     """True from opening the port until torque is commanded on or off. During this time a drive may still be holding an arm."""
+    other_adapter: bool = False
+    """True while the port cannot be opened because it belongs to another adapter than before."""
 
 
 class CycleState(Struct, frozen=True):

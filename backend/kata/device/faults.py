@@ -61,6 +61,10 @@ def _bus_lost(state: CycleState, config: StationConfig) -> Iterable[None]:
     return () if state.bus_ok else (None,)
 
 
+def _other_adapter(state: CycleState, config: StationConfig) -> Iterable[None]:
+    return (None,) if state.context.other_adapter else ()
+
+
 def _drive_silent(state: CycleState, config: StationConfig) -> Iterable[int]:
     return _not_answering(state, config, corrupt=False)
 
@@ -204,6 +208,13 @@ FAULTS: Final = (
         texts.BUS_LOST,
         texts.CHECK_ADAPTER_AND_POWER,
         _bus_lost,
+    ),
+    Fault(
+        "other_adapter",
+        0,
+        texts.OTHER_ADAPTER,
+        texts.CONNECT_FORMER_ADAPTER,
+        _other_adapter,
     ),
     Fault(
         "torque_found",

@@ -16,7 +16,7 @@ from msgspec import structs
 
 from kata.device import texts
 from kata.device.bus.bandwidth import max_cycle_hz
-from kata.device.bus.port import Bus, BusError, BusSample
+from kata.device.bus.port import Bus, BusError, BusSample, OtherAdapterError
 from kata.device.config import StationConfig
 from kata.device.cycle_state import CycleState, CycleStateBuilder, LoopContext
 from kata.device.faults import MAX_OVERRUN_MS, evaluate_faults
@@ -78,6 +78,8 @@ class ControlLoop(LoopTelemetry):
         usb = config.inputs.usb_pedal
         self._pedal = UsbPedal(Path(usb), now_ns) if usb else None
         self._connected = False
+        self._other_adapter = False
+        """True if the last attempt to open the port found another adapter."""
         self._loss_unseen = False
         """True from a loss of the connection until a cycle has run without it. Until then the port is not opened again, because no
         cycle would see the loss.
@@ -203,6 +205,7 @@ class ControlLoop(LoopTelemetry):
             limits_deg=self._machine.limits_deg,
             rate_hz=self._machine.rate_hz,
             torque_inherited=self._machine.torque_inherited,
+            other_adapter=self._other_adapter,
         )
 
     # -- the bus --------------------------------------------------------------------------------------------------
@@ -219,7 +222,7 @@ class ControlLoop(LoopTelemetry):
             self._connection_lost(error)
             return
         self._connected = True
-        self._connection_problem = ""
+        self._connection_problem, self._other_adapter = "", False
         log.info("connected to %s", self._config.port)
 
     def _configure(self, state: CycleState) -> None:
@@ -262,6 +265,7 @@ class ControlLoop(LoopTelemetry):
         self._bus.close()
         self._connected = False
         self._loss_unseen = True
+        self._other_adapter = isinstance(error, OtherAdapterError)
         self._try_open_at_ns = self._now_ns() + _RECONNECT_NS
         if str(error) != self._connection_problem:
             self._connection_problem = text_of(error)

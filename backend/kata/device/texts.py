@@ -8,6 +8,7 @@ ESTOP_PRESSED: Final = message("estop_pressed", "The emergency stop was pressed.
 ESTOP_UNKNOWN: Final = message("estop_unknown", "The emergency stop's state is unknown.")
 CONTACTS_DISAGREE: Final = message("contacts_disagree", "The two contacts of the emergency stop contradict each other.")
 BUS_LOST: Final = message("bus_lost", "The connection to the motors is lost.")
+OTHER_ADAPTER: Final = message("other_adapter", "Another RS-485 adapter is connected in place of the motors' adapter.")
 TORQUE_FOUND: Final = message("torque_found", "Motor {motor:d} already had torque when the connection came back.")
 DRIVE_RESET: Final = message("drive_reset", "Motor {motor:d} has lost its settings.")
 DRIVE_SILENT: Final = message("drive_silent", "Motor {motor:d} does not answer.")
@@ -65,6 +66,10 @@ HAVE_SWITCH_CHECKED: Final = message(
 CHECK_ADAPTER_AND_POWER: Final = message(
     "check_adapter_and_power",
     "Support the arm: the motors may still hold it. Check the RS-485 adapter and the power supplies; the connection is restored automatically.",
+)
+CONNECT_FORMER_ADAPTER: Final = message(
+    "connect_former_adapter",
+    "Support the arm: the motors may still hold it. Connect the former adapter, in the USB socket where it was. If it has been exchanged, an administrator must restart Kata.",
 )
 SUPPORT_AND_RELEASE_TORQUE: Final = message("support_and_release_torque", "Support the arm, then release the torque.")
 WAIT_FOR_SET_UP: Final = message(
@@ -308,6 +313,9 @@ DRIVE_REGISTER_REFUSED: Final = message(
 DRIVE_REGISTER_EXCEPTION: Final = message(
     "drive_register_exception",
     "motor {motor:d} (id {drive_id:d}) refused register {register:d} (exception {exception:d})",
+)
+PORT_IS_OTHER_ADAPTER: Final = message(
+    "port_is_other_adapter", "{port:name} is the adapter {found:name}; before, it was {known:name}"
 )
 PORT_HUNG_UP: Final = message("port_hung_up", "{port:name} was disconnected")
 PORT_TAKES_NOTHING: Final = message("port_takes_nothing", "{port:name} does not accept data")

@@ -452,6 +452,7 @@ STOP_REASONS_JA: Final = {
     "estop_unknown": "非常停止スイッチの状態が不明。",
     "contacts_disagree": "非常停止の2つの接点の状態が矛盾していた。",
     "bus_lost": "モータとの通信が途絶えた。",
+    "other_adapter": "モータのアダプタの代わりに、別のRS-485アダプタが接続された。",
     "torque_found": "接続が戻る前から、モータ{motor}が腕を保持していた。",
     "drive_reset": "モータ{motor}の設定が失われた。",
     "drive_silent": "モータ{motor}が応答しない。",

@@ -12,6 +12,10 @@ class BusError(Exception):
     """The bus or a drive cannot be used; the message says which and why. A missing answer is not an error."""
 
 
+class OtherAdapterError(BusError):
+    """The port belongs to another adapter than before, and so perhaps to another apparatus."""
+
+
 class DriveSample(Struct, frozen=True):
     """One drive's answer with its arrival time (``time.monotonic_ns``)."""
 

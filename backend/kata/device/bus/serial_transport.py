@@ -9,8 +9,7 @@ import socket
 import sys
 import termios
 import time
-from collections.abc import Callable
-from functools import partial
+from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Final, Protocol
 
@@ -18,6 +17,7 @@ import serial
 from serial.rs485 import RS485Settings
 
 from kata.device import texts
+from kata.device.bus.adapter import Adapter, SameAdapter, connected_adapters
 from kata.device.bus.port import BusError
 from kata.device.bus.timing import RtsDirection
 
@@ -176,6 +176,22 @@ def open_port(port: str, baud: int, rts_direction: RtsDirection = "off") -> Tran
     return SocketTransport(port, baud) if Path(port).is_socket() else SerialTransport(port, baud, rts_direction)
 
 
-def port_of(config: "StationConfig") -> Callable[[str, int], Transport]:
-    """Return the function that opens a port for a station, with path and baud rate."""
-    return partial(open_port, rts_direction=config.rts_direction)
+def port_of(
+    config: "StationConfig", connected: Callable[[], Sequence[Adapter]] = connected_adapters
+) -> Callable[[str, int], Transport]:
+    """Return the function that opens a port for a station, with path and baud rate. It opens no other adapter than the first time.
+
+    :param connected: returns the present adapters.
+    """
+    same_adapter = SameAdapter(connected)
+
+    def open_same(port: str, baud: int) -> Transport:
+        transport = open_port(port, baud, config.rts_direction)
+        try:
+            same_adapter.check(port)
+        except BusError:
+            transport.close()
+            raise
+        return transport
+
+    return open_same
