@@ -13,7 +13,8 @@ Every register that the configuration determines is verified (:mod:`kata.device.
 block are verified with each answer, the others in a slow rotation.
 
 An answer does not identify its request. The driver therefore requests a different number of bytes in each cycle. An answer
-that arrives whole cycles late then has the wrong length.
+that arrives whole cycles late then has the wrong length. When the registers themselves are read, four lengths and five orders of the drives
+take turns: an answer of all drives is recognized up to twenty cycles late, that of a single drive up to four.
 """
 
 import logging
@@ -30,7 +31,7 @@ from kata.device.bus.dynamixel.cycle_block import (
     CycleBlock,
     decode,
 )
-from kata.device.bus.dynamixel.packets import BROADCAST, FastParser, StatusParser, encode, encode_cached
+from kata.device.bus.dynamixel.packets import BROADCAST, FastParser, SyncParser, encode, encode_cached
 from kata.device.bus.dynamixel.registers import (
     BLOCKS_WITH_STATUS,
     BUS_WATCHDOG,
@@ -63,7 +64,8 @@ _INPUT_ANSWER_LENGTHS: Final = 14
 
 _STATUS_BYTES: Final = STATUS_BLOCK.stop - STATUS_BLOCK.start
 
-_DRIVE_LENGTHS: Final = (PRESENT_BYTES, PRESENT_BYTES + 1)
+_DRIVE_LENGTHS: Final = range(PRESENT_BYTES, PRESENT_BYTES + 4)
+"""Lengths of the answers with current, velocity and position, if the block is not read. The bytes after them are not used."""
 _GOALS_TO: Final = struct.pack("<HH", GOAL_POSITION, 4)
 """Address of the goal register and length of one goal, as encoded in a Sync Write."""
 
@@ -80,8 +82,8 @@ class DynamixelBus(DynamixelAnswers):
         self._fast: bool | None = None
         """True if the drives support Fast Sync Read; None until it has been tried."""
         self._plain_cycles = 0
-        self._extra_bytes = 0
-        """Extra bytes requested in this cycle: 0 or 1."""
+        self._drive_reads = 0
+        """Number of reads of the drives without their blocks. It determines length and order of the next one."""
         self._drives_turn = False
         """True if this cycle reads the drives. Used when a cycle has no time for three answers."""
         self._block_lengths = cycle(LENGTHS)
@@ -190,15 +192,22 @@ class DynamixelBus(DynamixelAnswers):
         those that timed out.
         """
         self._slack_left_ns = self._slack_ns
-        self._extra_bytes = 1 - self._extra_bytes
-        asked = self._backoff.poll_order()
+        self._drive_reads += 1
+        turns, n = divmod(self._drive_reads, len(_DRIVE_LENGTHS))
+        asked, size = self._turned(self._backoff.poll_order(), turns), _DRIVE_LENGTHS[n]
         found: dict[int, DriveSample] = {}
-        size = PRESENT_BYTES + self._extra_bytes
         replies = self._read_drives(asked, PRESENT, size, lambda *answer: self._decode_drive(found, *answer))
         if self._fast is None and len(found) == len(self._ids):
             self._try_fast()
         drives = self._record(asked, found, answered=found)
         return drives, *self._missing(asked, found, corrupt=replies.corrupt)
+
+    def _turned(self, asked: list[int], turns: int) -> list[int]:
+        """Return the ids with the answering drives in another order."""
+        answering = [drive_id for drive_id in asked if not self._backoff.missed(drive_id)]
+        first = turns % max(1, len(answering))
+        others = [drive_id for drive_id in asked if drive_id not in answering]
+        return answering[first:] + answering[:first] + others
 
     def _missing(
         self, asked: Sequence[int], answered: Collection[int], *, corrupt: bool
@@ -268,7 +277,11 @@ class DynamixelBus(DynamixelAnswers):
             return Replies()
         instruction = _FAST_SYNC_READ if fast else _SYNC_READ
         request = encode_cached(BROADCAST, instruction, struct.pack("<HH", address, size) + bytes(asked))
-        return self._transact(request, asked, FastParser(asked, size) if fast else StatusParser(), size, on_reply)
+        # The inputs' drive answers first in a block, and the other drives must be read although it is silent.
+        known = not self._backoff.missed(asked[0]) or not self._backoff.one_answers
+        first = asked[0] if address == PRESENT and known else None
+        parser = FastParser(asked, size) if fast else SyncParser(first, size)
+        return self._transact(request, asked, parser, size, on_reply)
 
     def _read_inputs(self) -> InputSample | None:
         """Return the state of the contacts; None without a valid answer or if the ports are not verified as inputs."""

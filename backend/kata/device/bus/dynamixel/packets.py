@@ -77,6 +77,29 @@ class StatusParser:
         self.skipped += count
 
 
+class SyncParser(StatusParser):
+    """Parses the answers to a Sync Read, for which each drive sends a status packet.
+
+    If another drive than the first one answers first, the answers belong to an earlier request with another order, and none is yielded.
+    """
+
+    def __init__(self, first: int | None, length: int) -> None:
+        """Expect answers with ``length`` bytes of data. ``first``: id of the first drive; None if it may be silent."""
+        super().__init__()
+        self._first = first
+        self._length = length
+        self._other_order: bool | None = None
+        """None until a drive has answered."""
+
+    def feed(self, data: bytes) -> Iterator[tuple[int, int, bytes]]:
+        """See :class:`StatusParser`. An answer with another length does not count as the first one."""
+        for reply in super().feed(data):
+            if self._other_order is None and len(reply[2]) == self._length:
+                self._other_order = self._first is not None and reply[0] != self._first
+            if not self._other_order:
+                yield reply
+
+
 class FastParser:
     """Parses the common packet of a Fast Sync Read. Each drive adds error, id, data and a CRC of all bytes before."""
 

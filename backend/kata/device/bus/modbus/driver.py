@@ -61,6 +61,7 @@ class ModbusBus(ModbusRequests):
         self._free_at_ns = 0
         self._backoff = PollBackoff(self._ids, self._config)
         self._goals = {}
+        self._overdue = set()
         self._armed_ns = None
         for n in range(len(self._ids)):
             self._verification.forget(n)

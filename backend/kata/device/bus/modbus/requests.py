@@ -3,6 +3,7 @@
 import struct
 from collections.abc import Callable
 from dataclasses import dataclass
+from itertools import cycle
 from typing import Final
 
 from kata.device import texts
@@ -20,6 +21,8 @@ _MAX_SLACK_NS: Final = 4_000_000
 _MIN_SLACK_NS: Final = 500_000
 _SLACK_SHARE: Final = 0.2
 """See the Dynamixel driver. The share is smaller because transmission on this slower bus takes more of a cycle."""
+_TEST_LENGTHS: Final = 8
+"""An overdue slave is tested with so many different requests in turn."""
 _EARLIEST_SHARE: Final = 0.8
 """Share of the transmission time. An answer that arrives earlier belongs to an earlier request."""
 
@@ -51,6 +54,11 @@ class ModbusRequests:
         """
         self._transport: Transport | None = None
         self._free_at_ns = 0
+        self._overdue: set[int] = set()
+        """Slaves that did not answer their last request. Their answer may still come."""
+        block = config.modbus.block_registers
+        self._test_lengths = cycle(range(1, max(2, min(_TEST_LENGTHS + 1, block))))
+        """Registers to read before the next request to an overdue slave, less than a block has."""
         self.errors = 0
         """Missing and damaged answers since the start."""
 
@@ -71,7 +79,25 @@ class ModbusRequests:
         self._free_at_ns = self._require_transport().now_ns() + int(len(frame) * self._byte_ns) + self._silence_ns
 
     def _transact(self, slave: int, function: int, data: bytes, size: int) -> ModbusAnswer:
-        """Send a request and wait for an answer of ``size`` bytes or an exception until the time limit."""
+        """Send a request and wait for an answer of ``size`` bytes or an exception until the time limit.
+
+        An answer does not identify its request. Before the next request to a slave that has not answered, a few registers are read, each time
+        another number. Answers keep their order: when this answer has come, every earlier one has passed.
+        """
+        if slave in self._overdue:
+            count = next(self._test_lengths)
+            test = self._exchange(
+                slave, READ, struct.pack(">HH", self._config.modbus.block_start, count), 5 + 2 * count
+            )
+            if test.data is None and not test.exception:
+                return test
+            self._overdue.remove(slave)
+        answer = self._exchange(slave, function, data, size)
+        if answer.data is None and not answer.exception:
+            self._overdue.add(slave)
+        return answer
+
+    def _exchange(self, slave: int, function: int, data: bytes, size: int) -> ModbusAnswer:
         transport = self._require_transport()
         request = encode(slave, function, data)
         self._wait_until_free()
