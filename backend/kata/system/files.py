@@ -1,16 +1,20 @@
 """Writes files atomically, so that a reader never finds an incomplete file."""
 
 import contextlib
+import logging
 import os
 from pathlib import Path
 
 from kata.system.sync import sync_folder
 
+log = logging.getLogger(__name__)
+
 
 def replace_file(path: Path, data: bytes) -> None:
     """Replace a file atomically, with a new file that is written beside it. It survives a power cut, and has the mode of the former file.
 
-    :raises OSError: when the file cannot be written. The former file is then unchanged.
+    :raises OSError: when the file cannot be written. The former file is then unchanged. If only the sync of the folder fails, nothing is
+        raised: the file is replaced, but a power cut may bring the former one back.
     """
     temporary = path.with_suffix(".writing")
     try:
@@ -25,7 +29,10 @@ def replace_file(path: Path, data: bytes) -> None:
         with contextlib.suppress(OSError):
             temporary.unlink()
         raise
-    sync_folder(path.parent)
+    try:
+        sync_folder(path.parent)
+    except OSError:
+        log.exception("the folder of %s cannot be synced", path)
 
 
 def write_private_file(path: Path, data: bytes) -> None:
