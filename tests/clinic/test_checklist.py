@@ -88,7 +88,7 @@ def test_going_back_to_the_first_fixtures_asks_once_more() -> None:
 def test_an_estop_test_counts_since_the_drives_are_verified(verified_ago_min: int | None, counts: bool) -> None:
     now = max(datetime.now(UTC), checks.today(UTC).astimezone(UTC) + timedelta(minutes=11))
     verified = None if verified_ago_min is None else now - timedelta(minutes=verified_ago_min)
-    there = checks.ApparatusState("Station 1", pedal_answers=True, verified_since=verified)
+    there = checks.ApparatusState("Station 1", pedal_answers=True, verified_since=verified, tested_since_verified=True)
     tested_at = now - timedelta(minutes=10)
 
     assert checks.estop_test(tested_at, there) == (tested_at if counts else None)
@@ -98,7 +98,7 @@ def test_an_estop_test_counts_since_the_drives_are_verified(verified_ago_min: in
 
 def test_an_estop_test_of_yesterday_does_not_count() -> None:
     long_ago = datetime(2020, 1, 1, tzinfo=UTC)
-    there = checks.ApparatusState("Station 1", pedal_answers=True, verified_since=long_ago)
+    there = checks.ApparatusState("Station 1", pedal_answers=True, tested_since_verified=True, verified_since=long_ago)
 
     assert checks.estop_test(there.today - timedelta(seconds=1), there) is None
     assert checks.estop_test(None, there) is None
@@ -109,7 +109,9 @@ def test_today_begins_at_midnight_of_the_clinics_zone(monkeypatch: pytest.Monkey
     monkeypatch.setattr(checks, "utc_now", lambda: datetime(2026, 3, 9, 23, 30, tzinfo=UTC))
     long_ago = datetime(2020, 1, 1, tzinfo=UTC)
     tokyo = ZoneInfo("Asia/Tokyo")
-    there = checks.ApparatusState("Station 1", pedal_answers=True, verified_since=long_ago, zone=tokyo)
+    there = checks.ApparatusState(
+        "Station 1", pedal_answers=True, tested_since_verified=True, verified_since=long_ago, zone=tokyo
+    )
 
     assert there.today == datetime(2026, 3, 10, tzinfo=tokyo)
     yesterday, today = datetime(2026, 3, 9, 14, 59, tzinfo=UTC), datetime(2026, 3, 9, 15, 0, tzinfo=UTC)
@@ -118,7 +120,7 @@ def test_today_begins_at_midnight_of_the_clinics_zone(monkeypatch: pytest.Monkey
 
 
 def test_identity_is_confirmed_once_a_day_by_two_identifiers() -> None:
-    there = checks.ApparatusState("Station 1", pedal_answers=True, verified_since=None)
+    there = checks.ApparatusState("Station 1", pedal_answers=True, verified_since=None, tested_since_verified=False)
     needs = required_checks("left", ("arm_fixer_1",))
 
     def is_open(at: datetime) -> bool:

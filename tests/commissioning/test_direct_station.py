@@ -1,9 +1,14 @@
 """The acceptance test's station leaves no torque behind."""
 
 from dataclasses import dataclass, field
+from unittest import mock
 
-from kata.commissioning.direct_station import DirectStation
+import pytest
+
+from kata.commissioning.direct_station import DirectStation, PlaybackError
+from kata.device.bus.dynamixel.driver import DynamixelBus
 from kata.device.bus.port import BusError, BusSample, DriveStatus
+from kata.testing.world import RecordingWorld
 
 
 @dataclass
@@ -44,3 +49,25 @@ def test_lost_torque_off_is_repeated() -> None:
 
 def test_port_is_closed_also_when_it_is_gone() -> None:
     assert closed(_Drives(lost=0, gone=True)).closed
+
+
+@pytest.mark.parametrize("problem", ["no apparatus", "interrupted"])
+def test_station_that_does_not_connect_closes_its_port(problem: str) -> None:
+    world = RecordingWorld()
+    closed: list[str] = []
+    bus_closed = DynamixelBus.close
+
+    def close(bus: DynamixelBus) -> None:
+        closed.append("port")
+        bus_closed(bus)
+
+    def sleep(seconds: float) -> None:
+        if problem == "interrupted":
+            raise KeyboardInterrupt
+        world.wait(seconds)
+
+    for motor in range(1, 6):
+        world.fault("off", motor)
+    with mock.patch.object(DynamixelBus, "close", close), pytest.raises((PlaybackError, KeyboardInterrupt)):
+        DirectStation(world.config, world.open_transport, lambda: world.t_ns, sleep)
+    assert closed[-1:] == ["port"]

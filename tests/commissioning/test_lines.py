@@ -6,8 +6,11 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 from types import SimpleNamespace
 from typing import Any
+from unittest import mock
 
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
 
 from kata.cli import commission_lines
 from kata.cli.commission_lines import LineTechnician
@@ -91,6 +94,43 @@ def test_a_silent_service_is_a_stop(lines: Lines, monkeypatch: pytest.MonkeyPatc
     with pytest.raises(StepError) as stopped:
         sleep(0.01)
     assert stopped.value.fault == device_texts.SERVICE_SILENT()
+
+
+@given(
+    st.lists(
+        st.tuples(st.floats(0.0, 3.0), st.sampled_from(["beat", "confirm", "unfinished line", "nothing"])),
+        max_size=12,
+    )
+)
+def test_no_movement_outlasts_two_seconds_without_a_heartbeat(events: list[tuple[float, str]]) -> None:
+    """The service hangs and goes on at random. Only its heartbeats keep the motors moving, no other message does."""
+    now_s, beat_s, moved_s = 0.0, None, []
+    ours, theirs = os.pipe()
+    with mock.patch.object(commission_lines, "time", SimpleNamespace(monotonic=lambda: now_s)):
+        sleep = LineTechnician(ours).stoppable(lambda seconds: moved_s.append(now_s))
+        for wait_s, what in events:
+            now_s += wait_s
+            if what == "beat":
+                os.write(theirs, b'{"beat": true}\n')
+            elif what == "confirm":
+                os.write(theirs, b'{"confirm": 1}\n')
+            elif what == "unfinished line":
+                os.write(theirs, b" ")
+            was_silent = beat_s is not None and now_s - beat_s > 2.0
+            beat_s = now_s if what == "beat" else beat_s
+            silent = was_silent and what != "beat"
+            try:
+                sleep(0.01)
+                assert not silent
+            except StepError:
+                assert was_silent or silent
+                # The stop is final: a later heartbeat does not let the motors go on.
+                os.write(theirs, b'{"beat": true}\n')
+                with pytest.raises(StepError):
+                    sleep(0.01)
+                break
+    os.close(ours)
+    os.close(theirs)
 
 
 def test_simulated_hands_act_after_a_press_only(lines: Lines, capsys: pytest.CaptureFixture[str]) -> None:

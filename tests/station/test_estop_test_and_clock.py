@@ -43,7 +43,9 @@ def test_clock_set_back_by_hours_revives_no_old_test_later(monkeypatch: pytest.M
     tested_at = now + timedelta(hours=5)
     cache.on_event(NewDeviceEvent(station="Station 1", at=tested_at, kind="event", code=ESTOP_TESTED, message=""))
     tested_s = time.monotonic()
-    apparatus = ApparatusState("Station 1", pedal_answers=True, verified_since=now + timedelta(minutes=1))
+    apparatus = ApparatusState(
+        "Station 1", pedal_answers=True, verified_since=now + timedelta(minutes=1), tested_since_verified=False
+    )
     monkeypatch.setattr(checks, "utc_now", lambda: now + timedelta(hours=6))
     monkeypatch.setattr(checks, "today", lambda zone: now - timedelta(hours=1))
     for verified_s, counts in ((tested_s - 60.0, True), (tested_s + 60.0, False), (None, False)):

@@ -75,7 +75,12 @@ class DirectStation:
             now_ns=now_ns,
             sleep=sleep,
         )
-        self.until(lambda: self._link.mode == "idle", "the apparatus does not connect", 0.0)
+        try:
+            self.until(lambda: self._link.mode == "idle", "the apparatus does not connect", 0.0)
+        except BaseException:
+            # Torque is left unchanged, because a drive may have held an arm before.
+            self._bus.close()
+            raise
 
     def play(self, load: Load, duration_s: float) -> Journal:
         """Load a recording, approach its start, play it and return.

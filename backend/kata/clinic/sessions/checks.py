@@ -5,7 +5,7 @@ teaching.
 """
 
 from collections.abc import Collection, Iterable, Sequence
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, field
 from datetime import UTC, datetime, timedelta, tzinfo
 from typing import Any, Final
 from uuid import UUID
@@ -55,7 +55,7 @@ class ApparatusState:
     """Time since which the apparatus has been connected with configured drives without interruption; None if it is not."""
     zone: tzinfo = UTC
     """The clinic's time zone."""
-    tested_since_verified: bool = True
+    tested_since_verified: bool = field(kw_only=True)
     """False if this service knows, by the monotonic clock, that the emergency stop was not tested within a day since the drives were verified."""
 
     @property
@@ -66,7 +66,9 @@ class ApparatusState:
 
 def apparatus_state(station: str, live: Live, zone: tzinfo, *, tested_since_verified: bool) -> ApparatusState:
     """Return the present state. ``zone``: the clinic's time zone."""
-    return ApparatusState(station, live.pedal in ("up", "down"), live.verified_since, zone, tested_since_verified)
+    return ApparatusState(
+        station, live.pedal in ("up", "down"), live.verified_since, zone, tested_since_verified=tested_since_verified
+    )
 
 
 def checklist(
