@@ -33,6 +33,12 @@ _SUBJECTS: Final[dict[str, tuple[tuple[str, str, str], ...]]] = {
         ("api/live.py", "_PERIOD_S", "Period of the live state."),
         ("api/live.py", "PING_S", "The service pings each WebSocket so often."),
         ("api/live.py", "PONG_S", "A WebSocket without an answer to the ping is closed."),
+        ("lib/live/store.ts", "CONFIRM_EVERY_MS", "A page's script confirms so often that it has shown a live state."),
+        (
+            "station/lease.py",
+            "SHOWN_LIMIT_S",
+            "A page whose script has confirmed no live state that was sent within this time counts as absent.",
+        ),
         ("safety/useHold.ts", "HOLD_MS", "The press that moves the arm to the start is held for so long."),
         (
             "lib/live/store.ts",

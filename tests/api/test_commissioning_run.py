@@ -23,6 +23,7 @@ from kata.device import texts as device_texts
 from kata.device.config import simulated
 from kata.simulator.process import SimulatorProcess
 from kata.station.lease import PAUSE_AFTER_S, Browser
+from tests.support.open_page import open_page
 from tests.support.service import running
 from tests.support.station_api import until
 
@@ -257,12 +258,12 @@ def test_a_lost_browser_stops_moving_motors(tmp_path: Path) -> None:
         do(client, "registers")
         time.sleep(2 * PAUSE_AFTER_S)
         assert run.running, "no motor has torque in this step"
-        with client.websocket_connect("/api/live"):
+        with open_page(client):
             do(client, "axes")
             while (instruction := run.progress.instruction) is None or not instruction["press"]:
                 time.sleep(0.02)
             time.sleep(2 * PAUSE_AFTER_S)
-            assert run.running, "the page listens"
+            assert run.running, "the page shows the live state"
             client.post(f"{RUN}/confirm", json={"number": instruction["number"]})
         began = time.monotonic()
         while run.running and time.monotonic() < began + _LIMIT_S:

@@ -14,6 +14,7 @@ from kata.clinic.episodes import stages
 from kata.clinic.sessions.offline_cache import OfflineCache
 from kata.motion.edit import PlaybackSettings
 from tests.support.audit_rows import audit_log
+from tests.support.open_page import shown_message
 from tests.support.preflight import go_through_checklist, teaching
 from tests.support.recordings import lifted, taught
 from tests.support.responses import problem
@@ -246,7 +247,7 @@ def test_a_condition_recorded_during_a_playback_pauses_it(
         recorded(client, patient, "osteoporosis")
         fracture = recorded(client, patient, "fracture")
         limit = time.monotonic() + 10.0
-        while (message := socket.receive_json())["kind"] != "event" or message["event"]["code"] == "mode":
+        while (message := shown_message(socket))["kind"] != "event" or message["event"]["code"] == "mode":
             assert time.monotonic() < limit
     assert message["event"]["code"] == "contraindication_pause"
     assert "Fracture that has not united" in message["event"]["message"]

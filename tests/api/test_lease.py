@@ -16,6 +16,7 @@ from kata.auth.login_session import COOKIE
 from kata.clinic.episodes.limits import DoctorLimits
 from kata.station.lease import STOP_AND_RELEASE_AFTER_S
 from tests.support.login import signed_in
+from tests.support.open_page import shown_message
 from tests.support.recordings import lifted, taught
 from tests.support.responses import problem
 from tests.support.station_api import accepted, load, until, until_mode
@@ -48,7 +49,7 @@ class Browser:
 
 
 class Page:
-    """The live state that a page has received."""
+    """The live state that a page has received. It confirms each message, as a page's script does."""
 
     def __init__(self, socket: Any) -> None:
         self._socket = socket
@@ -59,7 +60,7 @@ class Page:
         limit = time.monotonic() + LIMIT_S
         while not self._live or not condition(self._live):
             assert time.monotonic() < limit, (self._live.get("mode"), self._live.get("lease"))
-            self._live |= self._socket.receive_json().get("live", {})
+            self._live |= shown_message(self._socket).get("live", {})
         return dict(self._live)
 
 
@@ -185,6 +186,31 @@ def test_playback_without_its_browser_pauses_and_releases_after_thirty_seconds(
     assert client.get(f"/api/runs/{run['id']}").json()["stop"]["code"] == "browser_lost"
     assert noted(client, "pause_without_browser") == ['{"operator":"Test administrator"}']
     assert noted(client, "stop_without_browser") == ['{"operator":"Test administrator"}']
+
+
+def test_playback_pauses_when_the_operating_pages_script_hangs(
+    client: TestClient, other: Browser, recording: dict[str, Any]
+) -> None:
+    """The page's connection stays open, and its browser would answer a ping."""
+    until_mode(client, "idle")
+    with page(client, other) as watching, page(client) as operating_page:
+        load(client, {"id": recording["patient_id"]}, recording, speed_percent=20.0)
+        accepted(client, "approach")
+        operating_page.until(lambda live: live["mode"] == "paused")
+        accepted(client, "play")
+        operating_page.until(lambda live: live["mode"] == "playing" and live["run"]["position_s"] > 0.5)
+
+        # From here on the operating page receives nothing.
+        paused = watching.until(lambda live: live["mode"] == "paused" and live["lease"]["paused"])
+        assert paused["lease"]["unreachable_since"] is not None
+
+        # The script goes on, and with it the presence.
+        back = operating_page.until(
+            lambda live: live["lease"]["unreachable_since"] is None and live["mode"] == "paused"
+        )
+        assert back["lease"]["mine"] is True
+        accepted(client, "return")
+        operating_page.until(lambda live: live["mode"] == "idle" and live["torque"] == "off")
 
 
 # -- checks that take time ----------------------------------------------------------------------------------------------

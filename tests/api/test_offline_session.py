@@ -34,6 +34,7 @@ from kata.clinic.sessions.tables import SessionRow
 from kata.database.base import utc_now
 from kata.device import journal
 from tests.support.login import signed_in
+from tests.support.open_page import open_page
 from tests.support.preflight import BY_HAND, WHO, confirmation, still_open, try_estop
 from tests.support.recordings import lifted, taught
 from tests.support.responses import problem
@@ -42,7 +43,9 @@ from tests.support.station_api import accepted, until, until_mode
 from tests.support.visits import eventually
 
 LIMIT_S = 60.0
-THERE = checks.ApparatusState("Station 1", pedal_answers=True, verified_since=datetime(2020, 1, 1, tzinfo=UTC))
+THERE = checks.ApparatusState(
+    "Station 1", pedal_answers=True, verified_since=datetime(2020, 1, 1, tzinfo=UTC), tested_since_verified=True
+)
 
 
 @pytest.fixture(scope="module")
@@ -124,7 +127,7 @@ def test_session_runs_during_an_outage_and_is_stored_once(
     # While the database answers, the list of ready patients is empty.
     assert ready(client) == []
 
-    with client.websocket_connect("/api/live"), server.killed():
+    with open_page(client), server.killed():
         live = until(client, lambda live: live["database"]["unavailable_since"])
         assert live["refusals"]["load"]["code"] == "database_away"
         (answer,) = [
@@ -237,7 +240,7 @@ def test_outage_session_is_refused_beyond_cached_patients_or_limits(
     assert client.get("/api/station").status_code == 200
     client.cookies.set(*next(iter(cookies.items())))
 
-    with client.websocket_connect("/api/live"), server.killed():
+    with open_page(client), server.killed():
         until(client, lambda live: live["database"]["unavailable_since"])
         assert one["id"] in ready(client)
         assert not {hidden["id"], closed["id"]} & set(ready(client))
@@ -392,7 +395,7 @@ def test_session_that_cannot_be_saved_to_disk_does_not_begin(
     app: Any = client.app
     patient = of_today(client, "Fujita Go")
     eventually(lambda: offline_cache.holds(UUID(patient["id"])))
-    with client.websocket_connect("/api/live"), server.killed():
+    with open_page(client), server.killed():
         until(client, lambda live: live["database"]["unavailable_since"])
         with monkeypatch.context() as full:
             full.setattr(app.state.services.event_spool.spool, "until_written", lambda limit_s: False)

@@ -31,6 +31,7 @@ from kata.database.availability import DatabaseUnavailableError
 from kata.database.base import utc_now
 from kata.device import journal
 from kata.errors import ProblemError
+from tests.support.open_page import open_page
 from tests.support.preflight import WHO, go_through_checklist, still_open
 from tests.support.recordings import lifted, taught
 from tests.support.responses import problem
@@ -110,7 +111,7 @@ def test_session_continues_while_the_database_hangs_and_page_shows_it(
     until_mode(client, "paused")
     accepted(client, "play")
     # A page stays connected; without one the apparatus would pause.
-    with client.websocket_connect("/api/live"), server.hanging():
+    with open_page(client), server.hanging():
         began = time.monotonic()
         accepted(client, "pause")
         assert time.monotonic() - began < 3.0
@@ -155,7 +156,7 @@ def test_run_ended_during_an_outage_exists_after_a_restart(
     accepted(client, "approach")
     until_mode(client, "paused")
     accepted(client, "play")
-    with client.websocket_connect("/api/live"), server.killed():
+    with open_page(client), server.killed():
         until(client, lambda live: live["database"]["unavailable_since"])
         accepted(client, "stop")
         until(client, lambda live: live["mode"] == "stopped" and live["torque"] == "off")
@@ -166,7 +167,9 @@ def test_run_ended_during_an_outage_exists_after_a_restart(
     accepted(client, "acknowledge")
 
 
-THERE = checks.ApparatusState("Station 1", pedal_answers=True, verified_since=datetime(2020, 1, 1, tzinfo=UTC))
+THERE = checks.ApparatusState(
+    "Station 1", pedal_answers=True, verified_since=datetime(2020, 1, 1, tzinfo=UTC), tested_since_verified=True
+)
 
 
 def open_checks(offline_sessions: OfflineSessions, session_id: str, recording_id: str) -> list[str] | None:
@@ -215,7 +218,7 @@ def test_session_continues_its_programme_during_an_outage(
     }
     url = f"/api/sessions/{visit['id']}/checklist/fixtures"
     ticked = {"checked_by": WHO, "recording_id": visit["second"]["id"]}
-    with client.websocket_connect("/api/live"), server.killed():
+    with open_page(client), server.killed():
         live = until(client, lambda live: live["database"]["unavailable_since"])
         assert "load" not in live["refusals"]
         assert live["refusals"]["teach"]["code"] == "database_away"

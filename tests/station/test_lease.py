@@ -4,9 +4,11 @@ from datetime import UTC, datetime
 from uuid import UUID
 
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
 
 from kata.device.ipc_messages import Mode, TorqueState
-from kata.station.lease import AbsenceAction, Browser, ClockReading, Lease
+from kata.station.lease import SHOWN_LIMIT_S, AbsenceAction, Browser, ClockReading, Lease, Page
 
 SATO = Browser(UUID(int=1), "Sato")
 KATO = Browser(UUID(int=2), "Kato")
@@ -23,11 +25,23 @@ def at(s: float) -> ClockReading:
 
 @pytest.fixture
 def lease() -> Lease:
-    """Return a lease that Sato took at noon, with a page open."""
+    """Return a lease that Sato took at noon, with :func:`page` open."""
     made = Lease()
-    made.page_opened(SATO)
+    made.page_opened(SATO, NOON)
     assert made.take(SATO, NOON) is None
     return made
+
+
+@pytest.fixture
+def page(lease: Lease) -> Page:
+    (opened,) = lease._pages[SATO.id]
+    return opened
+
+
+def closed(lease: Lease, page: Page, s: float, browser: Browser = SATO) -> None:
+    """Close a page that has shown the live state until then."""
+    page.shown = at(s)
+    lease.page_closed(browser, page, at(s))
 
 
 def due(lease: Lease, s: float, mode: Mode, torque: TorqueState | None = None) -> AbsenceAction | None:
@@ -53,7 +67,7 @@ def test_first_to_command_takes_a_free_lease() -> None:
 
 
 def test_each_browser_learns_whether_the_lease_is_its_own(lease: Lease) -> None:
-    mine, watched, neutral = lease.live(SATO, at(5)), lease.live(KATO, at(5)), lease.live(None, at(5))
+    mine, watched, neutral = lease.live(SATO, at(0.5)), lease.live(KATO, at(0.5)), lease.live(None, at(0.5))
     assert (mine.holder, mine.mine, mine.since, mine.unreachable_since) == ("Sato", True, NOON.at, None)
     assert (watched.holder, watched.mine) == ("Sato", False)
     assert (neutral.holder, neutral.mine) == ("Sato", False)
@@ -112,12 +126,61 @@ def test_unknown_torque_keeps_the_lease(lease: Lease) -> None:
 # -- without its browser ----------------------------------------------------------------------------------------------
 
 
-def test_browser_with_its_page_open_may_be_silent_for_hours(lease: Lease) -> None:
-    assert due(lease, 3 * 3600, "playing") is None
+def test_browser_whose_page_shows_states_may_be_silent_for_hours(lease: Lease, page: Page) -> None:
+    page.shown = at(3 * 3600)
+    assert due(lease, 3 * 3600 + 1, "playing") is None
+    assert lease.live(SATO, at(3 * 3600 + 1)).unreachable_since is None
 
 
-def test_playback_without_browser_pauses_after_2_and_releases_after_30s(lease: Lease) -> None:
-    lease.page_closed(SATO, at(10))
+def test_open_page_whose_script_hangs_is_absent(lease: Lease, page: Page) -> None:
+    """The browser answers the pings of the connection by itself."""
+    page.shown = at(10)
+    absent_since = 10 + SHOWN_LIMIT_S
+    assert lease.shows(SATO, at(absent_since - 0.1))
+    assert not lease.shows(SATO, at(absent_since))
+    assert due(lease, absent_since + 1.9, "playing") is None
+    assert due(lease, absent_since + 2.0, "playing") == "pause"
+    assert due(lease, absent_since + 30.0, "approaching") == "stop"
+    assert lease.live(KATO, at(13)).unreachable_since == at(absent_since).at
+    # It shows states again.
+    page.shown = at(45)
+    assert due(lease, 45, "playing") is None
+    # The end of a hung page is no sign of life.
+    lease.page_closed(SATO, page, at(50))
+    assert due(lease, 50, "playing") == "pause"
+
+
+@given(
+    st.lists(st.tuples(st.floats(0.0, 40.0), st.sampled_from(["shown", "opened", "closed", "request"])), max_size=20)
+)
+def test_lease_never_outlives_the_last_sign_of_life(events: list[tuple[float, str]]) -> None:
+    """Pages open, show states, hang and close in any order."""
+    lease, s, sign_s = Lease(), 0.0, 0.0
+    pages = [lease.page_opened(SATO, NOON)]
+    assert lease.take(SATO, NOON) is None
+    for wait_s, what in events:
+        s += wait_s
+        if what == "opened":
+            pages.append(lease.page_opened(SATO, at(s)))
+            sign_s = s
+        elif what == "closed" and pages:
+            closing = pages.pop()
+            lease.page_closed(SATO, closing, at(s))
+        elif what == "shown" and pages:
+            pages[0].shown = at(s)
+            sign_s = s
+        elif what == "request":
+            lease.note_request(SATO, at(s))
+            sign_s = s
+        for later_s in (0.0, 1.0, 3.1, 31.1):
+            if s + later_s >= sign_s + SHOWN_LIMIT_S + 2.0:
+                assert due(lease, s + later_s, "playing") in ("pause", "stop")
+            if s + later_s >= sign_s + SHOWN_LIMIT_S + 30.0:
+                assert due(lease, s + later_s, "approaching") == "stop"
+
+
+def test_playback_without_browser_pauses_after_2_and_releases_after_30s(lease: Lease, page: Page) -> None:
+    closed(lease, page, 10)
     assert due(lease, 11.99, "playing") is None
     assert due(lease, 12.0, "playing") == "pause"
     # The pause is due until it is noted.
@@ -136,8 +199,8 @@ def test_playback_without_browser_pauses_after_2_and_releases_after_30s(lease: L
 
 
 @pytest.mark.parametrize("mode", ["idle", "offline"])
-def test_unknown_torque_without_motion_is_waited_for(lease: Lease, mode: Mode) -> None:
-    lease.page_closed(SATO, at(10))
+def test_unknown_torque_without_motion_is_waited_for(lease: Lease, page: Page, mode: Mode) -> None:
+    closed(lease, page, 10)
 
     assert due(lease, 40.0, mode, "unknown") is None
     assert lease.holder == SATO
@@ -145,22 +208,22 @@ def test_unknown_torque_without_motion_is_waited_for(lease: Lease, mode: Mode) -
     assert lease.holder is None
 
 
-def test_unknown_torque_after_a_fault_is_stopped(lease: Lease) -> None:
-    lease.page_closed(SATO, at(10))
+def test_unknown_torque_after_a_fault_is_stopped(lease: Lease, page: Page) -> None:
+    closed(lease, page, 10)
 
     assert due(lease, 40.0, "stopped", "unknown") == "stop"
 
 
-def test_return_is_allowed_to_finish_where_the_arm_rests(lease: Lease) -> None:
-    lease.page_closed(SATO, at(0))
+def test_return_is_allowed_to_finish_where_the_arm_rests(lease: Lease, page: Page) -> None:
+    closed(lease, page, 0)
     assert due(lease, 3, "returning") is None
     assert due(lease, 60, "returning") is None
     assert lease.holder == SATO
 
 
 @pytest.mark.parametrize("mode", ["idle", "teaching", "ready", "stopped", "offline"])
-def test_without_torque_nothing_happens_and_the_lease_ends_after_30s(lease: Lease, mode: Mode) -> None:
-    lease.page_closed(SATO, at(0))
+def test_without_torque_nothing_happens_and_the_lease_ends_after_30s(lease: Lease, page: Page, mode: Mode) -> None:
+    closed(lease, page, 0)
     assert due(lease, 29.9, mode) is None
     assert lease.refusal(KATO) is not None
 
@@ -169,26 +232,30 @@ def test_without_torque_nothing_happens_and_the_lease_ends_after_30s(lease: Leas
     assert lease.take(KATO, at(30.1)) is None
 
 
-def test_page_reloaded_within_the_grace_period_keeps_its_lease(lease: Lease) -> None:
-    lease.page_closed(SATO, at(10))
-    lease.page_opened(SATO)
+def test_page_reloaded_within_the_grace_period_keeps_its_lease(lease: Lease, page: Page) -> None:
+    closed(lease, page, 10)
+    reloaded = lease.page_opened(SATO, at(11))
+    assert due(lease, 12, "playing") is None
+    reloaded.shown = at(99.5)
     assert due(lease, 100, "playing") is None
     assert lease.live(SATO, at(100)).unreachable_since is None
 
 
-def test_another_page_of_the_same_browser_keeps_the_lease(lease: Lease) -> None:
-    lease.page_opened(SATO)
-    lease.page_closed(SATO, at(10))
+def test_another_page_of_the_same_browser_keeps_the_lease(lease: Lease, page: Page) -> None:
+    second = lease.page_opened(SATO, at(1))
+    closed(lease, page, 10)
+    second.shown = at(19.5)
     assert due(lease, 20, "playing") is None
-    lease.page_closed(SATO, at(20))
+    closed(lease, second, 20)
     assert due(lease, 22, "playing") == "pause"
 
 
-def test_other_watching_browsers_do_not_count(lease: Lease) -> None:
-    lease.page_opened(KATO)
-    lease.page_closed(SATO, at(10))
+def test_other_watching_browsers_do_not_count(lease: Lease, page: Page) -> None:
+    other = lease.page_opened(KATO, NOON)
+    closed(lease, page, 10)
+    other.shown = at(12)
     assert due(lease, 12, "playing") == "pause"
-    lease.page_closed(KATO, at(12))
+    closed(lease, other, 12, KATO)
 
 
 def test_request_keeps_a_takeover_present_for_two_seconds(lease: Lease) -> None:
@@ -199,25 +266,25 @@ def test_request_keeps_a_takeover_present_for_two_seconds(lease: Lease) -> None:
     assert due(lease, 17.25, "playing") is None
     assert due(lease, 17.5, "playing") == "pause"
     # The former holder's open page does not count.
-    lease.page_opened(KATO)
+    page = lease.page_opened(KATO, at(49.5))
     assert due(lease, 50, "playing") is None
-    lease.page_closed(KATO, at(50))
+    closed(lease, page, 50, KATO)
     # It has had a page: from now on asking is a sign of that moment only.
     lease.note_request(KATO, at(51))
     assert due(lease, 52.9, "playing") is None
     assert due(lease, 53, "playing") == "pause"
 
 
-def test_request_alone_takes_nothing_from_the_holder(lease: Lease) -> None:
-    lease.page_closed(SATO, at(10))
+def test_request_alone_takes_nothing_from_the_holder(lease: Lease, page: Page) -> None:
+    closed(lease, page, 10)
     lease.note_request(KATO, at(11.9))
     assert due(lease, 12, "playing") == "pause"
 
 
-def test_pause_is_reported_until_the_holder_commands_again(lease: Lease) -> None:
-    lease.page_closed(SATO, at(0))
+def test_pause_is_reported_until_the_holder_commands_again(lease: Lease, page: Page) -> None:
+    closed(lease, page, 0)
     lease.note_pause()
-    lease.page_opened(SATO)
+    lease.page_opened(SATO, at(5))
     assert lease.live(SATO, at(5)).paused is True
     lease.take(SATO, at(6))
     assert lease.live(SATO, at(6)).paused is False

@@ -6,6 +6,7 @@ from typing import Any
 
 from fastapi.testclient import TestClient
 
+from tests.support.open_page import shown_message
 from tests.support.preflight import go_through_checklist, teaching
 from tests.support.station_commands import operate
 
@@ -16,7 +17,7 @@ def until(client: TestClient, condition: Callable[[dict[str, Any]], object], wit
     live: dict[str, Any] = {}
     with client.websocket_connect("/api/live") as socket:
         while True:
-            live |= socket.receive_json().get("live", {})
+            live |= shown_message(socket).get("live", {})
             if condition(live):
                 return live
             assert time.monotonic() < limit, (live["mode"], live["stop"], live["refusals"].get("teach"))
@@ -56,7 +57,7 @@ def teach(
     until(client, lambda live: not live["teaching"]["recording"])
     with client.websocket_connect("/api/live") as socket:
         accepted(client, "finish-teaching")
-        while (message := socket.receive_json())["kind"] != "saved":
+        while (message := shown_message(socket))["kind"] != "saved":
             pass
     assert message["what"] == "recording"
     client.post("/api/simulator/release")

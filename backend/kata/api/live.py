@@ -1,4 +1,6 @@
-"""The live WebSocket. It sends a snapshot first, then changes ten times a second, even if nothing changed. It accepts one message: Stop."""
+"""The live WebSocket. It sends a snapshot first, then changes ten times a second, even if nothing changed. It accepts two
+messages: Stop, and the confirmation that the page has shown a state.
+"""
 
 import asyncio
 from contextlib import suppress
@@ -8,7 +10,7 @@ from typing import Any, Final, Literal
 from uuid import UUID
 
 from fastapi import APIRouter, FastAPI, WebSocket, WebSocketDisconnect
-from pydantic import BaseModel, ConfigDict, Field, ValidationError
+from pydantic import BaseModel, ConfigDict, Field, TypeAdapter, ValidationError
 
 from kata.actor import CURRENT_ACTOR, Actor
 from kata.api.lease_dependencies import browser
@@ -20,7 +22,7 @@ from kata.api.stopping import StopQueue, stop_by_user
 from kata.clinic.importer import Saved
 from kata.database.base import utc_now
 from kata.device.ipc_messages import EstopState, Mode, Refusal
-from kata.station.lease import Browser
+from kata.station.operating import ListeningPage
 from kata.station.schemas import EventLive, Live, RefusalLive, StationInfo
 from kata.station.subscriptions import Subscription
 
@@ -29,9 +31,7 @@ router = APIRouter()
 _PERIOD_S: Final = 0.1
 PING_S: Final = 0.5
 PONG_S: Final = 1.0
-"""Longest time without an answer to a ping, which is sent every half second. Then the browser counts as absent, and the lease's grace
-time begins.
-"""
+"""Longest time without an answer to a ping, which is sent every half second. Then the connection is closed."""
 
 
 class _LiveMessage(BaseModel):
@@ -81,8 +81,19 @@ class StopAnswerMessage(_LiveMessage):
     refusal: RefusalLive | None = Field(description="Null: the device has confirmed the Stop.")
 
 
+class ShownMessage(BaseModel):
+    """The page's script has shown a state. The lease depends on these messages, because the browser itself answers a ping, even if the
+    script hangs.
+    """
+
+    model_config = ConfigDict(extra="forbid")
+
+    kind: Literal["shown"] = "shown"
+    sequence: int = Field(ge=1, le=2**53, description="Number of the newest message that the page has shown.")
+
+
 class StopMessage(BaseModel):
-    """The only message that a page sends here. It needs no handshake, unlike a request over a new connection."""
+    """A Stop. It needs no handshake, unlike a request over a new connection."""
 
     model_config = ConfigDict(extra="forbid")
 
@@ -105,7 +116,13 @@ def document(app: FastAPI) -> None:
 
     @app.webhooks.post("live_stop", tags=["station"])
     def live_stop(message: StopMessage) -> None:
-        """Sent by a page on the WebSocket /api/live, with the effect of POST /api/station/stop. Other messages are ignored."""
+        """Sent by a page on the WebSocket /api/live, with the effect of POST /api/station/stop. Unknown messages are ignored."""
+
+    @app.webhooks.post("live_shown", tags=["station"])
+    def live_shown(message: ShownMessage) -> None:
+        """Sent by a page on the WebSocket /api/live at least twice a second, after it has shown a state. Without it the browser counts as
+        absent.
+        """
 
 
 @router.websocket("/api/live")
@@ -113,23 +130,27 @@ async def live(socket: WebSocket) -> None:
     """Send the live state to one listener until it disconnects."""
     services = services_of(socket)
     station = services.station
-    this_browser = browser()
     actor = CURRENT_ACTOR.get()
     # The rule of this route requires a login.
     assert actor is not None
     redaction = Redaction(actor, services.database, services.offline_cache)
     if not await accepted(socket, actor):
         return
-    with station.operating.listening(this_browser), station.subscribed() as subscription:
+    with station.operating.listening(browser()) as page, station.subscribed() as subscription:
         await serve_until_gone(
             socket,
             actor,
-            _receive(socket, actor, services, subscription),
-            _send(socket, station.info, services.live_view, this_browser, subscription, redaction),
+            _receive(socket, actor, services, subscription, page),
+            _send(socket, station.info, services.live_view, page, subscription, redaction),
         )
 
 
-async def _receive(socket: WebSocket, actor: Actor, services: Services, subscription: Subscription) -> None:
+_FROM_PAGE: Final = TypeAdapter[StopMessage | ShownMessage](StopMessage | ShownMessage)
+
+
+async def _receive(
+    socket: WebSocket, actor: Actor, services: Services, subscription: Subscription, page: ListeningPage
+) -> None:
     """Receive until the listener disconnects. A Stop goes to the device at once and stays in force after a disconnection."""
 
     def answer(number: int, refusal: Refusal | None) -> None:
@@ -138,16 +159,20 @@ async def _receive(socket: WebSocket, actor: Actor, services: Services, subscrip
     stops = StopQueue(lambda: stop_by_user(services), answer)
     async for text in received(socket, actor):
         try:
-            stops.put(StopMessage.model_validate_json(text).number)
+            message = _FROM_PAGE.validate_json(text)
         except ValidationError:
             continue
+        if isinstance(message, StopMessage):
+            stops.put(message.number)
+        else:
+            page.note_shown(message.sequence)
 
 
 async def _send(
     socket: WebSocket,
     info: StationInfo,
     live_view: LiveStateView,
-    this_browser: Browser,
+    page: ListeningPage,
     subscription: Subscription,
     redaction: Redaction,
 ) -> None:
@@ -156,7 +181,7 @@ async def _send(
     sequence = 0
     try:
         while not subscription.overflown:
-            state = await redaction.apply(live_view.state(this_browser))
+            state = await redaction.apply(live_view.state(page.browser))
             sequence += 1
             common: dict[str, Any] = {
                 "sequence": sequence,
@@ -170,6 +195,7 @@ async def _send(
                 changed = {name: value for name, value in state.items() if last.get(name) != value}
                 message = ChangeMessage(**common, live=changed)
             last = state
+            page.note_sent(sequence)
             await socket.send_text(message.model_dump_json())
             while subscription.waiting:
                 item = subscription.waiting.popleft()

@@ -13,7 +13,7 @@ from websockets.frames import CloseCode
 from kata.api.allowance import Allowance
 
 MESSAGES_PER_S: Final = 10.0
-"""Mean rate of messages of one WebSocket. A page sends only Stops, one for each press."""
+"""Mean rate of messages of one WebSocket. A page confirms about three states a second and sends a Stop for each press."""
 MESSAGES_AT_ONCE: Final = 40
 """Messages that one WebSocket may send at once, beyond the mean rate."""
 BYTES_PER_S: Final = 2048.0

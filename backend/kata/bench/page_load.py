@@ -75,6 +75,7 @@ def page_load(
 
 class _Sent(msgspec.Struct):
     sent_at: datetime
+    sequence: int
 
 
 _SENT: Final = msgspec.json.Decoder(_Sent)
@@ -99,7 +100,11 @@ async def _open_page(
                 await asyncio.Event().wait()
             async for message in socket:
                 figures.messages += 1
-                delays_ms.append((time.time() - _SENT.decode(message).sent_at.timestamp()) * 1000)
+                sent = _SENT.decode(message)
+                delays_ms.append((time.time() - sent.sent_at.timestamp()) * 1000)
+                if sent.sequence % 3 == 0:
+                    # A page confirms about every third message.
+                    await socket.send(json.dumps({"kind": "shown", "sequence": sent.sequence}))
     except (OSError, WebSocketException):
         pass
     figures.connections_lost += 1

@@ -8,6 +8,7 @@ import asyncio
 from collections.abc import AsyncIterator, Callable
 from contextlib import asynccontextmanager
 from datetime import UTC, datetime
+from itertools import count
 from typing import Any, Final, TypeVar
 from uuid import UUID, uuid4
 
@@ -40,7 +41,8 @@ from kata.motion.taught import Taught
 from kata.settings import Settings
 from kata.simulator.apparatus import State
 from kata.station.guard import Guard
-from kata.station.lease import Browser
+from kata.station.lease import SHOWN_LIMIT_S, Browser
+from kata.station.operating import ListeningPage
 from kata.station.schemas import Live
 
 _SPARE_S: Final = 30.0
@@ -288,6 +290,14 @@ class ServiceDriver:
         )
 
 
+async def _show_states(page: ListeningPage) -> None:
+    """Confirm states as a page does, so that the driver's browser is present."""
+    for sequence in count(1):
+        page.note_sent(sequence)
+        page.note_shown(sequence)
+        await asyncio.sleep(SHOWN_LIMIT_S / 4)
+
+
 @asynccontextmanager
 async def driving_service(settings: Settings, show: Show) -> AsyncIterator[ServiceDriver]:
     """Start a service, wait until it is connected to its apparatus, and yield a driver for it."""
@@ -295,9 +305,13 @@ async def driving_service(settings: Settings, show: Show) -> AsyncIterator[Servi
     async with app.router.lifespan_context(app):
         driver = ServiceDriver(app, show)
         try:
-            with driver.station.operating.listening(driver.browser):
-                await driver.until_mode({"idle"}, "Connecting", _SPARE_S)
-                yield driver
+            with driver.station.operating.listening(driver.browser) as page:
+                showing = asyncio.create_task(_show_states(page), name="states shown")
+                try:
+                    await driver.until_mode({"idle"}, "Connecting", _SPARE_S)
+                    yield driver
+                finally:
+                    showing.cancel()
         except ProblemError:
             # If a stop caused the refusal, report the causes of the stop instead.
             driver.raise_if_stopped()

@@ -4,7 +4,7 @@ Stop needs no lease. For reasons, and for actions without the holder's browser, 
 docs/explanation/decisions/0015-one-browser-holds-the-lease.md.
 """
 
-from collections import Counter
+from collections import defaultdict
 from dataclasses import dataclass
 from datetime import datetime, timedelta
 from typing import Final, Literal, NamedTuple
@@ -14,6 +14,8 @@ from kata.device.ipc_messages import Mode, Refusal, TorqueState
 from kata.station import texts
 from kata.station.schemas import LeaseLive
 
+SHOWN_LIMIT_S: Final = 1.0
+"""A page is present for so long after the newest live state that it has shown was sent. Its script confirms about three states a second."""
 PAUSE_AFTER_S: Final = 2.0
 """Longest absence of the holder's browser during playback. A page reloads, and a weak network recovers, within this time."""
 STOP_AND_RELEASE_AFTER_S: Final = 30.0
@@ -49,13 +51,26 @@ class Browser:
     """Name of the user, as other users see it."""
 
 
+@dataclass(slots=True, eq=False)
+class Page:
+    """A page that listens to the live state."""
+
+    shown: ClockReading
+    """Time at which the newest state that the page has shown was sent; at first the time of its opening."""
+
+    @property
+    def present_until(self) -> ClockReading:
+        """Return the time until which the page counts as present."""
+        return self.shown.later(SHOWN_LIMIT_S)
+
+
 @dataclass(slots=True)
 class _Holding:
     browser: Browser
     since: datetime
     taken_from: str | None
     present_until: ClockReading
-    """Time of the last sign of life. Not used while a page of the browser listens."""
+    """Time until which the browser is present without regard to its open pages."""
     listened: bool = False
     """True if a page of the browser has listened. A browser that only sends requests is present for a while after each request."""
     paused: bool = False
@@ -66,27 +81,31 @@ class Lease:
 
     def __init__(self) -> None:
         self._holding: _Holding | None = None
-        self._listening: Counter[UUID] = Counter()
+        self._pages: defaultdict[UUID, list[Page]] = defaultdict(list)
+        """The listening pages of each browser."""
 
     # -- presence ------------------------------------------------------------------------------------------------
 
-    def page_opened(self, browser: Browser) -> None:
-        """Note that a page of the browser begins to listen."""
-        self._listening[browser.id] += 1
+    def page_opened(self, browser: Browser, now: ClockReading) -> Page:
+        """Note that a page of the browser begins to listen. Return the page."""
+        page = Page(now)
+        self._pages[browser.id].append(page)
         if holding := self._of(browser):
             holding.listened = True
+        return page
 
-    def page_closed(self, browser: Browser, now: ClockReading) -> None:
+    def page_closed(self, browser: Browser, page: Page, now: ClockReading) -> None:
         """Note that a page of the browser has stopped listening."""
-        self._listening[browser.id] -= 1
-        if self._listening[browser.id] <= 0:
-            del self._listening[browser.id]
-            if holding := self._of(browser):
-                holding.present_until = max(holding.present_until, now)
+        pages = self._pages[browser.id]
+        pages.remove(page)
+        if not pages:
+            del self._pages[browser.id]
+        if holding := self._of(browser):
+            holding.present_until = max(holding.present_until, min(now, page.present_until))
 
-    def listens(self, browser: Browser) -> bool:
-        """Return True if a page of the browser listens."""
-        return self._listening[browser.id] > 0
+    def shows(self, browser: Browser, now: ClockReading) -> bool:
+        """Return True if a page of the browser shows the live state. A page whose script hangs does not."""
+        return any(page.present_until > now for page in self._pages.get(browser.id, ()))
 
     def note_request(self, browser: Browser, now: ClockReading) -> None:
         """Note a request of the browser, which shows that it is present now."""
@@ -115,7 +134,7 @@ class Lease:
             if refusal and not take_over:
                 return refusal
             taken_from = self._holding.browser.name if self._holding else None
-            self._holding = _Holding(browser, now.at, taken_from, now, listened=self._listening[browser.id] > 0)
+            self._holding = _Holding(browser, now.at, taken_from, now, listened=browser.id in self._pages)
         self.note_request(browser, now)
         return None
 
@@ -180,15 +199,16 @@ class Lease:
             mine=browser is not None and holding.browser.id == browser.id,
             since=holding.since,
             taken_from=holding.taken_from,
-            unreachable_since=holding.present_until.at if self._absent_s(now) > 0 else None,
+            unreachable_since=self._present_until(holding).at if self._absent_s(now) > 0 else None,
             paused=holding.paused,
         )
 
     def _of(self, browser: Browser) -> _Holding | None:
         return self._holding if self._holding and self._holding.browser.id == browser.id else None
 
+    def _present_until(self, holding: _Holding) -> ClockReading:
+        pages = self._pages.get(holding.browser.id, ())
+        return max([holding.present_until, *(page.present_until for page in pages)])
+
     def _absent_s(self, now: ClockReading) -> float:
-        holding = self._holding
-        if holding is None or self._listening[holding.browser.id] > 0:
-            return 0.0
-        return max(0.0, now.s - holding.present_until.s)
+        return max(0.0, now.s - self._present_until(self._holding).s) if self._holding else 0.0

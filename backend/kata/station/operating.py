@@ -3,19 +3,44 @@
 import asyncio
 import logging
 import time
+from collections import deque
 from collections.abc import Awaitable, Callable, Iterator
 from contextlib import contextmanager
 from datetime import UTC, datetime
+from typing import Final
 
 from kata.device.ipc_messages import Command, Pause, Refusal, Snapshot, Stop, TorqueState
-from kata.station.lease import AbsenceAction, Browser, ClockReading, Lease
+from kata.station.lease import AbsenceAction, Browser, ClockReading, Lease, Page
 from kata.station.schemas import LeaseLive
+
+_SENT_STATES: Final = 100
+"""The times of so many sent states are kept. A page that is further behind is absent."""
 
 log = logging.getLogger(__name__)
 
 
 def _now() -> ClockReading:
     return ClockReading(time.monotonic(), datetime.now(UTC))
+
+
+class ListeningPage:
+    """A page, the live states that were sent to it, and the newest of them that it has shown."""
+
+    def __init__(self, browser: Browser, page: Page, now: Callable[[], ClockReading]) -> None:
+        """Begin without a state."""
+        self.browser = browser
+        self._page = page
+        self._now = now
+        self._sent: deque[tuple[int, ClockReading]] = deque(maxlen=_SENT_STATES)
+
+    def note_sent(self, sequence: int) -> None:
+        """Note that a message with this number is being sent to the page."""
+        self._sent.append((sequence, self._now()))
+
+    def note_shown(self, sequence: int) -> None:
+        """Note that the page has shown every message up to this number."""
+        while self._sent and self._sent[0][0] <= sequence:
+            _, self._page.shown = self._sent.popleft()
 
 
 class Operating:
@@ -69,19 +94,20 @@ class Operating:
         """Note a request of the browser, which shows that it is present now."""
         self._lease.note_request(browser, self._now())
 
-    def listens(self, browser: Browser) -> bool:
-        """Return True if a page of the browser listens."""
-        return self._lease.listens(browser)
+    def shows(self, browser: Browser) -> bool:
+        """Return True if a page of the browser shows the live state. A page whose script hangs does not."""
+        return self._lease.shows(browser, self._now())
 
     @contextmanager
-    def listening(self, browser: Browser) -> Iterator[None]:
-        """Count the browser as present during the block, because one of its pages listens."""
-        self._lease.page_opened(browser)
+    def listening(self, browser: Browser) -> Iterator["ListeningPage"]:
+        """During the block a page of the browser listens. The browser is present while the page confirms the states that it shows."""
+        page = self._lease.page_opened(browser, self._now())
         self._changed()
         try:
-            yield
+            # The clock is looked up at each call, because tests replace it.
+            yield ListeningPage(browser, page, lambda: self._now())
         finally:
-            self._lease.page_closed(browser, self._now())
+            self._lease.page_closed(browser, page, self._now())
             self._changed()
 
     def act_if_due(self, snapshot: Snapshot) -> None:

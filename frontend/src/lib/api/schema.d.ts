@@ -3357,9 +3357,30 @@ export interface webhooks {
         put?: never;
         /**
          * Live Stop
-         * @description Sent by a page on the WebSocket /api/live, with the effect of POST /api/station/stop. Other messages are ignored.
+         * @description Sent by a page on the WebSocket /api/live, with the effect of POST /api/station/stop. Unknown messages are ignored.
          */
         post: operations["live_stoplive_stop_post"];
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    live_shown: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        get?: never;
+        put?: never;
+        /**
+         * Live Shown
+         * @description Sent by a page on the WebSocket /api/live at least twice a second, after it has shown a state. Without it the browser counts as
+         *     absent.
+         */
+        post: operations["live_shownlive_shown_post"];
         delete?: never;
         options?: never;
         head?: never;
@@ -10687,6 +10708,24 @@ export interface components {
             recommission: boolean;
         };
         /**
+         * ShownMessage
+         * @description The page's script has shown a state. The lease depends on these messages, because the browser itself answers a ping, even if the
+         *     script hangs.
+         */
+        ShownMessage: {
+            /**
+             * Kind
+             * @default shown
+             * @constant
+             */
+            kind: "shown";
+            /**
+             * Sequence
+             * @description Number of the newest message that the page has shown.
+             */
+            sequence: number;
+        };
+        /**
          * SideRequest
          * @description The shoulder for which the apparatus is set up.
          */
@@ -11393,7 +11432,7 @@ export interface components {
         };
         /**
          * StopMessage
-         * @description The only message that a page sends here. It needs no handshake, unlike a request over a new connection.
+         * @description A Stop. It needs no handshake, unlike a request over a new connection.
          */
         StopMessage: {
             /**
@@ -26963,6 +27002,30 @@ export interface operations {
         requestBody: {
             content: {
                 "application/json": components["schemas"]["StopMessage"];
+            };
+        };
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": unknown;
+                };
+            };
+        };
+    };
+    live_shownlive_shown_post: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        requestBody: {
+            content: {
+                "application/json": components["schemas"]["ShownMessage"];
             };
         };
         responses: {

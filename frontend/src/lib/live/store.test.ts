@@ -76,6 +76,36 @@ describe("the live store", () => {
     expect(isAlive(store.get())).toBe(true);
   });
 
+  it("confirms the states that it has shown, at most four times a second", () => {
+    const confirmed = () => socket().sent.map((text) => JSON.parse(text).sequence);
+    socket().receive(snapshot());
+    expect(socket().sent).toEqual(['{"kind":"shown","sequence":1}']);
+    for (let n = 2; n <= 8; n++) {
+      vi.advanceTimersByTime(100);
+      socket().receive(change(n, {}));
+    }
+    expect(confirmed()).toEqual([1, 4, 7]);
+  });
+
+  it("confirms no state that a listener could not show", () => {
+    socket().receive(snapshot());
+    vi.advanceTimersByTime(300);
+    const unsubscribe = store.subscribe(() => {
+      throw new Error("the page cannot draw");
+    });
+    expect(() => socket().receive(change(2, {}))).toThrow();
+    unsubscribe();
+    expect(socket().sent).toHaveLength(1);
+  });
+
+  it("confirms states although the computer's clock is set back", () => {
+    socket().receive(snapshot());
+    vi.advanceTimersByTime(300);
+    vi.setSystemTime(Date.now() - 3_600_000);
+    socket().receive(change(2, {}));
+    expect(socket().sent).toHaveLength(2);
+  });
+
   it("reconnects when a sequence number is missing", () => {
     socket().receive(snapshot());
     const first = socket();
@@ -208,7 +238,7 @@ describe("the live store", () => {
   it("sends Stop over the connection and returns the answer", async () => {
     socket().receive(snapshot());
     const stopAnswer = store.stop();
-    expect(socket().sent).toEqual(['{"kind":"stop","number":1}']);
+    expect(socket().sent.slice(-1)).toEqual(['{"kind":"stop","number":1}']);
     const answer = { kind: "stop_answer", sequence: 2, number: 1, refusal: null };
     socket().receive(answer);
     expect(await stopAnswer).toEqual(answer);

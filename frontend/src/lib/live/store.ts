@@ -22,6 +22,11 @@ const RECONNECT_MS = [250, 500, 1000, 1000];
 export const OPEN_TIMEOUT_MS = 2000;
 /** If the live connection does not answer a Stop within this time, the page sends it by a separate request. */
 export const STOP_ANSWER_TIMEOUT_MS = 600;
+/**
+ * The page confirms so often that it has shown a state. The lease depends on it: a browser answers the service's
+ * pings itself, even if the page's script hangs. The messages of a hidden page are not throttled, its timers are.
+ */
+export const CONFIRM_EVERY_MS = 250;
 /** Allowed drift between the two clocks. Delays of a congested connection grow faster than this. */
 const CLOCK_DRIFT = 0.001;
 const MAX_EVENTS = 50;
@@ -55,6 +60,8 @@ export class LiveStore {
   #checkedAt = 0;
   #settledAt = 0;
   #sequence = 0;
+  /** When a shown state was last confirmed, by the monotonic clock. */
+  #confirmedAt = Number.NEGATIVE_INFINITY;
   /**
    * The shortest transport time of this connection, measured with unsynchronized clocks, and the time of that
    * measurement.
@@ -158,6 +165,7 @@ export class LiveStore {
     this.#socket = socket;
     this.#openedAt = Date.now();
     this.#sequence = 0;
+    this.#confirmedAt = Number.NEGATIVE_INFINITY;
     this.#fastest = null;
     socket.onmessage = (event) => this.#receive(socket, JSON.parse(String(event.data)) as LiveMessage);
     socket.onclose = () => this.#reconnect(socket);
@@ -195,6 +203,16 @@ export class LiveStore {
         break;
     }
     this.#set(next);
+    this.#confirm(socket, message.sequence);
+  }
+
+  /** Tell the service that the page has shown this message. An error of a listener before it prevents that. */
+  #confirm(socket: WebSocket, sequence: number) {
+    const now = performance.now();
+    if (now - this.#confirmedAt < CONFIRM_EVERY_MS || socket.readyState !== WebSocket.OPEN) return;
+    this.#confirmedAt = now;
+    const shown: Schemas["ShownMessage"] = { kind: "shown", sequence };
+    socket.send(JSON.stringify(shown));
   }
 
   /**
