@@ -64,6 +64,8 @@ _PEDAL_S: Final = 0.2
 """A pressed pedal is known by then: it is debounced for 20 ms, and two cycles of a slow station take 100 ms."""
 _OUT_DEG: Final = 3.0
 """A way out that is longer than this counts. A turn, a shaft's play and a yielding setpoint are shorter."""
+_EXPIRES_NS: Final = 601_000_000_000
+"""A loaded recording expires ten minutes after the last command."""
 _AT_REST: Final = frozenset({"offline", "idle", "stopped"})
 _OWN_FAULTS: Final = frozenset(
     {"setpoint_step", "setpoint_limit", "setpoint_acceleration", "setpoint_frozen", "unexpected_error"}
@@ -189,6 +191,14 @@ class Judge:
     def accepted(self, command: Guarded, pressed_ns: int) -> None:
         """Note a command that can start motion or release an arm. A Pause ends it as a Stop does, also a Pause that was refused."""
         assert pressed_ns >= self.last_pause_ns, f"{type(command).__name__} from before a Pause was accepted"
+
+    def suspended(self, seconds: float) -> None:
+        """Note that the computer is suspended for longer than a motion may be late. It ends earlier commands as a Stop does."""
+        self.last_pause_ns = max(self.last_pause_ns, self.world.t_ns)
+
+    def loaded_for(self, waited_ns: int) -> None:
+        """Note an accepted approach. ``waited_ns``: real time since the command before it, suspensions of the computer included."""
+        assert waited_ns <= _EXPIRES_NS, f"a recording was started {waited_ns / 1e9:.0f} s after the last command"
 
     def loaded(self, load: Load) -> None:
         """Note an accepted load."""
@@ -441,8 +451,9 @@ class Judge:
             assert test.ways_out <= allowed, f"the arm went out {test.ways_out} times, {allowed} are allowed"
 
     def _angles(self, newest: Snapshot) -> None:
-        """In idle with every drive configured, the shown angles are those of the shafts."""
-        if newest.mode not in ("idle", "ready") or self.world.t_ns - newest.t_ns >= self._period_ns:
+        """Without torque and with every drive configured, the shown angles are those of the shafts."""
+        at_rest = newest.mode in ("idle", "ready") or (newest.mode == "offline" and not self.a_setting_differs)
+        if not at_rest or self.world.t_ns - newest.t_ns >= self._period_ns:
             return
         for axis, true_deg in zip(newest.axes, self.world.angles_deg, strict=True):
             # Values that were not read in this cycle are shown with their age.

@@ -300,6 +300,42 @@ REVERTS: Final = (
         '    yield Register("PWM limit", _PWM_LIMIT, struct.pack("<H", _WHOLE_PWM))\n',
         "",
     ),
+    _one(
+        19,
+        "a suspension of the computer counts neither as lateness nor as a pause",
+        "loop.py",
+        "        slept_ns = self._suspension.take_ns()\n",
+        "        slept_ns = 0\n",
+    ),
+    _one(
+        20,
+        "the control program ends after one torque-off that no drive has confirmed",
+        "loop.py",
+        "        return not (needless or self._last_torque_off.is_done(state))\n",
+        "        return False\n",
+    ),
+    _one(
+        21,
+        "a loaded recording does not expire",
+        "machine_state.py",
+        "        if state.t_ns >= self._ready_until_ns:\n",
+        "        if False:\n",
+    ),
+    _one(
+        22,
+        "a late Modbus answer passes for the newest one",
+        "bus/modbus/requests.py",
+        "        if slave in self._overdue:\n",
+        "        if False:\n",
+    ),
+    Revert(
+        23,
+        "a Dynamixel answer that is two cycles late passes for the newest one",
+        (
+            Edit("bus/dynamixel/driver.py", "range(PRESENT_BYTES, PRESENT_BYTES + 4)", "range(PRESENT_BYTES, PRESENT_BYTES + 2)"),
+            Edit("bus/dynamixel/driver.py", "        first = turns % max(1, len(answering))\n", "        first = 0\n"),
+        ),
+    ),
 )  # fmt: skip
 
 

@@ -45,6 +45,7 @@ from kata.device.journal import read
 from kata.device.loop import ControlLoop
 from kata.motion.axes import Side
 from kata.motion.reach import ArmLimits
+from kata.simulator.adapter import AdapterLatency
 from kata.simulator.fault_injector import FaultKind
 from kata.system.realtime import Granted
 from kata.testing.world import RecordingWorld
@@ -63,6 +64,14 @@ _RECOVERS_S: Final = 4.0
 
 _FOUND_S: Final = 4.0
 """The verification has read a lost setting, and a controlled stop has ended."""
+_LATE_S: Final = 0.25
+"""A longer suspension stops the arm."""
+_ENDS_S: Final = 3.0
+"""Without its service the control program ends within this time: after the ramp and at most half a second of repeated torque-off."""
+_LATE_CYCLES: Final = 8
+"""So long answers are late. More missing answers are a fault."""
+_LED_DEG: Final = 2.0
+"""The hand leads a motor on by so much in each cycle."""
 _ON_THE_WIRE_S: Final = 0.005
 """The last sent bytes still reach the drives."""
 
@@ -243,6 +252,11 @@ class Sequences(RuleBasedStateMachine):
         # The loop collects garbage when it opens a port, which here would walk through all objects of hypothesis.
         self._collecting = mock.patch("kata.device.loop.gc.collect")
         self._collecting.start()
+        self._suspended_ns = 0
+        self._delivered: dict[int, int] = {}
+        """Real time of each command's delivery."""
+        self._commanded_ns = 0
+        """Real time of the delivery of the last command that was answered."""
         self._browsers = [_Browser(), _Browser()]
         self._numbers = itertools.count()
         self._travelling: list[tuple[int, int, Command | str, int]] = []
@@ -282,6 +296,9 @@ class Sequences(RuleBasedStateMachine):
             Granted(scheduling=False, memory_lock=False),
             now_ns=lambda: self.world.t_ns,
         )
+        suspension = self.loop._suspension
+        suspension._counted_ns = self._suspended_ns
+        suspension.read_ns = lambda: self._suspended_ns  # type: ignore[method-assign]
         self.judge.device_started()
 
     # -- rules ------------------------------------------------------------------------------------------------------
@@ -602,7 +619,7 @@ class Sequences(RuleBasedStateMachine):
         if not any(self.world.torque):
             self._restart(side)
 
-    def _restart(self, side: Side) -> None:
+    def _restart(self, side: Side, settle_s: float = 0.3) -> None:
         self._disturb()
         self._journals += self.link.journals
         self.world.wait(_ON_THE_WIRE_S)
@@ -616,7 +633,7 @@ class Sequences(RuleBasedStateMachine):
         if self._estop_pressed_ns is not None:
             self._estop_pressed_ns = self.world.t_ns
         self._start_device()
-        self._run(0.3)
+        self._run(settle_s)
 
     @rule(ok=st.booleans())
     def the_disk(self, ok: bool) -> None:
@@ -630,6 +647,73 @@ class Sequences(RuleBasedStateMachine):
         if self._estop_pressed_ns is not None:
             self._estop_pressed_ns = self.world.t_ns
         self._run(0.01)
+
+    @rule(seconds=st.sampled_from([0.1, 0.4, 60.0, 700.0]))
+    def the_computer_is_suspended(self, seconds: float) -> None:
+        """The computer sleeps, and its monotonic clock stands still. So do the drives here: no watchdog notices it."""
+        stops = seconds > _LATE_S and self.loop._machine.torque_on and self.loop._connected
+        if seconds > _LATE_S:
+            self.judge.suspended(seconds)
+        self._suspended_ns += int(seconds * 1e9)
+        self._run(0.02)
+        causes = {cause.code for cause in self._snapshot.stop.causes} if self._snapshot.stop else set()
+        assert not stops or "overrun" in causes, "a suspended computer went on with its motion"
+
+    @rule(load=_loads, seconds=st.sampled_from([60.0, 700.0]))
+    def a_loaded_recording_waits(self, load: Load, seconds: float) -> None:
+        """A recording is loaded, the computer sleeps, and the start is pressed."""
+        self._recover()
+        self._make_ready(load)
+        self.the_computer_is_suspended(seconds)
+        self._look(0)
+        self._press(0, Approach(), 0.0)
+        self._run(0.1)
+
+    @rule(load=_loads, lost=st.integers(0, 4))
+    def the_service_ends(self, load: Load, lost: int) -> None:
+        """The service is gone while a healthy apparatus plays. The first messages that switch torque off do not reach the drives."""
+        self.go(load, "playing", mended=True)
+        bus, left = self.loop._bus, iter(range(lost))
+        torque_off = bus.torque_off
+
+        def lose_first() -> None:
+            if next(left, None) is not None:
+                self.world.lose_requests(1, 0)
+            torque_off()
+
+        bus.torque_off = lose_first  # type: ignore[method-assign]
+        self.link.closing, self.link.service_silent_ms = True, 1e9
+        limit_ns = self.world.t_ns + int(_ENDS_S * 1e9)
+        while self._cycle():
+            assert self.world.t_ns < limit_ns, "the control program does not end"
+        self.loop._torque_off_on_exit()
+        self.world.wait(_ON_THE_WIRE_S)
+        assert not any(self.world.torque), "the control program ended, and a motor has torque"
+        self._restart(self.world.config.side)
+
+    @rule(
+        late_ms=st.sampled_from([11.0, 15.0, 20.5, 29.0, 41.0]),
+        motor=st.one_of(st.none(), st.integers(1, 5)),
+        restarted=st.booleans(),
+    )
+    def answers_come_late_while_a_hand_leads_the_arm(self, late_ms: float, motor: int | None, restarted: bool) -> None:
+        """``motor``: only its drive answers late; None: the adapter delivers all bytes late. ``restarted``: before, the control program has
+        restarted, and its first cycles read the registers one after the other.
+        """
+        self._recover()
+        if restarted:
+            self._restart(self.world.config.side, settle_s=0.05)
+        self._disturb()
+        if motor is None:
+            self.world.latency = AdapterLatency(late_ms)
+        else:
+            self.world.fault("delayed", motor, late_ms)
+        for n in range(_LATE_CYCLES):
+            self._lead_on(motor or 1, _LED_DEG if n < _LATE_CYCLES / 2 else -_LED_DEG)
+            self._run(0.0)
+        self.world.latency = AdapterLatency()
+        self._blind_ns = max(self._blind_ns, self.world.t_ns)
+        self.it_is_mended()
 
     @rule(hours=st.sampled_from([-1, 0, 1]))
     def the_wall_clock_is_set(self, hours: int) -> None:
@@ -754,6 +838,11 @@ class Sequences(RuleBasedStateMachine):
             self.judge.error_since_ns = self.world.t_ns
 
     @property
+    def _real_ns(self) -> int:
+        """The time with all suspensions of the computer."""
+        return self.world.t_ns + self._suspended_ns
+
+    @property
     def _a_contact_tells(self) -> bool:
         """True if at least one wired contact follows the switch; with both broken its state is unknown."""
         second = self.world.config.inputs.estop_second_port is not None
@@ -803,16 +892,18 @@ class Sequences(RuleBasedStateMachine):
                 self.link.request_stop("operator_stop")
             else:
                 self._sent[number] = (what, pressed_ns)
+                self._delivered[number] = self._real_ns
                 self.link.request(number, what, self.world.config)
 
     def _run(self, seconds: float) -> None:
         until_ns = self._deadline_ns + int(seconds * 1e9)
         while True:
-            self._cycle()
+            assert self._cycle()
             if self._deadline_ns >= until_ns:
                 return
 
-    def _cycle(self) -> None:
+    def _cycle(self) -> bool:
+        """Run one cycle. Return False if the control program has ended."""
         if not self.loop._connected:
             self.loop._open()
         self._deadline_ns += self._period_ns
@@ -820,16 +911,18 @@ class Sequences(RuleBasedStateMachine):
         self._deadline_ns += late_ns // self._period_ns * self._period_ns
         self.world.t_ns = max(self.world.t_ns, self._deadline_ns)
         self._deliver()
-        assert self.loop.cycle(self._deadline_ns, late_ns / 1e6)
+        goes_on = self.loop.cycle(self._deadline_ns, (late_ns + self.loop._take_suspension_ns()) / 1e6)
         self._note_answers()
         self.judge.check(self.link.snapshots)
         half_ns = self._deadline_ns + self._period_ns // 2
         if self.world.t_ns < half_ns:
             self.world.wait((half_ns - self.world.t_ns) / 1e9)
             self.loop.poll_estop()
+        return goes_on
 
     def _note_answers(self) -> None:
         for reply in self.link.replies[self._answered :]:
+            before_ns, self._commanded_ns = self._commanded_ns, self._delivered.get(reply.id, self._commanded_ns)
             if isinstance(self._sent.get(reply.id, (None,))[0], Pause):
                 self.judge.last_pause_ns = self._deadline_ns
             if reply.refusal is not None or reply.id not in self._sent:
@@ -839,6 +932,7 @@ class Sequences(RuleBasedStateMachine):
                 self.judge.accepted(command, pressed_ns)
             match command:
                 case Approach():
+                    self.judge.loaded_for(self._commanded_ns - before_ns)
                     self.judge.start = Start(self._deadline_ns, pressed_ns, self.judge.last_stop_ns)
                 case Load():
                     self.judge.begun_ns = self.world.t_ns
