@@ -8,7 +8,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from kata.device.ipc_messages import Mode, TorqueState
-from kata.station.lease import SHOWN_LIMIT_S, AbsenceAction, Browser, ClockReading, Lease, Page
+from kata.station.lease import SHOWN_LIMIT_S, AbsenceAction, Browser, ClockReading, Lease, OpenPage
 
 SATO = Browser(UUID(int=1), "Sato")
 KATO = Browser(UUID(int=2), "Kato")
@@ -33,12 +33,12 @@ def lease() -> Lease:
 
 
 @pytest.fixture
-def page(lease: Lease) -> Page:
+def page(lease: Lease) -> OpenPage:
     (opened,) = lease._pages[SATO.id]
     return opened
 
 
-def closed(lease: Lease, page: Page, s: float, browser: Browser = SATO) -> None:
+def closed(lease: Lease, page: OpenPage, s: float, browser: Browser = SATO) -> None:
     """Close a page that has shown the live state until then."""
     page.shown = at(s)
     lease.page_closed(browser, page, at(s))
@@ -126,13 +126,13 @@ def test_unknown_torque_keeps_the_lease(lease: Lease) -> None:
 # -- without its browser ----------------------------------------------------------------------------------------------
 
 
-def test_browser_whose_page_shows_states_may_be_silent_for_hours(lease: Lease, page: Page) -> None:
+def test_browser_whose_page_shows_states_may_be_silent_for_hours(lease: Lease, page: OpenPage) -> None:
     page.shown = at(3 * 3600)
     assert due(lease, 3 * 3600 + 1, "playing") is None
     assert lease.live(SATO, at(3 * 3600 + 1)).unreachable_since is None
 
 
-def test_open_page_whose_script_hangs_is_absent(lease: Lease, page: Page) -> None:
+def test_open_page_whose_script_hangs_is_absent(lease: Lease, page: OpenPage) -> None:
     """The browser answers the pings of the connection by itself."""
     page.shown = at(10)
     absent_since = 10 + SHOWN_LIMIT_S
@@ -179,7 +179,7 @@ def test_lease_never_outlives_the_last_sign_of_life(events: list[tuple[float, st
                 assert due(lease, s + later_s, "approaching") == "stop"
 
 
-def test_playback_without_browser_pauses_after_2_and_releases_after_30s(lease: Lease, page: Page) -> None:
+def test_playback_without_browser_pauses_after_2_and_releases_after_30s(lease: Lease, page: OpenPage) -> None:
     closed(lease, page, 10)
     assert due(lease, 11.99, "playing") is None
     assert due(lease, 12.0, "playing") == "pause"
@@ -199,7 +199,7 @@ def test_playback_without_browser_pauses_after_2_and_releases_after_30s(lease: L
 
 
 @pytest.mark.parametrize("mode", ["idle", "offline"])
-def test_unknown_torque_without_motion_is_waited_for(lease: Lease, page: Page, mode: Mode) -> None:
+def test_unknown_torque_without_motion_is_waited_for(lease: Lease, page: OpenPage, mode: Mode) -> None:
     closed(lease, page, 10)
 
     assert due(lease, 40.0, mode, "unknown") is None
@@ -208,13 +208,13 @@ def test_unknown_torque_without_motion_is_waited_for(lease: Lease, page: Page, m
     assert lease.holder is None
 
 
-def test_unknown_torque_after_a_fault_is_stopped(lease: Lease, page: Page) -> None:
+def test_unknown_torque_after_a_fault_is_stopped(lease: Lease, page: OpenPage) -> None:
     closed(lease, page, 10)
 
     assert due(lease, 40.0, "stopped", "unknown") == "stop"
 
 
-def test_return_is_allowed_to_finish_where_the_arm_rests(lease: Lease, page: Page) -> None:
+def test_return_is_allowed_to_finish_where_the_arm_rests(lease: Lease, page: OpenPage) -> None:
     closed(lease, page, 0)
     assert due(lease, 3, "returning") is None
     assert due(lease, 60, "returning") is None
@@ -222,7 +222,7 @@ def test_return_is_allowed_to_finish_where_the_arm_rests(lease: Lease, page: Pag
 
 
 @pytest.mark.parametrize("mode", ["idle", "teaching", "ready", "stopped", "offline"])
-def test_without_torque_nothing_happens_and_the_lease_ends_after_30s(lease: Lease, page: Page, mode: Mode) -> None:
+def test_without_torque_nothing_happens_and_the_lease_ends_after_30s(lease: Lease, page: OpenPage, mode: Mode) -> None:
     closed(lease, page, 0)
     assert due(lease, 29.9, mode) is None
     assert lease.refusal(KATO) is not None
@@ -232,7 +232,7 @@ def test_without_torque_nothing_happens_and_the_lease_ends_after_30s(lease: Leas
     assert lease.take(KATO, at(30.1)) is None
 
 
-def test_page_reloaded_within_the_grace_period_keeps_its_lease(lease: Lease, page: Page) -> None:
+def test_page_reloaded_within_the_grace_period_keeps_its_lease(lease: Lease, page: OpenPage) -> None:
     closed(lease, page, 10)
     reloaded = lease.page_opened(SATO, at(11))
     assert due(lease, 12, "playing") is None
@@ -241,7 +241,7 @@ def test_page_reloaded_within_the_grace_period_keeps_its_lease(lease: Lease, pag
     assert lease.live(SATO, at(100)).unreachable_since is None
 
 
-def test_another_page_of_the_same_browser_keeps_the_lease(lease: Lease, page: Page) -> None:
+def test_another_page_of_the_same_browser_keeps_the_lease(lease: Lease, page: OpenPage) -> None:
     second = lease.page_opened(SATO, at(1))
     closed(lease, page, 10)
     second.shown = at(19.5)
@@ -250,7 +250,7 @@ def test_another_page_of_the_same_browser_keeps_the_lease(lease: Lease, page: Pa
     assert due(lease, 22, "playing") == "pause"
 
 
-def test_other_watching_browsers_do_not_count(lease: Lease, page: Page) -> None:
+def test_other_watching_browsers_do_not_count(lease: Lease, page: OpenPage) -> None:
     other = lease.page_opened(KATO, NOON)
     closed(lease, page, 10)
     other.shown = at(12)
@@ -275,13 +275,13 @@ def test_request_keeps_a_takeover_present_for_two_seconds(lease: Lease) -> None:
     assert due(lease, 53, "playing") == "pause"
 
 
-def test_request_alone_takes_nothing_from_the_holder(lease: Lease, page: Page) -> None:
+def test_request_alone_takes_nothing_from_the_holder(lease: Lease, page: OpenPage) -> None:
     closed(lease, page, 10)
     lease.note_request(KATO, at(11.9))
     assert due(lease, 12, "playing") == "pause"
 
 
-def test_pause_is_reported_until_the_holder_commands_again(lease: Lease, page: Page) -> None:
+def test_pause_is_reported_until_the_holder_commands_again(lease: Lease, page: OpenPage) -> None:
     closed(lease, page, 0)
     lease.note_pause()
     lease.page_opened(SATO, at(5))

@@ -52,7 +52,7 @@ class Browser:
 
 
 @dataclass(slots=True, eq=False)
-class Page:
+class OpenPage:
     """A page that listens to the live state."""
 
     shown: ClockReading
@@ -81,20 +81,20 @@ class Lease:
 
     def __init__(self) -> None:
         self._holding: _Holding | None = None
-        self._pages: defaultdict[UUID, list[Page]] = defaultdict(list)
+        self._pages: defaultdict[UUID, list[OpenPage]] = defaultdict(list)
         """The listening pages of each browser."""
 
     # -- presence ------------------------------------------------------------------------------------------------
 
-    def page_opened(self, browser: Browser, now: ClockReading) -> Page:
+    def page_opened(self, browser: Browser, now: ClockReading) -> OpenPage:
         """Note that a page of the browser begins to listen. Return the page."""
-        page = Page(now)
+        page = OpenPage(now)
         self._pages[browser.id].append(page)
         if holding := self._of(browser):
             holding.listened = True
         return page
 
-    def page_closed(self, browser: Browser, page: Page, now: ClockReading) -> None:
+    def page_closed(self, browser: Browser, page: OpenPage, now: ClockReading) -> None:
         """Note that a page of the browser has stopped listening."""
         pages = self._pages[browser.id]
         pages.remove(page)

@@ -10,7 +10,7 @@ from datetime import UTC, datetime
 from typing import Final
 
 from kata.device.ipc_messages import Command, Pause, Refusal, Snapshot, Stop, TorqueState
-from kata.station.lease import AbsenceAction, Browser, ClockReading, Lease, Page
+from kata.station.lease import AbsenceAction, Browser, ClockReading, Lease, OpenPage
 from kata.station.schemas import LeaseLive
 
 _SENT_STATES: Final = 100
@@ -26,7 +26,7 @@ def _now() -> ClockReading:
 class ListeningPage:
     """A page, the live states that were sent to it, and the newest of them that it has shown."""
 
-    def __init__(self, browser: Browser, page: Page, now: Callable[[], ClockReading]) -> None:
+    def __init__(self, browser: Browser, page: OpenPage, now: Callable[[], ClockReading]) -> None:
         """Begin without a state."""
         self.browser = browser
         self._page = page

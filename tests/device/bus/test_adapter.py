@@ -11,23 +11,23 @@ from msgspec import structs
 from serial.tools import list_ports
 from serial.tools.list_ports_common import ListPortInfo
 
-from kata.device.bus.adapter import Adapter, SameAdapter, connected_adapters
+from kata.device.bus.adapter import SameAdapter, UsbAdapter, connected_adapters
 from kata.device.bus.port import BusError, OtherAdapterError
 from kata.device.bus.serial_transport import port_of
 from kata.device.config import simulated
 
-OURS = Adapter("/dev/ttyUSB0", "0403:6014", "FT1", "1-1")
+OURS = UsbAdapter("/dev/ttyUSB0", "0403:6014", "FT1", "1-1")
 OTHERS = structs.replace(OURS, device="/dev/ttyUSB1", serial_number="FT2", location="1-2")
 
 
-def in_place(adapter: Adapter) -> Adapter:
+def in_place(adapter: UsbAdapter) -> UsbAdapter:
     """Return the adapter at the path of ours."""
     return structs.replace(adapter, device=OURS.device)
 
 
-def opened(*connections: list[Adapter]) -> list[bool]:
+def opened(*connections: list[UsbAdapter]) -> list[bool]:
     """Return, for each opening of our path, whether it succeeds with these connected adapters."""
-    present: list[Adapter] = []
+    present: list[UsbAdapter] = []
     same = SameAdapter(lambda: present)
     results = []
     for connected in connections:
@@ -85,7 +85,7 @@ def test_no_replug_reaches_another_apparatus(serial_numbers: list[str], replugs:
     Two adapters with the same serial number that are never connected together cannot be told from one that changes its socket.
     """
     twins = any(name and serial_numbers.count(name) > 1 for name in serial_numbers)
-    adapters = [Adapter(f"/dev/ttyUSB{n}", "0403:6014", name, f"1-{n}") for n, name in enumerate(serial_numbers)]
+    adapters = [UsbAdapter(f"/dev/ttyUSB{n}", "0403:6014", name, f"1-{n}") for n, name in enumerate(serial_numbers)]
     told_by_serial = len(set(serial_numbers)) == len(serial_numbers) and "" not in serial_numbers
     first = replugs[0][0] % len(adapters)
     connections = []
@@ -109,7 +109,7 @@ def test_adapters_are_read_from_the_kernel(monkeypatch: pytest.MonkeyPatch) -> N
     usb = port_info("/dev/ttyUSB0", vid=0x0403, pid=0x6014, serial_number="FT1", location="1-1")
     bare = port_info("/dev/ttyUSB1", vid=0x1A86, pid=0x7523, serial_number=None, location=None)
     monkeypatch.setattr(list_ports, "comports", lambda: [usb, port_info("/dev/ttyS0"), bare])
-    assert connected_adapters() == [OURS, Adapter("/dev/ttyUSB1", "1a86:7523", "", "?")]
+    assert connected_adapters() == [OURS, UsbAdapter("/dev/ttyUSB1", "1a86:7523", "", "?")]
 
 
 def test_adapter_pulled_out_while_it_is_read_is_none(monkeypatch: pytest.MonkeyPatch) -> None:

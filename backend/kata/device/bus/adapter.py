@@ -13,7 +13,7 @@ from kata.device.bus.port import OtherAdapterError
 _UNKNOWN: Final = "?"
 
 
-class Adapter(Struct, frozen=True):
+class UsbAdapter(Struct, frozen=True):
     """A USB adapter as the computer sees it."""
 
     device: str
@@ -35,7 +35,7 @@ class Adapter(Struct, frozen=True):
         return f"{self.serial_number or self.location} ({self.kind})"
 
 
-def connected_adapters() -> list[Adapter]:
+def connected_adapters() -> list[UsbAdapter]:
     """Return every USB adapter with a serial port."""
     try:
         ports = list(list_ports.comports())
@@ -43,7 +43,7 @@ def connected_adapters() -> list[Adapter]:
         # pyserial cannot read an adapter that is being pulled out.
         return []
     return [
-        Adapter(port.device, f"{port.vid:04x}:{port.pid:04x}", port.serial_number or "", port.location or _UNKNOWN)
+        UsbAdapter(port.device, f"{port.vid:04x}:{port.pid:04x}", port.serial_number or "", port.location or _UNKNOWN)
         for port in ports
         if port.vid is not None and port.pid is not None
     ]
@@ -56,10 +56,10 @@ class SameAdapter:
     because only they differ. A port that belongs to no USB adapter is not compared.
     """
 
-    def __init__(self, connected: Callable[[], Sequence[Adapter]] = connected_adapters) -> None:
+    def __init__(self, connected: Callable[[], Sequence[UsbAdapter]] = connected_adapters) -> None:
         """Know no adapter yet. ``connected`` returns the present adapters."""
         self._connected = connected
-        self._known: Adapter | None = None
+        self._known: UsbAdapter | None = None
         self._by_socket = False
         """True if serial numbers do not tell the known adapter from others."""
 
@@ -83,7 +83,7 @@ class SameAdapter:
                 texts.PORT_IS_OTHER_ADAPTER(port=port, found=present or _UNKNOWN, known=self._known)
             )
 
-    def _is_known(self, present: Adapter) -> bool:
+    def _is_known(self, present: UsbAdapter) -> bool:
         assert self._known is not None
         same_socket = not self._by_socket or present.location == self._known.location
         return present.named_by_serial == self._known.named_by_serial and same_socket

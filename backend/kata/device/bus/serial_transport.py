@@ -17,7 +17,7 @@ import serial
 from serial.rs485 import RS485Settings
 
 from kata.device import texts
-from kata.device.bus.adapter import Adapter, SameAdapter, connected_adapters
+from kata.device.bus.adapter import SameAdapter, UsbAdapter, connected_adapters
 from kata.device.bus.port import BusError
 from kata.device.bus.timing import RtsDirection
 
@@ -177,7 +177,7 @@ def open_port(port: str, baud: int, rts_direction: RtsDirection = "off") -> Tran
 
 
 def port_of(
-    config: "StationConfig", connected: Callable[[], Sequence[Adapter]] = connected_adapters
+    config: "StationConfig", connected: Callable[[], Sequence[UsbAdapter]] = connected_adapters
 ) -> Callable[[str, int], Transport]:
     """Return the function that opens a port for a station, with path and baud rate. It opens no other adapter than the first time.
 
