@@ -11,7 +11,6 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from kata.system import files, sync
 from kata.system.files import replace_file
 
 FORMER, NEW = b"former content\n" * 40, b"new and shorter\n" * 30
@@ -32,10 +31,10 @@ class FailingSystem:
 
     def __enter__(self) -> "FailingSystem":
         self._patches = [
-            mock.patch.object(files.os, "fsync", self._wrap("fsync", os.fsync)),
-            mock.patch.object(files.os, "fchmod", self._wrap("fchmod", os.fchmod)),
-            mock.patch.object(files.os, "fchown", self._wrap("fchown", os.fchown)),
-            mock.patch.object(sync.os, "open", self._wrap("open folder", os.open)),
+            mock.patch("kata.system.files.os.fsync", self._wrap("fsync", os.fsync)),
+            mock.patch("kata.system.files.os.fchmod", self._wrap("fchmod", os.fchmod)),
+            mock.patch("kata.system.files.os.fchown", self._wrap("fchown", os.fchown)),
+            mock.patch("kata.system.sync.os.open", self._wrap("open folder", os.open)),
             mock.patch.object(Path, "replace", self._wrap("rename", Path.replace)),
             mock.patch.object(Path, "unlink", self._wrap("unlink", Path.unlink)),
             mock.patch.object(Path, "open", self._open(Path.open)),
