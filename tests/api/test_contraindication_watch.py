@@ -14,7 +14,9 @@ from hypothesis.stateful import RuleBasedStateMachine, initialize, invariant, pr
 
 from kata.api import contraindication_watch
 from kata.api.contraindication_watch import pausing_playbacks, require_allowed
+from kata.clinic.contraindications import service as contraindications
 from kata.clinic.contraindications.kinds import KINDS
+from kata.clinic.episodes import service as episodes
 from kata.clinic.episodes.limits import DoctorLimits
 from kata.database.availability import DatabaseUnavailableError
 from kata.database.base import utc_now
@@ -86,7 +88,7 @@ class Watched(RuleBasedStateMachine):
 
     def require_none(self, session: Any, patient_id: UUID, side: Side) -> None:
         assert patient_id == _PATIENT
-        contraindication_watch.contraindications.check(self.of_shoulder(side))
+        contraindications.check(self.of_shoulder(side))
 
     @contextlib.contextmanager
     def replaced(self) -> Any:
@@ -98,8 +100,8 @@ class Watched(RuleBasedStateMachine):
         with (
             mock.patch.object(watch, "run_in_threadpool", run_here),
             mock.patch.object(watch, "_EVERY_S", 0.0),
-            mock.patch.object(watch.contraindications, "require_none", self.require_none),
-            mock.patch.object(watch.episodes, "open_episode", lambda session, patient_id, side: side),
+            mock.patch.object(contraindications, "require_none", self.require_none),
+            mock.patch.object(episodes, "open_episode", lambda session, patient_id, side: side),
             mock.patch.object(watch, "of_episode", lambda side: self.limits[side]),
         ):
             yield
