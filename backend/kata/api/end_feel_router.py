@@ -1,4 +1,4 @@
-"""Route that loads an end-feel test or its baseline. The therapist starts it as a playback: approach, then play."""
+"""Route that loads an end-feel test, its baseline, or a stretch. The therapist starts it as a playback: approach, then play."""
 
 from uuid import UUID
 
@@ -16,14 +16,15 @@ from kata.clinic.recordings import service as recordings
 from kata.clinic.sessions import checks, end_feel, runs
 from kata.clinic.sessions import service as sessions
 from kata.clinic.sessions.end_feel import EndFeelRequest
-from kata.clinic.sessions.end_feel_schemas import EndFeelSpeed
+from kata.clinic.sessions.end_feel_schemas import EndFeelSpeed, HoldTime, Repetitions
 from kata.clinic.sessions.router import TheApparatus
 from kata.clinic.sessions.schemas import EndFeelKind, Run
 from kata.dependencies import PROBLEMS, TheStation
 from kata.device import ipc_messages
 from kata.device.config import StationConfig
 from kata.errors import ProblemError
-from kata.motion.end_feel import SPEED_DEG_S
+from kata.messages import Text
+from kata.motion.end_feel import REPETITIONS, SPEED_DEG_S
 from kata.station.schemas import PatientRef, ResistanceLevel
 from kata.types import Schema, side_of
 
@@ -31,27 +32,38 @@ router = APIRouter(prefix="/api/station", tags=["station"])
 
 
 class EndFeelLoadRequest(Schema):
-    """An end-feel test or its baseline along a recorded motion."""
+    """An end-feel test, its baseline, or a stretch, along a recorded motion."""
 
     session_id: UUID
     recording_id: UUID
     kind: EndFeelKind = Field(
-        description="baseline: a test weight in the form of an arm is in the fixers, not the patient. test: the patient's arm."
+        description="baseline: a test weight in the form of an arm is in the fixers, not the patient. test: the patient's arm. "
+        "stretch: the patient's arm is held at the torque."
     )
     torque_nm: float = Field(
         ge=0.3,
         le=4.0,
-        description="Torque between apparatus and shoulder at which the arm is taken back, newton metres. A baseline ignores it.",
+        description="Torque between apparatus and shoulder at which a test takes the arm back and a stretch holds it, newton metres. A baseline "
+        "ignores it.",
         examples=[2.0],
     )
     load_level: ResistanceLevel
     speed_deg_s: EndFeelSpeed = SPEED_DEG_S
+    hold_s: HoldTime = 30.0
+    repetitions: Repetitions = REPETITIONS
+    largest_deg: float | None = Field(
+        None,
+        ge=-360,
+        le=360,
+        description="Largest apparatus angle of the motor in a stretch, degrees; null: only the limits of apparatus and doctor. The arm is held "
+        "there if the torque is not reached before.",
+    )
 
 
 @router.post(
     "/load-end-feel",
     responses=PROBLEMS.of(404, 409, 410, 422, 503),
-    summary="Load an end-feel test or its baseline",
+    summary="Load an end-feel test, its baseline, or a stretch",
 )
 async def load_end_feel(
     station: TheStation,
@@ -63,7 +75,7 @@ async def load_end_feel(
     """Check a way out along a recording against all limits, and load it as a new run of the session.
 
     Refused as `load` is; also without a baseline of today, for a recording that moves no motor of the shoulder joint far enough, and for a
-    torque above the patient's level. While the database does not answer, no test begins; the result of a test that has begun arrives later.
+    torque above the patient's level. A stretch also needs a level that carries arm and torque together. While the database does not answer, no test begins; the result of a test that has begun arrives later.
     """
     if refusal := station.refusal("load"):
         raise refused(refusal)
@@ -82,8 +94,17 @@ async def load_end_feel(
         max_speed_deg_s=started_run.allowed.max_speed_deg_s,
         end_feel=end_feel_test,
     )
-    changes = texts.END_FEEL_BASELINE() if body.kind == "baseline" else texts.END_FEEL_TEST(torque_nm=body.torque_nm)
-    return await send_load(station, stores, operator, started_run, command, (changes,))
+    return await send_load(station, stores, operator, started_run, command, (_changes(body),))
+
+
+def _changes(body: EndFeelLoadRequest) -> Text:
+    match body.kind:
+        case "baseline":
+            return texts.END_FEEL_BASELINE()
+        case "test":
+            return texts.END_FEEL_TEST(torque_nm=body.torque_nm)
+        case _:
+            return texts.STRETCHED(torque_nm=body.torque_nm, hold_s=body.hold_s, repetitions=body.repetitions)
 
 
 def _begin(
@@ -99,6 +120,8 @@ def _begin(
         taught = runs.taught(session, recording.id)
         farthest_deg = end_feel.farthest_deg(session, request, config.name, apparatus.today)
     path = end_feel.longest_outward_path(taught, allowed, config, request.speed_deg_s, farthest_deg)
+    if request.kind == "stretch":
+        path = end_feel.up_to(path, request.largest_deg)
     limits = allowed.check(path.motion, request.load_level, "smooth")
     with writing(stores.database, stores.event_spool, "run") as (session, began):
         prepared = end_feel.prepare(session, request, path, config, apparatus.today)

@@ -67,6 +67,7 @@ PLAYED_LEARNED_NOTHING: Final = message("played_learned_nothing", "learned metho
 PLAYED_LEARNED: Final = message("played_learned", "learned from earlier playbacks")
 END_FEEL_BASELINE: Final = message("end_feel_baseline", "baseline of the end-feel test, with a test weight")
 END_FEEL_TEST: Final = message("end_feel_test", "end-feel test up to {torque_nm:.1f} Nm")
+STRETCHED: Final = message("stretched", "stretch at {torque_nm:.1f} Nm for {hold_s:g} s, {repetitions:d} times")
 NO_STATION_FILE: Final = message("no_station_file", "The service runs without a station's file.")
 START_WITH_STATION_FILE: Final = message("start_with_station_file", "Start it with kata serve --station FILE.toml.")
 SETTINGS_INVALID: Final = message("settings_invalid", "The station's file is not accepted: {problems:name}.")

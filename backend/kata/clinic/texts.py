@@ -539,6 +539,11 @@ END_FEEL_TOO_SHORT: Final = message(
 CHOOSE_WIDER_MOTION: Final = message(
     "choose_wider_motion", "Choose a recording of motion 3, 4, 5 or 6 with more range."
 )
+STRETCH_ANGLE_TOO_SMALL: Final = message(
+    "stretch_angle_too_small",
+    "The arm is weighed before it is stretched: motor {motor:d} must be allowed to reach {least_deg:.0f} deg.",
+)
+CHOOSE_LARGER_ANGLE: Final = message("choose_larger_angle", "Choose a larger angle.")
 NO_BASELINE_TODAY: Final = message(
     "no_baseline_today", "There is no baseline of this motion at this station and speed from today."
 )

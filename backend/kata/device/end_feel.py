@@ -24,7 +24,7 @@ _WINDOW_S: Final = 0.12
 single reading is too uncertain."""
 _REACTION_S: Final = 0.05
 """Time from the newest reading until the arm moves back: a cycle, the drive's reaction and half a turn. The line is extrapolated by this time."""
-_MARGIN_NM: Final = 0.1
+MARGIN_NM: Final = 0.1
 """The arm moves back this much below the chosen torque, because a drive may follow up to 0.1 s later."""
 _UNSTEADY_NM: Final = 0.25
 """Largest RMS difference between the torque in the free range and the fitted weight. Relaxed patients have up to 0.12 Nm. If a patient works
@@ -60,6 +60,7 @@ class EndFeelTest:
         self.repetitions_left = test.repetitions
         self.ended_by_patient = False
         """True if the patient pressed the pedal in the hand. No repetition follows."""
+        self._weight_nm = self._most_nm = 0.0
         self._turned = False
         """True on the way back, also while it is paused."""
         rows = max(3, round(_WINDOW_S * config.cycle_hz))
@@ -70,40 +71,54 @@ class EndFeelTest:
     def must_move_back(self, state: CycleState, movement: Movement) -> bool:
         """Return True if the arm is on its way out and must move back. Call it in every cycle of the test."""
         self.note_pedal(state)
-        out_nm, back_nm, *arm_nm = self._curves_at(movement.position_s).tolist()
-        outward = movement.direction == 1
-        beyond_nm = state.torque_nm[self._axis] - (out_nm if outward else back_nm)
-        if outward:
-            self._weigh(movement, arm_nm, beyond_nm)
-        weight_nm, most_nm = self._outward * self._arm.weight_nm(arm_nm), self._most_weight_nm(arm_nm)
-        against_nm = float(self._outward * beyond_nm - min(weight_nm, most_nm))
-        if not outward:
-            self._recent.clear()
-            self._recent_back.append(against_nm)
+        if movement.direction != 1:
+            self._note_back(self._against_nm(state, movement, friction=-1.0))
             return False
-        self._recent_back.clear()
-        self._recent.append(against_nm)
-        weighed = movement.position_s > self._weighed_s[1]
-        if self.ended_by_patient or (weighed and (self._arm.rms_nm > _UNSTEADY_NM or weight_nm > most_nm)):
+        self._note_out(self._against_nm(state, movement, friction=1.0, weigh=True))
+        if self.ended_by_patient or self._weight_uncertain(movement):
             return True
-        if len(self._recent) < len(self._weights):
-            return False
-        recent = np.array(self._recent)
-        return bool(max(self._weights @ recent, recent.mean()) >= self._torque_nm - _MARGIN_NM)
+        expected_nm = self._expected_nm()
+        return expected_nm is not None and expected_nm >= self._torque_nm - MARGIN_NM
 
     def note_hold(self, state: CycleState, movement: Movement) -> None:
         """Note the torque of a paused test. At rest, friction acts in neither direction. Call it in every cycle of the pause."""
         self.note_pedal(state)
-        out_nm, back_nm, *arm_nm = self._curves_at(movement.position_s).tolist()
-        beyond_nm = state.torque_nm[self._axis] - (out_nm + back_nm) / 2
-        weight_nm = min(self._outward * self._arm.weight_nm(arm_nm), self._most_weight_nm(arm_nm))
-        self._recent_back.append(float(self._outward * beyond_nm - weight_nm))
+        self._recent_back.append(self._against_nm(state, movement, friction=0.0))
 
     def note_pedal(self, state: CycleState) -> None:
         """End the test if the patient presses the pedal, or could not press it because it was pulled out. Call it in every cycle between
         the start and the end of the test.
         """
         self.ended_by_patient = self.ended_by_patient or state.pedal_down is not False
+
+    def _against_nm(self, state: CycleState, movement: Movement, friction: float, *, weigh: bool = False) -> float:
+        """Return the torque between apparatus and shoulder, outwards. ``friction``: 1 as on the way out, -1 as on the way back."""
+        out_nm, back_nm, *arm_nm = self._curves_at(movement.position_s).tolist()
+        beyond_nm = state.torque_nm[self._axis] - (out_nm + back_nm + friction * (out_nm - back_nm)) / 2
+        if weigh:
+            self._weigh(movement, arm_nm, beyond_nm)
+        self._weight_nm, self._most_nm = self._outward * self._arm.weight_nm(arm_nm), self._most_weight_nm(arm_nm)
+        return float(self._outward * beyond_nm - min(self._weight_nm, self._most_nm))
+
+    def _weight_uncertain(self, movement: Movement) -> bool:
+        """Return True if the patient worked while the arm was weighed, or if resistance looked like weight."""
+        weighed = movement.position_s > self._weighed_s[1]
+        return weighed and (self._arm.rms_nm > _UNSTEADY_NM or self._weight_nm > self._most_nm)
+
+    def _note_out(self, against_nm: float) -> None:
+        self._recent_back.clear()
+        self._recent.append(against_nm)
+
+    def _note_back(self, against_nm: float) -> None:
+        self._recent.clear()
+        self._recent_back.append(against_nm)
+
+    def _expected_nm(self) -> float | None:
+        """Return the torque :data:`_REACTION_S` from now, or the mean of the last readings if this is greater; None without enough readings."""
+        if len(self._recent) < len(self._weights):
+            return None
+        recent = np.array(self._recent)
+        return float(max(self._weights @ recent, recent.mean()))
 
     def _weigh(self, movement: Movement, arm_nm: list[float], beyond_nm: float) -> None:
         """Weigh the arm in the free range of every way out."""
@@ -122,7 +137,7 @@ class EndFeelTest:
         """
         speeds = np.zeros(N_AXES)
         if len(self._recent_back) == self._recent_back.maxlen:
-            excess_nm = sum(self._recent_back) / len(self._recent_back) - (self._torque_nm - _MARGIN_NM)
+            excess_nm = sum(self._recent_back) / len(self._recent_back) - (self._torque_nm - MARGIN_NM)
             speeds[self._axis] = -self._outward * min(max(excess_nm, 0.0) * _RETREAT_DEG_S_NM, _RETREAT_DEG_S)
         return speeds
 

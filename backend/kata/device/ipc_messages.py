@@ -114,8 +114,15 @@ class FinishTeaching(_Message, frozen=True, kw_only=True, tag="finish_teaching")
     """End teaching. The journal is finished and handed over to the service."""
 
 
+SHORTEST_HOLD_S: Final = 1.0
+LONGEST_HOLD_S: Final = 120.0
+MOST_REPETITIONS: Final = 20
+"""Longest hold and largest number of repetitions of a stretch. These values are our choice; the literature prescribes 20 to 60 min per day."""
+
+
 class EndFeel(_Message, frozen=True, kw_only=True, tag="end_feel"):
-    """An end-feel test: move along the recording until the torque is reached, move back at once, and repeat.
+    """An end-feel test: move along the recording until the torque is reached, move back at once, and repeat. With ``hold_s`` it is a
+    stretch: the torque is held for this time.
 
     ``torque_nm`` acts between apparatus and shoulder. It is the drive's torque minus ``expected_nm`` and the arm's weight.
     """
@@ -132,6 +139,8 @@ class EndFeel(_Message, frozen=True, kw_only=True, tag="end_feel"):
     weighed_s: tuple[float, float] = (0.0, 0.0)
     """Start and end of the part of the recording in which the shoulder is free and the arm is weighed."""
     repetitions: int = 3
+    hold_s: float = 0.0
+    """Time for which a stretch holds the torque; 0: an end-feel test."""
 
 
 class Load(_Message, frozen=True, kw_only=True, tag="load"):
@@ -329,6 +338,25 @@ class StopState(_Message, frozen=True, kw_only=True, tag="stop_state"):
     """``time.monotonic_ns`` of the device at the beginning of the stop."""
 
 
+StretchPhase = Literal["out", "hold", "release"]
+
+
+class StretchState(_Message, frozen=True, kw_only=True, tag="stretch"):
+    """A stretch."""
+
+    phase: StretchPhase
+    torque_nm: float
+    """Torque between apparatus and shoulder, outwards."""
+    target_nm: float
+    """The chosen torque, or less after a request."""
+    hold_left_s: float
+    """Remaining time of the present hold."""
+    held_s: float
+    """Time in all repetitions with at least 60 % of the target."""
+    repetitions_left: int
+    """Number of repetitions that have not ended."""
+
+
 class RunState(_Message, frozen=True, kw_only=True, tag="run"):
     """The loaded recording and the place on its path."""
 
@@ -346,6 +374,7 @@ class RunState(_Message, frozen=True, kw_only=True, tag="run"):
     """True while the arm moves back from resistance or waits there."""
     range_percent: float
     """Share of the range that is played. It is below 100 after a request to reduce the range."""
+    stretch: StretchState | None = None
 
 
 class TeachingState(_Message, frozen=True, kw_only=True, tag="teaching_state"):

@@ -6,6 +6,7 @@ from datetime import UTC, datetime
 from itertools import count
 from typing import Final
 
+import msgspec
 import numpy as np
 
 from kata.device import journal, texts
@@ -16,7 +17,7 @@ from kata.device.ipc_messages import Event, Mode, PedalState, RunState, Teaching
 from kata.device.journal import JournalEnd, JournalHeader, JournalWriter
 from kata.device.latched_stop import LatchedStop
 from kata.device.movement import Movement
-from kata.device.run import Run
+from kata.device.run import Run, stretch_of
 from kata.device.teaching import Teaching
 from kata.device.ways import approach_way, go_back, straight_way_back, way_through_start
 from kata.messages import key_of
@@ -290,6 +291,8 @@ class MachineState:
 
     def _end_run(self, end: JournalEnd) -> None:
         assert self._run is not None
+        if stretch := stretch_of(self._run):
+            end = msgspec.structs.replace(end, held_s=stretch.held_s, target_nm=stretch.target_nm)
         self._run.journal.finish(end)
         self._run = None
         self._movement = None

@@ -39,16 +39,15 @@ from kata.device.refusals import (
     angles_not_current,
     no_torque_found,
     not_in_this_mode,
+    not_reducible,
     not_verified,
     not_yet_cleared,
     other_side,
     outside_range,
-    range_at_minimum,
     too_far_from_start,
     way_leaves_limits,
-    whole_range_only,
 )
-from kata.device.run import Run
+from kata.device.run import Run, reduce
 from kata.device.teaching import Teaching
 from kata.messages import Text, with_key
 from kata.motion.ilc import Correction
@@ -253,7 +252,7 @@ class StateMachine(MachineState):
             return refusal or check_way(state, self._run)
         if name == "reduce_range":
             assert self._run is not None
-            return whole_range_only(self._run.end_feel) or range_at_minimum(self._run.range_override)
+            return not_reducible(self._run)
         if name == "pause" and self._movement and self._movement.direction == 0:
             return Refusal.of(
                 code="is_pausing", message=texts.ALREADY_PAUSING(), next_step=texts.WAIT_UNTIL_IT_STANDS()
@@ -311,8 +310,7 @@ class StateMachine(MachineState):
                 self._movement.direction = 0
             case ReduceRange():
                 assert self._run is not None
-                self._run.range_override.reduce()
-                self._emit("range_reduced", texts.LESS_RANGE_REQUESTED(at_s=self._run.position_s))
+                self._emit("range_reduced", reduce(self._run))
             case Return():
                 self._begin_return()
             case ReleaseTorque():

@@ -20,7 +20,18 @@ import numpy as np
 from kata.device import texts
 from kata.device.config import ConfigError, StationConfig
 from kata.device.faults import MAX_FROZEN_SETPOINT_DEG
-from kata.device.ipc_messages import RESISTANCE_LEVELS, SAMPLE_FIELDS, Load, LoadPart, Refusal, Request
+from kata.device.ipc_messages import (
+    LONGEST_HOLD_S,
+    MOST_REPETITIONS,
+    RESISTANCE_LEVELS,
+    SAMPLE_FIELDS,
+    SHORTEST_HOLD_S,
+    EndFeel,
+    Load,
+    LoadPart,
+    Refusal,
+    Request,
+)
 from kata.device.range_override import MIN_SHARE
 from kata.device.resistance import RESISTS_NS
 from kata.device.run_limits import WAY_TOLERANCE_DEG
@@ -257,12 +268,31 @@ def _check_end_feel(load: Load, config: StationConfig, trajectory: Trajectory) -
                 motor=test.motor, least_deg=_SHORTEST_WAY_DEG, slowest=SLOWEST_DEG_S, fastest=FASTEST_DEG_S
             )
         )
+    _check_stretch(test)
     limit_nm = config.resistance_thresholds_nm(load.load_level)[axis]
-    needed_nm = max(test.torque_nm, float(np.max(expected_nm * outward)) + _LEAST_LEFT_NM)
+    left_nm = test.torque_nm if test.hold_s else _LEAST_LEFT_NM
+    needed_nm = max(test.torque_nm, float(np.max(expected_nm * outward)) + left_nm)
     if needed_nm > limit_nm:
         raise TrajectoryError(
             texts.NOT_PLAYABLE_END_FEEL_TORQUE(motor=test.motor, needed_nm=needed_nm, limit_nm=limit_nm)
         )
+
+
+def _check_stretch(test: EndFeel) -> None:
+    """Refuse a stretch whose torque could not be known at rest, or that is held too long or too often.
+
+    :raises TrajectoryError: naming the reason.
+    """
+    if test.hold_s == 0.0:
+        return
+    if not (SHORTEST_HOLD_S <= test.hold_s <= LONGEST_HOLD_S and test.repetitions <= MOST_REPETITIONS):
+        raise TrajectoryError(
+            texts.NOT_PLAYABLE_STRETCH_HOLD(
+                least_s=SHORTEST_HOLD_S, most_s=LONGEST_HOLD_S, repetitions=MOST_REPETITIONS
+            )
+        )
+    if not (test.back_nm and test.arm_nm):
+        raise TrajectoryError(texts.NOT_PLAYABLE_STRETCH_BASELINE(motor=test.motor))
 
 
 def _correction(load: Load, trajectory: Trajectory) -> Correction | None:

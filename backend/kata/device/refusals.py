@@ -7,12 +7,11 @@ import numpy as np
 from kata.device import texts
 from kata.device.config import StationConfig
 from kata.device.cycle_state import CycleState
-from kata.device.end_feel import EndFeelTest
 from kata.device.faults import MAX_FROZEN_SETPOINT_DEG
 from kata.device.ipc_messages import CommandName, Guarded, Mode, Refusal
 from kata.device.latched_stop import LatchedStop
 from kata.device.range_override import RangeOverride
-from kata.device.run import Run
+from kata.device.run import Run, stretch_of
 from kata.device.run_limits import WAY_TOLERANCE_DEG
 from kata.device.setpoint_gate import largest_step_deg
 from kata.device.ways import approach_way
@@ -153,10 +152,16 @@ def range_at_minimum(range_override: RangeOverride) -> Refusal | None:
     )
 
 
-def whole_range_only(end_feel: EndFeelTest | None) -> Refusal | None:
-    """Refuse to reduce the range of an end-feel test: its torque is expected at the places of its path."""
-    if end_feel is None:
-        return None
+def not_reducible(run: Run) -> Refusal | None:
+    """Refuse to reduce the range of an end-feel test, whose torque is expected at the places of its path. Refuse to reduce a range, or the torque
+    of a stretch, that is at its minimum.
+    """
+    if run.end_feel is None:
+        return range_at_minimum(run.range_override)
+    if stretch := stretch_of(run):
+        message = texts.STRETCH_IS_LEAST(target_nm=stretch.target_nm)
+        refusal = Refusal.of(code="is_at_least", message=message, next_step=texts.PAUSE_OR_STOP())
+        return refusal if stretch.at_minimum else None
     return Refusal.of(code="is_end_feel_test", message=texts.RANGE_IS_MEASURED(), next_step=texts.PAUSE_OR_STOP())
 
 

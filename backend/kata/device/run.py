@@ -6,6 +6,7 @@ from typing import Final, Literal
 
 import numpy as np
 
+from kata.device import texts
 from kata.device.config import REFERENCE_SHARE, StationConfig
 from kata.device.config_rules import RAMP_SHARE, TURN_S
 from kata.device.cycle_state import CycleState, Limits
@@ -19,6 +20,8 @@ from kata.device.resistance import SLOW_DEG_S, ResistanceMonitor, YieldOffset
 from kata.device.run_limits import WAY_TOLERANCE_DEG, RunLimits
 from kata.device.setpoint_gate import largest_step_deg
 from kata.device.setpoint_limiters import LimitedFeedForward, SetpointBrake, clip
+from kata.device.stretch import Stretch
+from kata.messages import Text
 from kata.motion.ilc import Correction
 from kata.motion.linkage import Floats
 from kata.motion.method import FeedForward, rate_hz
@@ -97,7 +100,8 @@ class Run:
             np.array([axis.max_speed_deg_s for axis in self.config.axes]),
         )
         asked = self.load.end_feel
-        self.end_feel = EndFeelTest(asked, self.trajectory, self.config) if asked else None
+        kind = Stretch if asked and asked.hold_s else EndFeelTest
+        self.end_feel = kind(asked, self.trajectory, self.config) if asked else None
         thresholds_nm = self.config.resistance_thresholds_nm(self.load.load_level)
         self._monitor = ResistanceMonitor(thresholds_nm)
         slowest_deg_s = min(axis.max_speed_deg_s for axis in self.config.axes)
@@ -247,7 +251,9 @@ class Run:
         self.resisting_axis = axis
         self._reversal_torque_nm = state.torque_nm[axis]
         self._monitor.start_after_reversal(axis, self._reversal_torque_nm, state.t_ns)
-        movement.direction = -1
+        if stretch := stretch_of(self):
+            stretch.release()
+        movement.direction, movement.top_override = -1, 1.0
         movement.ramp_s = TURN_S
         movement.reverse_to_s = max(0.0, movement.position_s - self.config.reversal_s)
 
@@ -334,4 +340,19 @@ class Run:
             reversals=len(self.resisted_at_s),
             reversing=self.resisting_axis is not None,
             range_percent=100.0 * self.range_override.share,
+            stretch=stretch.state() if (stretch := stretch_of(self)) else None,
         )
+
+
+def stretch_of(run: Run) -> Stretch | None:
+    """Return the run's stretch; None if the run is none."""
+    return run.end_feel if isinstance(run.end_feel, Stretch) else None
+
+
+def reduce(run: Run) -> Text:
+    """Reduce the range, or the torque of a stretch, by one step. Return the text of the event."""
+    if stretch := stretch_of(run):
+        stretch.reduce()
+        return texts.LESS_TORQUE_REQUESTED(target_nm=stretch.target_nm, at_s=run.position_s)
+    run.range_override.reduce()
+    return texts.LESS_RANGE_REQUESTED(at_s=run.position_s)

@@ -172,6 +172,20 @@ NOT_PLAYABLE_END_FEEL_TORQUE: Final = message(
     "not_playable_end_feel_torque",
     "the arm and the test need {needed_nm:.1f} Nm of motor {motor:d}, but the patient's level allows only {limit_nm:.1f} Nm",
 )
+NOT_PLAYABLE_STRETCH_BASELINE: Final = message(
+    "not_playable_stretch_baseline",
+    "a stretch needs the baseline of motor {motor:d} on both ways, and the weight of an arm",
+)
+NOT_PLAYABLE_STRETCH_HOLD: Final = message(
+    "not_playable_stretch_hold",
+    "a stretch holds its torque for {least_s:g} to {most_s:g} s, at most {repetitions:d} times",
+)
+STRETCH_IS_LEAST: Final = message(
+    "stretch_is_least", "The torque of the stretch is at its minimum, {target_nm:.1f} Nm."
+)
+LESS_TORQUE_REQUESTED: Final = message(
+    "less_torque_requested", "The torque of the stretch was reduced to {target_nm:.1f} Nm at {at_s:.1f} s."
+)
 RANGE_IS_MEASURED: Final = message(
     "range_is_measured", "This playback measures the range, so its range cannot be reduced."
 )

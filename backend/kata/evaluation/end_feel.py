@@ -16,7 +16,7 @@ from dataclasses import asdict, dataclass, replace
 from functools import cache
 from pathlib import Path
 from random import Random
-from typing import Any, Final, Literal, get_args
+from typing import Any, Final, Literal, Protocol, get_args
 
 import numpy as np
 from rich.console import Console
@@ -124,6 +124,13 @@ class StiffPlant(Plant):
             joint.parameters = replace(joint.parameters, stiffness_nm=stiffness_nm)
 
 
+class PatientPush(Protocol):
+    """What a patient's muscles do."""
+
+    def at(self, time_s: float) -> float:
+        """Return the outward torque on the arm at a time, Nm. Call it every 10 ms."""
+
+
 class _Guarding:
     """Bursts of a patient who works with or against the apparatus, at random times and with random strength."""
 
@@ -154,8 +161,12 @@ class PatientStation(VirtualStation):
 
     def __init__(self, case: EndFeelCase, config: StationConfig) -> None:
         self._axis = case.motor - 1
-        self._guarding = _Guarding(case) if case.kind == "guarding" else None
+        self.push: PatientPush | None = _Guarding(case) if case.kind == "guarding" else None
         self.against_nm: list[float] = []
+        """True torque between apparatus and shoulder in each cycle."""
+        self.passive_nm: list[float] = []
+        """The part that the patient's push does not cause."""
+        self.noted_ns: list[int] = []
         self.mechanics: Any = None
 
         def make(seed: int | None = None, *, turned: bool = False) -> Mechanics:
@@ -170,16 +181,19 @@ class PatientStation(VirtualStation):
         super().after_cycle()
         joint = self.mechanics.joints[self._axis]
         hand_nm = 0.0
-        if self._guarding:
-            hand_nm = self._guarding.at(self.t_ns / 1e9)
+        if self.push:
+            hand_nm = self.push.at(self.t_ns / 1e9)
             joint.hand = (math.copysign(1000.0, hand_nm), 0.0, 1000.0, 0.0, abs(hand_nm))
         if isinstance(self.mechanics, Plant):
             tone_nm = joint.parameters.tone_nm * 0.5 * math.tanh(joint.arm_speed / math.radians(5.0))
-            self.against_nm.append(-joint.stiffness_nm() + tone_nm - hand_nm)
+            shoulder_nm = -joint.stiffness_nm() + tone_nm
         else:
             tone_nm = joint.resistance_nm * math.tanh(joint.arm_speed / self.mechanics._tone_speed)
             passive_nm = self.mechanics.shoulder.passive_nm(self._axis - 2, joint.arm_angle, joint.arm_speed)
-            self.against_nm.append(-passive_nm + tone_nm - hand_nm)
+            shoulder_nm = -passive_nm + tone_nm
+        self.passive_nm.append(shoulder_nm)
+        self.against_nm.append(shoulder_nm - hand_nm)
+        self.noted_ns.append(self.t_ns)
 
     def elastic_nm(self, angles_deg: Floats) -> Floats:
         """Return the true elastic torque at angles of the arm."""
@@ -206,7 +220,7 @@ def _mechanics(case: EndFeelCase, *, dummy: bool) -> Callable[..., Mechanics]:
 
 
 @cache
-def _config(plant: PlantName, seed: int) -> StationConfig:
+def station_config(plant: PlantName, seed: int) -> StationConfig:
     """Return the station as after its commissioning, with the test weight in the fixers."""
     config = simulated("virtual")
     if plant == "simple":
@@ -226,8 +240,37 @@ def judge(case: EndFeelCase) -> EndFeelErrors:
 
 
 def _evaluate(case: EndFeelCase) -> EndFeelErrors:
+    station = PatientStation(case, station_config(case.plant, case.seed))
+    asked = requested(case, station)
+    run = station.play(asked.load, 6 * asked.out.duration_s)
+    peak_over_nm = max(station.against_nm) - CHOSEN_NM[case.motor]
+    try:
+        result = measured(
+            _curves(run, case.motor), asked.baseline, asked.growth, asked.weighed_deg, CHOSEN_NM[case.motor]
+        )
+    except GuardingError as error:
+        return EndFeelErrors(case, "guarding", peak_over_nm, disagreement_nm=error.disagreement_nm)
+    except TooFewWaysError as error:
+        return EndFeelErrors(case, str(error), peak_over_nm)
+    truth = station.elastic_nm(asked.grid_deg)
+    return _compared(case, result, TorqueAngleCurve(asked.grid_deg, truth, truth), peak_over_nm)
+
+
+@dataclass(frozen=True)
+class Requested:
+    """A run of the apparatus along one motor's way."""
+
+    out: Motion
+    baseline: TorqueAngleCurve
+    growth: Floats
+    weighed_deg: tuple[float, float]
+    grid_deg: Floats
+    load: Load
+
+
+def requested(case: EndFeelCase, station: "PatientStation", hold_s: float = 0.0, repetitions: int = 3) -> Requested:
+    """Return the run of a test, or with ``hold_s`` of a stretch, after its baseline."""
     motor = case.motor
-    station = PatientStation(case, _config(case.plant, case.seed))
     grid = np.arange(STARTS_DEG[motor], ENDS_DEG[motor], 0.1)
     truth = station.elastic_nm(grid)
     felt_deg = float(grid[np.argmax(truth > _FELT_NM)]) if truth[-1] > _FELT_NM else float(grid[-1])
@@ -243,16 +286,10 @@ def _evaluate(case: EndFeelCase) -> EndFeelErrors:
         back_nm=_on_path(out, motor, baseline, baseline.back_nm),
         arm_nm=tuple(_on_path(out, motor, baseline, column) for column in growth.T),
         weighed_s=(weighed_s[0], weighed_s[1]),
+        repetitions=repetitions,
+        hold_s=hold_s,
     )
-    run = station.play(_load(out, test), 6 * out.duration_s)
-    peak_over_nm = max(station.against_nm) - CHOSEN_NM[motor]
-    try:
-        result = measured(_curves(run, motor), baseline, growth, weighed_deg, CHOSEN_NM[motor])
-    except GuardingError as error:
-        return EndFeelErrors(case, "guarding", peak_over_nm, disagreement_nm=error.disagreement_nm)
-    except TooFewWaysError as error:
-        return EndFeelErrors(case, str(error), peak_over_nm)
-    return _compared(case, result, TorqueAngleCurve(grid, truth, truth), peak_over_nm)
+    return Requested(out, baseline, growth, weighed_deg, grid, _load(out, test))
 
 
 def _compared(case: EndFeelCase, result: EndFeelResult, truth: TorqueAngleCurve, peak_over_nm: float) -> EndFeelErrors:
@@ -278,7 +315,7 @@ def _compared(case: EndFeelCase, result: EndFeelResult, truth: TorqueAngleCurve,
 @cache
 def _baseline(plant: PlantName, seed: int, motor: int, speed_deg_s: float) -> TorqueAngleCurve:
     """Play the way out and back once with the test weight."""
-    config = _config(plant, seed)
+    config = station_config(plant, seed)
     station = VirtualStation(
         config, seed, make_mechanics=_mechanics(EndFeelCase(plant, seed, "healthy", motor), dummy=True)
     )

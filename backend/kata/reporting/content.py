@@ -116,6 +116,8 @@ class PrintedEndFeel:
     """Sign of the apparatus angle on the way out."""
     curve: TorqueAngleCurve | None
     """Its angles and torques are positive outwards. None for a baseline, and if nothing was measured."""
+    held_s: float | None
+    """Time for which a stretch held its torque. None for a test and a baseline, and if it was not counted."""
 
 
 @dataclass(frozen=True)

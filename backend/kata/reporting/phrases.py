@@ -255,6 +255,8 @@ PHRASES: Final[dict[str, tuple[str, str]]] = {
         "シミュレーションでのみ試されている。",
     ),
     "end_feel_baseline": ("Baseline of an end-feel test", "エンドフィール検査の基準測定"),
+    "stretch": ("Stretch", "ストレッチ"),
+    "stretch_held": ("stretch, held for {seconds} s", "ストレッチ、保持{seconds}秒"),
     "end_feel_torque": ("Torque, Nm", "トルク(Nm)"),
     "end_feel_range": ("Range, °", "可動域(°)"),
     "end_feel_onset": ("Onset, °", "抵抗の開始(°)"),

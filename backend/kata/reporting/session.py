@@ -185,6 +185,7 @@ def _end_feel(row: EndFeelRow) -> PrintedEndFeel:
         stiffness_nm_deg=row.stiffness_nm_deg,
         outward=row.outward,
         curve=end_feel.curve_of(row) if row.kind == "test" else None,
+        held_s=row.held_s,
     )
 
 

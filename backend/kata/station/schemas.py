@@ -6,7 +6,15 @@ from uuid import UUID
 
 from pydantic import BaseModel, ConfigDict, Field
 
-from kata.device.ipc_messages import RESISTANCE_LEVELS, CommandName, EstopState, Mode, PedalState, TorqueState
+from kata.device.ipc_messages import (
+    RESISTANCE_LEVELS,
+    CommandName,
+    EstopState,
+    Mode,
+    PedalState,
+    StretchPhase,
+    TorqueState,
+)
 from kata.messages import key_of
 from kata.motion.axes import Side
 
@@ -172,6 +180,19 @@ class EndRangeLive(_Schema):
     problem_key: OptionalKey = None
 
 
+class StretchLive(_Schema):
+    """A stretch."""
+
+    phase: StretchPhase = Field(description="out: towards the torque. hold: the torque is held. release: back to rest.")
+    torque_nm: float = Field(description="Torque between apparatus and shoulder, outwards, newton metres.")
+    target_nm: float = Field(
+        gt=0, description="The chosen torque, or less after a request to reduce it, newton metres."
+    )
+    hold_left_s: float = Field(ge=0, description="Remaining time of the present hold, seconds.")
+    held_s: float = Field(ge=0, description="Time with at least 60 % of the torque in all repetitions, seconds.")
+    repetitions_left: int = Field(ge=0, description="Number of repetitions that have not ended.")
+
+
 class RunLive(_Schema):
     """The loaded recording and the arm's position in it."""
 
@@ -199,6 +220,7 @@ class RunLive(_Schema):
         examples=["Motor 3 met resistance at 12.3 s; the arm is moved back."],
     )
     resistance_key: OptionalKey = None
+    stretch: StretchLive | None = Field(None, description="Null: the run is no stretch.")
     end_range: EndRangeLive | None = Field(None, description="Null: no end-range time is prescribed for this run.")
 
 

@@ -7,12 +7,13 @@ session: they have the same checks, limits and stops as a playback.
 import logging
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from datetime import datetime
 from typing import Final, Literal
 from uuid import UUID
 
 import numpy as np
+from msgspec import structs
 from sqlalchemy import select
 from sqlalchemy.orm import Session as DatabaseSession
 
@@ -35,7 +36,7 @@ from kata.types import side_of
 
 log = logging.getLogger(__name__)
 
-Kind = Literal["baseline", "test"]
+Kind = Literal["baseline", "test", "stretch"]
 Unmeasured = Literal["torque_not_reached", "resistance_from_start", "guarding", "too_few_ways"]
 LEAST_RANGE_DEG: Final = 20.0
 """A motion with less range has no free part in which the arm can be weighed."""
@@ -50,6 +51,8 @@ _WEIGHED_SHARE: Final = 0.5
 """The arm is weighed from :data:`_WEIGHED_AFTER_DEG` after the start to this share of the recorded range, in which the shoulder is free."""
 _BASELINE_SHARE: Final = 0.9
 """Share of the level's torque at which a baseline turns back."""
+_BEYOND_WEIGHED_DEG: Final = 2.0
+"""A stretch goes at least this far beyond the part in which the arm is weighed."""
 _ROWS: Final = 400
 """Places on the path at which the device gets the expected torques."""
 _COLUMNS: Final = (
@@ -70,6 +73,12 @@ class EndFeelRequest:
     torque_nm: float
     """The chosen torque of a test."""
     speed_deg_s: float
+    hold_s: float = 0.0
+    """Time for which a stretch holds the torque in each repetition."""
+    repetitions: int = end_feel.REPETITIONS
+    """Repetitions of a stretch."""
+    largest_deg: float | None = None
+    """Largest angle of the motor in a stretch; None: only the limits apply."""
 
 
 @dataclass(frozen=True)
@@ -168,6 +177,27 @@ def longest_outward_path(
     raise refused
 
 
+def up_to(path: OutwardPath, largest_deg: float | None) -> OutwardPath:
+    """Return the path up to the largest angle of the motor.
+
+    :raises ProblemError: 409 when the path would end before the arm has been weighed.
+    """
+    if largest_deg is None:
+        return path
+    kept = path.angles_deg <= path.outward * largest_deg
+    least_deg = path.weighed_deg[1] + _BEYOND_WEIGHED_DEG
+    if np.all(kept):
+        return path
+    if path.outward * largest_deg < least_deg:
+        raise ProblemError(
+            409,
+            "largest_angle_too_small",
+            texts.STRETCH_ANGLE_TOO_SMALL(motor=path.motor, least_deg=path.outward * least_deg),
+            texts.CHOOSE_LARGER_ANGLE(),
+        )
+    return replace(path, motion=Motion(path.motion.times_s[kept], path.motion.angles_deg[kept]))
+
+
 @dataclass(frozen=True)
 class Prepared:
     """An end-feel run that can be stored and loaded."""
@@ -204,6 +234,8 @@ def prepare(
         arm_nm=tuple(path.along(baseline.places_deg, column) for column in growth.T),
         weighed_s=(from_deg / request.speed_deg_s, to_deg / request.speed_deg_s),
     )
+    if request.kind == "stretch":
+        test = structs.replace(test, hold_s=request.hold_s, repetitions=request.repetitions)
     return Prepared(path, test, row.run_id)
 
 
@@ -230,6 +262,7 @@ def baseline_of(
 def add(session: DatabaseSession, run: RunRow, request: EndFeelRequest, prepared: Prepared, station: str) -> None:
     """Store what an end-feel run asks."""
     path = prepared.path
+    stretches = request.kind == "stretch"
     run.end_feel = EndFeelRow(
         run_id=run.id,
         kind=request.kind,
@@ -241,12 +274,19 @@ def add(session: DatabaseSession, run: RunRow, request: EndFeelRequest, prepared
         further_deg=path.further_deg,
         torque_nm=prepared.test.torque_nm,
         baseline_run_id=prepared.baseline_run_id,
+        hold_s=request.hold_s if stretches else None,
+        repetitions=request.repetitions if stretches else None,
+        largest_deg=float(path.motion.angles_deg[-1, path.motor - 1]) if stretches else None,
     )
     session.flush()
 
 
 def complete(session: DatabaseSession, run: RunRow, row: EndFeelRow, journal: Journal) -> None:
-    """Calculate the result of an end-feel run that has ended."""
+    """Calculate the result of an end-feel run that has ended. The device counts the time of a stretch."""
+    if row.kind == "stretch":
+        if journal.end:
+            row.held_s, row.target_nm = journal.end.held_s, journal.end.target_nm
+        return
     playing = journal.phase == PHASE_PLAYING
     axis = row.motor - 1
     curves = end_feel.curves(

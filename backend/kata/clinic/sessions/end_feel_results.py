@@ -22,6 +22,7 @@ from kata.clinic.sessions.end_feel_schemas import (
     EndFeelGuide,
     EndFeelMotion,
     EndFeelRecord,
+    StretchRecord,
 )
 from kata.clinic.sessions.tables import EndFeelRow, RunRow, SessionRow
 from kata.errors import ProblemError
@@ -64,6 +65,19 @@ def as_result(run: RunRow, visit: SessionRow) -> EndFeelRecord:
         figures=_figures(row),
         interval=_interval(row),
         disagreement_nm=row.disagreement_nm,
+        stretch=_stretch(row),
+    )
+
+
+def _stretch(row: EndFeelRow) -> StretchRecord | None:
+    if row.hold_s is None or row.repetitions is None or row.largest_deg is None:
+        return None
+    return StretchRecord(
+        hold_s=row.hold_s,
+        repetitions=row.repetitions,
+        largest_deg=row.largest_deg,
+        held_s=row.held_s,
+        target_nm=row.target_nm,
     )
 
 
@@ -116,7 +130,9 @@ def _motion(
         return None
     basic = BASIC_MOTIONS[path.number - 1]
     baseline = end_feel.baseline_of(session, recording.id, station, SPEED_DEG_S, today)
-    tests = [run for run in visit.runs if run.recording_id == recording.id and _is_test(run)]
+    of_recording = [run for run in visit.runs if run.recording_id == recording.id]
+    tests = [run for run in of_recording if _is(run, "test")]
+    stretches = [run for run in of_recording if _is(run, "stretch")]
     return EndFeelMotion(
         recording_id=recording.id,
         recording_name=recording.name,
@@ -126,12 +142,14 @@ def _motion(
         motor=path.motor,
         side=side,
         baseline_run_id=baseline.run_id if baseline else None,
+        end_deg=float(path.motion.angles_deg[-1, path.motor - 1]),
         tests=[as_result(run, visit) for run in reversed(tests)],
+        stretches=[as_result(run, visit) for run in reversed(stretches)],
     )
 
 
-def _is_test(run: RunRow) -> bool:
-    return run.end_feel is not None and run.end_feel.kind == "test"
+def _is(run: RunRow, kind: end_feel.Kind) -> bool:
+    return run.end_feel is not None and run.end_feel.kind == kind
 
 
 def curves(session: DatabaseSession, run_id: UUID, zone: tzinfo) -> EndFeelCurves:
@@ -141,7 +159,7 @@ def curves(session: DatabaseSession, run_id: UUID, zone: tzinfo) -> EndFeelCurve
     """
     run, row = end_feel.of_run(session, run_id)
     visit = service.get(session, run.session_id)
-    if row.kind == "baseline":
+    if row.kind != "test":
         return EndFeelCurves(
             result=as_result(run, visit), earlier=[], other_side=None, figure=_figure([(run, row)], [], zone)
         )

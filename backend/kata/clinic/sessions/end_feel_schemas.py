@@ -7,6 +7,7 @@ from pydantic import Field
 
 from kata.clinic.recordings.schemas import Figure
 from kata.clinic.sessions.schemas import EndFeelKind, RunOutcome
+from kata.device.ipc_messages import LONGEST_HOLD_S, MOST_REPETITIONS, SHORTEST_HOLD_S
 from kata.motion.end_feel import FASTEST_DEG_S, SLOWEST_DEG_S, SPEED_DEG_S
 from kata.station.schemas import OptionalKey
 from kata.types import Moment, Motor, Schema, Side
@@ -37,6 +38,30 @@ class EndFeelFigures(Schema):
     )
 
 
+HoldTime = Annotated[
+    float,
+    Field(
+        ge=SHORTEST_HOLD_S,
+        le=LONGEST_HOLD_S,
+        description="Time for which the torque is held in each repetition, seconds.",
+        examples=[30.0],
+    ),
+]
+Repetitions = Annotated[int, Field(ge=1, le=MOST_REPETITIONS, description="Number of repetitions.", examples=[3])]
+
+
+class StretchRecord(Schema):
+    """What a stretch was asked, and what it did."""
+
+    hold_s: HoldTime
+    repetitions: Repetitions
+    largest_deg: float = Field(description="Largest apparatus angle that the motor was allowed to reach, degrees.")
+    held_s: float | None = Field(
+        description="Time with at least 60 % of the torque, seconds, in all repetitions; null: the run has not ended, or was interrupted."
+    )
+    target_nm: float | None = Field(description="Torque after all requests to reduce it, newton metres; null as above.")
+
+
 class EndFeelRecord(Schema):
     """An end-feel test or a baseline, and its result."""
 
@@ -44,7 +69,9 @@ class EndFeelRecord(Schema):
     session_id: UUID
     recording_id: UUID
     recording_name: str
-    kind: EndFeelKind = Field(description="baseline: with a test weight in the fixers. test: with the patient's arm.")
+    kind: EndFeelKind = Field(
+        description="baseline: with a test weight in the fixers. test: with the patient's arm. stretch: the arm is held at the torque."
+    )
     side: Side
     motion: int = Field(ge=1, le=6, description="Number of the motion in Table 2 of Sun et al. (2025).", examples=[4])
     name: str = Field(examples=["Abduction / adduction of the shoulder"])
@@ -69,6 +96,7 @@ class EndFeelRecord(Schema):
     disagreement_nm: float | None = Field(
         description="Largest RMS difference of the repetitions, newton metres; null if it was not calculated."
     )
+    stretch: StretchRecord | None = Field(None, description="Null if the run was no stretch.")
 
 
 class EndFeelCurves(Schema):
@@ -93,7 +121,9 @@ class EndFeelMotion(Schema):
     motor: Motor
     side: Side
     baseline_run_id: UUID | None = Field(description="Baseline of today at this station; null: none yet.")
+    end_deg: float = Field(description="Apparatus angle of the motor at the recorded end, degrees.", examples=[96.0])
     tests: list[EndFeelRecord] = Field(description="Tests of this recording in the session, newest first.")
+    stretches: list[EndFeelRecord] = Field(description="Stretches of this recording in the session, newest first.")
 
 
 class EndFeelGuide(Schema):

@@ -16,7 +16,7 @@ from kata.types import By, Moment, Motor, Name, Note, Pain, Schema, Side
 EndReason = Literal["completed", "shortened", "stopped", "patient_request", "other"]
 """completed: the session went as planned. shortened: the therapist shortened it. stopped: a stop ended it."""
 PainWhen = Literal["pain_before", "pain_during", "pain_after"]
-EndFeelKind = Literal["baseline", "test"]
+EndFeelKind = Literal["baseline", "test", "stretch"]
 RunOutcome = Literal["loaded", "completed", "returned", "stopped", "unloaded", "interrupted"]
 
 
@@ -274,7 +274,7 @@ class Run(PlaybackSettings):
     end_feel: EndFeelKind | None = Field(
         None,
         description="Null for a playback. baseline, test: the run measured the end-feel and played no recording. "
-        "baseline: with a test weight in the fixers.",
+        "baseline: with a test weight in the fixers. stretch: the run held the shoulder at a torque.",
     )
     comparison: Comparison | None = Field(description="Null if nothing was played with the requested range.")
 

@@ -356,7 +356,7 @@ class EndFeelRow(Base):
 
     run_id: Mapped[UUID] = mapped_column(ForeignKey("runs.id"), primary_key=True)
     kind: Mapped[str] = mapped_column(String(8))
-    """baseline: with a test weight. test: with the patient's arm."""
+    """baseline: with a test weight. test, stretch: with the patient's arm."""
     station: Mapped[str] = mapped_column(String(100))
     motion: Mapped[int]
     """Number of the basic motion in Table 2."""
@@ -385,5 +385,14 @@ class EndFeelRow(Base):
     """Half of the width of the 95 % interval of each figure."""
     disagreement_nm: Mapped[float | None]
     """Largest difference of the repetitions, RMS."""
+    hold_s: Mapped[float | None]
+    """Time for which a stretch holds the torque in each repetition; None: the run is no stretch."""
+    repetitions: Mapped[int | None]
+    largest_deg: Mapped[float | None]
+    """Largest angle of a stretch: the motor's angle at the end of the way out."""
+    held_s: Mapped[float | None]
+    """Time for which a stretch held at least 60 % of its torque; None: not counted."""
+    target_nm: Mapped[float | None]
+    """Torque of a stretch after all requests to reduce it."""
     curve: Mapped[bytes | None] = mapped_column(LargeBinary)
     """Torque-angle curve (:class:`kata.motion.end_feel.TorqueAngleCurve`): of a test without weight and friction of the apparatus."""

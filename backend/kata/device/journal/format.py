@@ -85,3 +85,7 @@ class JournalEnd(msgspec.Struct, frozen=True, kw_only=True):
     cause_message: str | None = None
     cause_key: MessageKey | None = None
     """Code and parameters of ``cause_message``."""
+    held_s: float | None = None
+    """Time for which a stretch held at least 60 % of its torque; None: the run was no stretch."""
+    target_nm: float | None = None
+    """Torque of the stretch after all requests to reduce it."""
