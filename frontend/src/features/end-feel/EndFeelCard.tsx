@@ -8,6 +8,7 @@ import { translateServerText } from "../../lib/serverText";
 import { Plot } from "../../ui/Plot";
 import { ProblemNote } from "../../ui/ProblemNote";
 import { SimulatedBadge } from "../../ui/SimulatedBadge";
+import { describeStretch } from "./describeResult";
 
 type Test = Schemas["EndFeelRecord"];
 
@@ -49,10 +50,11 @@ function Shown({ curves }: { curves: Schemas["EndFeelCurves"] }) {
           {t(`endFeel:unmeasured.${result.unmeasured}`)}
         </Text>
       )}
+      {result.stretch && <Text fw={600}>{describeStretch(result.stretch)}</Text>}
       {figure && <Plot figure={figure} label={t("endFeel:figure")} />}
       {figure && <Anchor href={`/api/runs/${result.run_id}/end-feel.csv`}>{t("endFeel:csv")}</Anchor>}
       {result.kind === "test" && <FiguresTable tests={tests} />}
-      <Text size="sm">{t("endFeel:definitions")}</Text>
+      {result.kind === "test" && <Text size="sm">{t("endFeel:definitions")}</Text>}
     </>
   );
 }

@@ -22,7 +22,9 @@ const motion = (given: Partial<Motion>): Motion => ({
   motor: 3,
   side: "right",
   baseline_run_id: null,
+  end_deg: 95,
   tests: [],
+  stretches: [],
   ...given,
 });
 
@@ -98,8 +100,44 @@ it.each([
     torque_nm: 1.5,
     load_level: 20,
     speed_deg_s: 5,
+    hold_s: 30,
+    repetitions: 3,
+    largest_deg: null,
   });
   expect(play).not.toHaveBeenCalled();
+});
+
+it("loads a stretch with its hold time, repetitions and largest angle", async () => {
+  vi.spyOn(store, "seen").mockReturnValue({ stops: 3, seen_at: "when pressed" });
+  const load = vi.spyOn(api, "loadEndFeel").mockResolvedValue({ id: "r" } as Schemas["Run"]);
+  show([motion({ baseline_run_id: "base" })]);
+  const name = "Move to the start of the stretch";
+  const button = await screen.findByRole("button", { name });
+  fireEvent.change(screen.getByLabelText("Hold time, s"), { target: { value: "" } });
+  expect((button as HTMLButtonElement).disabled).toBe(true);
+  fireEvent.change(screen.getByLabelText("Hold time, s"), { target: { value: "20" } });
+  fireEvent.change(screen.getByLabelText("Largest angle, deg"), { target: { value: "90" } });
+  await hold(name);
+  await waitFor(() => expect(load).toHaveBeenCalledTimes(1));
+  expect(load.mock.calls[0]?.[0]).toMatchObject({
+    kind: "stretch",
+    hold_s: 20,
+    repetitions: 3,
+    largest_deg: 90,
+  });
+});
+
+it("says for how long a stretch was held", async () => {
+  const stretch = { hold_s: 30, repetitions: 3, largest_deg: 110, held_s: 84.3, target_nm: 1.2 };
+  show([
+    motion({
+      baseline_run_id: "base",
+      stretches: [{ run_id: "s", stretch } as unknown as Schemas["EndFeelRecord"]],
+    }),
+  ]);
+  expect((await screen.findByTestId("stretch-last")).textContent).toContain(
+    "Held for 1:24 with at least 60 % of 1.2 Nm",
+  );
 });
 
 it("names what is missing before a measurement", async () => {

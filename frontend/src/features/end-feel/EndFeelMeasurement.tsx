@@ -3,13 +3,15 @@ import { Card, NumberInput, Stack, Text, Title } from "@mantine/core";
 import { useQuery, useQueryClient } from "@tanstack/react-query";
 import { useState } from "react";
 import { api, type Schemas, type Session } from "../../lib/api/client";
+import { formatDeg } from "../../lib/format";
 import { t } from "../../lib/i18n";
 import { store } from "../../lib/live/store";
 import { translateServerText } from "../../lib/serverText";
 import { ProblemNote } from "../../ui/ProblemNote";
 import { CommandButton } from "../station/CommandButton";
 import { PreflightChecklist, useChecklist } from "../station/session-wizard/PreflightChecklist";
-import { describeResult } from "./describeResult";
+import { describeResult, describeStretch } from "./describeResult";
+import { isStretch, StretchSettings, stretchRequest, USUAL_STRETCH } from "./StretchSettings";
 import { untilMode } from "./untilMode";
 
 type Motion = Schemas["EndFeelMotion"];
@@ -82,6 +84,8 @@ type ToMeasure = { motion: Motion; session: Session; torque: number; speed: numb
 function MotionToMeasure({ motion, session, torque, speed, level }: ToMeasure) {
   const complete = useChecklist(session.id, motion.recording_id).data?.complete;
   const last = motion.tests[0];
+  const [stretch, setStretch] = useState(USUAL_STRETCH);
+  const stretched = motion.stretches[0]?.stretch;
   const can = complete === true && level !== null && isTorque(torque);
   return (
     <Stack gap="xs" data-testid="end-feel-motion">
@@ -101,6 +105,18 @@ function MotionToMeasure({ motion, session, torque, speed, level }: ToMeasure) {
           <Text>{t("endFeel:armIn")}</Text>
           <Text>{t("station:play.safetyCheck")}</Text>
           <MeasureButton kind="test" {...{ motion, session, torque, speed, level, can }} />
+          <Title order={4} size="h5">
+            {t("endFeel:stretch.title")}
+          </Title>
+          <Text>{t("endFeel:stretch.explained")}</Text>
+          {stretched && <Text data-testid="stretch-last">{describeStretch(stretched)}</Text>}
+          <StretchSettings typed={stretch} change={setStretch} end={formatDeg(motion.end_deg, 0)} />
+          <MeasureButton
+            kind="stretch"
+            {...{ motion, session, torque, speed, level }}
+            can={can && isStretch(stretch)}
+            settings={stretchRequest(stretch)}
+          />
         </>
       ) : (
         <>
@@ -124,7 +140,8 @@ function MeasureButton({
   speed,
   level,
   can,
-}: ToMeasure & { kind: Kind; can: boolean }) {
+  settings = stretchRequest(USUAL_STRETCH),
+}: ToMeasure & { kind: Kind; can: boolean; settings?: ReturnType<typeof stretchRequest> }) {
   const queries = useQueryClient();
   const measure = async () => {
     if (level === null) return;
@@ -136,6 +153,7 @@ function MeasureButton({
       torque_nm: torque,
       load_level: level,
       speed_deg_s: speed,
+      ...settings,
     });
     void queries.invalidateQueries({ queryKey: ["session"] });
     if (!(await untilMode(store, { mode: "ready", runId: run.id, within_ms: LOADED_WITHIN_MS }))) return;

@@ -16,6 +16,7 @@ import { CommandButton } from "./CommandButton";
 import { EndRangeCounter } from "./EndRangeCounter";
 import { pathWords, ReversalNotice } from "./ReversalNotice";
 import { RESISTANCE_LEVELS } from "./resistanceLevels";
+import { StretchStatus } from "./StretchStatus";
 
 type RunState = { mode: Live["mode"]; run: Schemas["RunLive"] };
 
@@ -97,6 +98,7 @@ function RunningPlayback({ mode, run }: RunState) {
           {t("station:play.reducedRange", { percent: Math.round(run.range_percent) })}
         </Text>
       )}
+      {run.stretch && <StretchStatus stretch={run.stretch} />}
       <EndRangeCounter run={run} />
       <ReversalNotice mode={mode} run={run} />
       <PlaybackControls mode={mode} run={run} />
@@ -128,7 +130,7 @@ function PlaybackControls({ mode, run }: RunState) {
         variant="default"
         leftSection={<IconArrowsDiagonalMinimize2 size={26} />}
       >
-        {t("station:play.reduceRange")}
+        {t(run.stretch ? "station:stretch.reduce" : "station:play.reduceRange")}
       </CommandButton>
       <CommandButton
         held

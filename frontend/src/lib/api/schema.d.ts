@@ -2838,11 +2838,11 @@ export interface paths {
         get?: never;
         put?: never;
         /**
-         * Load an end-feel test or its baseline
+         * Load an end-feel test, its baseline, or a stretch
          * @description Check a way out along a recording against all limits, and load it as a new run of the session.
          *
          *     Refused as `load` is; also without a baseline of today, for a recording that moves no motor of the shoulder joint far enough, and for a
-         *     torque above the patient's level. While the database does not answer, no test begins; the result of a test that has begun arrives later.
+         *     torque above the patient's level. A stretch also needs a level that carries arm and torque together. While the database does not answer, no test begins; the result of a test that has begun arrives later.
          */
         post: operations["load_end_feel"];
         delete?: never;
@@ -5443,7 +5443,7 @@ export interface components {
         };
         /**
          * EndFeelLoadRequest
-         * @description An end-feel test or its baseline along a recorded motion.
+         * @description An end-feel test, its baseline, or a stretch, along a recorded motion.
          */
         EndFeelLoadRequest: {
             /**
@@ -5458,13 +5458,13 @@ export interface components {
             recording_id: string;
             /**
              * Kind
-             * @description baseline: a test weight in the form of an arm is in the fixers, not the patient. test: the patient's arm.
+             * @description baseline: a test weight in the form of an arm is in the fixers, not the patient. test: the patient's arm. stretch: the patient's arm is held at the torque.
              * @enum {string}
              */
-            kind: "baseline" | "test";
+            kind: "baseline" | "test" | "stretch";
             /**
              * Torque Nm
-             * @description Torque between apparatus and shoulder at which the arm is taken back, newton metres. A baseline ignores it.
+             * @description Torque between apparatus and shoulder at which a test takes the arm back and a stretch holds it, newton metres. A baseline ignores it.
              * @example 2
              */
             torque_nm: number;
@@ -5481,6 +5481,25 @@ export interface components {
              * @example 5
              */
             speed_deg_s: number;
+            /**
+             * Hold S
+             * @description Time for which the torque is held in each repetition, seconds.
+             * @default 30
+             * @example 30
+             */
+            hold_s: number;
+            /**
+             * Repetitions
+             * @description Number of repetitions.
+             * @default 3
+             * @example 3
+             */
+            repetitions: number;
+            /**
+             * Largest Deg
+             * @description Largest apparatus angle of the motor in a stretch, degrees; null: only the limits of apparatus and doctor. The arm is held there if the torque is not reached before.
+             */
+            largest_deg?: number | null;
         };
         /**
          * EndFeelMotion
@@ -5521,10 +5540,21 @@ export interface components {
              */
             baseline_run_id: string | null;
             /**
+             * End Deg
+             * @description Apparatus angle of the motor at the recorded end, degrees.
+             * @example 96
+             */
+            end_deg: number;
+            /**
              * Tests
              * @description Tests of this recording in the session, newest first.
              */
             tests: components["schemas"]["EndFeelRecord"][];
+            /**
+             * Stretches
+             * @description Stretches of this recording in the session, newest first.
+             */
+            stretches: components["schemas"]["EndFeelRecord"][];
         };
         /**
          * EndFeelRecord
@@ -5550,10 +5580,10 @@ export interface components {
             recording_name: string;
             /**
              * Kind
-             * @description baseline: with a test weight in the fixers. test: with the patient's arm.
+             * @description baseline: with a test weight in the fixers. test: with the patient's arm. stretch: the arm is held at the torque.
              * @enum {string}
              */
-            kind: "baseline" | "test";
+            kind: "baseline" | "test" | "stretch";
             /**
              * Side
              * @enum {string}
@@ -5625,6 +5655,8 @@ export interface components {
              * @description Largest RMS difference of the repetitions, newton metres; null if it was not calculated.
              */
             disagreement_nm: number | null;
+            /** @description Null if the run was no stretch. */
+            stretch?: components["schemas"]["StretchRecord"] | null;
         };
         /**
          * EndRangeDone
@@ -9928,9 +9960,9 @@ export interface components {
             clock_offset_s?: number | null;
             /**
              * End Feel
-             * @description Null for a playback. baseline, test: the run measured the end-feel and played no recording. baseline: with a test weight in the fixers.
+             * @description Null for a playback. baseline, test: the run measured the end-feel and played no recording. baseline: with a test weight in the fixers. stretch: the run held the shoulder at a torque.
              */
-            end_feel?: ("baseline" | "test") | null;
+            end_feel?: ("baseline" | "test" | "stretch") | null;
             /** @description Null if nothing was played with the requested range. */
             comparison: components["schemas"]["Comparison"] | null;
         };
@@ -10038,6 +10070,8 @@ export interface components {
             resistance: string | null;
             /** @description Code and parameters of the English text; null: it has none. */
             resistance_key?: components["schemas"]["TextKey"] | null;
+            /** @description Null: the run is no stretch. */
+            stretch?: components["schemas"]["StretchLive"] | null;
             /** @description Null: no end-range time is prescribed for this run. */
             end_range?: components["schemas"]["EndRangeLive"] | null;
         };
@@ -11496,6 +11530,76 @@ export interface components {
              * @example 10
              */
             hold_s: number;
+        };
+        /**
+         * StretchLive
+         * @description A stretch.
+         */
+        StretchLive: {
+            /**
+             * Phase
+             * @description out: towards the torque. hold: the torque is held. release: back to rest.
+             * @enum {string}
+             */
+            phase: "out" | "hold" | "release";
+            /**
+             * Torque Nm
+             * @description Torque between apparatus and shoulder, outwards, newton metres.
+             */
+            torque_nm: number;
+            /**
+             * Target Nm
+             * @description The chosen torque, or less after a request to reduce it, newton metres.
+             */
+            target_nm: number;
+            /**
+             * Hold Left S
+             * @description Remaining time of the present hold, seconds.
+             */
+            hold_left_s: number;
+            /**
+             * Held S
+             * @description Time with at least 60 % of the torque in all repetitions, seconds.
+             */
+            held_s: number;
+            /**
+             * Repetitions Left
+             * @description Number of repetitions that have not ended.
+             */
+            repetitions_left: number;
+        };
+        /**
+         * StretchRecord
+         * @description What a stretch was asked, and what it did.
+         */
+        StretchRecord: {
+            /**
+             * Hold S
+             * @description Time for which the torque is held in each repetition, seconds.
+             * @example 30
+             */
+            hold_s: number;
+            /**
+             * Repetitions
+             * @description Number of repetitions.
+             * @example 3
+             */
+            repetitions: number;
+            /**
+             * Largest Deg
+             * @description Largest apparatus angle that the motor was allowed to reach, degrees.
+             */
+            largest_deg: number;
+            /**
+             * Held S
+             * @description Time with at least 60 % of the torque, seconds, in all repetitions; null: the run has not ended, or was interrupted.
+             */
+            held_s: number | null;
+            /**
+             * Target Nm
+             * @description Torque after all requests to reduce it, newton metres; null as above.
+             */
+            target_nm: number | null;
         };
         /**
          * TeachRequest

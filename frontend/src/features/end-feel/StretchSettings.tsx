@@ -1,0 +1,77 @@
+import "./catalogue";
+import { Group, NumberInput } from "@mantine/core";
+import { t } from "../../lib/i18n";
+
+/** What the user has typed. An empty largest angle leaves it to the limits. */
+export type TypedStretch = {
+  hold: number | string;
+  repetitions: number | string;
+  largest: number | string;
+};
+
+export const USUAL_STRETCH: TypedStretch = { hold: 30, repetitions: 3, largest: "" };
+
+const HOLD = { min: 1, max: 120, step: 5 } as const;
+const REPETITIONS = { min: 1, max: 20, step: 1 } as const;
+
+const isBetween = (typed: number | string, { min, max }: { min: number; max: number }) =>
+  typed !== "" && Number(typed) >= min && Number(typed) <= max;
+
+/** Return true if a stretch can be loaded with these settings. */
+export function isStretch({ hold, repetitions }: TypedStretch): boolean {
+  return isBetween(hold, HOLD) && isBetween(repetitions, REPETITIONS);
+}
+
+/** Return the settings as the service expects them. */
+export function stretchRequest({ hold, repetitions, largest }: TypedStretch) {
+  return {
+    hold_s: Number(hold),
+    repetitions: Number(repetitions),
+    largest_deg: largest === "" ? null : Number(largest),
+  };
+}
+
+/** Hold time, repetitions and largest angle of a stretch. */
+export function StretchSettings({
+  typed,
+  change,
+  end,
+}: {
+  typed: TypedStretch;
+  change: (typed: TypedStretch) => void;
+  end: string;
+}) {
+  return (
+    <Group align="start">
+      <NumberInput
+        label={t("endFeel:stretch.hold")}
+        {...HOLD}
+        value={typed.hold}
+        onChange={(hold) => change({ ...typed, hold })}
+        error={
+          isBetween(typed.hold, HOLD)
+            ? null
+            : t("endFeel:stretch.between", { least: HOLD.min, most: HOLD.max })
+        }
+      />
+      <NumberInput
+        label={t("endFeel:stretch.repetitions")}
+        {...REPETITIONS}
+        allowDecimal={false}
+        value={typed.repetitions}
+        onChange={(repetitions) => change({ ...typed, repetitions })}
+        error={
+          isBetween(typed.repetitions, REPETITIONS)
+            ? null
+            : t("endFeel:stretch.between", { least: REPETITIONS.min, most: REPETITIONS.max })
+        }
+      />
+      <NumberInput
+        label={t("endFeel:stretch.largest")}
+        description={t("endFeel:stretch.largestHint", { end })}
+        value={typed.largest}
+        onChange={(largest) => change({ ...typed, largest })}
+      />
+    </Group>
+  );
+}

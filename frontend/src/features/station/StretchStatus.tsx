@@ -1,0 +1,36 @@
+import { Group, Progress, Stack, Text } from "@mantine/core";
+import type { Schemas } from "../../lib/api/client";
+import { formatDeg, formatSpan } from "../../lib/format";
+import { t } from "../../lib/i18n";
+
+/** Phase, torque and counted time of a stretch. */
+export function StretchStatus({ stretch }: { stretch: Schemas["StretchLive"] }) {
+  const torque = Math.max(0, stretch.torque_nm);
+  return (
+    <Stack gap={4} role="group" aria-label={t("station:stretch.title")} data-testid="stretch">
+      <Group justify="space-between">
+        <Text size="lg" fw={600}>
+          {t(`station:stretch.phases.${stretch.phase}`, { left: formatSpan(Math.ceil(stretch.hold_left_s)) })}
+        </Text>
+        <Text size="lg" fw={600}>
+          {t("station:stretch.torque", {
+            torque: formatDeg(torque, 1),
+            target: formatDeg(stretch.target_nm, 1),
+          })}
+        </Text>
+      </Group>
+      <Progress
+        size={12}
+        value={Math.min(100, (100 * torque) / stretch.target_nm)}
+        aria-label={t("station:stretch.title")}
+        transitionDuration={100}
+      />
+      <Text size="sm">
+        {t("station:stretch.held", {
+          time: formatSpan(Math.floor(stretch.held_s)),
+          left: stretch.repetitions_left,
+        })}
+      </Text>
+    </Stack>
+  );
+}
