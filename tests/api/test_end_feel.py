@@ -60,6 +60,12 @@ def test_baseline_and_test_give_a_curve(client: TestClient, patient: dict[str, A
     assert lines[0] == "angle_deg,torque_out_nm,torque_back_nm,torque_mean_nm,simulated"
     assert client.get(f"/api/runs/{result['run_id']}").json()["end_feel"] == "test"
     problem(client.get(f"/api/runs/{result['run_id']}/figures"), 409, "nothing_played")
+    stretch = asked(session["id"], recording["id"], "stretch", hold_s=1.0, repetitions=1, largest_deg=35.0)
+    held = measured(client, stretch)["result"]
+    # The free arm is held at the largest angle.
+    assert (held["kind"], held["outcome"], held["figures"]) == ("stretch", "completed", None)
+    assert (held["stretch"]["held_s"], held["stretch"]["target_nm"]) == (0.0, 1.5)
+    assert held["stretch"]["largest_deg"] <= 35.0
     assert audit_log(client, action="load_end_feel")
     assert audit_log(client, action="get_end_feel")
 

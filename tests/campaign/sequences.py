@@ -172,8 +172,13 @@ def _with_settings(load: Load, speed_deg_s: float | None, low_arm: bool, repetit
     return msgspec.structs.replace(load, **settings)
 
 
-def _test(level: int, limits: bool, torque_nm: float, carried_nm: float, repetitions: int, weighed: bool) -> Load:
-    """Return the load of an end-feel test. ``carried_nm``: torque at the end of the way without a shoulder."""
+def _test(
+    level: int, limits: bool, torque_nm: float, carried_nm: float, repetitions: int, weighed: bool, hold_s: float
+) -> Load:
+    """Return the load of an end-feel test, or with ``hold_s`` of a stretch, which is refused unless the arm is weighed.
+
+    ``carried_nm``: torque at the end of the way without a shoulder.
+    """
     growth = tuple(np.linspace(0.0, carried_nm, 20).tolist())
     test = EndFeel(
         motor=_TESTED,
@@ -182,6 +187,8 @@ def _test(level: int, limits: bool, torque_nm: float, carried_nm: float, repetit
         arm_nm=(tuple(np.linspace(0.1, 0.6, 20).tolist()),) if weighed else (),
         weighed_s=(0.2, 1.0) if weighed else (0.0, 0.0),
         repetitions=repetitions,
+        back_nm=growth if hold_s else (),
+        hold_s=hold_s,
     )
     return msgspec.structs.replace(_load("way out", level, limits, "smooth"), end_feel=test)
 
@@ -209,6 +216,7 @@ _tests = st.builds(
     st.sampled_from([0.0, 0.5, 1.0]),
     st.sampled_from([1, 3]),
     st.booleans(),
+    st.sampled_from([0.0, 0.0, 1.0, 5.0]),
 )
 _loads = st.one_of(_plays, _plays, _plays_with_settings, _tests)
 _commands = st.one_of(
@@ -371,7 +379,8 @@ class Sequences(RuleBasedStateMachine):
         load=_tests,
         events=st.lists(
             st.tuples(
-                st.sampled_from(["turn", "pause", "play", "pedal", "resist"]), st.sampled_from([0.1, 0.3, 1.0, 3.0])
+                st.sampled_from(["turn", "pause", "play", "pedal", "resist", "reduce"]),
+                st.sampled_from([0.1, 0.3, 1.0, 3.0]),
             ),
             max_size=8,
         ),
@@ -392,6 +401,8 @@ class Sequences(RuleBasedStateMachine):
                 case "play":
                     self._look(0)
                     self._press(0, Play(), 0.0)
+                case "reduce":
+                    self._press(0, ReduceRange(), 0.0)
                 case "pedal":
                     self.pedal(True)
                     self._run(0.2)

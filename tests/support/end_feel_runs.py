@@ -21,6 +21,7 @@ FRICTION_NM = 0.4
 STATION = "Station 1"
 ONSET_DEG = 60.0
 NM_DEG = 0.2
+_COMPLETED = JournalEnd(reason="completed")
 
 
 def capsule_nm(angle_deg: Floats) -> Floats:
@@ -29,14 +30,16 @@ def capsule_nm(angle_deg: Floats) -> Floats:
     return torque
 
 
-def begin(clinic: Clinic, recording_id: UUID, kind: Kind) -> UUID:
+def begin(clinic: Clinic, recording_id: UUID, kind: Kind, largest_deg: float | None = None) -> UUID:
     """Store an end-feel run as the route does, and return its id."""
     config = StationConfig()
     with clinic.database.write() as session:
         visit = sessions.open_of(session, clinic.patient_id) or sessions.begin(
             session, clinic.patient_id, station=STATION
         )
-        request = EndFeelRequest(visit.id, recording_id, kind, 25, CHOSEN_NM, SPEED_DEG_S)
+        request = EndFeelRequest(
+            visit.id, recording_id, kind, 25, CHOSEN_NM, SPEED_DEG_S, hold_s=30.0, largest_deg=largest_deg
+        )
         taught = runs.taught(session, recording_id)
         today = utc_now().replace(hour=0, minute=0, second=0, microsecond=0)
         limits, farthest_deg = (
@@ -44,6 +47,8 @@ def begin(clinic: Clinic, recording_id: UUID, kind: Kind) -> UUID:
             end_feel.farthest_deg(session, request, STATION, today),
         )
         way = end_feel.longest_outward_path(taught, limits, config, request.speed_deg_s, farthest_deg)
+        if kind == "stretch":
+            way = end_feel.up_to(way, largest_deg)
         prepared = end_feel.prepare(session, request, way, config, today)
         row = runs.begin(session, runs.RunRequest(visit.id, recording_id), STATION)
         end_feel.add(session, row, request, prepared, STATION)
@@ -78,7 +83,21 @@ def ended(
     return row_of(clinic, run_id)
 
 
-def _complete(clinic: Clinic, row: EndFeelRow, angle_deg: Floats, torque_nm: Floats, start_deg: float) -> None:
+def stretched(clinic: Clinic, run_id: UUID, end: JournalEnd) -> EndFeelRow:
+    """Complete a stretch from a journal with this end."""
+    row = row_of(clinic, run_id)
+    _complete(clinic, row, np.linspace(10.0, 60.0, 100), np.zeros(100), 10.0, end)
+    return row_of(clinic, run_id)
+
+
+def _complete(
+    clinic: Clinic,
+    row: EndFeelRow,
+    angle_deg: Floats,
+    torque_nm: Floats,
+    start_deg: float,
+    end: JournalEnd = _COMPLETED,
+) -> None:
     count, axis = len(angle_deg), row.motor - 1
     measured = np.zeros((count, 5), dtype=np.float32)
     torque = np.zeros((count, 5), dtype=np.float32)
@@ -87,7 +106,7 @@ def _complete(clinic: Clinic, row: EndFeelRow, angle_deg: Floats, torque_nm: Flo
         kind="run", id=str(row.run_id), recording_id=None, station=STATION, rate_hz=100, started_at=STARTED, started_ns=0,
         t_ns=np.arange(count) * 10_000_000, take=np.zeros(count, dtype=np.uint16), phase=np.full(count, PHASE_PLAYING, dtype=np.uint8),
         path_s=(angle_deg - start_deg) / SPEED_DEG_S, setpoint_deg=measured, measured_deg=measured, torque_nm=torque,
-        end=JournalEnd(reason="completed"), truncated=False,
+        end=end, truncated=False,
     )  # fmt: skip
     with clinic.database.write() as session:
         assert runs.complete(session, journal, StationConfig())
