@@ -7,7 +7,8 @@ import pytest
 from kata.device.config import StationConfig
 from kata.device.ipc_messages import EndFeel, Pause, Play, ReduceRange, Refusal, Return, StretchState
 from kata.device.references import build
-from tests.device.test_end_feel import (
+from tests.support.stepped import Stepped
+from tests.support.stepped_shoulder import (
     AXIS,
     CHOSEN_NM,
     END_DEG,
@@ -19,7 +20,6 @@ from tests.device.test_end_feel import (
     started,
     way,
 )
-from tests.support.stepped import Stepped
 from tests.support.trajectories import LOAD
 
 HOLD_S = 3.0

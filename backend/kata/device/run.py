@@ -20,7 +20,7 @@ from kata.device.resistance import SLOW_DEG_S, ResistanceMonitor, YieldOffset
 from kata.device.run_limits import WAY_TOLERANCE_DEG, RunLimits
 from kata.device.setpoint_gate import largest_step_deg
 from kata.device.setpoint_limiters import LimitedFeedForward, SetpointBrake, clip
-from kata.device.stretch import Stretch
+from kata.device.stretch import TorqueStretch
 from kata.messages import Text
 from kata.motion.ilc import Correction
 from kata.motion.linkage import Floats
@@ -100,7 +100,7 @@ class Run:
             np.array([axis.max_speed_deg_s for axis in self.config.axes]),
         )
         asked = self.load.end_feel
-        kind = Stretch if asked and asked.hold_s else EndFeelTest
+        kind = TorqueStretch if asked and asked.hold_s else EndFeelTest
         self.end_feel = kind(asked, self.trajectory, self.config) if asked else None
         thresholds_nm = self.config.resistance_thresholds_nm(self.load.load_level)
         self._monitor = ResistanceMonitor(thresholds_nm)
@@ -344,9 +344,9 @@ class Run:
         )
 
 
-def stretch_of(run: Run) -> Stretch | None:
+def stretch_of(run: Run) -> TorqueStretch | None:
     """Return the run's stretch; None if the run is none."""
-    return run.end_feel if isinstance(run.end_feel, Stretch) else None
+    return run.end_feel if isinstance(run.end_feel, TorqueStretch) else None
 
 
 def reduce(run: Run) -> Text:

@@ -45,7 +45,7 @@ _FRICTION_S: Final = 1.0
 this value makes a stretch gentler."""
 
 
-class Stretch(EndFeelTest):
+class TorqueStretch(EndFeelTest):
     """The state of one stretch: phase, target, and counted time."""
 
     def __init__(self, stretch: EndFeel, trajectory: Trajectory, config: StationConfig) -> None:
