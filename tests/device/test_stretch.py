@@ -159,7 +159,8 @@ def test_reduced_torque_moves_the_held_arm_back(stepped: Stepped) -> None:
     assert stepped.send(ReduceRange()) is None
     shoulder.forward(4.0)
     stretch = stretch_of(stepped)
-    assert (stretch.phase, stretch.target_nm) == ("hold", pytest.approx(0.8 * CHOSEN_NM))
+    assert stretch.phase == "hold"
+    assert stretch.target_nm == pytest.approx(0.8 * CHOSEN_NM)
     assert stretch.torque_nm < stretch.target_nm
     assert any("was reduced to 1.6 Nm at" in event.message for event in stepped.link.events)
 
