@@ -297,3 +297,24 @@ def test_part_of_a_recording_can_be_plotted_alone(client: TestClient, recording:
     refused = client.get(url, params={"start_s": 2.0, "end_s": 1.0})
     assert (refused.status_code, refused.json()["code"]) == (422, "empty_window")
     assert client.get(url, params={"start_s": "NaN"}).status_code == 422
+
+
+def test_part_that_was_taught_again_replaces_the_old_part(
+    client: TestClient, patient: dict[str, Any], recording: dict[str, Any]
+) -> None:
+    part = taught(client, patient, lifted())
+    made = derive(client, recording, do="reteach", start_s=1.0, end_s=7.0, recording_id=part["id"])
+    assert made["parent_id"] == recording["id"]
+    assert made["done"] == [f"1.0 s to 7.0 s taught again, {part['name']}"]
+    assert client.get(f"/api/recordings/{recording['id']}").json() == recording
+    assert client.get(f"/api/recordings/{part['id']}").json() == part
+
+
+def test_part_of_another_shoulder_or_patient_is_refused(client: TestClient, recording: dict[str, Any]) -> None:
+    mirrored = derive(client, recording, do="mirror")
+    edit = {"do": "reteach", "start_s": 1.0, "end_s": 5.0}
+    path = f"/api/recordings/{recording['id']}/derived"
+    refused = problem(client.post(path, json=edit | {"recording_id": mirrored["id"]}), 422, "impossible")
+    assert "not taught for this patient and shoulder" in refused["detail"]
+    problem(client.post(path, json=edit | {"recording_id": str(uuid4())}), 404, "not_found")
+    assert [row["id"] for row in listed(client, recording)] == [mirrored["id"], recording["id"]]

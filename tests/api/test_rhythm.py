@@ -1,5 +1,6 @@
 """Scapulohumeral rhythm of a recording and of a run over HTTP."""
 
+import re
 from dataclasses import dataclass
 from typing import Any
 from uuid import UUID
@@ -140,3 +141,63 @@ def test_run_without_playback_or_pose_has_no_rhythm(client: TestClient) -> None:
     # The angles of motors 1 and 2 of this run are those of no position of the scapula.
     problem(client.get(f"/api/runs/{run_id}/rhythm"), 422, "no_pose")
     assert rhythm(client, f"recordings/{play(client, SOUND).recording_id}")["curves"]
+
+
+def test_sound_side_gives_curves_for_the_live_comparison(client: TestClient) -> None:
+    played = play(client, SOUND)
+    path = f"/api/patients/{played.patient_id}/sound-rhythm"
+    assert client.get(path).json() == {"side": "right", "no_sound": "no_recording", "motions": []}
+    other = teach_other_side(client, played, SOUND)
+    # Another simulated recording of the treated side is no recording of the sound side.
+    teach_other_side(client, played, SOUND, "left")
+    found = client.get(path).json()
+    assert (found["side"], found["no_sound"]) == ("right", None)
+    (motion,) = found["motions"]
+    assert motion["recording"]["recording_id"] == other
+    assert (motion["start_elevation_deg"], motion["start_scapula_deg"]) == pytest.approx((12.0, 0.0), abs=0.01)
+    assert [(curve["of"], curve["direction"]) for curve in motion["curves"]] == [
+        ("sound", "raising"),
+        ("sound", "lowering"),
+    ]
+    assert motion["curves"][0]["whole"]["ratio"] == pytest.approx(4.0, abs=0.1)
+
+
+def test_damaged_recording_of_the_sound_side_is_left_out(client: TestClient) -> None:
+    played = play(client, SOUND)
+    other = teach_other_side(client, played, SOUND)
+    app: Any = client.app
+    with app.state.services.database.write() as session:
+        damage(session, UUID(other))
+    found = client.get(f"/api/patients/{played.patient_id}/sound-rhythm").json()
+    assert (found["no_sound"], found["motions"]) == (None, [])
+    problem(client.get(f"/api/patients/{played.run_id}/sound-rhythm"), 404, "not_found")
+
+
+def test_recording_can_be_guided_by_the_sound_side(client: TestClient) -> None:
+    shrug = 8.0 * ((ELEVATION - 12.0) / 20.0).clip(0.0, 1.0)
+    played = play(client, abduction(ELEVATION, (ELEVATION - 12.0) / 5 + shrug))
+    path = f"/api/recordings/{played.recording_id}/derived"
+    refused = problem(client.post(path, json={"do": "guide"}), 422, "impossible")
+    assert "no motion of the unaffected side has been taught" in refused["detail"]
+    other = teach_other_side(client, played, SOUND)
+    answer = client.post(path, json={"do": "guide"})
+    assert answer.status_code == 201, answer.text
+    made = answer.json()
+    assert (made["parent_id"], made["side"]) == (str(played.recording_id), "left")
+    assert made["done"][-1] == "scapula guided by the unaffected side, Sound side"
+    (lead,) = rhythm(client, f"recordings/{made['id']}")["leads"]
+    assert lead["largest_deg"] == pytest.approx(0.0, abs=0.3)
+    (before,) = rhythm(client, f"recordings/{played.recording_id}")["leads"]
+    assert before["largest_deg"] == pytest.approx(8.0, abs=0.3)
+    refused = problem(client.post(f"/api/recordings/{other}/derived", json={"do": "guide"}), 422, "impossible")
+    assert "recording of the unaffected side" in refused["detail"]
+    assert client.post(f"{path}/preview", json={"do": "guide"}).status_code == 200
+
+
+def test_guided_recording_beyond_a_limit_is_refused_with_motor_and_time(client: TestClient) -> None:
+    # The board was fastened with the scapula turned up by 15 deg, so that there is no room for the sound side's 12 deg.
+    played = play(client, abduction(ELEVATION, 15.0 + (ELEVATION - 12.0) / 20))
+    teach_other_side(client, played, SOUND)
+    path = f"/api/recordings/{played.recording_id}/derived"
+    refused = problem(client.post(path, json={"do": "guide"}), 422, "unplayable")
+    assert re.search(r"motor 2 would go to 1\d\d\.\d deg at \d\.\d s; its range is 88 to 129 deg", refused["detail"])

@@ -206,6 +206,7 @@ RULES: Final[Mapping[str, RouteRule]] = MappingProxyType(
         "get_recording_figure": _READ,
         "get_recording_motion": _READ,
         "get_recording_rhythm": _READ,
+        "get_sound_rhythm": _READ,
         "list_programmes": _READ,
         "create_programme": _WRITE,
         "preview_programme": _WRITE,

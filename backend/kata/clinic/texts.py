@@ -151,6 +151,18 @@ OPEN_ONE_FIRST: Final = message("open_one_first", "Open an episode of care first
 AT_SECOND: Final = message("at_second", "{reason:text}, at {at_s:.1f} s")
 EDIT_REFUSED: Final = message("edit_refused", "This edit is not possible: {reason:text}.")
 CHOOSE_OTHER_NUMBERS: Final = message("choose_other_numbers", "Choose other values, or trim the recording first.")
+SOUND_SIDE_UNKNOWN: Final = message(
+    "sound_side_unknown", "the unaffected side is unknown, because exactly one side must have episodes of care"
+)
+IS_SOUND_SIDE: Final = message("is_sound_side", "this is a recording of the unaffected side")
+NO_SOUND_RECORDING: Final = message("no_sound_recording", "no motion of the unaffected side has been taught")
+TEACH_SOUND_SIDE: Final = message(
+    "teach_sound_side", "Teach the motion on the unaffected side, then edit a recording of the affected side."
+)
+PART_OF_OTHER: Final = message(
+    "part_of_other", "the new part was not taught for this patient and shoulder on this kind of apparatus"
+)
+TEACH_PART: Final = message("teach_part", "Teach the part on the same shoulder, then choose its recording.")
 EDITED_NOT_PLAYABLE: Final = message("edited_not_playable", "The edited recording cannot be played: {reason:text}.")
 RECORDING_SAMPLES_DAMAGED: Final = message(
     "recording_samples_damaged", "This recording's samples are damaged and cannot be read."

@@ -152,7 +152,7 @@ def held(motion: Motion, at_s: float, hold_s: float) -> Motion:
     if not 0 <= at_s <= motion.duration_s or not hold_s >= 0:
         raise EditError(texts.HOLD_OUTSIDE_MOTION(at_s=at_s, hold_s=hold_s, duration_s=motion.duration_s))
     line = MotionBuilder()
-    before, after = _halves(motion, at_s)
+    before, after = halves(motion, at_s)
     if before:
         line.add(eased(before, start=False))
     line.stand(hold_s, after.angles_deg[0] if after else motion.angles_deg[-1])
@@ -248,7 +248,7 @@ def stretch(
     axis = int(np.argmax(np.ptp(motion.angles_deg, axis=0)))
     angles = motion.angles_deg[:, axis]
     top = int(np.argmax(np.abs(angles - angles[0])))
-    before, after = _halves(motion, float(motion.times_s[top]))
+    before, after = halves(motion, float(motion.times_s[top]))
     end = before.angles_deg[-1] if before else motion.angles_deg[0]
     below = np.flatnonzero(np.abs(angles[: top + 1] - end[axis]) >= back_deg)
     if before is None or len(below) == 0:
@@ -368,7 +368,7 @@ def _part(motion: Motion, start_s: float, end_s: float) -> Motion:
     return replace(motion, times_s=times, angles_deg=np.concatenate([ends[:1], motion.angles_deg[within], ends[1:]]))
 
 
-def _halves(motion: Motion, at_s: float) -> tuple[Motion | None, Motion | None]:
+def halves(motion: Motion, at_s: float) -> tuple[Motion | None, Motion | None]:
     """Return the parts before and after a time. A part shorter than 0.2 s is None, and its samples belong to the other part."""
     if at_s < _EASE_S / 2:
         return None, motion

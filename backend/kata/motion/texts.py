@@ -74,6 +74,24 @@ RETOUCH_POINTS_TOO_CLOSE: Final = message(
     "the points or marks of motor {motor:d} at {first_s:.1f} s and {second_s:.1f} s must be at least {least_s:g} s apart, and each point "
     "must be between the marks",
 )
+GUIDED_NOT_RAISED: Final = message(
+    "guided_not_raised", "the arm is not raised or lowered by at least {least_deg:g} deg, so it has no rhythm"
+)
+GUIDED_OTHER_PLANE: Final = message(
+    "guided_other_plane", "none of the newest recordings of the unaffected side raises the arm in this plane"
+)
+GUIDED_TOO_HIGH: Final = message(
+    "guided_too_high",
+    "the arm is raised to {highest_deg:.0f} deg, but only to {sound_deg:.0f} deg in the unaffected side's recording {recording:name}",
+)
+RETAUGHT_MARKS_REFUSED: Final = message(
+    "retaught_marks_refused",
+    "the replaced part from {start_s:g} s to {end_s:g} s must last at least {least_s:g} s and lie within the motion's {duration_s:.1f} s",
+)
+RETAUGHT_TOO_FAR: Final = message(
+    "retaught_too_far",
+    "motor {motor:d} of the new part is {distance_deg:.0f} deg from the mark at {at_s:.1f} s; at most {most_deg:g} deg can be blended",
+)
 RANGE_PERCENT_REFUSED: Final = message(
     "range_percent_refused", "{percent:g} % of the range is not allowed; it must be {lowest:g} to {highest:g} %"
 )
@@ -153,6 +171,8 @@ DONE_RETOUCHED_MOTORS: Final = message(
     "done_retouched_motors",
     "motors {motors:name} changed by up to {change_deg:.1f} deg between {start_s:.1f} s and {end_s:.1f} s",
 )
+DONE_GUIDED: Final = message("done_guided", "scapula guided by the unaffected side, {recording:name}")
+DONE_RETAUGHT: Final = message("done_retaught", "{start_s:.1f} s to {end_s:.1f} s taught again, {recording:name}")
 MOTION_1: Final = message("motion_1", "Abduction / adduction of the scapula")
 MOTION_2: Final = message("motion_2", "Upward / downward rotation of the scapula")
 MOTION_3: Final = message("motion_3", "Horizontal flexion / extension of the shoulder")

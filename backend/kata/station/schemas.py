@@ -17,6 +17,7 @@ from kata.device.ipc_messages import (
 )
 from kata.messages import key_of
 from kata.motion.axes import Side
+from kata.station.rhythm_schemas import RhythmLive
 
 DeviceState = Literal["starting", "running", "restarting"]
 Motor = Annotated[int, Field(ge=1, le=5, description="Motor number, 1 to 5.", examples=[3])]
@@ -326,6 +327,9 @@ class Live(_Schema):
     stop: StopLive | None
     run: RunLive | None
     teaching: TeachingLive | None
+    rhythm: RhythmLive | None = Field(
+        None, description="Rhythm of the present take or playback, once a second; null without one."
+    )
     refusals: dict[CommandName, RefusalLive] = Field(
         description="Commands that are refused now, with the reasons. Other commands are allowed."
     )

@@ -3,10 +3,23 @@
 Run it in the worker process that builds figures, because an hour of motion would block the service's heartbeats.
 """
 
+from contextlib import suppress
 from dataclasses import dataclass, replace
 
 from kata.clinic import texts
-from kata.clinic.recordings.edits import Edit, Hold, Isolate, Mirror, Retouch, Scale, Stretch, Trim, WarmUp
+from kata.clinic.recordings.edits import (
+    Edit,
+    Guide,
+    Hold,
+    Isolate,
+    Mirror,
+    Reteach,
+    Retouch,
+    Scale,
+    Stretch,
+    Trim,
+    WarmUp,
+)
 from kata.clinic.recordings.tables import SAMPLE_COLUMNS
 from kata.database.series import Series, pack, unpack
 from kata.device.config import StationConfig
@@ -14,11 +27,22 @@ from kata.motion import edit
 from kata.motion import texts as motion_texts
 from kata.motion.axes import Side
 from kata.motion.edit import LONGEST_S, EditError, Motion
+from kata.motion.guided import SoundMotion, guided
 from kata.motion.linkage import OutOfReachError
 from kata.motion.method import reference
+from kata.motion.retaught import retaught
 from kata.motion.retouch import ChangePoint, retouched
+from kata.motion.rhythm import rhythm_of
 from kata.motion.sides import mirrored_deg
 from kata.plotting import downsampling
+
+
+@dataclass(frozen=True)
+class OtherRecording:
+    """A recording that an edit needs besides the edited one."""
+
+    name: str
+    series: Series
 
 
 @dataclass(frozen=True)
@@ -28,6 +52,8 @@ class Source:
     series: Series
     side: Side
     done: tuple[str, ...]
+    others: tuple[OtherRecording, ...] = ()
+    """For a guide: the newest recordings of the sound side. For a reteach: the recording of the new part."""
 
 
 @dataclass(frozen=True)
@@ -52,7 +78,7 @@ def derive(source: Source, edit_request: Edit, config: StationConfig) -> Derived
     columns = unpack(source.series)
     motion = Motion(columns["time_s"], columns["angle_deg"], source.done)
     side: Side = ("left" if source.side == "right" else "right") if isinstance(edit_request, Mirror) else source.side
-    edited = _done(motion, edit_request, source.side, side)
+    edited = _done(motion, edit_request, source, side)
     if edited.duration_s > LONGEST_S:
         raise EditError(motion_texts.WOULD_LAST_TOO_LONG(minutes=edited.duration_s / 60))
     series = pack({"time_s": edited.times_s, "angle_deg": edited.angles_deg}, SAMPLE_COLUMNS)
@@ -63,7 +89,7 @@ def derive(source: Source, edit_request: Edit, config: StationConfig) -> Derived
     return Derived(series, downsampled, side, edited.done, float(stored["time_s"][-1]), len(stored["time_s"]))
 
 
-def _done(motion: Motion, edit_request: Edit, from_side: Side, to_side: Side) -> Motion:
+def _done(motion: Motion, edit_request: Edit, source: Source, to_side: Side) -> Motion:
     match edit_request:
         case Trim():
             return edit.trim(motion, edit_request.start_s, edit_request.end_s)
@@ -81,7 +107,11 @@ def _done(motion: Motion, edit_request: Edit, from_side: Side, to_side: Side) ->
             points = [ChangePoint(point.motor, point.at_s, point.change_deg) for point in edit_request.points]
             return retouched(motion, edit_request.start_s, edit_request.end_s, points)
         case Mirror():
-            return _mirrored(motion, from_side, to_side)
+            return _mirrored(motion, source.side, to_side)
+        case Guide():
+            return _guided(motion, source, to_side)
+        case Reteach():
+            return _retaught(motion, edit_request, source)
 
 
 def _mirrored(motion: Motion, from_side: Side, to_side: Side) -> Motion:
@@ -91,3 +121,24 @@ def _mirrored(motion: Motion, from_side: Side, to_side: Side) -> Motion:
         raise EditError(texts.AT_SECOND(reason=error.text, at_s=motion.times_s[error.index])) from error
     mirrored = texts.DONE_MIRRORED_LEFT() if to_side == "left" else texts.DONE_MIRRORED_RIGHT()
     return replace(motion, angles_deg=angles, done=(*motion.done, mirrored))
+
+
+def _retaught(motion: Motion, edit_request: Reteach, source: Source) -> Motion:
+    (recording,) = source.others
+    samples = unpack(recording.series)
+    part = Motion(samples["time_s"], samples["angle_deg"])
+    return retaught(motion, edit_request.start_s, edit_request.end_s, part, recording.name)
+
+
+def _guided(motion: Motion, source: Source, side: Side) -> Motion:
+    other: Side = "left" if side == "right" else "right"
+    sound = []
+    for recording in source.others:
+        samples = unpack(recording.series)
+        # A recording without a pose has no rhythm.
+        with suppress(OutOfReachError):
+            sound.append(SoundMotion(recording.name, rhythm_of(samples["time_s"], samples["angle_deg"], other)))
+    try:
+        return guided(motion, side, sound)
+    except OutOfReachError as error:
+        raise EditError(texts.AT_SECOND(reason=error.text, at_s=motion.times_s[error.index])) from error

@@ -1,6 +1,7 @@
 """Edits of a recording as a request contains them. :mod:`kata.motion.edit` applies them."""
 
 from typing import Annotated, Final, Literal
+from uuid import UUID
 
 from pydantic import Field
 
@@ -94,6 +95,21 @@ class Mirror(_Edit):
     do: Literal["mirror"]
 
 
+class Guide(_Edit):
+    """Let the scapula follow the rhythm of the sound side's newest recording in the same plane, mirrored. The upper arm moves as before."""
+
+    do: Literal["guide"]
+
+
+class Reteach(_Edit):
+    """Replace the part between two marks by another recording, which was taught for it. Its ends are blended into the marks."""
+
+    do: Literal["reteach"]
+    start_s: float = Field(ge=0, le=edit.LONGEST_S, description="First mark, seconds.", examples=[2.0])
+    end_s: float = Field(ge=0, le=edit.LONGEST_S, description="Second mark, seconds.", examples=[6.0])
+    recording_id: UUID = Field(description="Recording of the new part: of the same patient and shoulder.")
+
+
 class RetouchPoint(Schema):
     """A point that the changed motor passes."""
 
@@ -120,4 +136,6 @@ class Retouch(_Edit):
     ]
 
 
-Edit = Annotated[Trim | Hold | Scale | Isolate | WarmUp | Stretch | Mirror | Retouch, Field(discriminator="do")]
+Edit = Annotated[
+    Trim | Hold | Scale | Isolate | WarmUp | Stretch | Mirror | Guide | Reteach | Retouch, Field(discriminator="do")
+]

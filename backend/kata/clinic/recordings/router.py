@@ -134,7 +134,7 @@ def _derived(
 ) -> tuple[Source, Derived]:
     with database.read() as session:
         service.samples(session, recording_id)
-        source = service.source(session, recording_id)
+        source = service.source(session, recording_id, edit)
     try:
         return source, worker.build(derive, source, edit, station.config)
     except EditError as error:

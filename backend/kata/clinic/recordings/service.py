@@ -13,8 +13,10 @@ from sqlalchemy.orm import Session
 
 from kata.clinic import texts
 from kata.clinic.patients import service as patients
-from kata.clinic.recordings.derive import Derived, Source
+from kata.clinic.recordings.derive import Derived, OtherRecording, Source
+from kata.clinic.recordings.edits import Edit, Guide, Reteach
 from kata.clinic.recordings.schemas import MotorRange, ReachMargin, RecordingUpdate
+from kata.clinic.recordings.sound_side import NoSound, sound_side
 from kata.clinic.recordings.tables import SAMPLE_COLUMNS, SAMPLES, RecordingRow, TeachingRow
 from kata.clinic.stations import service as stations
 from kata.database.arrays import UnreadableError
@@ -22,7 +24,7 @@ from kata.database.base import utc_now
 from kata.database.series import Series, pack, unpack
 from kata.device.journal import Journal
 from kata.errors import ProblemError, check_version, not_found
-from kata.messages import sent_key
+from kata.messages import Template, sent_key
 from kata.motion.axes import Side
 from kata.motion.reach import nearest, reachable_set
 from kata.pagination import Keyset
@@ -34,6 +36,11 @@ from kata.types import LONGEST_NAME, side_of
 SHORTEST_TAKE_S: Final = 0.5
 """Shortest press of the pedal in seconds that makes a recording. A shorter press is ignored."""
 _SPEED_WINDOW_S: Final = 0.1
+_NO_SOUND: Final[dict[NoSound, Template]] = {
+    "sides_unknown": texts.SOUND_SIDE_UNKNOWN,
+    "sound_side": texts.IS_SOUND_SIDE,
+    "no_recording": texts.NO_SOUND_RECORDING,
+}
 _NEWEST_FIRST: Final = Keyset(
     tuple[bool, datetime, int, UUID],
     RecordingRow.archived_at.is_(None),
@@ -146,13 +153,39 @@ def margin(taught: Samples, side: Side) -> ReachMargin:
     )
 
 
-def source(session: Session, recording_id: UUID) -> Source:
-    """Return the recording as the source of an edit.
+def source(session: Session, recording_id: UUID, edit: Edit) -> Source:
+    """Return the recording as the source of an edit, with the other recordings that the edit needs.
 
-    :raises ProblemError: 404.
+    :raises ProblemError: 404; 422 when a recording that the edit needs is missing or belongs to another shoulder.
     """
     row = get(session, recording_id)
-    return Source(stored_samples(session, recording_id), side_of(row.side), tuple(row.done))
+    others: list[tuple[RecordingRow, Series]] = []
+    if isinstance(edit, Guide):
+        others = _of_sound_side(session, row)
+    elif isinstance(edit, Reteach):
+        others = [_new_part(session, row, edit.recording_id)]
+    return Source(
+        stored_samples(session, recording_id),
+        side_of(row.side),
+        tuple(row.done),
+        tuple(OtherRecording(other.name, series) for other, series in others),
+    )
+
+
+def _of_sound_side(session: Session, row: RecordingRow) -> list[tuple[RecordingRow, Series]]:
+    found = sound_side(session, row.patient_id, simulated=row.simulated)
+    reason: NoSound | None = "sound_side" if row.side == found.side else found.reason
+    if reason:
+        raise ProblemError(422, "impossible", texts.EDIT_REFUSED(reason=_NO_SOUND[reason]()), texts.TEACH_SOUND_SIDE())
+    return found.rows
+
+
+def _new_part(session: Session, row: RecordingRow, part_id: UUID) -> tuple[RecordingRow, Series]:
+    part = get(session, part_id)
+    if (part.patient_id, part.side, part.simulated) != (row.patient_id, row.side, row.simulated):
+        raise ProblemError(422, "impossible", texts.EDIT_REFUSED(reason=texts.PART_OF_OTHER()), texts.TEACH_PART())
+    samples(session, part_id)
+    return part, stored_samples(session, part_id)
 
 
 def store_derived(session: Session, parent_id: UUID, derived: Derived, name: str | None, station: str) -> RecordingRow:

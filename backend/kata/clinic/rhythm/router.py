@@ -5,8 +5,8 @@ from uuid import UUID
 from fastapi import APIRouter
 
 from kata.clinic.rhythm import service
-from kata.clinic.rhythm.schemas import ApparatusRhythm
-from kata.dependencies import PROBLEMS, TheDatabase, TheFigures
+from kata.clinic.rhythm.schemas import ApparatusRhythm, SoundRhythm
+from kata.dependencies import PROBLEMS, TheDatabase, TheFigures, TheStation
 
 router = APIRouter()
 
@@ -38,3 +38,19 @@ def get_run_rhythm(database: TheDatabase, worker: TheFigures, run_id: UUID) -> A
     with database.read() as session:
         stored = service.of_run(session, run_id)
     return service.rhythm(worker, stored)
+
+
+@router.get(
+    "/api/patients/{patient_id}/sound-rhythm",
+    summary="Get the scapulohumeral rhythm of a patient's sound side",
+    tags=["recordings"],
+    responses=PROBLEMS.of(404, 422),
+)
+def get_sound_rhythm(database: TheDatabase, worker: TheFigures, station: TheStation, patient_id: UUID) -> SoundRhythm:
+    """Return the curves of the sound side's newest recordings, with which the station page compares a live motion.
+
+    Of a simulated station these are recordings of simulated apparatus, of a real station recordings of real apparatus.
+    """
+    with database.read() as session:
+        stored = service.of_sound_side(session, patient_id, simulated=station.info.simulated)
+    return service.sound_rhythm(worker, stored)

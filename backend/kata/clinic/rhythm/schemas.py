@@ -1,69 +1,12 @@
 """Response models of the rhythm."""
 
-from typing import Literal
 from uuid import UUID
 
 from pydantic import Field
 
-from kata.motion.rhythm import Direction, NoRatio, Plane, Source
+from kata.clinic.recordings.sound_side import NoSound
+from kata.station.rhythm_schemas import CurveOf, RhythmCurve
 from kata.types import Moment, Schema, Side
-
-CurveOf = Literal["taught", "played", "sound"]
-NoSound = Literal["sides_unknown", "sound_side", "no_recording", "no_like_motion"]
-
-_RATIO = "Degrees in the shoulder joint for each degree of upward rotation of the scapula."
-
-
-class RhythmReference(Schema):
-    """A published ratio of healthy people who moved their arm themselves, measured on bones. It is not a normal range for this
-    apparatus.
-    """
-
-    source: Source
-    ratio: float = Field(description=_RATIO, examples=[2.0])
-    ratio_deviation: float | None = Field(
-        description="Standard deviation between people; null if none was published.", examples=[0.4]
-    )
-
-
-class RhythmBand(Schema):
-    """The ratio within a band of elevation, or the reason why there is none."""
-
-    from_deg: float = Field(description="Elevation of the upper arm at the band's lower end, degrees.")
-    to_deg: float = Field(description="Elevation of the upper arm at the band's upper end, degrees.")
-    ratio: float | None = Field(description=f"{_RATIO} The median of the passes.", examples=[2.1])
-    reason: NoRatio | None = Field(description="Reason why there is no ratio; null if there is one.")
-    scapula_deg: float | None = Field(description="Upward rotation of the scapula within the band, degrees.")
-    joint_deg: float | None = Field(
-        description="Increase of the elevation in the shoulder joint within the band, degrees."
-    )
-    passes: int = Field(ge=1, description="Number of passes with this ratio.")
-
-
-class RhythmCurve(Schema):
-    """Upward rotation of the scapula over the elevation of the upper arm while the arm is raised or lowered. Of several passes, it is
-    the widest.
-    """
-
-    of: CurveOf
-    direction: Direction
-    plane: Plane = Field(
-        description="Plane in which the arm is raised: abduction (at the side), scaption (in the scapula's plane), flexion (forward), other, "
-        "or changing."
-    )
-    plane_deg: float = Field(
-        description="Median angle of this plane from 30 deg of elevation on: 0 at the side, 90 forward."
-    )
-    passes: int = Field(ge=1)
-    elevation_deg: list[float] = Field(description="Elevation of the upper arm against the trunk, ascending, degrees.")
-    scapula_deg: list[float] = Field(description="Upward rotation of the scapula at each elevation, degrees.")
-    bands: list[RhythmBand] = Field(description="Bands of elevation: 30 to 60, 60 to 90 and 90 to 120 deg.")
-    whole: RhythmBand = Field(
-        description="Band from 30 deg to the end of the pass, or to the elevation at which the scapula reached the apparatus's limit."
-    )
-    reference: RhythmReference | None = Field(
-        description="Null if there is no published ratio for direction and plane."
-    )
 
 
 class RhythmLead(Schema):
@@ -109,3 +52,22 @@ class ApparatusRhythm(Schema):
         description="Reason why there is no comparison; null if there is a recording of the sound side."
     )
     leads: list[RhythmLead]
+
+
+class SoundMotion(Schema):
+    """A recording of the sound side: its start and its curves."""
+
+    recording: SoundRecording
+    start_elevation_deg: float = Field(description="Elevation of the upper arm at the start of the motion, degrees.")
+    start_scapula_deg: float = Field(description="Upward rotation of the scapula at the start of the motion, degrees.")
+    curves: list[RhythmCurve]
+
+
+class SoundRhythm(Schema):
+    """The rhythm of a patient's sound side, with which a live motion of the other side is compared."""
+
+    side: Side | None = Field(description="The sound side; null unless exactly one side has episodes of care.")
+    no_sound: NoSound | None = Field(description="Reason why there are no motions; null if there are.")
+    motions: list[SoundMotion] = Field(
+        description="The newest recordings of the sound side, newest first, at most five."
+    )

@@ -1,42 +1,37 @@
 """Read the samples of a motion and of the sound side, and calculate the rhythm in the worker process."""
 
 from collections.abc import Sequence
+from contextlib import suppress
 from dataclasses import dataclass
 from datetime import datetime
-from typing import Final
 from uuid import UUID
 
 import numpy as np
-from sqlalchemy import select
 from sqlalchemy.orm import Session
 
 from kata.clinic import texts
-from kata.clinic.episodes.tables import EpisodeRow
+from kata.clinic.patients import service as patients
 from kata.clinic.recordings import service as recordings
+from kata.clinic.recordings.sound_side import NoSound, SoundSide, sound_side
 from kata.clinic.recordings.tables import RecordingRow
 from kata.clinic.rhythm.schemas import (
     ApparatusRhythm,
-    CurveOf,
-    NoSound,
-    RhythmBand,
-    RhythmCurve,
     RhythmLead,
-    RhythmReference,
+    SoundMotion,
     SoundRecording,
+    SoundRhythm,
 )
 from kata.clinic.sessions import runs
 from kata.clinic.sessions.tables import SAMPLES
-from kata.database.arrays import Floats
+from kata.database.arrays import UnreadableError
 from kata.database.series import Series, unpack
 from kata.device.journal import PHASE_PLAYING, PHASE_REDUCED_RANGE
 from kata.errors import ProblemError
 from kata.motion.linkage import OutOfReachError
-from kata.motion.rhythm import BandRatio, Lead, MotionRhythm, Rhythm, lead, rhythm_of
+from kata.motion.rhythm import Lead, MotionRhythm, lead, rhythm_of
 from kata.plotting.figures import FigureWorker
+from kata.station.rhythm_schemas import CurveOf, curve_of, maybe_rounded, rounded
 from kata.types import Side, side_of
-
-_MOST_SOUND: Final = 5
-"""Maximum number of the sound side's recordings that are compared, newest first."""
 
 
 @dataclass(frozen=True)
@@ -104,37 +99,61 @@ def rhythm(worker: FigureWorker, stored: StoredMotion) -> ApparatusRhythm:
 
 def _sound(session: Session, row: RecordingRow) -> _Sound:
     """Return the newest recordings that were taught on the sound side, which is the side that never had an episode."""
-    treated = set(session.scalars(select(EpisodeRow.side).where(EpisodeRow.patient_id == row.patient_id)))
-    if len(treated) != 1:
-        return _Sound([], "sides_unknown")
-    if row.side not in treated:
+    found = sound_side(session, row.patient_id, simulated=row.simulated)
+    if row.side == found.side:
         return _Sound([], "sound_side")
-    candidates = session.scalars(
-        select(RecordingRow)
-        .where(
-            RecordingRow.patient_id == row.patient_id,
-            RecordingRow.side != row.side,
-            # A derived recording may be a mirrored recording of the treated side.
-            RecordingRow.parent_id.is_(None),
-            RecordingRow.archived_at.is_(None),
-            RecordingRow.simulated == row.simulated,
-        )
-        .order_by(RecordingRow.taught_at.desc(), RecordingRow.take.desc())
-        .limit(_MOST_SOUND)
-    )
-    rows = [
+    return _Sound(_named(found), found.reason)
+
+
+def _named(found: SoundSide) -> list[tuple[SoundRecording, Series]]:
+    return [
         (
-            SoundRecording(
-                recording_id=recording.id,
-                name=recording.name,
-                side=side_of(recording.side),
-                taught_at=recording.taught_at,
-            ),
-            recordings.stored_samples(session, recording.id),
+            SoundRecording(recording_id=row.id, name=row.name, side=side_of(row.side), taught_at=row.taught_at),
+            series,
         )
-        for recording in candidates
+        for row, series in found.rows
     ]
-    return _Sound(rows, None if rows else "no_recording")
+
+
+@dataclass(frozen=True)
+class StoredSound:
+    """The stored data of the sound side."""
+
+    side: Side | None
+    sound: _Sound
+
+
+def of_sound_side(session: Session, patient_id: UUID, *, simulated: bool) -> StoredSound:
+    """Return the stored data of a patient's sound side.
+
+    :raises ProblemError: 404.
+    """
+    patients.get(session, patient_id)
+    found = sound_side(session, patient_id, simulated=simulated)
+    return StoredSound(found.side, _Sound(_named(found), found.reason))
+
+
+def sound_rhythm(worker: FigureWorker, stored: StoredSound) -> SoundRhythm:
+    """Return the rhythm of the sound side. A recording without a pose, or with damaged samples, is left out."""
+    return SoundRhythm(
+        side=stored.side, no_sound=stored.sound.reason, motions=worker.build(_sound_motions, stored.sound)
+    )
+
+
+def _sound_motions(sound: _Sound) -> list[SoundMotion]:
+    motions: list[SoundMotion] = []
+    for recording, series in sound.rows:
+        with suppress(OutOfReachError, UnreadableError):
+            taught = _taught(series, recording.side)
+            motions.append(
+                SoundMotion(
+                    recording=recording,
+                    start_elevation_deg=rounded(taught.start_deg[0]),
+                    start_scapula_deg=rounded(taught.start_deg[1]),
+                    curves=[curve_of("sound", one) for one in taught.rhythms],
+                )
+            )
+    return motions
 
 
 def _rhythm(stored: StoredMotion) -> ApparatusRhythm | _NoPose | None:
@@ -165,10 +184,10 @@ def _compared(stored: StoredMotion, motions: dict[CurveOf, MotionRhythm]) -> App
     own_rhythm = next(iter(motions.values()))
     sound, compared = _like(own_rhythm, stored.sound.rows)
     no_sound = None if sound else stored.sound.reason or "no_like_motion"
-    curves = [_curve(of, other) for of, motion in motions.items() for other in motion.rhythms]
+    curves = [curve_of(of, other) for of, motion in motions.items() for other in motion.rhythms]
     leads: list[RhythmLead] = []
     if compared is not None:
-        curves += [_curve("sound", other) for other in compared.rhythms if own_rhythm.like(other.widest)]
+        curves += [curve_of("sound", other) for other in compared.rhythms if own_rhythm.like(other.widest)]
         found_leads = ((of, lead(motion, compared)) for of, motion in motions.items())
         leads = [_lead(of, found_lead) for of, found_lead in found_leads if found_lead is not None]
     return ApparatusRhythm(
@@ -176,10 +195,10 @@ def _compared(stored: StoredMotion, motions: dict[CurveOf, MotionRhythm]) -> App
         recording_id=stored.recording_id,
         run_id=stored.run_id,
         moved_at=stored.moved_at,
-        elevation_min_deg=_rounded(own_rhythm.elevation_range_deg[0]),
-        elevation_max_deg=_rounded(own_rhythm.elevation_range_deg[1]),
-        scapula_min_deg=_rounded(own_rhythm.scapula_range_deg[0]),
-        scapula_max_deg=_rounded(own_rhythm.scapula_range_deg[1]),
+        elevation_min_deg=rounded(own_rhythm.elevation_range_deg[0]),
+        elevation_max_deg=rounded(own_rhythm.elevation_range_deg[1]),
+        scapula_min_deg=rounded(own_rhythm.scapula_range_deg[0]),
+        scapula_max_deg=rounded(own_rhythm.scapula_range_deg[1]),
         curves=curves,
         sound=sound,
         no_sound=no_sound,
@@ -203,54 +222,12 @@ def _like(
     return None, None
 
 
-def _curve(of: CurveOf, motion_rhythm: Rhythm) -> RhythmCurve:
-    curve, norm = motion_rhythm.widest, motion_rhythm.reference
-    reference = norm and RhythmReference(source=norm.source, ratio=norm.ratio, ratio_deviation=norm.deviation)
-    return RhythmCurve(
-        of=of,
-        direction=curve.direction,
-        plane=curve.plane,
-        plane_deg=_rounded(curve.plane_deg),
-        passes=motion_rhythm.passes,
-        elevation_deg=_column(curve.elevation_deg),
-        scapula_deg=_column(curve.scapula_deg),
-        bands=[_band(band) for band in motion_rhythm.bands],
-        whole=_band(motion_rhythm.whole),
-        reference=reference,
-    )
-
-
-def _band(band: BandRatio) -> RhythmBand:
-    return RhythmBand(
-        from_deg=_rounded(band.from_deg),
-        to_deg=_rounded(band.to_deg),
-        ratio=_maybe(band.ratio),
-        reason=band.reason,
-        scapula_deg=_maybe(band.scapula_deg),
-        joint_deg=_maybe(band.joint_deg),
-        passes=band.passes,
-    )
-
-
 def _lead(of: CurveOf, motion_lead: Lead) -> RhythmLead:
     return RhythmLead(
         of=of,
-        from_deg=_rounded(motion_lead.from_deg),
-        to_deg=_rounded(motion_lead.to_deg),
-        largest_deg=_rounded(motion_lead.largest_deg),
-        at_elevation_deg=_rounded(motion_lead.at_elevation_deg),
-        ahead_from_deg=_maybe(motion_lead.ahead_from_deg),
+        from_deg=rounded(motion_lead.from_deg),
+        to_deg=rounded(motion_lead.to_deg),
+        largest_deg=rounded(motion_lead.largest_deg),
+        at_elevation_deg=rounded(motion_lead.at_elevation_deg),
+        ahead_from_deg=maybe_rounded(motion_lead.ahead_from_deg),
     )
-
-
-def _rounded(value: float) -> float:
-    return round(value, 2)
-
-
-def _maybe(value: float | None) -> float | None:
-    return None if value is None else _rounded(value)
-
-
-def _column(values: Floats) -> list[float]:
-    rounded: list[float] = np.round(values, 2).tolist()
-    return rounded

@@ -46,6 +46,7 @@ const MADE = {
 const preview = vi.spyOn(api, "previewDerived");
 const derive = vi.spyOn(api, "derive");
 const motion = vi.spyOn(api, "recordingMotion");
+const recordings = vi.spyOn(api, "recordings");
 const onSaved = vi.fn();
 
 beforeEach(() => {
@@ -194,6 +195,51 @@ describe("a retouch", () => {
     press("Delete the point");
     expect(screen.queryByRole("slider", { name: "Point 1" })).toBeNull();
     expect(await previewed()).toEqual({ ...part, points: [{ motor: 3, at_s: 4, change_deg: 0.5 }] });
+  });
+});
+
+it("guides the scapula by the unaffected side", async () => {
+  choose("Guide the scapula by the unaffected side");
+  press("Preview");
+  await waitFor(() => expect(preview.mock.calls[0]?.[1]).toEqual({ do: "guide" }));
+});
+
+describe("a part that was taught again", () => {
+  const part = { ...RECORDING, id: "n", name: "New part", duration_s: 4 };
+
+  it("is chosen from the other recordings of this shoulder", async () => {
+    recordings.mockResolvedValue({
+      items: [
+        RECORDING,
+        part,
+        { ...part, id: "x", name: "Other shoulder", side: "left" },
+        { ...part, id: "y", name: "Archived", archived_at: "2026-11-22T09:30:00Z" },
+      ],
+      next: null,
+    });
+    choose("Replace a part by a new teaching");
+    fireEvent.click(await screen.findByRole("combobox", { name: "Recording of the new part" }));
+    const options = (await screen.findAllByRole("option")).map(({ textContent }) => textContent);
+    expect(options.filter((text) => /New part|Other shoulder|Archived|Lift/.test(text ?? ""))).toHaveLength(
+      1,
+    );
+    expect(screen.getByRole("button", { name: "Preview" }).hasAttribute("disabled")).toBe(true);
+    fireEvent.click(screen.getByRole("option", { name: /New part/ }));
+    press("Preview");
+    await waitFor(() =>
+      expect(preview.mock.calls[0]?.[1]).toEqual({
+        do: "reteach",
+        start_s: 2,
+        end_s: 6,
+        recording_id: "n",
+      }),
+    );
+  });
+
+  it("must be taught first", async () => {
+    recordings.mockResolvedValue({ items: [RECORDING], next: null });
+    choose("Replace a part by a new teaching");
+    expect(await screen.findByText(/Teach the part first/)).toBeTruthy();
   });
 });
 

@@ -3,7 +3,9 @@ import { IconChartLine, IconDeviceFloppy } from "@tabler/icons-react";
 import { useMutation } from "@tanstack/react-query";
 import { useState } from "react";
 import { api, type Edit, type Recording, type Schemas } from "../../lib/api/client";
+import { formatMoment, formatSpan } from "../../lib/format";
 import { t } from "../../lib/i18n";
+import { useRecordings } from "../../lib/patientQueries";
 import { Plot } from "../../ui/Plot";
 import { ProblemNote } from "../../ui/ProblemNote";
 import { isWithin, Stepper } from "../../ui/Stepper";
@@ -31,7 +33,8 @@ export function EditPanel({
   const initial = (name: FieldName) => fields.find((field) => field.name === name)?.initial ?? 0;
   const number = (name: FieldName) => entered[name] ?? initial(name);
   const retouch = useRetouch(recording.duration_s, recording.ranges ?? []);
-  const edit = toEdit(type, number, motors, retouch.part);
+  const [newPart, setNewPart] = useState<string | null>(null);
+  const edit = toEdit(type, number, { motors, part: retouch.part, newPart });
   const preview = useMutation({ mutationFn: (shown: Edit) => api.previewDerived(recording.id, shown) });
   // Only the previewed edit can be saved. After a change of a number, a new preview is needed.
   const previewed = JSON.stringify(preview.variables) === JSON.stringify(edit);
@@ -39,6 +42,7 @@ export function EditPanel({
   const valid =
     (!byMotor || motors.length > 0) &&
     (type !== "retouch" || isComplete(retouch.part)) &&
+    (type !== "reteach" || newPart !== null) &&
     fields.every((field) => isWithin(field, number(field.name)));
   return (
     <Card withBorder component="section" aria-label={t("recordings:edit.section")}>
@@ -56,6 +60,7 @@ export function EditPanel({
         <Text size="sm">{t(`recordings:editTypes.${type}.description`)}</Text>
         {byMotor && <MotorChoice chosen={motors} onChange={setMotors} />}
         {type === "retouch" && <RetouchEditor recording={recording} retouch={retouch} />}
+        {type === "reteach" && <NewPartChoice recording={recording} chosen={newPart} onChange={setNewPart} />}
         <NumberFields
           fields={fields}
           valueOf={number}
@@ -136,6 +141,40 @@ function MotorChoice({ chosen, onChange }: { chosen: number[]; onChange: (motors
   const toggle = (toggled: number) =>
     onChange(MOTORS.filter((motor) => (motor === toggled) !== chosen.includes(motor)));
   return <MotorButtons label={t("recordings:edit.motors")} chosen={chosen} onPress={toggle} />;
+}
+
+/** The recording of the part that was taught again: another recording of the same shoulder, the newest first. */
+function NewPartChoice(props: {
+  recording: Recording;
+  chosen: string | null;
+  onChange: (recordingId: string | null) => void;
+}) {
+  const { id, patient_id, side, simulated } = props.recording;
+  const recordings = useRecordings(patient_id);
+  const others = recordings.data?.items.filter(
+    (other) =>
+      other.id !== id && other.side === side && other.simulated === simulated && other.archived_at === null,
+  );
+  return (
+    <>
+      <ProblemNote error={recordings.error} />
+      {others?.length === 0 ? (
+        <Text fw={600}>{t("recordings:edit.noPart")}</Text>
+      ) : (
+        <Select
+          size="lg"
+          label={t("recordings:edit.part")}
+          allowDeselect={false}
+          data={(others ?? []).map((other) => ({
+            value: other.id,
+            label: `${other.name}, ${formatSpan(other.duration_s)}, ${formatMoment(other.taught_at)}`,
+          }))}
+          value={props.chosen}
+          onChange={props.onChange}
+        />
+      )}
+    </>
+  );
 }
 
 /** Saves the previewed edit. The typed name is kept while this part is hidden. */

@@ -1,7 +1,7 @@
 import type { Edit } from "../../lib/api/client";
 import { t } from "../../lib/i18n";
 import type { Steps } from "../../ui/Stepper";
-import type { Part } from "./retouch";
+import { type Part, toTenth } from "./retouch";
 
 export type EditType = Edit["do"];
 export type FieldName =
@@ -24,6 +24,8 @@ export const EDIT_TYPES: EditType[] = [
   "hold",
   "scale",
   "retouch",
+  "reteach",
+  "guide",
   "isolate",
   "warm_up",
   "stretch",
@@ -34,26 +36,29 @@ const SHORTEST_S = 0.5;
 const seconds = (step: number) => ({ unit: t("recordings:edit.seconds"), step });
 const degrees = (step: number) => ({ unit: t("recordings:edit.deg"), step });
 
+/** The fields of a part between two times. */
+const part = (end_s: number, entered: Entered, initial: { start_s: number; end_s: number }): Field[] => [
+  {
+    ...seconds(0.5),
+    name: "start_s",
+    label: t("recordings:edit.from"),
+    min: 0,
+    max: Math.max(0, (entered.end_s ?? initial.end_s) - SHORTEST_S),
+    initial: toTenth(initial.start_s),
+  },
+  {
+    ...seconds(0.5),
+    name: "end_s",
+    label: t("recordings:edit.to"),
+    min: (entered.start_s ?? toTenth(initial.start_s)) + SHORTEST_S,
+    max: end_s,
+    initial: toTenth(initial.end_s),
+  },
+];
+
 /** The fields of each edit. The bounds are the service's. `end_s` is the end of the recording. */
 const FIELDS: Record<EditType, (end_s: number, entered: Entered) => Field[]> = {
-  trim: (end_s, entered) => [
-    {
-      ...seconds(0.5),
-      name: "start_s",
-      label: t("recordings:edit.from"),
-      min: 0,
-      max: Math.max(0, (entered.end_s ?? end_s) - SHORTEST_S),
-      initial: 0,
-    },
-    {
-      ...seconds(0.5),
-      name: "end_s",
-      label: t("recordings:edit.to"),
-      min: (entered.start_s ?? 0) + SHORTEST_S,
-      max: end_s,
-      initial: end_s,
-    },
-  ],
+  trim: (end_s, entered) => part(end_s, entered, { start_s: 0, end_s }),
   hold: (end_s) => [
     {
       ...seconds(0.5),
@@ -88,6 +93,8 @@ const FIELDS: Record<EditType, (end_s: number, entered: Entered) => Field[]> = {
     { ...seconds(1), name: "hold_s", label: t("recordings:edit.hold"), min: 0, max: 120, initial: 10 },
   ],
   mirror: () => [],
+  guide: () => [],
+  reteach: (end_s, entered) => part(end_s, entered, { start_s: end_s / 4, end_s: (3 * end_s) / 4 }),
   // Its editor has its own fields.
   retouch: () => [],
 };
@@ -96,12 +103,11 @@ const FIELDS: Record<EditType, (end_s: number, entered: Entered) => Field[]> = {
 export const fieldsOf = (type: EditType, duration_s: number, entered: Entered): Field[] =>
   FIELDS[type](Math.floor(duration_s * 10) / 10, entered);
 
-/** Return the edit for the service. `part` belongs to a retouch. */
+/** Return the edit for the service. `part` belongs to a retouch, `newPart` is the recording of a reteach. */
 export function toEdit(
   type: EditType,
   number: (name: FieldName) => number,
-  motors: number[],
-  part: Part,
+  { motors, part, newPart }: { motors: number[]; part: Part; newPart: string | null },
 ): Edit {
   switch (type) {
     case "trim":
@@ -127,7 +133,15 @@ export function toEdit(
         hold_s: number("hold_s"),
       };
     case "mirror":
+    case "guide":
       return { do: type };
+    case "reteach":
+      return {
+        do: type,
+        start_s: number("start_s"),
+        end_s: number("end_s"),
+        recording_id: newPart ?? "",
+      };
     case "retouch":
       return { do: type, ...part };
   }

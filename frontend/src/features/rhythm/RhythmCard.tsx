@@ -10,9 +10,8 @@ import { Plot } from "../../ui/Plot";
 import { ProblemNote } from "../../ui/ProblemNote";
 import { WideTable } from "../../ui/WideTable";
 import { NumbersTable } from "../progress/NumbersTable";
+import { bandHead, bandRange, ratioWords, referenceWords } from "./ratioWords";
 import { type Curve, curveName, planeWords, type Rhythm, rhythmFigure, rhythmTable } from "./rhythmFigure";
-
-type Band = Schemas["RhythmBand"];
 
 export function RhythmOfRecording({ recordingId }: { recordingId: string }) {
   const rhythm = useQuery({
@@ -140,18 +139,6 @@ function Ratios({ curves }: { curves: Curve[] }) {
       </Table.Tbody>
     </WideTable>
   );
-}
-
-const bandRange = (band: Band) => ({ from: formatDeg(band.from_deg, 0), to: formatDeg(band.to_deg, 0) });
-const bandHead = (band: Band) => t("rhythm:heads.band", bandRange(band));
-const ratioWords = (band: Band) => (band.reason ? t(`rhythm:reasons.${band.reason}`) : formatDeg(band.ratio));
-
-function referenceWords({ reference }: Curve): string {
-  if (!reference) return t("rhythm:noReference");
-  const words = { ratio: formatDeg(reference.ratio), source: t(`rhythm:sources.${reference.source}.short`) };
-  return reference.ratio_deviation === null
-    ? t("rhythm:reference", words)
-    : t("rhythm:referenceWithDeviation", { ...words, deviation: formatDeg(reference.ratio_deviation) });
 }
 
 /** Shows the sources of the published ratios, and the conditions of their measurement. */

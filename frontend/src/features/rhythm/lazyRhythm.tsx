@@ -9,6 +9,7 @@ const RhythmOfRecording = lazy(() =>
   import("./RhythmCard").then((module) => ({ default: module.RhythmOfRecording })),
 );
 const RhythmOfRun = lazy(() => import("./RhythmCard").then((module) => ({ default: module.RhythmOfRun })));
+const Live = lazy(() => import("./LiveRhythmCard").then((module) => ({ default: module.LiveRhythmCard })));
 
 const FALLBACK = <Skeleton h={560} />;
 
@@ -29,6 +30,15 @@ export function RunRhythm({ runId }: { runId: string }) {
   return (
     <LazyPart loading={FALLBACK}>
       <RhythmOfRun runId={runId} />
+    </LazyPart>
+  );
+}
+
+/** The rhythm of the present take or playback, at the station. */
+export function LiveRhythm({ patientId }: { patientId: string }) {
+  return (
+    <LazyPart loading={<Skeleton h={400} />}>
+      <Live patientId={patientId} />
     </LazyPart>
   );
 }

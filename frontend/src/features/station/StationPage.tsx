@@ -13,6 +13,7 @@ import { CommissioningState } from "../commissioning/CommissioningState";
 import { LiveApparatus } from "../digital-twin/lazyViews";
 import { PatientBanner } from "../patients/PatientBanner";
 import { PatientSelect } from "../patients/PatientSelect";
+import { LiveRhythm } from "../rhythm/lazyRhythm";
 import { Angles } from "./Angles";
 import { ApparatusSideCard } from "./ApparatusSideCard";
 import { DriveHealth } from "./DriveHealth";
@@ -67,6 +68,7 @@ export function StationPage() {
               <Angles />
             </div>
             <Stack className={classes.facts ?? ""}>
+              {canReadRecords && onApparatus && <LiveRhythm patientId={onApparatus.id} />}
               <CommissioningState link />
               <RecentEvents />
               <DriveHealth />

@@ -112,6 +112,8 @@ export const recordsApi = {
     ),
   recordingMotion: (key: string) =>
     unwrap(client.GET("/api/recordings/{recording_id}/motion", { params: { path: { recording_id: key } } })),
+  soundRhythm: (key: string) =>
+    unwrap(client.GET("/api/patients/{patient_id}/sound-rhythm", { params: { path: { patient_id: key } } })),
   recordingRhythm: (key: string) =>
     unwrap(client.GET("/api/recordings/{recording_id}/rhythm", { params: { path: { recording_id: key } } })),
   previewDerived: (key: string, body: Edit) =>

@@ -2081,6 +2081,28 @@ export interface paths {
         patch?: never;
         trace?: never;
     };
+    "/api/patients/{patient_id}/sound-rhythm": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        /**
+         * Get the scapulohumeral rhythm of a patient's sound side
+         * @description Return the curves of the sound side's newest recordings, with which the station page compares a live motion.
+         *
+         *     Of a simulated station these are recordings of simulated apparatus, of a real station recordings of real apparatus.
+         */
+        get: operations["get_sound_rhythm"];
+        put?: never;
+        post?: never;
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
     "/api/sessions/{session_id}/end-feel": {
         parameters: {
             query?: never;
@@ -6324,6 +6346,23 @@ export interface components {
             read_by: string;
         };
         /**
+         * Guide
+         * @description Let the scapula follow the rhythm of the sound side's newest recording in the same plane, mirrored. The upper arm moves as before.
+         */
+        Guide: {
+            /**
+             * Name
+             * @description Name of the new recording; by default the old name and the edit.
+             * @example Warm-up
+             */
+            name?: string | null;
+            /**
+             * @description discriminator enum property added by openapi-typescript
+             * @enum {string}
+             */
+            do: "guide";
+        };
+        /**
          * GuideRequest
          * @description The motion that the hand follows with the pedal pressed.
          */
@@ -6716,6 +6755,8 @@ export interface components {
             stop: components["schemas"]["StopLive"] | null;
             run: components["schemas"]["RunLive"] | null;
             teaching: components["schemas"]["TeachingLive"] | null;
+            /** @description Rhythm of the present take or playback, once a second; null without one. */
+            rhythm?: components["schemas"]["RhythmLive"] | null;
             /**
              * Refusals
              * @description Commands that are refused now, with the reasons. Other commands are allowed.
@@ -9527,6 +9568,41 @@ export interface components {
             resolved_by: string;
         };
         /**
+         * Reteach
+         * @description Replace the part between two marks by another recording, which was taught for it. Its ends are blended into the marks.
+         */
+        Reteach: {
+            /**
+             * Name
+             * @description Name of the new recording; by default the old name and the edit.
+             * @example Warm-up
+             */
+            name?: string | null;
+            /**
+             * @description discriminator enum property added by openapi-typescript
+             * @enum {string}
+             */
+            do: "reteach";
+            /**
+             * Start S
+             * @description First mark, seconds.
+             * @example 2
+             */
+            start_s: number;
+            /**
+             * End S
+             * @description Second mark, seconds.
+             * @example 6
+             */
+            end_s: number;
+            /**
+             * Recording Id
+             * Format: uuid
+             * @description Recording of the new part: of the same patient and shoulder.
+             */
+            recording_id: string;
+        };
+        /**
          * Retouch
          * @description Change some motors between two marks. The motion passes the points smoothly, and does not change outside the marks.
          */
@@ -9711,6 +9787,33 @@ export interface components {
              * @description Lowest elevation at which the scapula is ahead by more than 4 deg; null if there is none.
              */
             ahead_from_deg: number | null;
+        };
+        /**
+         * RhythmLive
+         * @description Rhythm of the present take or playback so far, in angles of the apparatus's links.
+         */
+        RhythmLive: {
+            /**
+             * Motion Id
+             * @description Another take or run has another value.
+             * @example run 1
+             */
+            motion_id: string;
+            /**
+             * Start Elevation Deg
+             * @description Elevation of the upper arm at the start of the motion, degrees.
+             */
+            start_elevation_deg: number;
+            /**
+             * Start Scapula Deg
+             * @description Upward rotation of the scapula at the start of the motion, degrees.
+             */
+            start_scapula_deg: number;
+            /**
+             * Curves
+             * @description Curves and ratios of the last two minutes. Empty until the arm has been raised or lowered by 30 deg.
+             */
+            curves: components["schemas"]["RhythmCurve"][];
         };
         /**
          * RhythmReference
@@ -10864,6 +10967,25 @@ export interface components {
             live: components["schemas"]["Live"];
         };
         /**
+         * SoundMotion
+         * @description A recording of the sound side: its start and its curves.
+         */
+        SoundMotion: {
+            recording: components["schemas"]["SoundRecording"];
+            /**
+             * Start Elevation Deg
+             * @description Elevation of the upper arm at the start of the motion, degrees.
+             */
+            start_elevation_deg: number;
+            /**
+             * Start Scapula Deg
+             * @description Upward rotation of the scapula at the start of the motion, degrees.
+             */
+            start_scapula_deg: number;
+            /** Curves */
+            curves: components["schemas"]["RhythmCurve"][];
+        };
+        /**
          * SoundRecording
          * @description The recording of the sound side with which the rhythm is compared.
          */
@@ -10887,6 +11009,27 @@ export interface components {
              * @example 2026-11-21T09:30:00Z
              */
             taught_at: string;
+        };
+        /**
+         * SoundRhythm
+         * @description The rhythm of a patient's sound side, with which a live motion of the other side is compared.
+         */
+        SoundRhythm: {
+            /**
+             * Side
+             * @description The sound side; null unless exactly one side has episodes of care.
+             */
+            side: ("left" | "right") | null;
+            /**
+             * No Sound
+             * @description Reason why there are no motions; null if there are.
+             */
+            no_sound: ("sides_unknown" | "sound_side" | "no_recording" | "no_like_motion") | null;
+            /**
+             * Motions
+             * @description The newest recordings of the sound side, newest first, at most five.
+             */
+            motions: components["schemas"]["SoundMotion"][];
         };
         /**
          * SpadiItem
@@ -18765,7 +18908,7 @@ export interface operations {
         };
         requestBody: {
             content: {
-                "application/json": components["schemas"]["Trim"] | components["schemas"]["Hold"] | components["schemas"]["Scale"] | components["schemas"]["Isolate"] | components["schemas"]["WarmUp"] | components["schemas"]["Stretch"] | components["schemas"]["Mirror"] | components["schemas"]["Retouch"];
+                "application/json": components["schemas"]["Trim"] | components["schemas"]["Hold"] | components["schemas"]["Scale"] | components["schemas"]["Isolate"] | components["schemas"]["WarmUp"] | components["schemas"]["Stretch"] | components["schemas"]["Mirror"] | components["schemas"]["Guide"] | components["schemas"]["Reteach"] | components["schemas"]["Retouch"];
             };
         };
         responses: {
@@ -18863,7 +19006,7 @@ export interface operations {
         };
         requestBody: {
             content: {
-                "application/json": components["schemas"]["Trim"] | components["schemas"]["Hold"] | components["schemas"]["Scale"] | components["schemas"]["Isolate"] | components["schemas"]["WarmUp"] | components["schemas"]["Stretch"] | components["schemas"]["Mirror"] | components["schemas"]["Retouch"];
+                "application/json": components["schemas"]["Trim"] | components["schemas"]["Hold"] | components["schemas"]["Scale"] | components["schemas"]["Isolate"] | components["schemas"]["WarmUp"] | components["schemas"]["Stretch"] | components["schemas"]["Mirror"] | components["schemas"]["Guide"] | components["schemas"]["Reteach"] | components["schemas"]["Retouch"];
             };
         };
         responses: {
@@ -22221,6 +22364,91 @@ export interface operations {
             };
             /** @description The data exists but can no longer be read. */
             410: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description The request is invalid; see its errors. */
+            422: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description The screen is locked: give the password first. Stop works nevertheless. */
+            423: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Too many attempts: wait for the seconds in Retry-After. */
+            429: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description The apparatus' control program or the database does not answer. */
+            503: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    get_sound_rhythm: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path: {
+                patient_id: string;
+            };
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["SoundRhythm"];
+                };
+            };
+            /** @description No user is signed in at this browser. */
+            401: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Not allowed for this account, or the request came from another site's page. */
+            403: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Not found. */
+            404: {
                 headers: {
                     [name: string]: unknown;
                 };

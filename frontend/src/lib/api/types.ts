@@ -12,6 +12,8 @@ export type Edit =
   | Schemas["WarmUp"]
   | Schemas["Stretch"]
   | Schemas["Mirror"]
+  | Schemas["Guide"]
+  | Schemas["Reteach"]
   | Schemas["Retouch"];
 export type Episode = Schemas["Episode"];
 export type Assessment = Schemas["Assessment"];
