@@ -194,7 +194,7 @@ def test_recording_can_be_guided_by_the_sound_side(client: TestClient) -> None:
     assert client.post(f"{path}/preview", json={"do": "guide"}).status_code == 200
 
 
-def test_guided_recording_beyond_a_limit_is_refused_with_motor_and_time(client: TestClient) -> None:
+def test_guided_recording_beyond_a_limit_is_refused(client: TestClient) -> None:
     # The board was fastened with the scapula turned up by 15 deg, so that there is no room for the sound side's 12 deg.
     played = play(client, abduction(ELEVATION, 15.0 + (ELEVATION - 12.0) / 20))
     teach_other_side(client, played, SOUND)

@@ -217,10 +217,14 @@ MADE_BY_KATA: Final = {
     # Names and folders of files.
     "AuditHeads.copy_file", "AuditHeads.elsewhere", "BackupList.folder", "BackupList.key_file",
     # Kata's own words and sentences, without a text of a user.
-    "AuditEntry.role", "CheckAnswer.subject", "Contraindication.name", "Contraindication.source", "ContraindicationKind.name", "ContraindicationKind.source", "Recording.done", "RecordingDetail.done", "Readiness.version", "ItemPreview.problem", "Me.language", "MotionTracking.name", "EndRangeDone.name", "EndRangeLive.name", "EndRangeLive.problem",
+    "AuditEntry.role", "CheckAnswer.subject", "Contraindication.name", "Contraindication.source", "ContraindicationKind.name", "ContraindicationKind.source", "Readiness.version", "ItemPreview.problem", "Me.language", "MotionTracking.name", "EndRangeDone.name", "EndRangeLive.name", "EndRangeLive.problem",
     "ProgressColumn.name", "ProgressTable.rows", "ReachMargin.quantity", "StageProposal.source", "TextKey.code", "PlacedText.code", "PlacedText.places", "RomMeasure.name", "RomMeasure.name_ja", "SessionCheck.sentence", "SessionCheck.subject",
     "SpadiItem.text", "SpadiItem.text_ja", "StopCauseLive.code", "StopCauseLive.message", "StopCauseLive.next_step", "MotorTuning.advice", "GainTuningReview.fault",
     "RunLive.changes", "RunLive.resistance", "Draft.text", "LearningNote.message",
+    # The id of a take or run.
+    "RhythmLive.motion_id",
+    # Kata's own words. An edit that uses another recording names it, and Recording.name tries that name.
+    "Recording.done", "RecordingDetail.done",
     # Definitions of questionnaires, and texts that a technician imports on the service's computer.
     "AnswerOption.label", "ChangeThreshold.source", "PatientQuestion.text", "PatientQuestionnaire.copyright", "PatientQuestionnaire.title", "Questionnaire.better",
     "ProgressNote.title", "ProgressNote.sentence", "ProgressNote.source",

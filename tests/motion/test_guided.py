@@ -8,7 +8,7 @@ from hypothesis import strategies as st
 from kata.device.config import simulated
 from kata.motion.axes import Side
 from kata.motion.edit import EditError, Motion
-from kata.motion.guided import SoundMotion, guided
+from kata.motion.guided import GuidingMotion, guided
 from kata.motion.linkage import Floats, motor_angles_deg, pose_deg
 from kata.motion.method import reference
 from kata.motion.rhythm import lead, rhythm_of_poses
@@ -22,8 +22,8 @@ def motion(poses: Floats, side: Side = "left") -> Motion:
     return Motion(times_s=times_of(poses), angles_deg=motor_angles_deg(poses, side))
 
 
-def rhythm(poses: Floats, name: str = "Sound arm") -> SoundMotion:
-    return SoundMotion(name, rhythm_of_poses(times_of(poses), poses))
+def rhythm(poses: Floats, name: str = "Sound arm") -> GuidingMotion:
+    return GuidingMotion(name, rhythm_of_poses(times_of(poses), poses))
 
 
 def shrugging(top_deg: float = 80.0) -> Floats:
@@ -38,7 +38,7 @@ def shrugging(top_deg: float = 80.0) -> Floats:
     top_deg=st.floats(50.0, 85.0),
     side=st.sampled_from(["left", "right"]),
 )
-def test_scapula_follows_the_sound_side_and_the_arm_moves_as_before(
+def test_scapula_follows_sound_side_and_arm_moves_as_before(
     ratio: float, lowered_more_deg: float, top_deg: float, side: Side
 ) -> None:
     elevation = wave(12.0, 88.0, 10.0)
@@ -97,7 +97,7 @@ def test_sound_side_that_was_only_raised_guides_both_ways() -> None:
         (shrugging(95.0), [rhythm(SOUND, "Short")], "raised to 95 deg, but only to 88 deg in .* Short"),
     ],
 )
-def test_motion_that_cannot_be_guided_is_refused(own: Floats, sound: list[SoundMotion], message: str) -> None:
+def test_motion_that_cannot_be_guided_is_refused(own: Floats, sound: list[GuidingMotion], message: str) -> None:
     with pytest.raises(EditError, match=message):
         guided(motion(own), "left", sound)
 

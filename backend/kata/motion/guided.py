@@ -47,14 +47,14 @@ class _Curves:
 
 
 @dataclass(frozen=True)
-class SoundMotion:
+class GuidingMotion:
     """A motion of the sound side: name of its recording, and its rhythm."""
 
     name: str
     rhythm: MotionRhythm
 
 
-def guided(motion: Motion, side: Side, sound: Sequence[SoundMotion]) -> Motion:
+def guided(motion: Motion, side: Side, sound: Sequence[GuidingMotion]) -> Motion:
     """Return the motion with the scapula following the rhythm of the first motion of the sound side in the same plane.
 
     Times and the upper arm's direction stay the same.

@@ -11,6 +11,7 @@ import msgspec
 from kata.device.ipc_messages import COMMAND_NAMES, Event, Refusal, Snapshot
 from kata.motion.axes import Side
 from kata.station.live_end_range import LiveEndRange
+from kata.station.live_rhythm import LiveRhythm
 from kata.station.schemas import PatientRef, TextKey
 
 _STILL_STOPPING: Final = "still_stopping"
@@ -49,6 +50,7 @@ class SnapshotTracker:
         self.verified_since: datetime | None = None
         self.has_run = False
         """True if a device process has sent a snapshot since the service started, or since another program gave the drives back."""
+        self._rhythm = LiveRhythm()
         self._received_at_s = 0.0
         self._torque_since_ns: int | None = None
         """Device time since which torque has remained on although a stop has ended."""
@@ -60,13 +62,14 @@ class SnapshotTracker:
         """Return the age of the newest snapshot, None without one."""
         return None if self.snapshot is None else (time.monotonic() - self._received_at_s) * 1000
 
-    def take(self, snapshot: Snapshot) -> None:
-        """Store a snapshot that has just arrived."""
+    def take(self, snapshot: Snapshot, side: Side) -> None:
+        """Store a snapshot that has just arrived. ``side``: the shoulder to which the apparatus is set."""
         self._note_verification(snapshot)
         self._note_torque(snapshot)
         self.snapshot = snapshot
         if (live := self._end_range(snapshot)) is not None:
             live.take(snapshot)
+        self._rhythm.take(snapshot, side)
         self.has_run = True
         self._received_at_s = time.monotonic()
 
@@ -95,6 +98,7 @@ class SnapshotTracker:
             state["run"]["resistance_key"] = reversal and msgspec.to_builtins(reversal.message_key)
             end_range = self._end_range(snapshot)
             state["run"]["end_range"] = end_range and end_range.live()
+        state["rhythm"] = self._rhythm.live()
         if snapshot.stop:
             state["stop"]["arm_held"] = self._may_hold(snapshot)
         return state

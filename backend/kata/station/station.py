@@ -36,7 +36,6 @@ from kata.station.device_process import DeviceLaunch, DeviceProcess
 from kata.station.drive_trend import DriveTrend
 from kata.station.guard import StateClock
 from kata.station.lease import AbsenceAction, Browser
-from kata.station.live_rhythm import LiveRhythm
 from kata.station.operating import Operating
 from kata.station.schemas import AxisInfo, EventLive, Live, StationInfo
 from kata.station.snapshot_tracker import Occupation, SnapshotTracker
@@ -113,7 +112,6 @@ class Station:
         self._tracker = SnapshotTracker()
         self._subscriptions = Subscriptions()
         self.drive_trend = DriveTrend()
-        self._rhythm = LiveRhythm()
         self.clock = StateClock()
         self._live: tuple[object, Live] | None = None
         self.operating = Operating(self.command, self._subscriptions.note_change, on_absence_action)
@@ -299,7 +297,6 @@ class Station:
         if self._process.running and tracker.snapshot is not None:
             device, state = "running", tracker.known_fields(tracker.snapshot)
             state["refusals"] = msgspec.to_builtins(self._unfit) | state["refusals"]
-            state["rhythm"] = self._rhythm.live()
         else:
             why = _OFFLINE if self._stop_user is None else _COMMISSIONING
             device, state = "restarting" if tracker.has_run else "starting", tracker.unknown_fields(why)
@@ -330,9 +327,8 @@ class Station:
             case Reply():
                 self._take_reply(message)
             case Snapshot():
-                self._tracker.take(message)
+                self._tracker.take(message, self.config.side)
                 self.drive_trend.take(message)
-                self._rhythm.take(message, self.config.side)
                 self._subscriptions.note_change()
                 self.operating.act_if_due(message)
             case Event():

@@ -9,7 +9,7 @@ from dataclasses import dataclass, replace
 from kata.clinic import texts
 from kata.clinic.recordings.edits import (
     Edit,
-    Guide,
+    GuideScapula,
     Hold,
     Isolate,
     Mirror,
@@ -27,7 +27,7 @@ from kata.motion import edit
 from kata.motion import texts as motion_texts
 from kata.motion.axes import Side
 from kata.motion.edit import LONGEST_S, EditError, Motion
-from kata.motion.guided import SoundMotion, guided
+from kata.motion.guided import GuidingMotion, guided
 from kata.motion.linkage import OutOfReachError
 from kata.motion.method import reference
 from kata.motion.retaught import retaught
@@ -108,7 +108,7 @@ def _done(motion: Motion, edit_request: Edit, source: Source, to_side: Side) -> 
             return retouched(motion, edit_request.start_s, edit_request.end_s, points)
         case Mirror():
             return _mirrored(motion, source.side, to_side)
-        case Guide():
+        case GuideScapula():
             return _guided(motion, source, to_side)
         case Reteach():
             return _retaught(motion, edit_request, source)
@@ -137,7 +137,7 @@ def _guided(motion: Motion, source: Source, side: Side) -> Motion:
         samples = unpack(recording.series)
         # A recording without a pose has no rhythm.
         with suppress(OutOfReachError):
-            sound.append(SoundMotion(recording.name, rhythm_of(samples["time_s"], samples["angle_deg"], other)))
+            sound.append(GuidingMotion(recording.name, rhythm_of(samples["time_s"], samples["angle_deg"], other)))
     try:
         return guided(motion, side, sound)
     except OutOfReachError as error:

@@ -95,7 +95,7 @@ class Mirror(_Edit):
     do: Literal["mirror"]
 
 
-class Guide(_Edit):
+class GuideScapula(_Edit):
     """Let the scapula follow the rhythm of the sound side's newest recording in the same plane, mirrored. The upper arm moves as before."""
 
     do: Literal["guide"]
@@ -137,5 +137,6 @@ class Retouch(_Edit):
 
 
 Edit = Annotated[
-    Trim | Hold | Scale | Isolate | WarmUp | Stretch | Mirror | Guide | Reteach | Retouch, Field(discriminator="do")
+    Trim | Hold | Scale | Isolate | WarmUp | Stretch | Mirror | GuideScapula | Reteach | Retouch,
+    Field(discriminator="do"),
 ]

@@ -14,7 +14,7 @@ from sqlalchemy.orm import Session
 from kata.clinic import texts
 from kata.clinic.patients import service as patients
 from kata.clinic.recordings.derive import Derived, OtherRecording, Source
-from kata.clinic.recordings.edits import Edit, Guide, Reteach
+from kata.clinic.recordings.edits import Edit, GuideScapula, Reteach
 from kata.clinic.recordings.schemas import MotorRange, ReachMargin, RecordingUpdate
 from kata.clinic.recordings.sound_side import NoSound, sound_side
 from kata.clinic.recordings.tables import SAMPLE_COLUMNS, SAMPLES, RecordingRow, TeachingRow
@@ -160,7 +160,7 @@ def source(session: Session, recording_id: UUID, edit: Edit) -> Source:
     """
     row = get(session, recording_id)
     others: list[tuple[RecordingRow, Series]] = []
-    if isinstance(edit, Guide):
+    if isinstance(edit, GuideScapula):
         others = _of_sound_side(session, row)
     elif isinstance(edit, Reteach):
         others = [_new_part(session, row, edit.recording_id)]

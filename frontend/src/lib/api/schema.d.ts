@@ -6346,10 +6346,18 @@ export interface components {
             read_by: string;
         };
         /**
-         * Guide
+         * GuideRequest
+         * @description The motion that the hand follows with the pedal pressed.
+         */
+        GuideRequest: {
+            /** Motion Id */
+            motion_id: string;
+        };
+        /**
+         * GuideScapula
          * @description Let the scapula follow the rhythm of the sound side's newest recording in the same plane, mirrored. The upper arm moves as before.
          */
-        Guide: {
+        GuideScapula: {
             /**
              * Name
              * @description Name of the new recording; by default the old name and the edit.
@@ -6361,14 +6369,6 @@ export interface components {
              * @enum {string}
              */
             do: "guide";
-        };
-        /**
-         * GuideRequest
-         * @description The motion that the hand follows with the pedal pressed.
-         */
-        GuideRequest: {
-            /** Motion Id */
-            motion_id: string;
         };
         /**
          * Hand
@@ -18908,7 +18908,7 @@ export interface operations {
         };
         requestBody: {
             content: {
-                "application/json": components["schemas"]["Trim"] | components["schemas"]["Hold"] | components["schemas"]["Scale"] | components["schemas"]["Isolate"] | components["schemas"]["WarmUp"] | components["schemas"]["Stretch"] | components["schemas"]["Mirror"] | components["schemas"]["Guide"] | components["schemas"]["Reteach"] | components["schemas"]["Retouch"];
+                "application/json": components["schemas"]["Trim"] | components["schemas"]["Hold"] | components["schemas"]["Scale"] | components["schemas"]["Isolate"] | components["schemas"]["WarmUp"] | components["schemas"]["Stretch"] | components["schemas"]["Mirror"] | components["schemas"]["GuideScapula"] | components["schemas"]["Reteach"] | components["schemas"]["Retouch"];
             };
         };
         responses: {
@@ -19006,7 +19006,7 @@ export interface operations {
         };
         requestBody: {
             content: {
-                "application/json": components["schemas"]["Trim"] | components["schemas"]["Hold"] | components["schemas"]["Scale"] | components["schemas"]["Isolate"] | components["schemas"]["WarmUp"] | components["schemas"]["Stretch"] | components["schemas"]["Mirror"] | components["schemas"]["Guide"] | components["schemas"]["Reteach"] | components["schemas"]["Retouch"];
+                "application/json": components["schemas"]["Trim"] | components["schemas"]["Hold"] | components["schemas"]["Scale"] | components["schemas"]["Isolate"] | components["schemas"]["WarmUp"] | components["schemas"]["Stretch"] | components["schemas"]["Mirror"] | components["schemas"]["GuideScapula"] | components["schemas"]["Reteach"] | components["schemas"]["Retouch"];
             };
         };
         responses: {

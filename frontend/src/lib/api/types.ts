@@ -12,7 +12,7 @@ export type Edit =
   | Schemas["WarmUp"]
   | Schemas["Stretch"]
   | Schemas["Mirror"]
-  | Schemas["Guide"]
+  | Schemas["GuideScapula"]
   | Schemas["Reteach"]
   | Schemas["Retouch"];
 export type Episode = Schemas["Episode"];
