@@ -123,8 +123,9 @@ function Lead({ motion }: { motion: LiveMotion | null }) {
           </Alert>
         )}
       </div>
-      <Group gap="lg" data-testid="lead">
-        <Text>{t("rhythm:live.lead", { lead: formatDegrees(lead_deg) })}</Text>
+      {/* Its height stays while the arm is lowered, when there is no comparison. */}
+      <Group gap="lg" mih={26} data-testid="lead">
+        {lead_deg !== null && <Text>{t("rhythm:live.lead", { lead: formatDegrees(lead_deg) })}</Text>}
         {largest && (
           <Text fw={600}>
             {t("rhythm:live.largest", {

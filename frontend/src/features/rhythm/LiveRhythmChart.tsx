@@ -8,7 +8,7 @@ import classes from "./liveRhythm.module.css";
 
 const HEIGHT = 240;
 const LEFT = 40;
-const RIGHT = 12;
+const RIGHT = 22;
 const TOP = 8;
 const BOTTOM = 44;
 /** Range of the chart. It grows with the curves. */
