@@ -73,8 +73,8 @@ def test_derived_recording_keeps_the_mark_on_a_real_station(clinic: Clinic) -> N
     parent = taught(clinic)
     started(clinic.database, utc_now(), simulated=False)
     with clinic.database.write() as session:
-        source = recordings.source(session, parent)
-        made = derive(source, Trim(do="trim", start_s=0.5, end_s=3.5), STATION)
+        trim = Trim(do="trim", start_s=0.5, end_s=3.5)
+        made = derive(recordings.source(session, parent, trim), trim, STATION)
         child = recordings.store_derived(session, parent, made, None, "Station 1").id
     assert (marks(clinic, parent), marks(clinic, child)) == (True, True)
 
