@@ -36,8 +36,10 @@ _APART_S: Final = 0.25
 the usual values below. Without it, a small or slow movement gives large numbers of opposite signs, which are wrong for other movements."""
 _SAMPLE_S: Final = 0.05
 """Time between the samples to which the load is fitted. The filtered movement has no frequency above 4 Hz."""
-_OWN_SPREAD: Final = (0.01, 0.01, 0.5)
-"""Spread of a drive's torque for each deg/s and for each deg/s2, and of its friction; the usual values are 0."""
+_OWN_SPREAD: Final = (0.01, 0.001, 0.5)
+"""Spread of a drive's torque for each deg/s and for each deg/s2, and of its friction; the usual values are 0. A rotor of 1e-6 kg m2 behind a gear of
+270 : 1 has 0.0013 Nm for each deg/s2. A much larger spread lets the fit take what the model of the arm does not explain for a heavy rotor, and the
+feed-forward of a fast start is too large."""
 _USUAL_ARM: Final = (0.06, 0.0, 0.20, 0.0, -0.08, 0.0, 0.25, 0.0, -0.75, 3.6, 0.0, 0.0, 0.0, 15.0)
 """Usual factors of :func:`~kata.motion.arm_load.load_terms`: an arm of 3.6 kg with the elbow at 80 deg (Winter 2009, table 4.1, a body of 72 kg) and
 the middle of the balancer's range, 10 to 20 N (the paper's Table 1)."""
