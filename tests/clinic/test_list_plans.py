@@ -70,6 +70,8 @@ def beside_an_index(steps: list[str]) -> list[str]:
         {"therapist": "Sato"},
         {"station": "Station 1"},
         {"therapist": "Sato", "station": "Station 1"},
+        {"unsigned": True},
+        {"unsigned": True, "stop": "estop_pressed"},
         {"stop": "estop_pressed"},
         {"stop": "estop_pressed", "therapist": "Sato"},
         {"stop": "estop_pressed", "station": "Station 1"},

@@ -305,6 +305,21 @@ def test_sessions_are_found_by_everything_the_page_offers(database: Database) ->
     assert listed(database, until=until, stop="estop_pressed") == [b, a]
 
 
+def test_unsigned_sessions_are_found_after_their_end(database: Database) -> None:
+    patient = sign_up(database, "1")
+    open_one, signed, unsigned, stopped = (
+        visit(database, patient, 0), visit(database, patient, 1), visit(database, patient, 2, "Sato"),
+        visit(database, patient, 3, stops=("estop_pressed",)),
+    )  # fmt: skip
+    with database.write() as session:
+        for row in session.scalars(select(SessionRow).where(SessionRow.id != open_one)):
+            row.ended_at = row.started_at + timedelta(minutes=30)
+        session.get_one(SessionRow, signed).signed_at = MONDAY
+    assert listed(database, unsigned=True) == [stopped, unsigned]
+    assert listed(database, unsigned=True, therapist="Sato") == [unsigned]
+    assert listed(database, unsigned=True, stop="estop_pressed") == [stopped]
+
+
 def test_page_of_patients_loads_episodes_in_one_query(database: Database) -> None:
     both = sign_up(database, "K-1")
     with database.write() as session:

@@ -276,6 +276,7 @@ def test_the_worklist_omits_restricted_records_and_other_therapists_notes(databa
         mine, theirs = (worklist.worklist(session, actor, NOW, TOKYO) for actor in (THERAPIST, other))
         every = worklist.adherence(worklist.followed(session, NOW), NOW)
     assert (mine.due_count, len(mine.unsigned), len(theirs.unsigned)) == (1, 1, 0)
+    assert (mine.unsigned_count, theirs.unsigned_count) == (1, 1)
     assert every.programmes == 2, "a figure that names no patient counts restricted records"
 
 
@@ -285,7 +286,7 @@ def test_an_open_session_of_another_day_stays_in_the_worklist(database: Database
         session.scalars(select(SessionRow)).one().ended_at = None
     with database.read() as session:
         work = worklist.worklist(session, THERAPIST, NOW, TOKYO)
-    assert (len(work.sessions), len(work.unsigned)) == (1, 0)
+    assert (len(work.sessions), len(work.unsigned), work.unsigned_count) == (1, 0, 0)
 
 
 def test_archived_patients_are_neither_due_nor_counted(database: Database) -> None:

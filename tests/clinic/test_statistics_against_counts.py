@@ -192,6 +192,7 @@ def test_work_of_the_day(session: Session) -> None:
     assert [row.id for row in work.sessions] == of_day[:50]
     unsigned = [row.id for row in by_time if row.ended_at and not row.signed_at and row.therapist == ACTOR.name]
     assert [row.id for row in work.unsigned] == unsigned[:50]
+    assert work.unsigned_count == sum(1 for row in by_time if row.ended_at and not row.signed_at)
     last = {row.started_at: row.therapist for row in by_time if row.episode_id and row.run_count}
     assert any(due.last_session_at for due in work.due)
     assert [due.therapist for due in work.due] == [last.get(due.last_session_at or NOW, "") for due in work.due]

@@ -45,6 +45,18 @@ def test_every_relative_link_leads_somewhere() -> None:
     assert [link for page in pages() for link in broken_links(page)] == []
 
 
+def test_help_of_the_page_leads_to_sections_of_each_manual() -> None:
+    source = (ROOT / "frontend/src/ui/HelpLink.tsx").read_text()
+    labels, chapters = set(re.findall(r'"#(help-[\w-]+)"', source)), re.findall(r'"(\w+)\.html"', source)
+    guides = re.findall(r'"/docs/([\w/-]+)\.html"', source)
+    assert labels and chapters and guides
+    for manual in (ROOT / f"docs/manual/{language}" for language in ("en", "ja")):
+        text = (manual / "index.md").read_text()
+        assert set(re.findall(r"^\(([\w-]+)\)=\n## ", text, re.MULTILINE)) == labels
+        assert [name for name in chapters if not (manual / f"{name}.md").exists()] == []
+    assert [guide for guide in guides if not (ROOT / f"docs/{guide}.md").exists()] == []
+
+
 def test_no_page_is_too_long() -> None:
     exempt = {ROOT / "docs/reference" / name for name in PAGES} | {ROOT / "CHANGELOG.md"}
     lengths = {

@@ -77,6 +77,8 @@ const patientsRoute = createRoute({
   getParentRoute: () => rootRoute,
   path: "/patients",
   component: lazyRouteComponent(() => import("../features/patients/PatientsPage"), "PatientsPage"),
+  // The search opens the page with the form for a new patient.
+  validateSearch: (search): { register?: true } => (search.register === true ? { register: true } : {}),
 });
 const patientRoute = createRoute({
   getParentRoute: () => rootRoute,
@@ -283,7 +285,6 @@ function NotFound() {
   );
 }
 
-/** Replaces a page that fails. Stop and the state bar are outside the page and keep working. */
 /** Shown in place of a shell that failed: Stop and the apparatus' state stay. */
 function ShellError(props: ErrorComponentProps) {
   return (
@@ -295,6 +296,7 @@ function ShellError(props: ErrorComponentProps) {
   );
 }
 
+/** Replaces a page that fails. Stop and the state bar are outside the page and keep working. */
 function PageError({ error }: ErrorComponentProps) {
   return (
     <Stack role="alert">

@@ -1,6 +1,6 @@
 import { MantineProvider } from "@mantine/core";
 import { QueryClient, QueryClientProvider } from "@tanstack/react-query";
-import { cleanup, fireEvent, render, screen } from "@testing-library/react";
+import { cleanup, fireEvent, render, renderHook, screen } from "@testing-library/react";
 import { afterEach, expect, it, vi } from "vitest";
 import { LoadMoreButton } from "../ui/LoadMoreButton";
 import { usePagedQuery } from "./usePagedQuery";
@@ -36,4 +36,26 @@ it("a list grows page by page to its end", async () => {
   await screen.findByText("a b c");
   expect(screen.queryByRole("button")).toBeNull();
   expect(fetchPage.mock.calls).toEqual([[null], ["behind b"]]);
+});
+
+it.each([
+  [2, 3, true],
+  [200, 5000, false],
+])("fetches every row of pages of %s for a file, up to a limit", async (size, rows, complete) => {
+  // A list of three rows, or one without an end.
+  const fetchPage = async (after: string | null, limit?: number) => {
+    expect(limit).toBe(200);
+    return size === 2 && after
+      ? { items: ["c"], next: null }
+      : { items: Array<string>(size).fill("a"), next: "behind" };
+  };
+  const { result } = renderHook(() => usePagedQuery(["all"], fetchPage), {
+    wrapper: ({ children }) => (
+      <QueryClientProvider client={new QueryClient({ defaultOptions: { queries: { enabled: false } } })}>
+        {children}
+      </QueryClientProvider>
+    ),
+  });
+  const found = await result.current.every();
+  expect([found.rows.length, found.complete]).toEqual([rows, complete]);
 });

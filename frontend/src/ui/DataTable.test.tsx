@@ -1,4 +1,5 @@
 import { MantineProvider } from "@mantine/core";
+import { QueryClient, QueryClientProvider } from "@tanstack/react-query";
 import { cleanup, fireEvent, render, screen } from "@testing-library/react";
 import { afterEach, beforeEach, expect, it, vi } from "vitest";
 import * as csv from "../lib/csv";
@@ -83,4 +84,32 @@ it("does not sort by a column of buttons, and leaves it out of the file", () => 
   const saved = vi.spyOn(csv, "saveFile").mockImplementation(() => undefined);
   fireEvent.click(screen.getByRole("button", { name: "Save as CSV" }));
   expect(saved).toHaveBeenLastCalledWith("stops.csv", expect.not.stringContaining("Open"));
+});
+
+it("saves the rows of all pages in the order shown, and says when there are too many", async () => {
+  cleanup();
+  const saved = vi.spyOn(csv, "saveFile").mockImplementation(() => undefined);
+  const every = vi.fn(async () => ({ rows: [...ROWS, { name: "Kato", stops: 3 }], complete: false }));
+  render(
+    <MantineProvider env="test">
+      <QueryClientProvider client={new QueryClient()}>
+        <DataTable
+          name="stops"
+          label="Stops"
+          columns={COLUMNS}
+          rows={ROWS}
+          rowKey={({ name }) => name}
+          more
+          every={every}
+        />
+      </QueryClientProvider>
+    </MantineProvider>,
+  );
+  expect(screen.getByText(/The CSV file has all rows/)).toBeTruthy();
+  fireEvent.click(screen.getByRole("button", { name: "Name" }));
+  fireEvent.click(screen.getByRole("button", { name: "Save as CSV" }));
+  await screen.findByText("The file has only the first 4 rows. Narrow the list for the others.");
+  expect(saved.mock.calls).toEqual([
+    ["stops.csv", "\ufeffName,Stops\r\nAbe,\r\nIto,2\r\nKato,3\r\nSato,10\r\n"],
+  ]);
 });

@@ -1,9 +1,12 @@
 import { Button, Checkbox, Group, Popover, Stack, Table, Text, UnstyledButton } from "@mantine/core";
 import { useLocalStorage } from "@mantine/hooks";
 import { IconArrowDown, IconArrowUp, IconColumns, IconDownload } from "@tabler/icons-react";
+import { useMutation } from "@tanstack/react-query";
 import { type ReactNode, useState } from "react";
 import { saveFile, toCsv } from "../lib/csv";
 import { t } from "../lib/i18n";
+import type { SavedRows } from "../lib/usePagedQuery";
+import { ProblemNote } from "./ProblemNote";
 import { type Column, type Sorting, shownTable, sortedRows, turned } from "./tableRows";
 import classes from "./ui.module.css";
 
@@ -20,6 +23,8 @@ interface DataTableProps<Row> {
   rowKey: (row: Row) => string;
   /** True if the list has rows that are not loaded. */
   more?: boolean;
+  /** Fetches all rows for the file. Without it the file contains only the loaded rows. */
+  every?: () => Promise<SavedRows<Row>>;
   isDimmed?: (row: Row) => boolean;
   /** True for a table with many rows, whose rows have nothing to press. */
   dense?: boolean;
@@ -27,24 +32,26 @@ interface DataTableProps<Row> {
 
 /** A table whose columns can be sorted and chosen. It has totals, and the shown rows can be saved as CSV. */
 export function DataTable<Row>(props: DataTableProps<Row>) {
-  const { name, label, columns, rowKey, more = false, isDimmed, dense = false } = props;
+  const { name, label, columns, rowKey, more = false, every, isDimmed, dense = false } = props;
   const [sorting, setSorting] = useState<Sorting>(null);
   const [hidden, setHidden] = useLocalStorage<string[]>({ key: `kata.columns.${name}`, defaultValue: [] });
   const shown = columns.filter(({ key, always }) => always || !hidden.includes(key));
   const rows = sortedRows(props.rows, columns, sorting);
+  const save = (saved: Row[]) => saveFile(`${name}.csv`, toCsv(shownTable(saved, shown)));
   return (
     <Stack gap="xs">
       <Group justify="space-between">
-        <Text size="sm">{t(more ? "ui:table.rowsOfMore" : "ui:table.rows", { count: rows.length })}</Text>
+        <Text size="sm">
+          {t(more ? (every ? "ui:table.rowsOfAll" : "ui:table.rowsOfMore") : "ui:table.rows", {
+            count: rows.length,
+          })}
+        </Text>
         <Group gap="xs">
           <ColumnChoice columns={columns} hidden={hidden} onChange={setHidden} />
-          <Button
-            variant="default"
-            leftSection={<IconDownload size={20} />}
-            onClick={() => saveFile(`${name}.csv`, toCsv(shownTable(rows, shown)))}
-          >
-            {t("ui:table.csv")}
-          </Button>
+          {!(more && every) && <CsvButton onSave={() => save(rows)} />}
+          {more && every && (
+            <CsvOfAll every={every} onSave={(all) => save(sortedRows(all, columns, sorting))} />
+          )}
         </Group>
       </Group>
       <Table.ScrollContainer minWidth={Math.min(TABLET_PX, COLUMN_PX * shown.length)}>
@@ -81,6 +88,30 @@ export function DataTable<Row>(props: DataTableProps<Row>) {
         </Table>
       </Table.ScrollContainer>
     </Stack>
+  );
+}
+
+function CsvButton({ onSave, loading = false }: { onSave: () => void; loading?: boolean }) {
+  return (
+    <Button variant="default" leftSection={<IconDownload size={20} />} loading={loading} onClick={onSave}>
+      {t("ui:table.csv")}
+    </Button>
+  );
+}
+
+/** Saves the rows of all pages, also of those that are not loaded. */
+function CsvOfAll<Row>(props: { every: () => Promise<SavedRows<Row>>; onSave: (rows: Row[]) => void }) {
+  const fetched = useMutation({ mutationFn: props.every, onSuccess: ({ rows }) => props.onSave(rows) });
+  return (
+    <>
+      <CsvButton loading={fetched.isPending} onSave={() => fetched.mutate()} />
+      {fetched.data?.complete === false && (
+        <Text size="sm" role="status">
+          {t("ui:table.incomplete", { count: fetched.data.rows.length })}
+        </Text>
+      )}
+      <ProblemNote error={fetched.error} />
+    </>
   );
 }
 

@@ -62,10 +62,19 @@ class SessionFilter:
     therapist: str | None = None
     station: str | None = None
     stop: str | None = None
+    unsigned: bool = False
+    """Only sessions that have ended and whose note is not signed."""
     hidden: Select[UUID] | None = None
     """Query of the ids of patients whose sessions are excluded."""
 
 
+UNSIGNED: Final[tuple[ColumnElement[bool], ...]] = (
+    SessionRow.signed_at.is_(None),
+    SessionRow.ended_at.is_not(None),
+    # Always true. SQLite reads the index of the few unsigned sessions because of it, and not that of all.
+    SessionRow.therapist >= "",
+)
+"""Conditions of a session that has ended and whose note is not signed."""
 _BY_TIME: Final = Keyset(tuple[datetime, UUID], SessionRow.started_at, SessionRow.id, descending=True)
 _BY_STOP: Final = Keyset(tuple[datetime, UUID], SessionStopRow.started_at, SessionStopRow.session_id, descending=True)
 
@@ -120,8 +129,10 @@ def _ids(session_filter: SessionFilter) -> Select[Any]:
     else:
         table = SessionStopRow
         query = select(SessionStopRow.session_id.label("id")).where(SessionStopRow.code == session_filter.stop)
-        if session_filter.patient_id or session_filter.hidden is not None:
+        if session_filter.patient_id or session_filter.unsigned or session_filter.hidden is not None:
             query = query.join(SessionRow, SessionRow.id == SessionStopRow.session_id)
+    if session_filter.unsigned:
+        query = query.where(*UNSIGNED)
     if session_filter.since:
         query = query.where(table.started_at >= session_filter.since)
     if session_filter.until:

@@ -37,13 +37,18 @@ def list_sessions(
     stop: Annotated[
         str | None, _name("Only sessions in which this cause stopped a playback; code of the cause.", "estop_pressed")
     ] = None,
+    unsigned: Annotated[
+        bool, Query(description="True: only sessions that have ended and whose note is not signed.")
+    ] = False,
     limit: Limit = 50,
     after: After = None,
 ) -> Page[SessionSummary]:
     """Return sessions of all patients whose records you may see, newest first. All given filters must match."""
     with database.read() as session:
         hidden = restricted.hidden(actor)
-        chosen = SessionFilter(since=since, until=until, therapist=therapist, station=station, stop=stop, hidden=hidden)
+        chosen = SessionFilter(
+            since=since, until=until, therapist=therapist, station=station, stop=stop, unsigned=unsigned, hidden=hidden
+        )
         items, further = lists.find(session, chosen, limit, after)
         return Page[SessionSummary](items=items, next=further)
 

@@ -59,6 +59,9 @@ class Worklist(Schema):
     unsigned: list[SessionSummary] = Field(
         description="Your ended sessions without a signed note, oldest first, at most 50."
     )
+    unsigned_count: int = Field(
+        ge=0, description="Number of ended sessions of all therapists without a signed note, at most 1000."
+    )
     changes: list[PatientChange] = Field(description="Changes of your last patients, newest session first.")
 
 

@@ -24,6 +24,7 @@ from kata.clinic.statistics.schemas import DuePatient, PatientChange, ProgrammeA
 RECENT: Final = timedelta(weeks=4)
 """A patient without a session or a new programme in this time is no longer expected, and the clinic must call. The value is our choice."""
 _MOST: Final = 50
+_MOST_UNSIGNED: Final = 1000
 _CHANGED: Final = 12
 """Number of the most recent patients whose changes are shown."""
 _WEEK: Final = timedelta(weeks=1)
@@ -66,8 +67,14 @@ def worklist(session: Session, actor: Actor, now: datetime, zone: tzinfo) -> Wor
         due=due_patients,
         due_count=count,
         unsigned=lists.summaries(session, unsigned, SessionRow.started_at.asc()),
+        unsigned_count=_count_unsigned(session, visible),
         changes=_changes(session, actor, now, hidden),
     )
+
+
+def _count_unsigned(session: Session, visible: ColumnElement[bool]) -> int:
+    counted = select(SessionRow.id).where(visible, *lists.UNSIGNED).limit(_MOST_UNSIGNED).subquery()
+    return session.scalar(select(func.count()).select_from(counted)) or 0
 
 
 def followed(session: Session, now: datetime, hidden: Select[UUID] | None = None) -> list[FollowedProgramme]:

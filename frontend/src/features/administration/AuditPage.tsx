@@ -1,13 +1,15 @@
 import "./catalogue";
-import { Button, Code, Group, Select, Skeleton, Stack, Text, TextInput, Title } from "@mantine/core";
+import { Button, Code, Group, Select, Skeleton, Stack, Text, Title } from "@mantine/core";
 import { useQuery } from "@tanstack/react-query";
 import { useNavigate, useSearch } from "@tanstack/react-router";
 import { useTitle } from "../../app/title";
 import { type Account, api, type Schemas } from "../../lib/api/client";
+import { isDay } from "../../lib/days";
 import { formatClock, formatDayOf } from "../../lib/format";
 import { t } from "../../lib/i18n";
 import { usePagedQuery } from "../../lib/usePagedQuery";
 import { DataTable } from "../../ui/DataTable";
+import { DateField } from "../../ui/DateField";
 import { LoadMoreButton } from "../../ui/LoadMoreButton";
 import { PageLink } from "../../ui/links";
 import { ProblemNote } from "../../ui/ProblemNote";
@@ -23,7 +25,9 @@ export function AuditPage() {
   useTitle(t("administration:audit.title"));
   const filters = useSearch({ from: "/administration/audit" });
   const accounts = useQuery({ queryKey: ["accounts"], queryFn: api.accounts });
-  const entries = usePagedQuery(["audit", filters], (after) => api.audit(toAuditQuery(filters), after));
+  const entries = usePagedQuery(["audit", filters], (after, limit) =>
+    api.audit(toAuditQuery(filters), after, limit),
+  );
   const names = new Map(accounts.data?.items.map(({ id, name }) => [id, name]));
   const heads = entries.data?.pages[0]?.heads;
   return (
@@ -46,6 +50,7 @@ export function AuditPage() {
           rows={entries.items}
           rowKey={({ number }) => String(number)}
           more={entries.hasNextPage}
+          every={entries.every}
           dense
         />
       )}
@@ -63,18 +68,14 @@ function FilterFields({ filters, accounts }: { filters: AuditFilters; accounts: 
   };
   return (
     <Group align="end">
-      <TextInput
-        type="date"
-        label={t("administration:audit.from")}
-        value={filters.from ?? ""}
-        onChange={(event) => setFilter("from", event.currentTarget.value)}
-      />
-      <TextInput
-        type="date"
-        label={t("administration:audit.to")}
-        value={filters.to ?? ""}
-        onChange={(event) => setFilter("to", event.currentTarget.value)}
-      />
+      {(["from", "to"] as const).map((name) => (
+        <DateField
+          key={name}
+          label={t(`administration:audit.${name}`)}
+          value={filters[name] ?? ""}
+          onChange={(day) => (day === "" || isDay(day)) && setFilter(name, day)}
+        />
+      ))}
       <Select
         label={t("administration:audit.user")}
         placeholder={t("administration:audit.anyUser")}

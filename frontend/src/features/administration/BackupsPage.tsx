@@ -8,6 +8,7 @@ import { formatMoment } from "../../lib/format";
 import { t } from "../../lib/i18n";
 import { replaceData } from "../../lib/replaceData";
 import { DataTable } from "../../ui/DataTable";
+import { HelpLink } from "../../ui/HelpLink";
 import { ProblemNote } from "../../ui/ProblemNote";
 import type { Column } from "../../ui/tableRows";
 
@@ -32,9 +33,12 @@ export function BackupsPage() {
   return (
     <Stack component="section" aria-label={t("administration:backups.title")}>
       <Group justify="space-between">
-        <Title order={2} size="h3">
-          {t("administration:backups.title")}
-        </Title>
+        <Group>
+          <Title order={2} size="h3">
+            {t("administration:backups.title")}
+          </Title>
+          <HelpLink topic="backups" subject={t("administration:backups.title")} />
+        </Group>
         <Button
           leftSection={<IconDatabaseExport size={20} />}
           loading={makeBackup.isPending || list?.running === true}

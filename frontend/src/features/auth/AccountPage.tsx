@@ -5,6 +5,7 @@ import { useTitle } from "../../app/title";
 import { api, type Me, ProblemError } from "../../lib/api/client";
 import { formatMoment } from "../../lib/format";
 import { t } from "../../lib/i18n";
+import { HelpLink } from "../../ui/HelpLink";
 import { ProblemNote } from "../../ui/ProblemNote";
 import { AccessTokens } from "./AccessTokens";
 import { AuthLayout } from "./AuthLayout";
@@ -52,15 +53,21 @@ export function AccountPage() {
           <SecondFactor me={me} onChanged={() => void authStore.refresh()} />
         </Card>
         <Card withBorder component="section" aria-label={t("auth:account.whereSignedIn")}>
-          <Title order={2} size="h3" mb="md">
-            {t("auth:account.whereSignedIn")}
-          </Title>
+          <Group justify="space-between" mb="md">
+            <Title order={2} size="h3">
+              {t("auth:account.whereSignedIn")}
+            </Title>
+            <HelpLink topic="signIn" subject={t("auth:account.whereSignedIn")} />
+          </Group>
           <LoginSessions />
         </Card>
         <Card withBorder component="section" aria-label={t("auth:tokens.title")}>
-          <Title order={2} size="h3" mb="md">
-            {t("auth:tokens.title")}
-          </Title>
+          <Group justify="space-between" mb="md">
+            <Title order={2} size="h3">
+              {t("auth:tokens.title")}
+            </Title>
+            <HelpLink topic="scripts" subject={t("auth:tokens.title")} />
+          </Group>
           <AccessTokens />
         </Card>
       </div>

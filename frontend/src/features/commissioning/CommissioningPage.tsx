@@ -1,11 +1,12 @@
 import "./catalogue";
-import { Skeleton, Stack, Text, Title } from "@mantine/core";
+import { Group, Skeleton, Stack, Text, Title } from "@mantine/core";
 import { useQuery } from "@tanstack/react-query";
 import { useNavigate, useSearch } from "@tanstack/react-router";
 import { useTitle } from "../../app/title";
 import { api } from "../../lib/api/client";
 import { t } from "../../lib/i18n";
 import { useStation } from "../../lib/live/hooks";
+import { HelpLink } from "../../ui/HelpLink";
 import { PageTabs } from "../../ui/PageTabs";
 import { ProblemNote } from "../../ui/ProblemNote";
 import { useHasPermission } from "../auth/hooks";
@@ -29,9 +30,12 @@ export function CommissioningPage() {
   const canSeeOperation = useHasPermission("see_operation");
   return (
     <Stack>
-      <Title order={1} size="h2">
-        {t("commissioning:page.title")}
-      </Title>
+      <Group justify="space-between">
+        <Title order={1} size="h2">
+          {t("commissioning:page.title")}
+        </Title>
+        <HelpLink topic="commissioning" subject={t("commissioning:page.title")} />
+      </Group>
       <CommissioningState />
       {canSeeOperation ? (
         station ? (

@@ -13,8 +13,10 @@ import {
 import { useMutation, useQueryClient } from "@tanstack/react-query";
 import { type FormEvent, useState } from "react";
 import { api, type Episode, ProblemError } from "../../lib/api/client";
+import { today } from "../../lib/days";
 import { forgetDrafts, useDraft } from "../../lib/draft";
 import { t } from "../../lib/i18n";
+import { DateField } from "../../ui/DateField";
 import { RESISTANCE_LEVELS } from "../station/resistanceLevels";
 import { CERTAINTIES, DIAGNOSES, MOTIONS, minus, type Side } from "./messages";
 
@@ -52,12 +54,12 @@ export function EpisodeForm(props: Props) {
           onCode={(diagnosis_code) => change({ diagnosis_code })}
           onCertainty={(verification) => change({ verification })}
         />
-        <TextInput
-          type="date"
+        <DateField
           label={t("episodes:form.onset")}
+          max={today()}
           value={draft.onset_on}
           error={fields.onset_on}
-          onChange={(event) => change({ onset_on: event.currentTarget.value })}
+          onChange={(onset_on) => change({ onset_on })}
         />
         <Textarea
           label={t("episodes:form.contraindications")}

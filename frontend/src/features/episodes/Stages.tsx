@@ -1,11 +1,12 @@
-import { ActionIcon, Button, Group, List, Select, Stack, Text, TextInput } from "@mantine/core";
+import { ActionIcon, Button, Group, List, Select, Stack, Text } from "@mantine/core";
 import { IconTrash } from "@tabler/icons-react";
 import { useMutation } from "@tanstack/react-query";
 import { type FormEvent, useState } from "react";
 import { api, type Episode } from "../../lib/api/client";
-import { today } from "../../lib/days";
+import { isDay, today } from "../../lib/days";
 import { formatDay } from "../../lib/format";
 import { t } from "../../lib/i18n";
+import { DateField } from "../../ui/DateField";
 import { ProblemNote } from "../../ui/ProblemNote";
 import { undoStore } from "../../ui/undo";
 import { useHasPermission } from "../auth/hooks";
@@ -80,14 +81,13 @@ export function Stages({ episode, onSaved }: { episode: Episode; onSaved: (saved
               value={stage}
               onChange={(value) => setStage(value as StageName | null)}
             />
-            <TextInput
-              type="date"
-              label={t("episodes:stageList.day")}
-              value={since}
-              max={today()}
-              onChange={(event) => setSince(event.currentTarget.value)}
-            />
-            <Button type="submit" variant="default" disabled={!stage || !since} loading={add.isPending}>
+            <DateField label={t("episodes:stageList.day")} value={since} max={today()} onChange={setSince} />
+            <Button
+              type="submit"
+              variant="default"
+              disabled={!stage || !isDay(since)}
+              loading={add.isPending}
+            >
               {t("episodes:stageList.add")}
             </Button>
           </Group>

@@ -10,6 +10,7 @@ import {
   StopsTile,
   StorageTile,
   TrackingTile,
+  UnsignedTile,
   UsageTile,
 } from "./serviceTiles";
 
@@ -29,6 +30,7 @@ export function ClinicTiles() {
         {canSeeOperation && <UsageTile />}
         {canSeeOperation && <StopsTile />}
         {canSeeOperation && <TrackingTile />}
+        {canAdminister && <UnsignedTile />}
         {canAdminister && <EmergencyAccessTile />}
         {canAdminister && <BackupTile />}
         {canSeeOperation && <CommissioningTile />}

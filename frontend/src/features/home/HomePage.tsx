@@ -5,6 +5,7 @@ import { useTitle } from "../../app/title";
 import { formatDayOf } from "../../lib/format";
 import { t } from "../../lib/i18n";
 import { useDatabaseUnavailable } from "../../lib/offline";
+import { HelpLink } from "../../ui/HelpLink";
 import { ButtonLink, PageLink } from "../../ui/links";
 import { RevealWhenLoaded } from "../../ui/RevealWhenLoaded";
 import { AlarmFrame } from "../alarms/Alarms";
@@ -44,6 +45,7 @@ export function HomePage() {
         <Group>
           <Text role="status">{t("clinic:home.noRecords")}</Text>
           <ButtonLink to="/station">{t("clinic:home.goStation")}</ButtonLink>
+          <HelpLink topic="database" subject={t("clinic:home.noRecords")} />
         </Group>
       )}
       <RevealWhenLoaded

@@ -2,15 +2,21 @@ import { MantineProvider } from "@mantine/core";
 import { QueryClient, QueryClientProvider } from "@tanstack/react-query";
 import { createMemoryHistory, createRootRoute, createRouter, RouterProvider } from "@tanstack/react-router";
 import { cleanup, render, screen } from "@testing-library/react";
+import type { ReactNode } from "react";
 import { afterEach, expect, it, vi } from "vitest";
 import { api, type Schemas } from "../../lib/api/client";
-import { BackupTile } from "./serviceTiles";
+import { BackupTile, UnsignedTile } from "./serviceTiles";
 
 const GOOD = { at: "2026-11-20T02:00:00Z", failure: "" };
 
 async function textOfTile(newest: Pick<Schemas["Backup"], "at" | "failure">) {
   vi.spyOn(api, "backups").mockResolvedValue({ items: [newest], last_good: GOOD, next_at: null } as never);
-  const routeTree = createRootRoute({ component: BackupTile });
+  show(BackupTile);
+  return (await screen.findByRole("link", { name: /2026/ })).textContent;
+}
+
+function show(component: () => ReactNode) {
+  const routeTree = createRootRoute({ component });
   const router = createRouter({ routeTree, history: createMemoryHistory() });
   render(
     <MantineProvider env="test">
@@ -19,7 +25,6 @@ async function textOfTile(newest: Pick<Schemas["Backup"], "at" | "failure">) {
       </QueryClientProvider>
     </MantineProvider>,
   );
-  return (await screen.findByRole("link", { name: /2026/ })).textContent;
 }
 
 afterEach(cleanup);
@@ -30,4 +35,11 @@ it("the tile says when the newest backup or its test restore failed", async () =
 
 it("the tile is quiet after a good backup", async () => {
   expect(await textOfTile(GOOD)).not.toMatch(/failed/);
+});
+
+it("the tile of unsigned notes leads to their sessions", async () => {
+  vi.spyOn(api, "worklist").mockResolvedValue({ unsigned_count: 3 } as never);
+  show(UnsignedTile);
+  const tile = await screen.findByRole("link", { name: /Unsigned notes.*3/ });
+  expect(tile.getAttribute("href")).toBe("/sessions?note=unsigned");
 });

@@ -7,6 +7,7 @@ import { MetricLink } from "../../ui/Metric";
 import { useHasPermission } from "../auth/hooks";
 import { useCommissioningStatus } from "../commissioning/CommissioningState";
 import { describeStop } from "../sessions/describeStop";
+import { UNSIGNED } from "../sessions/sessionFilters";
 import { driftWords } from "../statistics/drift";
 import { lastDays } from "../statistics/figuresSearch";
 
@@ -84,6 +85,26 @@ export function TrackingTile() {
       value={data && driftWords(data.drift)}
       note={t("clinic:tiles.trackingDetail")}
       needsAttention={data?.drift.some((station) => station.drifting) ?? false}
+      failed={isError}
+    />
+  );
+}
+
+/** The service counts at most this many unsigned notes. */
+const MOST_UNSIGNED = 1000;
+
+export function UnsignedTile() {
+  const { data, isError } = useQuery({ queryKey: ["worklist"], queryFn: api.worklist });
+  const count = data?.unsigned_count ?? 0;
+  const more = count >= MOST_UNSIGNED;
+  return (
+    <MetricLink
+      to="/sessions"
+      search={{ note: UNSIGNED }}
+      label={t("clinic:tiles.unsigned")}
+      value={data && (more ? t("clinic:tiles.unsignedMore", { count }) : String(count))}
+      {...(!more && { unit: t("clinic:tiles.unsignedUnit", { count }) })}
+      note={t("clinic:tiles.unsignedDetail")}
       failed={isError}
     />
   );

@@ -2,8 +2,10 @@ import { Button, Group, SegmentedControl, Select, Stack, Text, Textarea, TextInp
 import { useMutation, useQueryClient } from "@tanstack/react-query";
 import { type FormEvent, useState } from "react";
 import { api, type Patient, ProblemError } from "../../lib/api/client";
+import { today } from "../../lib/days";
 import { t } from "../../lib/i18n";
 import { replaceData } from "../../lib/replaceData";
+import { DateField } from "../../ui/DateField";
 import { ProblemNote } from "../../ui/ProblemNote";
 
 const choices = (words: Record<string, string>) =>
@@ -13,7 +15,7 @@ const choices = (words: Record<string, string>) =>
 export function PatientForm({ patient, onDone }: { patient?: Patient; onDone: (saved: Patient) => void }) {
   const { values, change, side, setSide, save } = usePatientValues(patient, onDone);
   const fields = save.error instanceof ProblemError ? save.error.fields : {};
-  const text = (name: "clinic_number" | "name" | "kana" | "birth_date" | "notes") => ({
+  const text = (name: "clinic_number" | "name" | "kana" | "notes") => ({
     value: values[name],
     error: fields[name],
     onChange: (event: { currentTarget: { value: string } }) => change({ [name]: event.currentTarget.value }),
@@ -30,7 +32,13 @@ export function PatientForm({ patient, onDone }: { patient?: Patient; onDone: (s
         <TextInput label={t("patients:form.number")} required {...text("clinic_number")} />
         {!patient && <TreatedSide value={side} missing={Boolean(fields.affected_side)} onChange={setSide} />}
         <Group grow align="start">
-          <TextInput label={t("patients:form.birthDate")} type="date" {...text("birth_date")} />
+          <DateField
+            label={t("patients:form.birthDate")}
+            max={today()}
+            value={values.birth_date}
+            error={fields.birth_date}
+            onChange={(birth_date) => change({ birth_date })}
+          />
           <Select
             label={t("patients:form.sex")}
             data={choices(t("patients:sexes", { returnObjects: true }))}

@@ -96,8 +96,8 @@ function TabContent({ patient, tab }: { patient: Patient; tab: PatientTab }) {
 }
 
 function Sessions({ patientId }: { patientId: string }) {
-  const sessions = usePagedQuery(["sessions", "of", patientId], (after) =>
-    api.patientSessions(patientId, after),
+  const sessions = usePagedQuery(["sessions", "of", patientId], (after, limit) =>
+    api.patientSessions(patientId, after, limit),
   );
   return (
     <Stack gap="xs">
@@ -105,7 +105,9 @@ function Sessions({ patientId }: { patientId: string }) {
         {t("patients:patient.sessions")}
       </Title>
       <ProblemNote error={sessions.error} />
-      {sessions.items && <SessionTable items={sessions.items} more={sessions.hasNextPage} />}
+      {sessions.items && (
+        <SessionTable items={sessions.items} more={sessions.hasNextPage} every={sessions.every} />
+      )}
       <LoadMoreButton list={sessions} />
     </Stack>
   );

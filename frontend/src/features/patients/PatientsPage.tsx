@@ -1,7 +1,7 @@
 import { Button, Group, Modal, Skeleton, Stack, Switch, Text, TextInput, Title } from "@mantine/core";
-import { useDebouncedValue, useDisclosure } from "@mantine/hooks";
+import { useDebouncedValue } from "@mantine/hooks";
 import { IconSearch, IconUserPlus } from "@tabler/icons-react";
-import { useNavigate } from "@tanstack/react-router";
+import { useNavigate, useSearch } from "@tanstack/react-router";
 import { useState } from "react";
 import { useTitle } from "../../app/title";
 import { api, type Patient } from "../../lib/api/client";
@@ -20,13 +20,15 @@ import { PatientForm } from "./PatientForm";
 
 export function PatientsPage() {
   useTitle(t("patients:patients.title"));
-  const navigate = useNavigate();
+  const { register = false } = useSearch({ from: "/patients" });
+  const navigate = useNavigate({ from: "/patients" });
   const [search, setSearch] = useState("");
   const [archived, setArchived] = useState(false);
   const [words] = useDebouncedValue(search, 200);
-  const [registering, form] = useDisclosure(false);
-  const patients = usePagedQuery(["patients", words, archived], (after) =>
-    api.patients(words, archived, after),
+  const showForm = (shown: boolean) =>
+    void navigate({ search: shown ? { register: true } : {}, replace: !shown });
+  const patients = usePagedQuery(["patients", words, archived], (after, limit) =>
+    api.patients(words, archived, after, limit),
   );
   const { items } = patients;
   return (
@@ -38,7 +40,7 @@ export function PatientsPage() {
         <RequirePermission permission="write_records">
           <Group>
             <ImportPatients />
-            <Button leftSection={<IconUserPlus size={20} />} onClick={form.open}>
+            <Button leftSection={<IconUserPlus size={20} />} onClick={() => showForm(true)}>
               {t("patients:patients.add")}
             </Button>
           </Group>
@@ -77,17 +79,24 @@ export function PatientsPage() {
           rows={items}
           rowKey={({ id }) => id}
           more={patients.hasNextPage}
+          every={patients.every}
         />
       )}
       <LoadMoreButton list={patients} />
-      <Modal opened={registering} onClose={form.close} title={t("patients:patients.add")} size="lg">
-        <PatientForm
-          onDone={(saved) => {
-            form.close();
-            void navigate({ to: "/patients/$patientId", params: { patientId: saved.id } });
-          }}
-        />
-      </Modal>
+      <RequirePermission permission="write_records">
+        <Modal opened={register} onClose={() => showForm(false)} title={t("patients:patients.add")} size="lg">
+          <PatientForm
+            onDone={(saved) =>
+              // Back leads to the list and not to the form again.
+              void navigate({
+                to: "/patients/$patientId",
+                params: { patientId: saved.id },
+                replace: true,
+              })
+            }
+          />
+        </Modal>
+      </RequirePermission>
     </Stack>
   );
 }

@@ -1,5 +1,6 @@
-import { Select, SimpleGrid, Stack, Switch, Text } from "@mantine/core";
+import { Group, Select, SimpleGrid, Stack, Switch, Text } from "@mantine/core";
 import { t } from "../../lib/i18n";
+import { HelpLink } from "../../ui/HelpLink";
 import { isWithin, Stepper, type Steps } from "../../ui/Stepper";
 import { SHOULDER_MOTIONS, shoulderMotionName } from "../episodes/messages";
 import type { EndRangePrescription } from "./describeProgramme";
@@ -49,7 +50,10 @@ export function EndRangeFields(props: {
       />
       {value !== null && (
         <>
-          <Text size="sm">{t("programmes:endRange.explanation")}</Text>
+          <Group justify="space-between">
+            <Text size="sm">{t("programmes:endRange.explanation")}</Text>
+            <HelpLink topic="dose" subject={t("programmes:endRange.title")} />
+          </Group>
           <Select
             size="lg"
             label={t("programmes:endRange.motion")}

@@ -6,6 +6,7 @@ import { api, type Edit, type Recording, type Schemas } from "../../lib/api/clie
 import { formatMoment, formatSpan } from "../../lib/format";
 import { t } from "../../lib/i18n";
 import { useRecordings } from "../../lib/patientQueries";
+import { HelpLink } from "../../ui/HelpLink";
 import { Plot } from "../../ui/Plot";
 import { ProblemNote } from "../../ui/ProblemNote";
 import { isWithin, Stepper } from "../../ui/Stepper";
@@ -47,9 +48,12 @@ export function EditPanel({
   return (
     <Card withBorder component="section" aria-label={t("recordings:edit.section")}>
       <Stack>
-        <Title order={2} size="h3">
-          {t("recordings:edit.title")}
-        </Title>
+        <Group justify="space-between">
+          <Title order={2} size="h3">
+            {t("recordings:edit.title")}
+          </Title>
+          {type === "retouch" && <HelpLink topic="retouch" subject={t("recordings:edit.title")} />}
+        </Group>
         <TypeChoice
           value={type}
           onChange={(chosen) => {

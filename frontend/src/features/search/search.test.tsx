@@ -6,7 +6,7 @@ import { afterEach, beforeEach, describe, expect, it, vi } from "vitest";
 import { api, type Me, type Patient } from "../../lib/api/client";
 import { authStore } from "../auth/authState";
 import { SearchButton } from "./SearchButton";
-import { findPages, typedDay } from "./searchResults";
+import { findPages } from "./searchResults";
 
 const YAMADA = {
   id: "p1",
@@ -86,6 +86,19 @@ describe("the search", () => {
     });
   });
 
+  it("finds actions that need no patient, within the permissions", async () => {
+    patients.mockResolvedValue({ items: [], next: null });
+    const history = show(["read_records", "write_records"]);
+    await search("new patient");
+    fireEvent.click(await screen.findByRole("option", { name: "New patient" }));
+    await vi.waitFor(() => expect(history.location.href).toBe("/patients?register=true"));
+    cleanup();
+    show(["read_records"]);
+    await search("");
+    expect(await screen.findByRole("option", { name: "Sessions with unsigned notes" })).toBeTruthy();
+    expect(screen.queryByRole("option", { name: "New patient" })).toBeNull();
+  });
+
   it("is closed by Esc", async () => {
     show(["read_records"]);
     fireEvent.keyDown(await search("yam"), { key: "Escape", code: "Escape" });
@@ -119,12 +132,3 @@ it("pages are found by parts of their names, within the permissions", () => {
   expect(clinics).toEqual([undefined, "Administration"]);
   expect(names("station settings", "commission")).toEqual(["Station settings and commissioning"]);
 });
-
-it.each([
-  ["2026-11-05", "2026-11-05"],
-  ["２０２６/11/5", "2026-11-05"],
-  ["2026年11月5日", "2026-11-05"],
-  ["2026-02-30", null],
-  ["2026-11", null],
-  ["K-0042", null],
-])("%s is the day %s", (typed, day) => expect(typedDay(typed)).toBe(day));

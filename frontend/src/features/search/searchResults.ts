@@ -5,11 +5,13 @@ import { api, type Patient } from "../../lib/api/client";
 import { midnight } from "../../lib/days";
 import { formatDay, formatMoment } from "../../lib/format";
 import { t } from "../../lib/i18n";
+import { readDay } from "../../lib/readDay";
 import { ADMINISTRATION_PAGES } from "../administration/administrationPages";
 import type { Permission } from "../auth/hooks";
+import { UNSIGNED } from "../sessions/sessionFilters";
 
 /** The page to which a result leads. `search` is the query of its address. */
-export type Target = { to: string; search?: Record<string, string> };
+export type Target = { to: string; search?: Record<string, unknown> };
 /** One line of the search: its name, a detail that distinguishes it from others, and its target. */
 export type Result = { id: string; words: string; detail?: string; target: Target };
 export type ResultGroup = { title: string; results: Result[] };
@@ -20,26 +22,57 @@ const DEBOUNCE_MS = 150;
 /** Pages that users find by name. Those for which the user lacks the permission are left out. */
 const FOUND_PAGES: (Page & { detail?: string })[] = [
   ...PAGES,
+  { to: "/account", label: t("auth:menu.account"), needs: "own_account" },
   // The clinic's settings have the same name as its figures.
   ...ADMINISTRATION_PAGES.map((page) => ({ ...page, detail: t("common:shell.administration") })),
 ];
 
-/** Return the pages whose name contains every typed word. If nothing is typed, return all. */
-export function findPages(typed: string, permissions: readonly Permission[]): Result[] {
+/** Actions that users find by name and that need no patient. */
+const ACTIONS: (Page & { search: Record<string, unknown> })[] = [
+  {
+    to: "/patients",
+    label: t("patients:patients.add"),
+    needs: "write_records",
+    search: { register: true },
+  },
+  {
+    to: "/sessions",
+    label: t("search:actions.unsigned"),
+    needs: "read_records",
+    search: { note: UNSIGNED },
+  },
+];
+
+/** Return those whose name contains every typed word, and that the user may open. If nothing is typed, return all. */
+function named<Named extends Page>(all: Named[], typed: string, permissions: readonly Permission[]): Named[] {
   const wanted = typed.normalize("NFKC").toLocaleLowerCase().split(/\s+/);
-  return FOUND_PAGES.filter(({ label, needs }) => {
+  return all.filter(({ label, needs }) => {
     const name = label.normalize("NFKC").toLocaleLowerCase();
     return permissions.includes(needs) && wanted.every((word) => name.includes(word));
-  }).map(({ label, to, detail }) => ({ id: to, words: label, ...(detail && { detail }), target: { to } }));
+  });
+}
+
+const findActions = (typed: string, permissions: readonly Permission[]): Result[] =>
+  named(ACTIONS, typed, permissions).map(({ label, to, search }) => ({
+    id: `action ${label}`,
+    words: label,
+    target: { to, search },
+  }));
+
+/** Return the pages whose name contains every typed word. If nothing is typed, return all. */
+export function findPages(typed: string, permissions: readonly Permission[]): Result[] {
+  return named(FOUND_PAGES, typed, permissions).map(({ label, to, detail }) => ({
+    id: to,
+    words: label,
+    ...(detail && { detail }),
+    target: { to },
+  }));
 }
 
 /** Return a typed day in the form 2026-11-05, or null if the text is not a day. */
-export function typedDay(typed: string): string | null {
-  const parts = /^(\d{4})[-/.年](\d{1,2})[-/.月](\d{1,2})日?$/.exec(typed.normalize("NFKC").trim());
-  if (!parts) return null;
-  const [, year, month, day] = parts as unknown as [string, string, string, string];
-  const iso = `${year}-${month.padStart(2, "0")}-${day.padStart(2, "0")}`;
-  return new Date(`${iso}T00:00Z`).toJSON()?.startsWith(iso) ? iso : null;
+function typedDay(typed: string): string | null {
+  const read = readDay(typed);
+  return "day" in read ? read.day : null;
 }
 
 /** Search patients, sessions and recordings that the user may read, and pages. */
@@ -93,6 +126,7 @@ export function useSearchResults(typed: string, permissions: readonly Permission
     { title: t("search:groups.sessions"), results: day || best ? sessionResults : [] },
     { title: t("search:groups.recordings"), results: best ? recordingResults : [] },
     { title: t("search:groups.pages"), results: findPages(words, permissions) },
+    { title: t("search:groups.otherActions"), results: findActions(words, permissions) },
   ];
   return {
     groups: groups.filter(({ results }) => results.length > 0),

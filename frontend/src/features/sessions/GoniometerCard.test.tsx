@@ -3,6 +3,7 @@ import { QueryClient, QueryClientProvider } from "@tanstack/react-query";
 import { cleanup, fireEvent, render, screen, waitFor, within } from "@testing-library/react";
 import { afterEach, beforeEach, expect, it, vi } from "vitest";
 import { api, type Session } from "../../lib/api/client";
+import { undoStore } from "../../ui/undo";
 import * as auth from "../auth/hooks";
 import { GoniometerCard } from "./GoniometerCard";
 
@@ -76,4 +77,17 @@ it("removes a reading, and neither adds nor removes in a signed session", async 
   cleanup();
   show({ goniometer_readings: [reading], signed_at: "2026-11-02T10:00:00Z" });
   expect(screen.queryByRole("button")).toBeNull();
+});
+
+it("offers to undo the removal of a reading", async () => {
+  vi.spyOn(api, "removeGoniometerReading").mockResolvedValue(session({}));
+  const add = vi.spyOn(api, "addGoniometerReading").mockResolvedValue(session({}));
+  show({ goniometer_readings: [reading], ended_at: "2026-11-02T09:30:00Z" });
+  fireEvent.click(within(screen.getByTestId("goniometer-readings")).getByRole("button"));
+  await waitFor(() => expect(undoStore.get()?.words).toMatch(/, 78\.0°, was removed\.$/));
+  await undoStore.get()?.undo();
+  expect(add.mock.calls).toEqual([
+    ["s", { motion: 4, patient_deg: 78, apparatus_deg: 80, read_by: "Sato Ken" }],
+  ]);
+  undoStore.clear();
 });

@@ -5,7 +5,9 @@ import { api, type Schemas, type Session } from "../../lib/api/client";
 import { formatClock, formatDeg } from "../../lib/format";
 import { t } from "../../lib/i18n";
 import { useSetSessionCache } from "../../lib/useSetSessionCache";
+import { HelpLink } from "../../ui/HelpLink";
 import { ProblemNote } from "../../ui/ProblemNote";
+import { undoStore } from "../../ui/undo";
 import { useHasPermission } from "../auth/hooks";
 
 const MOTIONS = ["3", "4", "5", "6"] as const;
@@ -14,27 +16,40 @@ type Reading = Schemas["GoniometerReading"];
 /** Range of angles that the service accepts, degrees. */
 const ANGLE = { size: "lg", min: -180, max: 210 } as const;
 
-const motionName = ({ motion }: Reading) => t(`sessions:goniometer.motions.${motion as 3 | 4 | 5 | 6}`);
+const motionName = ({ motion }: Pick<Reading, "motion">) =>
+  t(`sessions:goniometer.motions.${motion as 3 | 4 | 5 | 6}`);
 
 /** The session's goniometer readings, from which the patient's angles are estimated. */
 export function GoniometerCard({ session }: { session: Session }) {
   const writes = useHasPermission("write_records") && !session.signed_at;
   const setSessionCache = useSetSessionCache();
   const remove = useMutation({
-    mutationFn: (id: string) => api.removeGoniometerReading(session.id, id),
-    onSuccess: setSessionCache,
+    mutationFn: ({ id }: Reading) => api.removeGoniometerReading(session.id, id),
+    onSuccess: (saved, { motion, patient_deg, apparatus_deg, read_by }) => {
+      setSessionCache(saved);
+      undoStore.offer({
+        words: t(`sessions:goniometer.${session.ended_at ? "removed" : "removedOpen"}`, {
+          motion: motionName({ motion }),
+          angle: formatDeg(patient_deg),
+        }),
+        undo: async () =>
+          setSessionCache(
+            await api.addGoniometerReading(session.id, { motion, patient_deg, apparatus_deg, read_by }),
+          ),
+      });
+    },
   });
   return (
     <Card withBorder component="section" aria-label={t("sessions:goniometer.title")}>
       <Stack>
-        <Title order={2} size="h3">
-          {t("sessions:goniometer.title")}
-        </Title>
+        <Group justify="space-between">
+          <Title order={2} size="h3">
+            {t("sessions:goniometer.title")}
+          </Title>
+          <HelpLink topic="session" subject={t("sessions:goniometer.title")} />
+        </Group>
         <Text>{t("sessions:goniometer.explained")}</Text>
-        <Readings
-          readings={session.goniometer_readings ?? []}
-          {...(writes && { onRemove: (id: string) => remove.mutate(id) })}
-        />
+        <Readings readings={session.goniometer_readings ?? []} {...(writes && { onRemove: remove.mutate })} />
         <ProblemNote error={remove.error} />
         {writes && <AddReading session={session} />}
         <Text size="sm">{t("sessions:goniometer.source")}</Text>
@@ -43,7 +58,7 @@ export function GoniometerCard({ session }: { session: Session }) {
   );
 }
 
-function Readings({ readings, onRemove }: { readings: Reading[]; onRemove?: (id: string) => void }) {
+function Readings({ readings, onRemove }: { readings: Reading[]; onRemove?: (reading: Reading) => void }) {
   if (readings.length === 0) return <Text>{t("sessions:goniometer.none")}</Text>;
   return (
     <Table.ScrollContainer minWidth={640}>
@@ -74,7 +89,7 @@ function Readings({ readings, onRemove }: { readings: Reading[]; onRemove?: (id:
                       motion: motionName(reading),
                       angle: formatDeg(reading.patient_deg),
                     })}
-                    onClick={() => onRemove(reading.id)}
+                    onClick={() => onRemove(reading)}
                   >
                     {t("sessions:goniometer.remove")}
                   </Button>

@@ -67,6 +67,12 @@ describe("the address", () => {
     expect(until).toBe(new Date(2026, 10, 2).toISOString());
     expect(toQuery({})).toEqual({});
   });
+
+  it("may ask for unsigned notes only", () => {
+    expect(readFilters({ note: "unsigned" })).toEqual({ note: "unsigned" });
+    expect(readFilters({ note: "signed" })).toEqual({});
+    expect(toQuery({ note: "unsigned" })).toEqual({ unsigned: true });
+  });
 });
 
 it.each([

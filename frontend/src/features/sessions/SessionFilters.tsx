@@ -1,12 +1,14 @@
-import { Button, Group, Select, TextInput } from "@mantine/core";
+import { Button, Group, Select } from "@mantine/core";
 import type { Schemas } from "../../lib/api/client";
+import { isDay } from "../../lib/days";
 import { t } from "../../lib/i18n";
+import { DateField } from "../../ui/DateField";
 import { describeStop } from "./describeStop";
-import type { Filters } from "./sessionFilters";
+import { type Filters, UNSIGNED } from "./sessionFilters";
 
 const named = (values: string[]) => values.map((value) => ({ value, label: value }));
 
-/** Filters of the session list: day, therapist, station and stop cause. */
+/** Filters of the session list: day, therapist, station, stop cause and unsigned notes. */
 export function SessionFilters(props: {
   value: Filters;
   choices: Schemas["SessionFilterOptions"] | undefined;
@@ -18,11 +20,10 @@ export function SessionFilters(props: {
     onChange(given ? { ...others, [name]: given } : others);
   };
   const day = (label: string, name: "from" | "to") => (
-    <TextInput
-      type="date"
+    <DateField
       label={label}
       value={value[name] ?? ""}
-      onChange={(event) => set(name, event.currentTarget.value)}
+      onChange={(given) => (given === "" || isDay(given)) && set(name, given)}
     />
   );
   const choice = (label: string, name: keyof Filters, data: { value: string; label: string }[]) => {
@@ -49,6 +50,9 @@ export function SessionFilters(props: {
       {choice(t("sessions:sessions.therapist"), "therapist", named(choices?.therapists ?? []))}
       {choice(t("sessions:sessions.station"), "station", named(choices?.stations ?? []))}
       {choice(t("sessions:sessions.stopCause"), "stop", stops)}
+      {choice(t("sessions:sessions.note"), "note", [
+        { value: UNSIGNED, label: t("sessions:sessions.notSigned") },
+      ])}
       {Object.keys(value).length > 0 && (
         <Button variant="subtle" onClick={() => onChange({})}>
           {t("sessions:sessions.showAll")}

@@ -2,6 +2,7 @@ import { Text } from "@mantine/core";
 import type { Schemas } from "../../lib/api/client";
 import { formatAfter, formatMoment } from "../../lib/format";
 import { t } from "../../lib/i18n";
+import type { SavedRows } from "../../lib/usePagedQuery";
 import { DataTable } from "../../ui/DataTable";
 import { PageLink } from "../../ui/links";
 import { SimulatedBadge } from "../../ui/SimulatedBadge";
@@ -15,6 +16,7 @@ export function SessionTable(props: {
   withPatient?: boolean;
   narrowed?: boolean;
   more: boolean;
+  every: () => Promise<SavedRows<Session>>;
 }) {
   if (props.items.length === 0) {
     return <Text>{props.narrowed ? t("sessions:sessions.noneMatches") : t("sessions:sessions.none")}</Text>;
@@ -27,6 +29,7 @@ export function SessionTable(props: {
       rows={props.items}
       rowKey={({ id }) => id}
       more={props.more}
+      every={props.every}
     />
   );
 }

@@ -17,7 +17,9 @@ export function SessionsPage() {
   const filters = useSearch({ from: "/sessions" });
   const navigate = useNavigate({ from: "/sessions" });
   const choices = useQuery({ queryKey: ["session-choices"], queryFn: api.sessionFilterOptions });
-  const found = usePagedQuery(["sessions", filters], (after) => api.sessions(toQuery(filters), after));
+  const found = usePagedQuery(["sessions", filters], (after, limit) =>
+    api.sessions(toQuery(filters), after, limit),
+  );
   return (
     <Stack>
       <Title order={1} size="h2">
@@ -36,6 +38,7 @@ export function SessionsPage() {
           withPatient
           narrowed={Object.keys(filters).length > 0}
           more={found.hasNextPage}
+          every={found.every}
         />
       )}
       <LoadMoreButton list={found} />

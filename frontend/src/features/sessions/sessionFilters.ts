@@ -1,7 +1,9 @@
 import type { SessionQuery } from "../../lib/api/client";
 import { isDay, midnight } from "../../lib/days";
 
-const NAMES = ["from", "to", "therapist", "station", "stop"] as const;
+const NAMES = ["from", "to", "therapist", "station", "stop", "note"] as const;
+/** The only value of `note`: sessions that have ended and whose note is not signed. */
+export const UNSIGNED = "unsigned";
 
 /**
  * The filters of the session list in the form that the address contains. Days are local to this browser and
@@ -15,6 +17,7 @@ export function readFilters(search: Record<string, unknown>): Filters {
   for (const name of NAMES) {
     const given = search[name];
     if ((name === "from" || name === "to") && !isDay(given)) continue;
+    if (name === "note" && given !== UNSIGNED) continue;
     // Numeric values are also valid, because a station's name may be a number.
     if (typeof given === "string" || typeof given === "number") filters[name] = String(given);
   }
@@ -22,6 +25,11 @@ export function readFilters(search: Record<string, unknown>): Filters {
 }
 
 /** Return the filters in the form that the service expects. A day starts and ends at the clinic's midnight. */
-export function toQuery({ from, to, ...same }: Filters): SessionQuery {
-  return { ...same, ...(from && { since: midnight(from, 0) }), ...(to && { until: midnight(to, 1) }) };
+export function toQuery({ from, to, note, ...same }: Filters): SessionQuery {
+  return {
+    ...same,
+    ...(note && { unsigned: true }),
+    ...(from && { since: midnight(from, 0) }),
+    ...(to && { until: midnight(to, 1) }),
+  };
 }

@@ -7,6 +7,7 @@ import { formatSpan } from "../../lib/format";
 import { t } from "../../lib/i18n";
 import { useAlive, useLive } from "../../lib/live/hooks";
 import { store } from "../../lib/live/store";
+import { HelpLink } from "../../ui/HelpLink";
 import { InlineSlot } from "../../ui/InlineSlot";
 import { PageLink } from "../../ui/links";
 import { ProblemNote } from "../../ui/ProblemNote";
@@ -29,9 +30,12 @@ export function TeachPanel({ patientId }: { patientId: string }) {
   return (
     <Card withBorder component="section" aria-label={t("station:teach.title")}>
       <Stack>
-        <Title order={2} size="h3">
-          {t("station:teach.title")}
-        </Title>
+        <Group justify="space-between">
+          <Title order={2} size="h3">
+            {t("station:teach.title")}
+          </Title>
+          <HelpLink topic="teaching" subject={t("station:teach.title")} />
+        </Group>
         {teaching ? (
           <div className={alive ? "" : "stale"}>
             <Pedal />

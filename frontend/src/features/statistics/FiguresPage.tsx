@@ -1,11 +1,12 @@
-import { Group, SegmentedControl, Select, Skeleton, Stack, Text, TextInput, Title } from "@mantine/core";
+import { Group, SegmentedControl, Select, Skeleton, Stack, Text, Title } from "@mantine/core";
 import { useQuery } from "@tanstack/react-query";
 import { Link, Navigate, useNavigate, useParams, useSearch } from "@tanstack/react-router";
 import classes from "../../app/Shell.module.css";
 import { useTitle } from "../../app/title";
 import { api } from "../../lib/api/client";
-import { today } from "../../lib/days";
+import { isDay, today } from "../../lib/days";
 import { t } from "../../lib/i18n";
+import { DateField } from "../../ui/DateField";
 import { ProblemNote } from "../../ui/ProblemNote";
 import { useHasPermission } from "../auth/hooks";
 import { ChartCard } from "./ChartCard";
@@ -111,15 +112,12 @@ function Choices({ subject, search }: { subject: Subject; search: FiguresSearch 
         }
       />
       {(["from", "to"] as const).map((name) => (
-        <TextInput
+        <DateField
           key={name}
-          type="date"
           label={t(`clinic:figures.${name}`)}
           value={days[name]}
           max={today()}
-          onChange={(event) =>
-            event.currentTarget.value && set({ ...days, [name]: event.currentTarget.value })
-          }
+          onChange={(day) => isDay(day) && set({ ...days, [name]: day })}
         />
       ))}
       {subject !== "outcomes" && (

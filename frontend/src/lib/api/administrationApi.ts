@@ -17,8 +17,8 @@ export const administrationApi = {
     ),
   resetAccount: (account_id: string, body: Schemas["AccountReset"]) =>
     unwrap(client.POST("/api/accounts/{account_id}/reset", { params: { path: { account_id } }, body })),
-  audit: (query: AuditQuery, after: string | null = null) =>
-    unwrap(client.GET("/api/audit", { params: { query: { ...query, ...startAfter(after) } } })),
+  audit: (query: AuditQuery, after: string | null = null, limit?: number) =>
+    unwrap(client.GET("/api/audit", { params: { query: { ...query, ...startAfter(after, limit) } } })),
   stationVersions: (station: string) =>
     unwrap(client.GET("/api/station-versions", { params: { query: { station } } })),
   clinicProfile: () => unwrap(client.GET("/api/clinic-profile")),

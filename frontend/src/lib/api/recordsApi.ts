@@ -4,8 +4,10 @@ import type { Chart, Edit, Schemas } from "./types";
 
 /** Patients, episodes of care, assessments, progress and recordings. */
 export const recordsApi = {
-  patients: (search: string, archived: boolean, after: string | null = null) =>
-    unwrap(client.GET("/api/patients", { params: { query: { search, archived, ...startAfter(after) } } })),
+  patients: (search: string, archived: boolean, after: string | null = null, limit?: number) =>
+    unwrap(
+      client.GET("/api/patients", { params: { query: { search, archived, ...startAfter(after, limit) } } }),
+    ),
   patient: (key: string) =>
     unwrap(client.GET("/api/patients/{patient_id}", { params: { path: { patient_id: key } } })),
   createPatient: (body: Schemas["PatientCreate"]) => unwrap(client.POST("/api/patients", { body })),

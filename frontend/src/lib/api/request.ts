@@ -72,8 +72,11 @@ export async function expectSuccess(
   );
 }
 
-/** Return the query that continues a list after its last known row. */
-export const startAfter = (after: string | null) => (after === null ? {} : { after });
+/** Return the query that continues a list after its last known row. Without a limit the service chooses one. */
+export const startAfter = (after: string | null, limit?: number) => ({
+  ...(after !== null && { after }),
+  ...(limit !== undefined && { limit }),
+});
 
 /** Fetch every page of a list. */
 export async function allPages<Item>(

@@ -12108,6 +12108,11 @@ export interface components {
              */
             unsigned: components["schemas"]["SessionSummary"][];
             /**
+             * Unsigned Count
+             * @description Number of ended sessions of all therapists without a signed note, at most 1000.
+             */
+            unsigned_count: number;
+            /**
              * Changes
              * @description Changes of your last patients, newest session first.
              */
@@ -20360,6 +20365,8 @@ export interface operations {
                 station?: string | null;
                 /** @description Only sessions in which this cause stopped a playback; code of the cause. */
                 stop?: string | null;
+                /** @description True: only sessions that have ended and whose note is not signed. */
+                unsigned?: boolean;
                 /** @description Maximum number of rows. */
                 limit?: number;
                 /** @description `next` of the previous page; by default the list starts at its beginning. */

@@ -28,8 +28,8 @@ export const sessionsApi = {
         body,
       }),
     ),
-  sessions: (query: SessionQuery, after: string | null = null) =>
-    unwrap(client.GET("/api/sessions", { params: { query: { ...query, ...startAfter(after) } } })),
+  sessions: (query: SessionQuery, after: string | null = null, limit?: number) =>
+    unwrap(client.GET("/api/sessions", { params: { query: { ...query, ...startAfter(after, limit) } } })),
   patientSessions: (key: string, after: string | null = null, limit = 50) =>
     unwrap(
       client.GET("/api/patients/{patient_id}/sessions", {

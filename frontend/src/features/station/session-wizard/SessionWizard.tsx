@@ -7,6 +7,7 @@ import { t } from "../../../lib/i18n";
 import { useLive } from "../../../lib/live/hooks";
 import { useNewestSession, useRecordings } from "../../../lib/patientQueries";
 import { useSetSessionCache } from "../../../lib/useSetSessionCache";
+import { HelpLink, type HelpTopic } from "../../../ui/HelpLink";
 import { PageLink } from "../../../ui/links";
 import { ProblemNote } from "../../../ui/ProblemNote";
 import { NoteCard } from "../../sessions/NoteCard";
@@ -16,6 +17,15 @@ import { NrsScale } from "./NrsScale";
 import { PreflightChecklist, useChecklist } from "./PreflightChecklist";
 import classes from "./sessionWizard.module.css";
 import { canGoTo, nextItem, STEPS, type Step, stepAfter, stepOf } from "./steps";
+
+const HELP: Record<Step, HelpTopic> = {
+  begin: "session",
+  checklist: "before",
+  pain_before: "pain",
+  play: "playing",
+  pain_after: "pain",
+  note: "notes",
+};
 
 /**
  * A session, step by step. The record contains the current step, and the user can always go back. A press that
@@ -34,9 +44,12 @@ export function SessionWizard({ patientId, wanted }: { patientId: string; wanted
     <Card withBorder padding="sm" component="section" aria-label={t("station:wizard.title")}>
       <Stack gap="sm">
         <Steps step={step} session={session} locked={run !== null} onGo={go} />
-        <Title order={2} size="h4" ref={heading} tabIndex={-1}>
-          {t(`station:stepNames.${step}`)}
-        </Title>
+        <Group justify="space-between">
+          <Title order={2} size="h4" ref={heading} tabIndex={-1}>
+            {t(`station:stepNames.${step}`)}
+          </Title>
+          <HelpLink topic={HELP[step]} subject={t(`station:stepNames.${step}`)} />
+        </Group>
         <ProblemNote error={newestSession.error} />
         {step === "begin" && (
           <>
