@@ -1,5 +1,5 @@
 import "./catalogue";
-import { Button, Code, Group, Select, Skeleton, Stack, Text, Title } from "@mantine/core";
+import { Button, Code, Select, SimpleGrid, Skeleton, Stack, Text, Title } from "@mantine/core";
 import { useQuery } from "@tanstack/react-query";
 import { useNavigate, useSearch } from "@tanstack/react-router";
 import { useTitle } from "../../app/title";
@@ -67,7 +67,7 @@ function FilterFields({ filters, accounts }: { filters: AuditFilters; accounts: 
     void navigate({ search: value ? { ...rest, [name]: value } : rest, replace: true });
   };
   return (
-    <Group align="end">
+    <SimpleGrid cols={{ base: 1, xs: 2, sm: 3, lg: 5 }} spacing="sm" style={{ alignItems: "end" }}>
       {(["from", "to"] as const).map((name) => (
         <DateField
           key={name}
@@ -110,7 +110,7 @@ function FilterFields({ filters, accounts }: { filters: AuditFilters; accounts: 
           {t("administration:audit.showAll")}
         </Button>
       )}
-    </Group>
+    </SimpleGrid>
   );
 }
 

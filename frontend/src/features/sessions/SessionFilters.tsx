@@ -1,4 +1,4 @@
-import { Button, Group, Select } from "@mantine/core";
+import { Button, Select, SimpleGrid } from "@mantine/core";
 import type { Schemas } from "../../lib/api/client";
 import { isDay } from "../../lib/days";
 import { t } from "../../lib/i18n";
@@ -44,7 +44,7 @@ export function SessionFilters(props: {
   };
   const stops = (choices?.stops ?? []).map((code) => ({ value: code, label: describeStop(code) }));
   return (
-    <Group align="end">
+    <SimpleGrid cols={{ base: 1, xs: 2, sm: 3, lg: 6 }} spacing="sm" style={{ alignItems: "end" }}>
       {day(t("sessions:sessions.from"), "from")}
       {day(t("sessions:sessions.to"), "to")}
       {choice(t("sessions:sessions.therapist"), "therapist", named(choices?.therapists ?? []))}
@@ -58,6 +58,6 @@ export function SessionFilters(props: {
           {t("sessions:sessions.showAll")}
         </Button>
       )}
-    </Group>
+    </SimpleGrid>
   );
 }

@@ -48,7 +48,7 @@ const COUNTS: Column<Row>[] = [
   },
   {
     key: "sessions",
-    head: t("clinic:figures.sessions"),
+    head: t("clinic:figures.counted.sessions"),
     right: true,
     value: ({ sessions }) => sessions,
     cell: ({ sessions }) => sessions,

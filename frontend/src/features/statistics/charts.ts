@@ -54,7 +54,8 @@ function layout(height: number, more: object): Figure["layout"] {
     hovermode: "closest",
     plot_bgcolor: "white",
     paper_bgcolor: "white",
-    legend: { orientation: "h", y: 1.02, yanchor: "bottom", x: 0 },
+    // Plotly would reverse the order of stacked bars.
+    legend: { orientation: "h", y: 1.02, yanchor: "bottom", x: 0, traceorder: "normal" },
     ...more,
   };
 }
