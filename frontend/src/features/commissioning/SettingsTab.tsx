@@ -188,6 +188,9 @@ function columnsOf(other: number | undefined): Column<Row>[] {
   ];
 }
 
+/** Characters of a text that has space in a narrow column. */
+const LONG_TEXT = 12;
+
 const MOTOR = /^axes\[(\d+)\]\.(.+)$/;
 
 /** A field that each motor has, with its settings by motor number. */
@@ -272,7 +275,8 @@ function FileText({ text, bold = false, small = false }: { text: string; bold?: 
       translate="no"
       {...(small ? { size: "xs", c: "dimmed" } : { size: "sm" })}
       {...(bold && { fw: 700 })}
-      style={{ overflowWrap: "anywhere" }}
+      // Only a long text, such as the path of a port, breaks within a word.
+      style={{ overflowWrap: text.length > LONG_TEXT ? "anywhere" : "normal" }}
     >
       {text || "–"}
     </Text>
