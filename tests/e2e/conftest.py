@@ -78,8 +78,8 @@ def tab(context: BrowserContext, clinic: Clinic) -> Page:
 
 @pytest.fixture
 def page(tab: Page, clinic: Clinic) -> Page:
-    """Return the station's page, signed in as an administrator, with an idle apparatus."""
-    tab.goto(f"{clinic.url}/station")
+    """Return the page with the list of patients, signed in as an administrator, with an idle apparatus."""
+    tab.goto(f"{clinic.url}/patients")
     wait_until_idle(tab)
     return tab
 

@@ -23,7 +23,7 @@ from tests.support.accessibility import (
     wrong,
 )
 from tests.support.browser_clinic import LONG_MS, Clinic
-from tests.support.page_actions import acknowledge, wait_until_idle
+from tests.support.page_actions import acknowledge, open_station, wait_until_idle
 from tests.support.units import bare_numbers
 
 pytestmark = pytest.mark.shared_clinic("invented")
@@ -167,6 +167,7 @@ def test_alarms_and_the_door_can_be_read_by_everybody(page: Page, clinic: Clinic
         if violations := [*wrong(page), *misfits_on_telephone(page)]:
             found[name] = violations
 
+    open_station(page)
     page.get_by_role("button", name="Press the e-stop switch").click()
     expect(page.get_by_test_id("estop")).to_have_attribute("data-state", "pressed")
     expect(page.get_by_test_id("stop-banner")).to_be_visible()

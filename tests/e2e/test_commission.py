@@ -6,6 +6,7 @@ import pytest
 from playwright.sync_api import Locator, Page, expect
 
 from tests.support.browser_clinic import LONG_MS
+from tests.support.page_actions import open_station
 
 _WHOLE_MS = 900_000
 """Limits the whole procedure: the simulation computes its eleven steps."""
@@ -29,6 +30,7 @@ def press_until(page: Page, end: str, limit_ms: float) -> int:
 
 
 def begin(page: Page) -> None:
+    open_station(page)
     page.get_by_role("link", name="Station settings and commissioning").click()
     page.get_by_role("tab", name="Procedure").click()
     page.get_by_role("button", name="Practise commissioning").click()

@@ -10,6 +10,7 @@ import pytest
 from playwright.sync_api import Page, expect
 
 from tests.support.browser_clinic import LONG_MS, Clinic
+from tests.support.page_actions import open_station, wait_until_idle
 
 log = logging.getLogger(__name__)
 LOST_LIMIT_S = 2.0
@@ -34,6 +35,7 @@ def watch(page: Page) -> None:
 
 
 def test_killed_service_shows_within_two_seconds_and_returns_without_reload(page: Page, clinic: Clinic) -> None:
+    open_station(page)
     expect(page.get_by_test_id("angles")).to_have_attribute("data-alive", "true")
     expect(page.get_by_test_id("age")).to_have_text(re.compile(r"^\d\.\d s old$"))
     watch(page)
@@ -50,9 +52,12 @@ def test_killed_service_shows_within_two_seconds_and_returns_without_reload(page
     expect(page.get_by_test_id("lost")).to_be_hidden()
     back_s = page.evaluate("window.noted.back") / 1000 - returned_s
     log.info("alive again %.2f s after the service's return, its device process included", back_s)
+    # The next test can share the clinic.
+    wait_until_idle(page)
 
 
 def test_lost_connection_shows_within_two_seconds_and_hides_stale_values(page: Page, clinic: Clinic) -> None:
+    open_station(page)
     expect(page.get_by_test_id("angles")).to_have_attribute("data-alive", "true")
     page.evaluate(
         """() => new MutationObserver(() => {

@@ -98,8 +98,8 @@ def wait_until_idle(page: Page) -> None:
 
 @pytest.fixture
 def page(tab: Page, clinic: Clinic) -> Page:
-    """Return the station's page, signed in as an administrator, with an idle apparatus."""
-    tab.goto(f"{clinic.url}/station")
+    """Return the page with the list of patients, signed in as an administrator, with an idle apparatus."""
+    tab.goto(f"{clinic.url}/patients")
     wait_until_idle(tab)
     return tab
 
@@ -180,6 +180,7 @@ def test_every_page_speaks_japanese(tab: Page, clinic: Clinic, every: int) -> No
 @pytest.mark.shared_clinic("invented")
 def test_a_stop_and_the_door_speak_japanese(page: Page, clinic: Clinic) -> None:
     page.emulate_media(color_scheme="dark")
+    page.goto(f"{clinic.url}/station")
     records = set(written(page.request.get(f"{clinic.url}/api/station").json()))
     records |= set(written(page.request.get(f"{clinic.url}/api/me").json()))
     records |= set(written(page.request.get(f"{clinic.url}/api/simulator").json()))

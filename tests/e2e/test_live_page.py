@@ -10,6 +10,7 @@ import pytest
 from playwright.sync_api import CDPSession, Page, expect
 
 from tests.support.browser_clinic import Clinic
+from tests.support.page_actions import open_station
 
 log = logging.getLogger(__name__)
 MINUTES: Final = float(os.environ.get("KATA_LIVE_MINUTES", "60"))
@@ -21,6 +22,7 @@ MOTION: Final = "5 Flexion / extension of the shoulder"
 @pytest.mark.campaign
 @pytest.mark.timeout(7200)
 def test_live_page_keeps_its_memory_flat_for_an_hour(page: Page, clinic: Clinic) -> None:
+    open_station(page)
     expect(page.get_by_test_id("apparatus-canvas").locator("canvas")).to_be_visible()
     motion = page.get_by_role("combobox", name="Motion that the hand follows")
     motion.fill(MOTION)

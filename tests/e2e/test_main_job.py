@@ -13,6 +13,7 @@ from tests.support.page_actions import (
     begin_session,
     import_motion,
     load_and_play,
+    open_station,
     open_tab,
     prepare_station,
     sign_up,
@@ -28,6 +29,7 @@ def test_teach_stop_reset_play_again_and_read_the_errors(page: Page, clinic: Cli
     page.on("pageerror", lambda error: wrong.append(str(error)))
 
     # A new user sees the next step.
+    open_station(page)
     first = page.get_by_role("region", name="First steps")
     expect(first).to_contain_text("1 of 6")
     sign_up(page, "Yamada Hanako")

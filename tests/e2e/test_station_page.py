@@ -6,7 +6,7 @@ import pytest
 from playwright.sync_api import Page, expect
 
 from tests.support.browser_clinic import Clinic
-from tests.support.page_actions import acknowledge
+from tests.support.page_actions import acknowledge, open_station
 
 pytestmark = pytest.mark.shared_clinic("empty")
 
@@ -51,6 +51,7 @@ def test_missing_pages_are_reported(page: Page, clinic: Clinic) -> None:
 
 
 def test_stop_banner_is_in_view_on_a_scrolled_page(page: Page) -> None:
+    open_station(page)
     page.set_viewport_size({"width": 1280, "height": 500})
     switch = page.get_by_role("button", name="Press the e-stop switch")
     switch.scroll_into_view_if_needed()

@@ -6,6 +6,7 @@ import pytest
 from playwright.sync_api import Page, expect
 
 from tests.support.browser_clinic import LONG_MS
+from tests.support.page_actions import open_station
 
 pytestmark = pytest.mark.shared_clinic("empty")
 
@@ -47,6 +48,7 @@ SOME: Final = 40
 
 
 def test_model_is_drawn_and_redrawn_from_another_view(page: Page) -> None:
+    open_station(page)
     corner = page.evaluate(NEXT_PICTURE)
 
     page.get_by_role("radiogroup", name="View").get_by_text("Back", exact=True).click()
@@ -56,6 +58,7 @@ def test_model_is_drawn_and_redrawn_from_another_view(page: Page) -> None:
 
 
 def test_model_has_the_colours_of_the_scheme(page: Page) -> None:
+    open_station(page)
     page.evaluate(NEXT_PICTURE)
     schemes: tuple[Literal["light", "dark"], ...] = ("light", "dark", "light")
     for scheme, other in zip(schemes, ("dark", "light", "dark"), strict=True):

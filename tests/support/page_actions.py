@@ -30,6 +30,12 @@ def open_tab(page: Page, name: str) -> None:
     expect(tab).to_have_attribute("aria-selected", "true")
 
 
+def open_station(page: Page) -> None:
+    """Open the station's page, which draws the apparatus in three dimensions all the time."""
+    page.get_by_role("link", name="Station", exact=True).click()
+    expect(page.get_by_role("region", name="Simulated apparatus")).to_be_visible(timeout=LONG_MS)
+
+
 def choose_work(page: Page, work: str) -> None:
     """Choose what to do at the station: "Teach a motion" or "Session"."""
     page.get_by_role("radiogroup", name="What to do").get_by_text(work, exact=True).click()
