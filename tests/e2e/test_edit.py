@@ -5,17 +5,18 @@ import re
 import pytest
 from playwright.sync_api import Page, expect
 
-from tests.support.browser_clinic import LONG_MS
-from tests.support.page_actions import open_tab, sign_up, teach
+from kata.motion.builtin import built_in_motions
+from tests.support.browser_clinic import LONG_MS, Clinic
+from tests.support.page_actions import import_motion, open_tab, sign_up
 
 
 @pytest.mark.shared_clinic("empty")
-def test_derived_recording_is_previewed_and_saved(page: Page) -> None:
+def test_derived_recording_is_previewed_and_saved(page: Page, clinic: Clinic) -> None:
     wrong: list[str] = []
     page.on("pageerror", lambda error: wrong.append(str(error)))
     sign_up(page, "Mori Kaede")
-    teach(page, "1 Abduction / adduction of the scapula")
-    page.get_by_test_id("saved").get_by_role("link").click()
+    recording = import_motion(page, built_in_motions()[0])
+    page.goto(f"{clinic.url}/recordings/{recording}")
     page.get_by_role("button", name="Edit", exact=True).click()
     panel = page.get_by_role("region", name="Edit")
     keep = panel.get_by_role("button", name="Save as a new recording")
@@ -60,7 +61,9 @@ def test_derived_recording_is_previewed_and_saved(page: Page) -> None:
 
     expect(page.get_by_role("heading", name="Raise the arm, motor 1 only")).to_be_visible()
     made_of = page.get_by_test_id("made-of")
-    expect(made_of).to_contain_text("Created from Raise the arm. Edits to the taught motion: motor 1 only.")
+    expect(made_of).to_contain_text(
+        "Created from Raise the arm. Edits to the taught motion: imported from a CSV file, motor 1 only."
+    )
     page.get_by_role("link", name="Mori Kaede").click()
     open_tab(page, "Recordings")
     expect(page.get_by_role("row", name="Raise the arm, motor 1 only")).to_contain_text(

@@ -4,13 +4,13 @@ from playwright.sync_api import BrowserContext, Page, expect
 
 from tests.support.browser_clinic import LONG_MS, Clinic
 from tests.support.page_accounts import first_password, made
-from tests.support.page_actions import sign_up, teach
+from tests.support.page_actions import prepare_station, sign_up
 
 
 def test_second_user_watches_until_taking_over(page: Page, clinic: Clinic, another: BrowserContext) -> None:
     code = made(page, "Ito Mai", "ito", "Therapist")
     sign_up(page, "Yamada Hanako")
-    teach(page, "1 Abduction / adduction of the scapula")
+    prepare_station(page)
     expect(page.get_by_test_id("lease")).to_contain_text("You have operated the apparatus")
     hers = another.new_page()
     first_password(hers, clinic, "ito", code)
