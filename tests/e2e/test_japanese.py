@@ -6,7 +6,7 @@ from collections.abc import Iterator
 from typing import Any, Final
 
 import pytest
-from playwright.sync_api import Page, Response, expect
+from playwright.sync_api import Error, Page, Response, expect
 
 from kata.auth.login_session import COOKIE
 from tests.support.accessibility import OF_A_PATIENT, addresses, misfits_on_telephone, opened, wrong
@@ -116,6 +116,14 @@ def written(document: Any) -> Iterator[str]:
             yield from (item,) if isinstance(item, str) else written(item)
 
 
+def answer_of(response: Response) -> Any:
+    """Return what the service answered. Ask again if the browser has left the page that received it."""
+    try:
+        return response.json()
+    except Error:
+        return response.frame.page.request.get(response.url).json()
+
+
 def english_on(page: Page, records: set[str]) -> list[str]:
     """Return texts with a word of at least three Latin letters that is neither a user's nor the same in Japanese."""
     found = []
@@ -141,6 +149,13 @@ def test_every_page_speaks_japanese(tab: Page, clinic: Clinic, every: int) -> No
     tab.context.on("response", lambda answer: heard[answer.frame.page].append(answer))
     for opened_tab in tabs:
         opened_tab.emulate_media(color_scheme="dark", reduced_motion="reduce")
+    # A page receives the stations' names over its WebSockets.
+    stations = {
+        name
+        for path in ("station", "stations")
+        for name in written(tab.request.get(f"{clinic.url}/api/{path}").json())
+        if len(name) > 2
+    }
     english: dict[str, list[str]] = {}
     barred: dict[str, list[str]] = {}
     bare_of: dict[str, list[str]] = {}
@@ -153,15 +168,12 @@ def test_every_page_speaks_japanese(tab: Page, clinic: Clinic, every: int) -> No
         expect(page.locator(".mantine-Skeleton-root")).to_have_count(0, timeout=LONG_MS)
         expect(page.locator("html")).to_have_attribute("lang", "ja")
         expect(page.locator("html")).to_have_attribute("data-mantine-color-scheme", "dark")
-        asked = {
-            response.url
+        answers = [
+            answer_of(response)
             for response in heard[page]
             if response.ok and "json" in response.headers.get("content-type", "")
-        }
-        # A page receives the stations' names over its WebSockets.
-        asked |= {f"{clinic.url}/api/station", f"{clinic.url}/api/stations"}
-        answers = [page.request.get(url).json() for url in sorted(asked)]
-        records = {record for answer in answers for record in written(answer) if len(record) > 2}
+        ]
+        records = {record for answer in answers for record in written(answer) if len(record) > 2} | stations
         if found := english_on(page, records):
             english[name] = found
         if violations := (wrong(page) if checked else []) + misfits_on_telephone(page):
