@@ -12,6 +12,7 @@ from uuid import uuid4
 import pytest
 from playwright.sync_api import BrowserContext, Page, expect
 
+from kata.auth.login_session import COOKIE
 from tests.support.browser_clinic import LONG_MS, Clinic
 from tests.support.page_accounts import sign_in_new_account
 from tests.support.page_actions import (
@@ -158,14 +159,25 @@ class Office:
         assert self.clicks <= goal
 
 
+@pytest.fixture(scope="module")
+def therapists() -> dict[str, str]:
+    """Return the cookie of the therapist's login session by address of the clinic, for all tests of the file."""
+    return {}
+
+
 @pytest.fixture
-def office(clinic: Clinic, tab: Page, another: BrowserContext, request: pytest.FixtureRequest) -> Office:
+def office(
+    clinic: Clinic, tab: Page, another: BrowserContext, therapists: dict[str, str], request: pytest.FixtureRequest
+) -> Office:
     """Open the home page of an administrator if the test asks for one, else of a therapist with own patients."""
     context = tab.context
     if not hasattr(request, "param"):
-        tab.goto(clinic.url)
-        sign_in_new_account(another, tab, THERAPIST, f"t-{uuid4().hex[:8]}", "therapist")
         context = another
+        if clinic.url not in therapists:
+            tab.goto(clinic.url)
+            sign_in_new_account(another, tab, THERAPIST, f"t-{uuid4().hex[:8]}", "therapist")
+            therapists[clinic.url] = next(one["value"] for one in another.cookies() if one["name"] == COOKIE)
+        another.add_cookies([{"name": COOKIE, "value": therapists[clinic.url], "url": clinic.url}])
     context.add_init_script(f"({_COUNT_ALWAYS})()")
     page = context.new_page()
     page.goto(clinic.url)
