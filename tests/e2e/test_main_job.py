@@ -158,20 +158,3 @@ def test_resistance_reverses_the_arm_and_the_second_time_holds_it(page: Page) ->
     page.get_by_role("link", name="Sessions").click()
     page.get_by_role("row", name=re.compile("Tanaka Sora")).get_by_role("link").first.click()
     expect(page.get_by_role("region", name="Playback 1")).to_contain_text("Resistance level 6 of 25")
-
-
-@pytest.mark.shared_clinic("empty")
-def test_stop_key_works_while_typing_and_shows_device_confirmation(page: Page) -> None:
-    sign_up(page, "Suzuki Aoi")
-    import_motion(page, built_in_motions()[0])
-    prepare_station(page)
-    begin_session(page)
-    load_and_play(page)
-    page.get_by_role("link", name="Patients", exact=True).click()
-    page.get_by_role("textbox", name="Search").fill("abc")
-    page.keyboard.press("Escape")
-
-    expect(page.get_by_test_id("stop-answer")).to_contain_text("Confirmed by the device")
-    expect(page.get_by_test_id("stop-banner")).to_contain_text("Stopped by the operator.")
-    page.get_by_role("link", name="Station", exact=True).click()
-    expect(page.get_by_test_id("torque")).to_have_text("Torque off")

@@ -330,3 +330,20 @@ def test_moving_arm_stops_beside_an_open_dialog(finger: Page, clinic: Clinic) ->
             expect(mode, way).to_have_text("Stopped", timeout=LONG_MS)
             station.make_idle()
         station.end_session(session)
+
+
+def test_stop_key_works_while_typing_and_shows_device_confirmation(tab: Page, clinic: Clinic) -> None:
+    tab.goto(f"{clinic.url}/patients")
+    with ShownStation(clinic) as station:
+        session, recording = station.begin_session("DEMO-001")
+        station.play(session, recording)
+        expect(tab.get_by_test_id("mode")).to_have_text("Playing", timeout=LONG_MS)
+        tab.get_by_role("textbox", name="Search").fill("abc")
+        tab.keyboard.press("Escape")
+
+        expect(tab.get_by_test_id("stop-answer")).to_contain_text("Confirmed by the device")
+        expect(tab.get_by_test_id("stop-banner")).to_contain_text("Stopped by the operator.")
+        tab.get_by_role("link", name="Station", exact=True).click()
+        expect(tab.get_by_test_id("torque")).to_have_text("Torque off")
+        station.make_idle()
+        station.end_session(session)
