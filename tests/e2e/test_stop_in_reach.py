@@ -313,7 +313,7 @@ def test_moving_arm_stops_beside_an_open_dialog(finger: Page, clinic: Clinic) ->
     finger.set_viewport_size({"width": width, "height": height})
     mode = finger.get_by_test_id("mode")
     with ShownStation(clinic) as station:
-        session, recording = station.begin_session("DEMO-001")
+        session, recording = station.begin_session("DEMO-002")
         for way in ("touch", "Esc", "Tab"):
             station.play(session, recording)
             finger.goto(f"{clinic.url}/patients")
@@ -335,7 +335,7 @@ def test_moving_arm_stops_beside_an_open_dialog(finger: Page, clinic: Clinic) ->
 def test_stop_key_works_while_typing_and_shows_device_confirmation(tab: Page, clinic: Clinic) -> None:
     tab.goto(f"{clinic.url}/patients")
     with ShownStation(clinic) as station:
-        session, recording = station.begin_session("DEMO-001")
+        session, recording = station.begin_session("DEMO-002")
         station.play(session, recording)
         expect(tab.get_by_test_id("mode")).to_have_text("Playing", timeout=LONG_MS)
         tab.get_by_role("textbox", name="Search").fill("abc")
