@@ -3,36 +3,20 @@
 Every test run has the benchmarks of the installed command and the one that shows a requirement of safety; `make campaign` has the others.
 """
 
-import json
-import os
-import subprocess
-import sys
 from pathlib import Path
-from typing import Any, Final
+from typing import Final
 
 import pytest
 
 from benchmarks import sign_in
 from benchmarks.attacks import ATTACKS
-from kata.bench import bus
 from kata.bench.loop import LoopCase, loop_cases
-from kata.bench.other_libraries import installed
-from kata.bench.report import Report
 from kata.bench.running_service import WITHOUT_REAL_TIME, RunningService, prepare_records
 from kata.bench.stop import LOADS
 from kata.database.programs import postgresql_program
+from tests.support.bench_command import bench
 
 _WITH_POSTGRESQL: Final = postgresql_program("initdb") is not None
-
-
-def bench(*arguments: str, out: Path) -> dict[str, Any]:
-    """Run a benchmark and return its JSON report."""
-    command = [sys.executable, "-m", "kata", "bench", *arguments, "--json", str(out)]
-    done = subprocess.run(command, capture_output=True, text=True, timeout=150, env=os.environ | {"COLUMNS": "200"})
-    assert done.returncode == 0, done.stderr
-    assert "load average before" in done.stdout
-    report: dict[str, Any] = json.loads(out.read_text())
-    return report
 
 
 def loop(out: Path, rate_hz: int, load: str) -> None:
@@ -75,36 +59,6 @@ def test_stop(tmp_path: Path) -> None:
 @pytest.mark.campaign
 def test_stop_under_every_load(tmp_path: Path) -> None:
     stop(tmp_path / "stop.json", *LOADS)
-
-
-def test_bus(tmp_path: Path) -> None:
-    report = bench("bus", "--seconds", "0.05", "--rounds", "1", out=tmp_path / "bus.json")
-    wanted = {
-        "ceiling_ratio_115200",
-        "ceiling_ratio_1000000",
-        "vs_dynamixel_sdk_1000000",
-        "vs_rustypot_1000000",
-        "vs_pymodbus_115200",
-        "cpu_percent_115200",
-        "silent_servo_lost_ms",
-        "noise_wasted_bytes",
-        "modbus_ceiling_ratio_115200",
-        "dynamixel_sdk_cpu_percent_115200",
-        "dynamixel_sdk_silent_servo_lost_ms",
-    }
-    # Other libraries are development dependencies; the table names a missing one.
-    missing = [name for name in ("dynamixel_sdk", "rustypot", "pymodbus") if not installed(name)]
-    assert {name for name in wanted if not any(peer in name for peer in missing)} <= set(report["figures"])
-
-
-def test_missing_library_is_reported(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(bus, "installed", lambda module: module != "rustypot")
-    table = Report("Bus", ("Wire, library",))
-    found = bus._select_installed(table, "dynamixel 115200", bus.DYNAMIXEL)
-    assert [row[:2] for row in table.rows] == [
-        ("dynamixel 115200, rustypot, Sync Read of a block", "not installed"),
-    ]
-    assert "rustypot" not in {contender.host for contender in found}
 
 
 @pytest.mark.campaign
