@@ -135,7 +135,14 @@ POOR = {
 }
 
 
-@pytest.mark.parametrize("poor", POOR.values(), ids=POOR.keys())
+# The fixture `improved` begins with too little damping in every run.
+@pytest.mark.parametrize(
+    "poor",
+    [
+        pytest.param(gain, marks=[pytest.mark.campaign] if name == "too little damping" else [], id=name)
+        for name, gain in POOR.items()
+    ],
+)
 def test_proposals_improve_poor_gains(poor: Gains) -> None:
     ran, technician, draft = tuned(with_gains(m3=poor), *[measure_proposed] * 3)
     first, *_, last = [review.motors[2] for review in technician.reviews if review.load == "weight"]
