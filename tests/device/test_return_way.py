@@ -141,7 +141,7 @@ def test_arm_returns_from_every_place_of_a_recording(
 
 
 @given(st.integers(0, 2**32 - 1), st.floats(0.0, 1.0))
-@examples(few=10, many=1_000)
+@examples(few=5, many=1_000)
 def test_range_is_only_reduced_to_shares_within_the_limits(seed: int, place: float) -> None:
     motion = around_a_corner(np.random.default_rng(seed))
     reference = build(motion.load(), CONFIG) if motion else None
