@@ -8,7 +8,7 @@ import pytest
 from kata.database.engine import Database
 from kata.motion.builtin import built_in_motions
 from kata.motion.taught import Taught
-from tests.support.kata_command import kata
+from tests.support.kata_command import kata, kata_here
 from tests.support.motions import write_csv
 
 
@@ -42,7 +42,7 @@ def test_demo_teaches_plays_compares_and_stores(tmp_path: Path, motion: Taught, 
 def test_demo_reports_errors_in_a_file(tmp_path: Path) -> None:
     (tmp_path / "bad.csv").write_text("time_s,elbow\n0,1\n")
     for file, sentence in (("bad.csv", "missing: scapula_abduction"), ("none.csv", "No such file")):
-        done = kata("demo", "--taught", file, folder=tmp_path)
+        done = kata_here("demo", "--taught", tmp_path / file)
         assert done.returncode == 1
         assert sentence in done.stderr
         assert "Traceback" not in done.stderr
