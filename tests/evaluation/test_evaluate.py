@@ -369,12 +369,10 @@ def test_only_the_paper_method_jumps_at_the_start(by_method: dict[Method, list[C
     assert starts["learned"] < 0.5
 
 
-def test_real_apparatus_moves_only_with_explicit_consent(tmp_path: Path) -> None:
+def test_real_apparatus_moves_only_with_explicit_consent(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     config.write(config.StationConfig(), tmp_path / "station.toml")
-    done = subprocess.run(
-        [sys.executable, "-m", "kata", "evaluate", "--station", "station.toml"],
-        input="n\n", capture_output=True, text=True, cwd=tmp_path, timeout=60,
-    )  # fmt: skip
-    assert done.returncode == 1
+    monkeypatch.chdir(tmp_path)
+    done = CliRunner().invoke(app, ["evaluate", "--station", "station.toml"], input="n\n")
+    assert done.exit_code == 1
     assert "The apparatus of station.toml will move" in done.stdout
     assert "Aborted" in done.stderr
