@@ -34,7 +34,7 @@ def test_demo_teaches_plays_compares_and_stores(tmp_path: Path, motion: Taught, 
         for table in ("patients", "recordings", "recording_samples", "sessions", "runs", "run_samples"):
             assert connection.exec_driver_sql(f"SELECT count(*) FROM {table}").scalar() == 1
 
-    again = kata("demo", "--taught", taught, "--data", data, folder=tmp_path)
+    again = kata_here("demo", "--taught", taught, "--data", data)
     assert again.returncode == 1
     assert "already contains a database" in again.stderr
 
