@@ -215,7 +215,6 @@ describe("a part that was taught again", () => {
         { ...part, id: "x", name: "Other shoulder", side: "left" },
         { ...part, id: "y", name: "Archived", archived_at: "2026-11-22T09:30:00Z" },
       ],
-      next: null,
     });
     choose("Replace a part by a new teaching");
     fireEvent.click(await screen.findByRole("combobox", { name: "Recording of the new part" }));
@@ -237,7 +236,7 @@ describe("a part that was taught again", () => {
   });
 
   it("must be taught first", async () => {
-    recordings.mockResolvedValue({ items: [RECORDING], next: null });
+    recordings.mockResolvedValue({ items: [RECORDING] });
     choose("Replace a part by a new teaching");
     expect(await screen.findByText(/Teach the part first/)).toBeTruthy();
   });
