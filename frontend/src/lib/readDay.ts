@@ -1,3 +1,4 @@
+import { clinicFormat } from "./days";
 import { LOCALE } from "./language";
 
 /** A typed text as a day such as 2026-11-21, or why it is none. */
@@ -20,13 +21,10 @@ const YEAR_LAST = /^(\d{1,2})[-/.](\d{1,2})[-/.](\d{4})$/;
 const DAY_MONTH = /^(\d{1,2})\.?\s+([a-z]{3,9})\.?,?\s+(\d{4})$/;
 const MONTH_DAY = /^([a-z]{3,9})\.?\s+(\d{1,2}),?\s+(\d{4})$/;
 
-const monthName = new Intl.DateTimeFormat("en", { month: "long", timeZone: "UTC" });
-const MONTHS = Array.from({ length: 12 }, (_, month) =>
-  monthName.format(Date.UTC(2026, month)).toLowerCase(),
-);
+const monthName = clinicFormat("en", { month: "long" });
+const MONTHS = Array.from({ length: 12 }, (_, month) => monthName(Date.UTC(2026, month, 15)).toLowerCase());
 /** True if the locale writes 11/21/2026 and not 21/11/2026. */
-const MONTH_FIRST =
-  new Intl.DateTimeFormat(LOCALE).formatToParts(0).find(({ type }) => type !== "year")?.type === "month";
+const MONTH_FIRST = clinicFormat(LOCALE, {})(Date.UTC(2026, 10, 21, 12)).startsWith("11");
 
 /**
  * Read a day as people write it: 2026-11-21, 2026/11/21, 20261121, 21 Nov 2026, Nov 21, 2026, 2026年11月21日, 令和8年11月21日,
