@@ -97,6 +97,7 @@ READ: Final = {
     "get_recording_mcap", "get_run_mcap", "get_run_lerobot",
     "get_patient_fhir", "export_patient", "list_patients", "get_patient", "list_programmes", "get_programme", "get_session_plan",
     "get_adherence", "get_progress", "list_recordings", "get_recording", "get_recording_figure", "get_recording_motion", "get_recording_rhythm",
+    "get_sound_rhythm",
     "get_session_report_html", "get_session_report_pdf", "get_episode_report_html", "get_episode_report_pdf",
     "get_rehabilitation_plan_pdf", "get_note_draft",
     "get_record_access", "break_glass", "list_sessions", "get_session_filter_options", "list_patient_sessions", "list_ready_patients",

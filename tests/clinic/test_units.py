@@ -136,6 +136,7 @@ TIMELESS: Final = {
     "UnderstoodMotion": "the file that is being imported now",
     "MotionPreview": "the motion of a recording or programme that the address names",
     "MotionLimit": "valid while the episode is open",
+    "SoundMotion": "its recording has the time at which it was taught",
 }
 
 

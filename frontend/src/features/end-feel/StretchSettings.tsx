@@ -51,7 +51,7 @@ export function StretchSettings({
         error={
           isBetween(typed.hold, HOLD)
             ? null
-            : t("endFeel:stretch.between", { least: HOLD.min, most: HOLD.max })
+            : t("endFeel:stretch.holdBetween", { shortest: HOLD.min, seconds: HOLD.max })
         }
       />
       <NumberInput
@@ -63,7 +63,7 @@ export function StretchSettings({
         error={
           isBetween(typed.repetitions, REPETITIONS)
             ? null
-            : t("endFeel:stretch.between", { least: REPETITIONS.min, most: REPETITIONS.max })
+            : t("endFeel:stretch.repetitionsBetween", { repetitions: REPETITIONS.max })
         }
       />
       <NumberInput
