@@ -1,12 +1,12 @@
 import { afterEach, beforeEach, describe, expect, it, vi } from "vitest";
 import type { Live } from "../api/client";
+import { SETTLE_MS } from "./socket";
 import {
   ageTenths,
   isAlive,
   LiveStore,
   LOST_AFTER_MS,
   OPEN_TIMEOUT_MS,
-  SETTLE_MS,
   STOP_ANSWER_TIMEOUT_MS,
 } from "./store";
 

@@ -1,5 +1,5 @@
 import type { Live, Schemas, StationInfo } from "../api/client";
-import { openSocket } from "./socket";
+import { openSocket, ReconnectingSocket } from "./socket";
 
 export type LiveMessage =
   | Schemas["SnapshotMessage"]
@@ -10,15 +10,8 @@ export type LiveMessage =
 
 /** If no message arrives for this time, the connection counts as lost. The service sends ten per second. */
 export const LOST_AFTER_MS = 1200;
-const CHECK_EVERY_MS = 250;
-/** After the page was blocked, it processes waiting messages for this time before it judges the connection. */
-export const SETTLE_MS = 100;
 /** Pauses between attempts. The page recovers within three seconds after the service returns. */
-const RECONNECT_MS = [250, 500, 1000, 1000];
-/**
- * An attempt that does not succeed within this time is repeated, because a browser with an unplugged cable
- * would wait for minutes.
- */
+const RECONNECT_MS = [250, 500, 1000] as const;
 export const OPEN_TIMEOUT_MS = 2000;
 /** If the live connection does not answer a Stop within this time, the page sends it by a separate request. */
 export const STOP_ANSWER_TIMEOUT_MS = 600;
@@ -55,10 +48,7 @@ export class LiveStore {
   #lostListeners = new Set<() => void>();
   #pendingStops = new Map<number, (answer: Schemas["StopAnswerMessage"] | null) => void>();
   #stopNumber = 0;
-  #socket: WebSocket | null = null;
-  #openedAt = 0;
-  #checkedAt = 0;
-  #settledAt = 0;
+  #socket: ReconnectingSocket;
   #sequence = 0;
   /** When a shown state was last confirmed, by the monotonic clock. */
   #confirmedAt = Number.NEGATIVE_INFINITY;
@@ -67,24 +57,30 @@ export class LiveStore {
    * measurement.
    */
   #fastest: { ms: number; at: number } | null = null;
-  #failures = 0;
-  #reconnectTimer: ReturnType<typeof setTimeout> | null = null;
-  #connect: () => WebSocket;
 
   constructor(connect: () => WebSocket) {
-    this.#connect = connect;
+    this.#socket = new ReconnectingSocket({
+      connect,
+      lostAfterMs: LOST_AFTER_MS,
+      openTimeoutMs: OPEN_TIMEOUT_MS,
+      pausesMs: RECONNECT_MS,
+      bridgesReconnect: true,
+      onOpen: () => this.#reset(),
+      onMessage: (text) => this.#receive(JSON.parse(text) as LiveMessage),
+      onDisconnected: () => this.#set({ ...this.#state, connected: false }),
+      onClosed: () => {
+        this.#abandonStops();
+        for (const listener of this.#lostListeners) listener();
+      },
+    });
   }
 
   /** Connect and stay connected. The returned function disconnects and clears the state. */
   start(): () => void {
-    this.#open();
-    this.#checkedAt = Date.now();
-    const timer = setInterval(() => this.#check(), CHECK_EVERY_MS);
+    this.#socket.start();
     return () => {
-      clearInterval(timer);
-      if (this.#reconnectTimer) clearTimeout(this.#reconnectTimer);
-      this.#disconnect();
-      this.#failures = 0;
+      this.#socket.stop();
+      this.#abandonStops();
       this.#set(EMPTY);
     };
   }
@@ -116,11 +112,10 @@ export class LiveStore {
    * another way is needed.
    */
   stop(): Promise<Schemas["StopAnswerMessage"] | null> {
-    const socket = this.#socket;
-    if (!socket || !this.#state.connected || socket.readyState !== WebSocket.OPEN)
-      return Promise.resolve(null);
+    if (!this.#state.connected) return Promise.resolve(null);
     this.#stopNumber += 1;
     const request: Schemas["StopMessage"] = { kind: "stop", number: this.#stopNumber };
+    if (!this.#socket.send(request)) return Promise.resolve(null);
     return new Promise((resolve) => {
       const settle = (answer: Schemas["StopAnswerMessage"] | null) => {
         clearTimeout(timeout);
@@ -129,7 +124,6 @@ export class LiveStore {
       };
       const timeout = setTimeout(() => settle(null), STOP_ANSWER_TIMEOUT_MS);
       this.#pendingStops.set(request.number, settle);
-      socket.send(JSON.stringify(request));
     });
   }
 
@@ -160,29 +154,21 @@ export class LiveStore {
     });
   }
 
-  #open() {
-    const socket = this.#connect();
-    this.#socket = socket;
-    this.#openedAt = Date.now();
+  /** Expect the first message of a new connection. */
+  #reset() {
     this.#sequence = 0;
     this.#confirmedAt = Number.NEGATIVE_INFINITY;
     this.#fastest = null;
-    socket.onmessage = (event) => this.#receive(socket, JSON.parse(String(event.data)) as LiveMessage);
-    socket.onclose = () => this.#reconnect(socket);
-    socket.onerror = () => this.#reconnect(socket);
   }
 
-  #receive(socket: WebSocket, message: LiveMessage) {
-    if (socket !== this.#socket) return;
+  #receive(message: LiveMessage) {
     if (message.sequence !== this.#sequence + 1) {
-      this.#reconnect(socket);
+      this.#socket.reconnect();
       return;
     }
     this.#sequence = message.sequence;
-    this.#failures = 0;
     const heardAt = this.#sentAt(message);
-    const now = Date.now();
-    const connected = now - heardAt <= LOST_AFTER_MS || (this.#state.connected && this.#isSettling(now));
+    const connected = this.#socket.heard(heardAt);
     const next: LiveState = { ...this.#state, connected, heardAt };
     switch (message.kind) {
       case "snapshot":
@@ -203,16 +189,15 @@ export class LiveStore {
         break;
     }
     this.#set(next);
-    this.#confirm(socket, message.sequence);
+    this.#confirm(message.sequence);
   }
 
   /** Tell the service that the page has shown this message. An error of a listener before it prevents that. */
-  #confirm(socket: WebSocket, sequence: number) {
+  #confirm(sequence: number) {
     const now = performance.now();
-    if (now - this.#confirmedAt < CONFIRM_EVERY_MS || socket.readyState !== WebSocket.OPEN) return;
-    this.#confirmedAt = now;
+    if (now - this.#confirmedAt < CONFIRM_EVERY_MS) return;
     const shown: Schemas["ShownMessage"] = { kind: "shown", sequence };
-    socket.send(JSON.stringify(shown));
+    if (this.#socket.send(shown)) this.#confirmedAt = now;
   }
 
   /**
@@ -230,57 +215,9 @@ export class LiveStore {
     return now - (delay - minDelay);
   }
 
-  /**
-   * Return true shortly after the page was blocked by drawing or sleep. Messages then waited in the page, so
-   * their age does not mean that the connection is lost.
-   */
-  #isSettling(now: number): boolean {
-    if (now - this.#checkedAt > LOST_AFTER_MS) {
-      this.#checkedAt = now;
-      this.#settledAt = now + SETTLE_MS;
-      setTimeout(() => this.#checkConnection(), SETTLE_MS);
-    }
-    return now < this.#settledAt;
-  }
-
-  #check() {
-    const now = Date.now();
-    if (this.#isSettling(now)) return;
-    this.#checkedAt = now;
-    this.#checkConnection();
-  }
-
-  /** Detect a lost connection by polling, because an unplugged cable does not close the socket. */
-  #checkConnection() {
-    const { connected, heardAt } = this.#state;
-    const now = Date.now();
-    if (heardAt !== null && now - heardAt > LOST_AFTER_MS && connected) {
-      this.#set({ ...this.#state, connected: false });
-      if (this.#socket) this.#reconnect(this.#socket);
-    } else if (!connected && this.#socket && now - this.#openedAt > OPEN_TIMEOUT_MS) {
-      this.#reconnect(this.#socket);
-    }
-  }
-
-  #reconnect(socket: WebSocket) {
-    if (socket !== this.#socket) return;
-    this.#disconnect();
-    const pause = RECONNECT_MS[Math.min(this.#failures, RECONNECT_MS.length - 1)];
-    this.#failures += 1;
-    this.#reconnectTimer = setTimeout(() => this.#open(), pause);
-    for (const listener of this.#lostListeners) listener();
-  }
-
-  #disconnect() {
-    const socket = this.#socket;
-    this.#socket = null;
+  /** Report to every waiting Stop that it needs another way. */
+  #abandonStops() {
     for (const settle of [...this.#pendingStops.values()]) settle(null);
-    if (socket) {
-      socket.onmessage = null;
-      socket.onclose = null;
-      socket.onerror = null;
-      socket.close();
-    }
   }
 
   #set(next: LiveState) {
