@@ -167,7 +167,7 @@ describe("an episode on the patient's page", () => {
   it("shows the doctor's limits and a missing stage", () => {
     show(<EpisodeCard episode={EPISODE} onSaved={onDone} />);
     expect(screen.getByTestId("limits").textContent).toBe(
-      "Limits set by Dr. MoriAbduction / adduction of the shoulder: at most 90 degResistance level: at most 12Motor speed: at most 40 deg/s",
+      "Limits set by Dr. MoriAbduction / adduction of the shoulder: at most 90 degResistance level: at most 12 of 25Motor speed: at most 40 deg/s",
     );
     expect(screen.getByText("No stage recorded")).toBeTruthy();
   });
