@@ -86,6 +86,8 @@ def test_stop_and_alarms_do_not_cover_the_patients_name(page: Page, clinic: Clin
 
 def test_archiving_is_taken_back_with_one_press(page: Page) -> None:
     page.get_by_role("link", name="Patients", exact=True).click()
+    # The home page also lists the patients of today's sessions.
+    page.wait_for_url("**/patients")
     page.get_by_role("link", name="Tanaka Ren").click()
     page.get_by_role("button", name="Archive", exact=True).click()
     expect(page.get_by_text("Archived", exact=True)).to_be_visible()

@@ -59,6 +59,8 @@ class ShownStation:
     def play(self, session: dict[str, Any], recording: dict[str, Any]) -> None:
         """Complete the checklist, enter the pain before, and play the recording for minutes."""
         path = f"/api/sessions/{session['id']}"
+        # The pedal's check is automatic. While a device process starts, the pedal's state is unknown.
+        self.make_idle()
         for check in still_open(self._client, session["id"], recording["id"]):
             if check == "estop":
                 self.press_estop()
