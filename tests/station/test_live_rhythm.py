@@ -11,6 +11,7 @@ from kata.motion.axes import Side
 from kata.motion.linkage import Floats, motor_angles_deg
 from kata.station.live_rhythm import LiveRhythm
 from kata.station.rhythm_schemas import RhythmLive
+from kata.station.snapshot_tracker import SnapshotTracker
 from tests.support.rhythm_motions import RATE_HZ, abduction, evenly, wave
 from tests.support.silent_device import snapshot
 
@@ -112,3 +113,15 @@ def test_only_the_last_two_minutes_are_calculated() -> None:
     assert found is not None
     assert max(curve.passes for curve in found.curves) <= 12
     assert ratios(found)["raising"][:2] == pytest.approx([5.0, 5.0], abs=0.2)
+
+
+def test_an_error_of_its_figures_ends_no_control(monkeypatch: pytest.MonkeyPatch) -> None:
+    def fail(self: LiveRhythm, snapshot: Snapshot, side: Side) -> None:
+        raise np.linalg.LinAlgError
+
+    monkeypatch.setattr(LiveRhythm, "take", fail)
+    tracker = SnapshotTracker()
+    newest = snapshot(t_ns=1, **teaching())
+    tracker.take(newest, "right")
+    assert tracker.snapshot is newest
+    assert tracker.age_ms is not None

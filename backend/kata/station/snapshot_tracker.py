@@ -1,5 +1,6 @@
 """Tracks the device's newest snapshot and adds data of the service: patient, recording, times on the wall clock."""
 
+import logging
 import time
 from dataclasses import dataclass
 from datetime import UTC, datetime, timedelta
@@ -13,6 +14,8 @@ from kata.motion.axes import Side
 from kata.station.live_end_range import LiveEndRange
 from kata.station.live_rhythm import LiveRhythm
 from kata.station.schemas import PatientRef, TextKey
+
+log = logging.getLogger(__name__)
 
 _STILL_STOPPING: Final = "still_stopping"
 """Code of the device's refusal to acknowledge while the arm slows down."""
@@ -67,11 +70,15 @@ class SnapshotTracker:
         self._note_verification(snapshot)
         self._note_torque(snapshot)
         self.snapshot = snapshot
-        if (live := self._end_range(snapshot)) is not None:
-            live.take(snapshot)
-        self._rhythm.take(snapshot, side)
         self.has_run = True
         self._received_at_s = time.monotonic()
+        try:
+            if (live := self._end_range(snapshot)) is not None:
+                live.take(snapshot)
+            self._rhythm.take(snapshot, side)
+        except Exception:
+            # These figures are for the page only. An error must not end the device process, which moves the arm.
+            log.exception("figures of the live state could not be calculated")
 
     def note_reversal(self, event: Event) -> None:
         """Remember the text of a reversal."""

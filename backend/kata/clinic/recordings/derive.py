@@ -21,6 +21,7 @@ from kata.clinic.recordings.edits import (
     WarmUp,
 )
 from kata.clinic.recordings.tables import SAMPLE_COLUMNS
+from kata.database.arrays import UnreadableError
 from kata.database.series import Series, pack, unpack
 from kata.device.config import StationConfig
 from kata.motion import edit
@@ -134,9 +135,9 @@ def _guided(motion: Motion, source: Source, side: Side) -> Motion:
     other: Side = "left" if side == "right" else "right"
     sound = []
     for recording in source.others:
-        samples = unpack(recording.series)
-        # A recording without a pose has no rhythm.
-        with suppress(OutOfReachError):
+        # A recording without a pose has no rhythm, and a damaged one is left out.
+        with suppress(OutOfReachError, UnreadableError):
+            samples = unpack(recording.series)
             sound.append(GuidingMotion(recording.name, rhythm_of(samples["time_s"], samples["angle_deg"], other)))
     try:
         return guided(motion, side, sound)
