@@ -61,5 +61,9 @@ function doneWords(run: Run): string {
 }
 
 /** Return why a playback has no errors. */
-export const nothingComparedWords = (run: Run) =>
-  run.compared_percent === 0 ? t("sessions:session.onlyReduced") : t("sessions:session.nothingToCompare");
+export function nothingComparedWords(run: Pick<Run, "outcome" | "compared_percent">): string {
+  if (run.outcome === "loaded") return t("sessions:session.notYetCompared");
+  return run.compared_percent === 0
+    ? t("sessions:session.onlyReduced")
+    : t("sessions:session.nothingToCompare");
+}
