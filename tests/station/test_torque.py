@@ -19,7 +19,7 @@ from kata.device.ipc_messages import (
     StopState,
     TorqueState,
 )
-from kata.motion.axes import Side
+from kata.motion.axes import OPPOSITE
 from kata.station.lease import Browser
 from kata.station.schemas import Live
 from kata.station.station import Station
@@ -229,7 +229,7 @@ def test_turning_waits_for_the_device_process(silent: list[Silent], tmp_path: Pa
 
 
 def turned(at: Station) -> str | None:
-    other: Side = "left" if at.config.side == "right" else "right"
+    other = OPPOSITE[at.config.side]
 
     async def nothing() -> None: ...
 

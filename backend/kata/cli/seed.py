@@ -41,7 +41,7 @@ from kata.device import texts as device_texts
 from kata.device.config import StationConfig
 from kata.device.journal import FolderInUseError, JournalEnd, JournalHeader, synthetic_journal
 from kata.messages import Text, sent_key
-from kata.motion.axes import Side
+from kata.motion.axes import OPPOSITE, Side
 from kata.motion.builtin import built_in_motions
 from kata.motion.edit import Motion, PlaybackSettings, with_settings
 from kata.motion.linkage import motor_angles_deg
@@ -377,7 +377,7 @@ class _Invented:
             spadi=answers, spadi_score=spadi.score(answers).total, updated_at=at,
         )  # fmt: skip
         self._add(row)
-        other: Side = "left" if self._side == "right" else "right"
+        other = OPPOSITE[self._side]
         for motion, position, first, healthy in _ROM:
             passive = first + (healthy - first) * better + self._chance.uniform(-3, 3)
             for side, kind, angle in (

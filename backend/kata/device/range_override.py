@@ -23,7 +23,7 @@ _MAX_RATE_PER_S: Final = 0.25
 """Highest rate of change of the share, in 1/s. One step takes less than 1 s. At 60 deg from rest the rate is 15 deg/s."""
 _MAX_RATE_DEG_S: Final = 15.0
 """Highest speed that the change of range adds to a motor's own speed. It has the value of the default
-of ``StationConfig.approach_speed_deg_s`` and need not follow it.""" ""
+of ``StationConfig.approach_speed_deg_s`` and need not follow it."""
 _MAX_ACCELERATION_PER_S2: Final = 1.0
 """Highest acceleration of the share, in 1/s^2. At 60 deg from rest this is 60 deg/s^2."""
 

@@ -34,7 +34,7 @@ from kata.database.base import utc_now
 from kata.device.ipc_messages import RESISTANCE_LEVELS, Mode
 from kata.device.journal import Journal, JournalEnd, JournalHeader, synthetic_journal
 from kata.errors import ProblemError
-from kata.motion.axes import CANONICAL_SIDE, Side
+from kata.motion.axes import CANONICAL_SIDE, OPPOSITE, Side
 from kata.motion.linkage import Floats
 from kata.motion.method import Method
 from kata.motion.taught import Taught
@@ -81,8 +81,7 @@ class ServiceDriver:
             number = f"DEMO-{uuid4().hex[:8]}"
             patient = PatientCreate(clinic_number=number, name="Demonstration", affected_side=CANONICAL_SIDE)
             self._patient_id = patients.create(session, patient).id
-            other: Side = "left" if CANONICAL_SIDE == "right" else "right"
-            episodes.open_new(session, self._patient_id, EpisodeCreate(side=other))
+            episodes.open_new(session, self._patient_id, EpisodeCreate(side=OPPOSITE[CANONICAL_SIDE]))
             self._session_id = sessions.begin(session, self._patient_id, _USER, station=self.station.info.name).id
 
     async def set_side(self, side: Side) -> None:

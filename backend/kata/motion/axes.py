@@ -34,6 +34,8 @@ wider one of the two.
 
 Side = Literal["left", "right"]
 """The shoulder that is treated."""
+OPPOSITE: Final[dict[Side, Side]] = {"left": "right", "right": "left"}
+"""The other shoulder of each one."""
 
 CANONICAL_SIDE: Final[Side] = "right"
 """The side of the apparatus when it is not turned.

@@ -16,10 +16,10 @@ import numpy as np
 
 from kata.motion import texts
 from kata.motion.axes import Side
-from kata.motion.edit import EditError, Motion
+from kata.motion.edit import NAME_LETTERS, EditError, Motion
 from kata.motion.linkage import Floats, motor_angles_deg, pose_deg
 from kata.motion.rhythm import LEAST_PASS_DEG, Direction, MotionRhythm, Pass, rhythm_of_poses
-from kata.motion.shoulder import elevation_deg
+from kata.motion.shoulder import elevation_deg, humerus_direction
 
 CHANGE_DEG: Final = 15.0
 """After a turn the scapula changes to the other direction's curve within this elevation."""
@@ -27,8 +27,6 @@ BEYOND_DEG: Final = 3.0
 """The arm may be raised this much farther than in the sound side's motion. There the scapula keeps its angle."""
 _SMOOTHED_DEG: Final = 7
 """The curves have one value for each degree, whose noise would shake the scapula. They are averaged over this number of degrees, twice."""
-_NAME_LETTERS: Final = 40
-"""The name of the sound side's recording is cut to this length, because the edit becomes part of the new recording's name."""
 
 
 @dataclass(frozen=True)
@@ -70,7 +68,7 @@ def guided(motion: Motion, side: Side, sound: Sequence[GuidingMotion]) -> Motion
     name, curves = next(((one.name, found) for one in sound if (found := _curves(own, one.rhythm))), ("", None))
     if curves is None:
         raise EditError(texts.GUIDED_OTHER_PLANE())
-    elevation = elevation_deg(poses)
+    elevation = elevation_deg(humerus_direction(poses))
     highest = float(elevation.max())
     top = min(float(one.elevation_deg[-1]) for one in (curves.raising, curves.lowering))
     if highest > top + BEYOND_DEG:
@@ -80,7 +78,7 @@ def guided(motion: Motion, side: Side, sound: Sequence[GuidingMotion]) -> Motion
     changed = poses.copy()
     changed[:, 1] += change
     changed[:, 2] -= change
-    done = (*motion.done, texts.DONE_GUIDED(recording=name[:_NAME_LETTERS]))
+    done = (*motion.done, texts.DONE_GUIDED(recording=name[:NAME_LETTERS]))
     return replace(motion, angles_deg=motor_angles_deg(changed, side), done=done)
 
 

@@ -12,15 +12,13 @@ import numpy as np
 
 from kata.motion import texts
 from kata.motion.approach import MinimumJerkMove
-from kata.motion.edit import JOIN_SPEED_DEG_S, EditError, Motion, MotionBuilder, eased, halves
+from kata.motion.edit import JOIN_SPEED_DEG_S, NAME_LETTERS, EditError, Motion, MotionBuilder, eased, halves
 from kata.motion.linkage import Floats
 
 FARTHEST_DEG: Final = 20.0
 """Largest distance of an end of the new part from its mark. At a larger one the part was probably taught for another place."""
 SHORTEST_S: Final = 0.5
 """Shortest part that can be replaced."""
-_NAME_LETTERS: Final = 40
-"""The name of the part's recording is cut to this length, because the edit becomes part of the new recording's name."""
 
 
 def retaught(motion: Motion, start_s: float, end_s: float, part: Motion, name: str) -> Motion:
@@ -51,7 +49,7 @@ def retaught(motion: Motion, start_s: float, end_s: float, part: Motion, name: s
     line.add(eased(_moved_to_marks(part, gaps)))
     if after:
         line.add(eased(after, end=False))
-    done = texts.DONE_RETAUGHT(start_s=start_s, end_s=end_s, recording=name[:_NAME_LETTERS])
+    done = texts.DONE_RETAUGHT(start_s=start_s, end_s=end_s, recording=name[:NAME_LETTERS])
     return line.motion((*motion.done, done))
 
 

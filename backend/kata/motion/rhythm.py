@@ -26,7 +26,7 @@ from numpy.typing import ArrayLike
 
 from kata.motion.axes import CANONICAL_SIDE, POSE_RANGE_DEG, Side
 from kata.motion.linkage import Floats, pose_deg
-from kata.motion.shoulder import humerus_direction
+from kata.motion.shoulder import elevation_deg, humerus_direction
 
 Direction = Literal["raising", "lowering"]
 Plane = Literal["abduction", "scaption", "flexion", "other", "changing"]
@@ -180,7 +180,7 @@ def rhythm_of(times_s: ArrayLike, motors_deg: ArrayLike, side: Side = CANONICAL_
 def rhythm_of_poses(times_s: Floats, poses_deg: Floats) -> MotionRhythm:
     """Return the rhythm of poses ``(n, 5)`` at times ``(n,)``."""
     arm = humerus_direction(poses_deg)
-    elevation = np.degrees(np.arccos(np.clip(-arm[:, 2], -1.0, 1.0)))
+    elevation = elevation_deg(arm)
     joint = np.degrees(np.arccos(np.clip(np.prod(np.cos(np.radians(poses_deg[:, 2:4])), axis=1), -1.0, 1.0)))
     # On the canonical side Y points away from the arm.
     plane = np.degrees(np.arctan2(arm[:, 0], -arm[:, 1]))

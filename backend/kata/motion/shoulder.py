@@ -53,9 +53,12 @@ def humerus_direction(pose_deg: ArrayLike, side: Side = CANONICAL_SIDE) -> Float
     return np.stack([away[0], left * away[1], -np.cos(flexion) * np.cos(lifted)], axis=-1)
 
 
-def elevation_deg(pose_deg: ArrayLike) -> Floats:
-    """Return the elevation of the upper arm against the trunk for poses ``(..., 5)``, shape ``(...)``. It is 0 for the hanging arm."""
-    elevation: Floats = np.degrees(np.arccos(np.clip(-humerus_direction(pose_deg)[..., 2], -1.0, 1.0)))
+def elevation_deg(direction: Floats) -> Floats:
+    """Return the elevation of the upper arm against the trunk, shape ``(...)``. It is 0 for the hanging arm.
+
+    :param direction: of the humerus, ``(..., 3)`` (:func:`humerus_direction`).
+    """
+    elevation: Floats = np.degrees(np.arccos(np.clip(-direction[..., 2], -1.0, 1.0)))
     return elevation
 
 

@@ -26,7 +26,7 @@ from kata.database.series import Series, pack, unpack
 from kata.device.config import StationConfig
 from kata.motion import edit
 from kata.motion import texts as motion_texts
-from kata.motion.axes import Side
+from kata.motion.axes import OPPOSITE, Side
 from kata.motion.edit import LONGEST_S, EditError, Motion
 from kata.motion.guided import GuidingMotion, guided
 from kata.motion.linkage import OutOfReachError
@@ -78,7 +78,7 @@ def derive(source: Source, edit_request: Edit, config: StationConfig) -> Derived
     """
     columns = unpack(source.series)
     motion = Motion(columns["time_s"], columns["angle_deg"], source.done)
-    side: Side = ("left" if source.side == "right" else "right") if isinstance(edit_request, Mirror) else source.side
+    side = OPPOSITE[source.side] if isinstance(edit_request, Mirror) else source.side
     edited = _done(motion, edit_request, source, side)
     if edited.duration_s > LONGEST_S:
         raise EditError(motion_texts.WOULD_LAST_TOO_LONG(minutes=edited.duration_s / 60))
@@ -132,13 +132,14 @@ def _retaught(motion: Motion, edit_request: Reteach, source: Source) -> Motion:
 
 
 def _guided(motion: Motion, source: Source, side: Side) -> Motion:
-    other: Side = "left" if side == "right" else "right"
     sound = []
     for recording in source.others:
         # A recording without a pose has no rhythm, and a damaged one is left out.
         with suppress(OutOfReachError, UnreadableError):
             samples = unpack(recording.series)
-            sound.append(GuidingMotion(recording.name, rhythm_of(samples["time_s"], samples["angle_deg"], other)))
+            sound.append(
+                GuidingMotion(recording.name, rhythm_of(samples["time_s"], samples["angle_deg"], OPPOSITE[side]))
+            )
     try:
         return guided(motion, side, sound)
     except OutOfReachError as error:

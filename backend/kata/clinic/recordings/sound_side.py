@@ -10,7 +10,8 @@ from sqlalchemy.orm import Session
 from kata.clinic.episodes.tables import EpisodeRow
 from kata.clinic.recordings.tables import SAMPLES, RecordingRow
 from kata.database.series import Series
-from kata.types import Side
+from kata.motion.axes import OPPOSITE
+from kata.types import Side, side_of
 
 NoSound = Literal["sides_unknown", "sound_side", "no_recording", "no_like_motion"]
 
@@ -36,7 +37,7 @@ def sound_side(session: Session, patient_id: UUID, *, simulated: bool) -> SoundS
     treated = set(session.scalars(select(EpisodeRow.side).where(EpisodeRow.patient_id == patient_id)))
     if len(treated) != 1:
         return SoundSide(None, [], "sides_unknown")
-    side: Side = "right" if treated == {"left"} else "left"
+    side = OPPOSITE[side_of(treated.pop())]
     found = session.scalars(
         select(RecordingRow)
         .where(
