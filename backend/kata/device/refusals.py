@@ -159,9 +159,10 @@ def not_reducible(run: Run) -> Refusal | None:
     if run.end_feel is None:
         return range_at_minimum(run.range_override)
     if stretch := stretch_of(run):
+        if not stretch.at_minimum:
+            return None
         message = texts.STRETCH_IS_LEAST(target_nm=stretch.target_nm)
-        refusal = Refusal.of(code="is_at_least", message=message, next_step=texts.PAUSE_OR_STOP())
-        return refusal if stretch.at_minimum else None
+        return Refusal.of(code="is_at_least", message=message, next_step=texts.PAUSE_OR_STOP())
     return Refusal.of(code="is_end_feel_test", message=texts.RANGE_IS_MEASURED(), next_step=texts.PAUSE_OR_STOP())
 
 

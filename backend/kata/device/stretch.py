@@ -167,11 +167,9 @@ class TorqueStretch(EndFeelTest):
         left_nm = self._torque_nm - _AIM_NM - mean_nm
         beyond_nm = left_nm - float(np.clip(left_nm, -_STEADY_NM, _STEADY_NM))
         override = min(max(beyond_nm / _SPAN_NM, -1.0), _CREEP_OUT)
-        movement.direction, movement.top_override, movement.reverse_to_s = (
-            (1 if override >= 0.0 else -1),
-            abs(override),
-            0.0,
-        )
+        movement.direction = 1 if override >= 0.0 else -1
+        movement.top_override = abs(override)
+        movement.reverse_to_s = 0.0
 
     def _follow_friction(self, movement: Movement) -> None:
         """Change the direction of friction by the movement along the path. At rest it fades."""

@@ -268,7 +268,7 @@ class Requested:
     load: Load
 
 
-def requested(case: EndFeelCase, station: "PatientStation", hold_s: float = 0.0, repetitions: int = 3) -> Requested:
+def requested(case: EndFeelCase, station: PatientStation, hold_s: float = 0.0, repetitions: int = 3) -> Requested:
     """Return the run of a test, or with ``hold_s`` of a stretch, after its baseline."""
     motor = case.motor
     grid = np.arange(STARTS_DEG[motor], ENDS_DEG[motor], 0.1)

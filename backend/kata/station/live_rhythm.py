@@ -1,18 +1,18 @@
 """Calculates the scapulohumeral rhythm of the present take or playback from the device's snapshots, for the station page."""
 
 from collections import deque
+from collections.abc import Iterable
 from typing import Final
 
 import numpy as np
 
 from kata.device.ipc_messages import Snapshot
 from kata.motion.axes import N_AXES, Side
-from kata.motion.linkage import Floats
 from kata.motion.rhythm import MotionRhythm, rhythm_of_poses
 from kata.motion.scapula_fit import scapula_of
 from kata.station.rhythm_schemas import CurveOf, RhythmLive, curve_of, rounded
 
-_PART_NS: Final = 1_000_000_000
+_PERIOD_NS: Final = 1_000_000_000
 """Time between two calculations, because each takes up to 7 ms."""
 _MOST_ROWS: Final = 1200
 """Two minutes at 10 Hz. Older snapshots are dropped, so that the time of a calculation is bounded."""
@@ -26,7 +26,8 @@ class LiveRhythm:
         self._of: CurveOf = "taught"
         self._rows: deque[tuple[float, ...]] = deque(maxlen=_MOST_ROWS)
         """Time in seconds and the five motor angles of each snapshot."""
-        self._start: tuple[float, ...] | None = None
+        self._start_deg: tuple[float, float] | None = None
+        """Elevation and upward rotation at the start of the motion."""
         self._calculated_ns = 0
         self._live: RhythmLive | None = None
 
@@ -38,12 +39,17 @@ class LiveRhythm:
         angles = [axis.measured_deg for axis in snapshot.axes if axis.measured_deg is not None]
         if motion_id is None or not _moves(snapshot) or len(angles) < N_AXES:
             return
-        row = (snapshot.t_ns / 1e9, *angles)
-        self._start = self._start or row
-        self._rows.append(row)
-        if snapshot.t_ns - self._calculated_ns >= _PART_NS:
+        self._rows.append((snapshot.t_ns / 1e9, *angles))
+        if self._start_deg is None:
+            self._start_deg = _rhythm(self._rows, side).start_deg
+        if snapshot.t_ns - self._calculated_ns >= _PERIOD_NS:
             self._calculated_ns = snapshot.t_ns
-            self._live = self._calculated(motion_id, side)
+            self._live = RhythmLive(
+                motion_id=motion_id,
+                start_elevation_deg=rounded(self._start_deg[0]),
+                start_scapula_deg=rounded(self._start_deg[1]),
+                curves=[curve_of(self._of, one) for one in _rhythm(self._rows, side).rhythms],
+            )
 
     def live(self) -> RhythmLive | None:
         """Return the response model; None before the first sample of a take or playback."""
@@ -52,21 +58,11 @@ class LiveRhythm:
     def _begin(self, motion_id: str | None, of: CurveOf) -> None:
         self._motion_id, self._of = motion_id, of
         self._rows.clear()
-        self._start = self._live = None
-
-    def _calculated(self, motion_id: str, side: Side) -> RhythmLive:
-        rows = np.array([self._start, *self._rows])
-        rhythm = _rhythm(rows[1:], side)
-        elevation_deg, scapula_deg = _rhythm(rows[:1], side).start_deg
-        return RhythmLive(
-            motion_id=motion_id,
-            start_elevation_deg=rounded(elevation_deg),
-            start_scapula_deg=rounded(scapula_deg),
-            curves=[curve_of(self._of, one) for one in rhythm.rhythms],
-        )
+        self._start_deg = self._live = None
 
 
-def _rhythm(rows: Floats, side: Side) -> MotionRhythm:
+def _rhythm(snapshots: Iterable[tuple[float, ...]], side: Side) -> MotionRhythm:
+    rows = np.array(list(snapshots))
     # The fit of the scapula differs from the linkage by less than 0.01 deg and needs no root finder.
     scapula = scapula_of(rows[:, 1:3], side)
     return rhythm_of_poses(rows[:, 0], np.column_stack([scapula.phi_deg, scapula.psi_deg, rows[:, 3:]]))

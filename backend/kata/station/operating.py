@@ -99,7 +99,7 @@ class Operating:
         return self._lease.shows(browser, self._now())
 
     @contextmanager
-    def listening(self, browser: Browser) -> Iterator["ListeningPage"]:
+    def listening(self, browser: Browser) -> Iterator[ListeningPage]:
         """During the block a page of the browser listens. The browser is present while the page confirms the states that it shows."""
         page = self._lease.page_opened(browser, self._now())
         self._changed()

@@ -35,9 +35,11 @@ from kata.types import Side, side_of
 
 
 @dataclass(frozen=True)
-class _Sound:
+class StoredSound:
     """The recordings of the sound side with their samples, newest first, or the reason why there are none."""
 
+    side: Side | None
+    """None unless exactly one side has episodes of care."""
     rows: list[tuple[SoundRecording, Series]]
     reason: NoSound | None
 
@@ -57,7 +59,7 @@ class StoredMotion:
     moved_at: datetime
     taught: Series
     played: Series | None
-    sound: _Sound
+    sound: StoredSound
 
 
 def of_recording(session: Session, recording_id: UUID) -> StoredMotion:
@@ -97,30 +99,21 @@ def rhythm(worker: FigureWorker, stored: StoredMotion) -> ApparatusRhythm:
     return result
 
 
-def _sound(session: Session, row: RecordingRow) -> _Sound:
+def _sound(session: Session, row: RecordingRow) -> StoredSound:
     """Return the newest recordings that were taught on the sound side, which is the side that never had an episode."""
     found = sound_side(session, row.patient_id, simulated=row.simulated)
-    if row.side == found.side:
-        return _Sound([], "sound_side")
-    return _Sound(_named(found), found.reason)
+    return StoredSound(found.side, [], "sound_side") if row.side == found.side else _stored(found)
 
 
-def _named(found: SoundSide) -> list[tuple[SoundRecording, Series]]:
-    return [
+def _stored(found: SoundSide) -> StoredSound:
+    rows = [
         (
             SoundRecording(recording_id=row.id, name=row.name, side=side_of(row.side), taught_at=row.taught_at),
             series,
         )
         for row, series in found.rows
     ]
-
-
-@dataclass(frozen=True)
-class StoredSound:
-    """The stored data of the sound side."""
-
-    side: Side | None
-    sound: _Sound
+    return StoredSound(found.side, rows, found.reason)
 
 
 def of_sound_side(session: Session, patient_id: UUID, *, simulated: bool) -> StoredSound:
@@ -129,18 +122,15 @@ def of_sound_side(session: Session, patient_id: UUID, *, simulated: bool) -> Sto
     :raises ProblemError: 404.
     """
     patients.get(session, patient_id)
-    found = sound_side(session, patient_id, simulated=simulated)
-    return StoredSound(found.side, _Sound(_named(found), found.reason))
+    return _stored(sound_side(session, patient_id, simulated=simulated))
 
 
 def sound_rhythm(worker: FigureWorker, stored: StoredSound) -> SoundRhythm:
     """Return the rhythm of the sound side. A recording without a pose, or with damaged samples, is left out."""
-    return SoundRhythm(
-        side=stored.side, no_sound=stored.sound.reason, motions=worker.build(_sound_motions, stored.sound)
-    )
+    return SoundRhythm(side=stored.side, no_sound=stored.reason, motions=worker.build(_sound_motions, stored))
 
 
-def _sound_motions(sound: _Sound) -> list[SoundMotion]:
+def _sound_motions(sound: StoredSound) -> list[SoundMotion]:
     motions: list[SoundMotion] = []
     for recording, series in sound.rows:
         with suppress(OutOfReachError, UnreadableError):
