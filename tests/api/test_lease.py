@@ -204,7 +204,7 @@ def test_playback_pauses_when_the_operating_pages_script_hangs(
         paused = watching.until(lambda live: live["mode"] == "paused" and live["lease"]["paused"])
         assert paused["lease"]["unreachable_since"] is not None
 
-        # The script goes on, and with it the presence.
+        # The script confirms states again, so the browser is present again.
         back = operating_page.until(
             lambda live: live["lease"]["unreachable_since"] is None and live["mode"] == "paused"
         )

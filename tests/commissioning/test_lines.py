@@ -103,7 +103,7 @@ def test_a_silent_service_is_a_stop(lines: Lines, monkeypatch: pytest.MonkeyPatc
     )
 )
 def test_no_movement_outlasts_two_seconds_without_a_heartbeat(events: list[tuple[float, str]]) -> None:
-    """The service hangs and goes on at random. Only its heartbeats keep the motors moving, no other message does."""
+    """The service stops and continues at random. Motors keep moving only after heartbeats, not after other messages."""
     now_s, beat_s, moved_s = 0.0, None, []
     ours, theirs = os.pipe()
     with mock.patch.object(commission_lines, "time", SimpleNamespace(monotonic=lambda: now_s)):

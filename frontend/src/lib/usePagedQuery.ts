@@ -1,4 +1,5 @@
 import { infiniteQueryOptions, keepPreviousData, useInfiniteQuery } from "@tanstack/react-query";
+import { collectPages } from "./api/request";
 
 type Page<Item> = { items: Item[]; next: string | null };
 
@@ -21,20 +22,6 @@ const SAVED_PAGE = 200;
 /** The rows for a file. `complete` is false if the list has more rows than a file may have. */
 export type SavedRows<Item> = { rows: Item[]; complete: boolean };
 
-/** Fetch the rows of every page, at most as many as a file may have. */
-async function fetchEvery<Item>(
-  fetchPage: (after: string | null, limit: number) => Promise<Page<Item>>,
-): Promise<SavedRows<Item>> {
-  const rows: Item[] = [];
-  let after: string | null = null;
-  do {
-    const page: Page<Item> = await fetchPage(after, SAVED_PAGE);
-    rows.push(...page.items);
-    after = page.next;
-  } while (after && rows.length < MOST_SAVED);
-  return { rows: rows.slice(0, MOST_SAVED), complete: !after && rows.length <= MOST_SAVED };
-}
-
 /**
  * Query a list page by page. `items` contains the items of all loaded pages; a page may have further fields. `every`
  * fetches all rows for a file.
@@ -47,6 +34,7 @@ export function usePagedQuery<Item, Fetched extends Page<Item> = Page<Item>>(
   return {
     ...list,
     items: list.data?.pages.flatMap((page): Item[] => page.items),
-    every: () => fetchEvery<Item>(fetchPage),
+    every: (): Promise<SavedRows<Item>> =>
+      collectPages<Item>((after) => fetchPage(after, SAVED_PAGE), MOST_SAVED),
   };
 }

@@ -55,7 +55,7 @@ it("takes no half-typed day", () => {
   expect(onChange.mock.calls).toEqual([["2026-01-12"]]);
 });
 
-it.each([false, true])("keeps a wrong text and says what is wrong (in a form: %s)", (form) => {
+it.each([false, true])("keeps a wrong text and names the error (in a form: %s)", (form) => {
   render(<Field first="2026-03-09" form={form} />);
   type("30 Feb 2026");
   expect(field().value).toBe("30 Feb 2026");

@@ -21,8 +21,9 @@ interface DateFieldProps extends Pick<TextInputProps, "error" | "required"> {
 }
 
 /**
- * A day that is typed as people write it, or picked from the browser's calendar. Outside of typing the field shows it
- * as all texts of the page do, so that day and month cannot be mistaken. A wrong text stays, with what is wrong.
+ * A day that the user types in a usual form, or picks from the browser's calendar. When the user has finished, the field
+ * shows the day as the page's texts do, so that day and month cannot be confused. A wrong text stays, and the field shows the
+ * error.
  */
 export function DateField({ label, value, max, onChange, error, required = false }: DateFieldProps) {
   const calendar = useRef<HTMLInputElement>(null);
@@ -102,7 +103,7 @@ function dayOf(typed: string, max: string | undefined): string | null {
   return "day" in read && !(max && read.day > max) ? read.day : null;
 }
 
-/** Return what is wrong with a typed text, or null. */
+/** Return the error of a typed text, or null. */
 function problemOf(typed: string, max: string | undefined): string | null {
   const read = readDay(typed);
   if ("problem" in read) return t(`ui:day.${read.problem}`, { typed });

@@ -5,8 +5,8 @@ import { useTitle } from "../../app/title";
 import { api, type Me, ProblemError } from "../../lib/api/client";
 import { formatMoment } from "../../lib/format";
 import { t } from "../../lib/i18n";
-import { HelpLink } from "../../ui/HelpLink";
 import { ProblemNote } from "../../ui/ProblemNote";
+import { TitleWithHelp } from "../../ui/TitleWithHelp";
 import { AccessTokens } from "./AccessTokens";
 import { AuthLayout } from "./AuthLayout";
 import classes from "./access.module.css";
@@ -53,21 +53,15 @@ export function AccountPage() {
           <SecondFactor me={me} onChanged={() => void authStore.refresh()} />
         </Card>
         <Card withBorder component="section" aria-label={t("auth:account.whereSignedIn")}>
-          <Group justify="space-between" mb="md">
-            <Title order={2} size="h3">
-              {t("auth:account.whereSignedIn")}
-            </Title>
-            <HelpLink topic="signIn" subject={t("auth:account.whereSignedIn")} />
-          </Group>
+          <TitleWithHelp order={2} size="h3" mb="md" topic="signIn">
+            {t("auth:account.whereSignedIn")}
+          </TitleWithHelp>
           <LoginSessions />
         </Card>
         <Card withBorder component="section" aria-label={t("auth:tokens.title")}>
-          <Group justify="space-between" mb="md">
-            <Title order={2} size="h3">
-              {t("auth:tokens.title")}
-            </Title>
-            <HelpLink topic="scripts" subject={t("auth:tokens.title")} />
-          </Group>
+          <TitleWithHelp order={2} size="h3" mb="md" topic="scripts">
+            {t("auth:tokens.title")}
+          </TitleWithHelp>
           <AccessTokens />
         </Card>
       </div>

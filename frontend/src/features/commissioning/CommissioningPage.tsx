@@ -1,14 +1,14 @@
 import "./catalogue";
-import { Group, Skeleton, Stack, Text, Title } from "@mantine/core";
+import { Skeleton, Stack, Text } from "@mantine/core";
 import { useQuery } from "@tanstack/react-query";
 import { useNavigate, useSearch } from "@tanstack/react-router";
 import { useTitle } from "../../app/title";
 import { api } from "../../lib/api/client";
 import { t } from "../../lib/i18n";
 import { useStation } from "../../lib/live/hooks";
-import { HelpLink } from "../../ui/HelpLink";
 import { PageTabs } from "../../ui/PageTabs";
 import { ProblemNote } from "../../ui/ProblemNote";
+import { TitleWithHelp } from "../../ui/TitleWithHelp";
 import { useHasPermission } from "../auth/hooks";
 import { CommissioningState } from "./CommissioningState";
 import type { CommissioningTab } from "./commissioningTabs";
@@ -30,12 +30,9 @@ export function CommissioningPage() {
   const canSeeOperation = useHasPermission("see_operation");
   return (
     <Stack>
-      <Group justify="space-between">
-        <Title order={1} size="h2">
-          {t("commissioning:page.title")}
-        </Title>
-        <HelpLink topic="commissioning" subject={t("commissioning:page.title")} />
-      </Group>
+      <TitleWithHelp order={1} size="h2" topic="commissioning">
+        {t("commissioning:page.title")}
+      </TitleWithHelp>
       <CommissioningState />
       {canSeeOperation ? (
         station ? (

@@ -1,6 +1,7 @@
 import "./catalogue";
 import { Group, NumberInput } from "@mantine/core";
 import { t } from "../../lib/i18n";
+import { isWithin } from "../../ui/Stepper";
 
 /** What the user has typed. An empty largest angle leaves it to the limits. */
 export type TypedStretch = {
@@ -14,12 +15,12 @@ export const USUAL_STRETCH: TypedStretch = { hold: 30, repetitions: 3, largest: 
 const HOLD = { min: 1, max: 120, step: 5 } as const;
 const REPETITIONS = { min: 1, max: 20, step: 1 } as const;
 
-const isBetween = (typed: number | string, { min, max }: { min: number; max: number }) =>
-  typed !== "" && Number(typed) >= min && Number(typed) <= max;
+/** Return the typed number, or NaN for an empty field. */
+const toNumber = (typed: number | string) => (typed === "" ? Number.NaN : Number(typed));
 
 /** Return true if a stretch can be loaded with these settings. */
 export function isStretch({ hold, repetitions }: TypedStretch): boolean {
-  return isBetween(hold, HOLD) && isBetween(repetitions, REPETITIONS);
+  return isWithin(HOLD, toNumber(hold)) && isWithin(REPETITIONS, toNumber(repetitions));
 }
 
 /** Return the settings as the service expects them. */
@@ -49,7 +50,7 @@ export function StretchSettings({
         value={typed.hold}
         onChange={(hold) => change({ ...typed, hold })}
         error={
-          isBetween(typed.hold, HOLD)
+          isWithin(HOLD, toNumber(typed.hold))
             ? null
             : t("endFeel:stretch.holdBetween", { shortest: HOLD.min, seconds: HOLD.max })
         }
@@ -61,7 +62,7 @@ export function StretchSettings({
         value={typed.repetitions}
         onChange={(repetitions) => change({ ...typed, repetitions })}
         error={
-          isBetween(typed.repetitions, REPETITIONS)
+          isWithin(REPETITIONS, toNumber(typed.repetitions))
             ? null
             : t("endFeel:stretch.repetitionsBetween", { repetitions: REPETITIONS.max })
         }

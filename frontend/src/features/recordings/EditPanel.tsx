@@ -1,4 +1,4 @@
-import { Button, Card, Group, Select, SimpleGrid, Stack, Text, TextInput, Title } from "@mantine/core";
+import { Button, Card, Group, Select, SimpleGrid, Stack, Text, TextInput } from "@mantine/core";
 import { IconChartLine, IconDeviceFloppy } from "@tabler/icons-react";
 import { useMutation } from "@tanstack/react-query";
 import { useState } from "react";
@@ -6,10 +6,10 @@ import { api, type Edit, type Recording, type Schemas } from "../../lib/api/clie
 import { formatMoment, formatSpan } from "../../lib/format";
 import { t } from "../../lib/i18n";
 import { useRecordings } from "../../lib/patientQueries";
-import { HelpLink } from "../../ui/HelpLink";
 import { Plot } from "../../ui/Plot";
 import { ProblemNote } from "../../ui/ProblemNote";
 import { isWithin, Stepper } from "../../ui/Stepper";
+import { TitleWithHelp } from "../../ui/TitleWithHelp";
 import { EDIT_TYPES, type EditType, type FieldName, fieldsOf, MOTORS, toEdit } from "./editFields";
 import { MotorButtons } from "./MotorButtons";
 import { RetouchEditor } from "./RetouchEditor";
@@ -48,12 +48,9 @@ export function EditPanel({
   return (
     <Card withBorder component="section" aria-label={t("recordings:edit.section")}>
       <Stack>
-        <Group justify="space-between">
-          <Title order={2} size="h3">
-            {t("recordings:edit.title")}
-          </Title>
-          {type === "retouch" && <HelpLink topic="retouch" subject={t("recordings:edit.title")} />}
-        </Group>
+        <TitleWithHelp order={2} size="h3" topic={type === "retouch" ? "retouch" : undefined}>
+          {t("recordings:edit.title")}
+        </TitleWithHelp>
         <TypeChoice
           value={type}
           onChange={(chosen) => {

@@ -123,10 +123,7 @@ export function leadOf(
   if (point.elevation_deg < SETTLED_DEG || start.start_elevation_deg > SETTLED_DEG) return null;
   for (const motion of sound) {
     if (motion.start_elevation_deg > SETTLED_DEG) continue;
-    const curve = motion.curves.find(
-      ({ direction, plane_deg }) =>
-        direction === "raising" && Math.abs(plane_deg - point.plane_deg) <= SAME_PLANE_DEG,
-    );
+    const curve = curveLike(motion, "raising", point.plane_deg);
     const scapula_deg = curve && at(curve, point.elevation_deg);
     if (scapula_deg == null) continue;
     // At its limit the apparatus holds the scapula back. A difference there is not caused by the shoulder.
@@ -146,13 +143,16 @@ function at({ elevation_deg, scapula_deg }: Curve, elevation: number): number | 
   return y0 + ((y1 - y0) * (elevation - x0)) / (x1 - x0);
 }
 
+/** Return the curve of a motion in this direction and plane. */
+const curveLike = (motion: SoundMotion, direction: Curve["direction"], plane_deg: number) =>
+  motion.curves.find(
+    (curve) => curve.direction === direction && Math.abs(curve.plane_deg - plane_deg) <= SAME_PLANE_DEG,
+  );
+
 /** Return the sound side's curve of the same direction and plane, or null. */
 export function soundCurveOf(curve: Curve, sound: SoundMotion[]): Curve | null {
   for (const motion of sound) {
-    const found = motion.curves.find(
-      ({ direction, plane_deg }) =>
-        direction === curve.direction && Math.abs(plane_deg - curve.plane_deg) <= SAME_PLANE_DEG,
-    );
+    const found = curveLike(motion, curve.direction, curve.plane_deg);
     if (found) return found;
   }
   return null;

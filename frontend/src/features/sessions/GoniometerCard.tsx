@@ -1,12 +1,12 @@
-import { Button, Card, Group, NumberInput, Select, Stack, Table, Text, Title } from "@mantine/core";
+import { Button, Card, Group, NumberInput, Select, Stack, Table, Text } from "@mantine/core";
 import { useMutation } from "@tanstack/react-query";
 import { useState } from "react";
 import { api, type Schemas, type Session } from "../../lib/api/client";
 import { formatClock, formatDeg } from "../../lib/format";
 import { t } from "../../lib/i18n";
 import { useSetSessionCache } from "../../lib/useSetSessionCache";
-import { HelpLink } from "../../ui/HelpLink";
 import { ProblemNote } from "../../ui/ProblemNote";
+import { TitleWithHelp } from "../../ui/TitleWithHelp";
 import { undoStore } from "../../ui/undo";
 import { useHasPermission } from "../auth/hooks";
 
@@ -42,12 +42,9 @@ export function GoniometerCard({ session }: { session: Session }) {
   return (
     <Card withBorder component="section" aria-label={t("sessions:goniometer.title")}>
       <Stack>
-        <Group justify="space-between">
-          <Title order={2} size="h3">
-            {t("sessions:goniometer.title")}
-          </Title>
-          <HelpLink topic="session" subject={t("sessions:goniometer.title")} />
-        </Group>
+        <TitleWithHelp order={2} size="h3" topic="session">
+          {t("sessions:goniometer.title")}
+        </TitleWithHelp>
         <Text>{t("sessions:goniometer.explained")}</Text>
         <Readings readings={session.goniometer_readings ?? []} {...(writes && { onRemove: remove.mutate })} />
         <ProblemNote error={remove.error} />

@@ -1,11 +1,11 @@
-import { Card, Group, Stack, Text, Title } from "@mantine/core";
+import { Card, Stack, Text } from "@mantine/core";
 import { useQuery } from "@tanstack/react-query";
 import { api } from "../../lib/api/client";
 import { formatClock } from "../../lib/format";
 import { t } from "../../lib/i18n";
 import { translateServerText } from "../../lib/serverText";
-import { HelpLink } from "../../ui/HelpLink";
 import { ProblemNote } from "../../ui/ProblemNote";
+import { TitleWithHelp } from "../../ui/TitleWithHelp";
 
 const clock = (moment: string) => formatClock(new Date(moment));
 
@@ -20,12 +20,9 @@ export function SessionAlarms({ sessionId }: { sessionId: string }) {
   if (items.length === 0) return null;
   return (
     <Card withBorder component="section" aria-label={t("sessions:alarms.title")}>
-      <Group justify="space-between" mb="sm">
-        <Title order={2} size="h3">
-          {t("sessions:alarms.title")}
-        </Title>
-        <HelpLink topic="alarms" subject={t("sessions:alarms.title")} />
-      </Group>
+      <TitleWithHelp order={2} size="h3" mb="sm" topic="alarms">
+        {t("sessions:alarms.title")}
+      </TitleWithHelp>
       <Stack gap={4}>
         {items.map((alarm) => (
           <Text key={alarm.id}>

@@ -1,4 +1,4 @@
-import { Card, Group, List, SegmentedControl, Stack, Text, TextInput, Title } from "@mantine/core";
+import { Card, Group, List, SegmentedControl, Stack, Text, TextInput } from "@mantine/core";
 import { IconHandGrab, IconPlayerRecordFilled, IconShoe } from "@tabler/icons-react";
 import { useQueryClient } from "@tanstack/react-query";
 import { useEffect, useState } from "react";
@@ -7,10 +7,10 @@ import { formatSpan } from "../../lib/format";
 import { t } from "../../lib/i18n";
 import { useAlive, useLive } from "../../lib/live/hooks";
 import { store } from "../../lib/live/store";
-import { HelpLink } from "../../ui/HelpLink";
 import { InlineSlot } from "../../ui/InlineSlot";
 import { PageLink } from "../../ui/links";
 import { ProblemNote } from "../../ui/ProblemNote";
+import { TitleWithHelp } from "../../ui/TitleWithHelp";
 import { useUserName } from "../auth/hooks";
 import { CommandButton } from "./CommandButton";
 import { IDENTIFIERS_NEEDED, type Identifier, IdentityChoice } from "./session-wizard/IdentityChoice";
@@ -30,12 +30,9 @@ export function TeachPanel({ patientId }: { patientId: string }) {
   return (
     <Card withBorder component="section" aria-label={t("station:teach.title")}>
       <Stack>
-        <Group justify="space-between">
-          <Title order={2} size="h3">
-            {t("station:teach.title")}
-          </Title>
-          <HelpLink topic="teaching" subject={t("station:teach.title")} />
-        </Group>
+        <TitleWithHelp order={2} size="h3" topic="teaching">
+          {t("station:teach.title")}
+        </TitleWithHelp>
         {teaching ? (
           <div className={alive ? "" : "stale"}>
             <Pedal />

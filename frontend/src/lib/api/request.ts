@@ -78,16 +78,28 @@ export const startAfter = (after: string | null, limit?: number) => ({
   ...(limit !== undefined && { limit }),
 });
 
+/**
+ * Fetch the items of every page of a list. With `most`, at most so many are returned, and `complete` is false if the list
+ * has more.
+ */
+export async function collectPages<Item>(
+  fetchPage: (after: string | null) => Promise<{ items: Item[]; next: string | null }>,
+  most = Number.POSITIVE_INFINITY,
+): Promise<{ rows: Item[]; complete: boolean }> {
+  const rows: Item[] = [];
+  let after: string | null = null;
+  do {
+    const page = await fetchPage(after);
+    rows.push(...page.items);
+    after = page.next;
+  } while (after && rows.length < most);
+  return { rows: rows.slice(0, most), complete: !after && rows.length <= most };
+}
+
 /** Fetch every page of a list. */
 export async function allPages<Item>(
   fetchPage: (after: string | null) => Promise<{ items: Item[]; next: string | null }>,
 ): Promise<{ items: Item[] }> {
-  const items: Item[] = [];
-  let after: string | null = null;
-  do {
-    const page = await fetchPage(after);
-    items.push(...page.items);
-    after = page.next;
-  } while (after);
-  return { items };
+  const { rows } = await collectPages(fetchPage);
+  return { items: rows };
 }

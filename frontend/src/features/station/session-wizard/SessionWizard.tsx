@@ -1,4 +1,4 @@
-import { Button, Card, Group, Stack, Text, Title, UnstyledButton } from "@mantine/core";
+import { Button, Card, Group, Stack, Text, UnstyledButton } from "@mantine/core";
 import { IconCircleCheckFilled } from "@tabler/icons-react";
 import { useMutation } from "@tanstack/react-query";
 import { useEffect, useRef, useState } from "react";
@@ -7,9 +7,10 @@ import { t } from "../../../lib/i18n";
 import { useLive } from "../../../lib/live/hooks";
 import { useNewestSession, useRecordings } from "../../../lib/patientQueries";
 import { useSetSessionCache } from "../../../lib/useSetSessionCache";
-import { HelpLink, type HelpTopic } from "../../../ui/HelpLink";
+import type { HelpTopic } from "../../../ui/HelpLink";
 import { PageLink } from "../../../ui/links";
 import { ProblemNote } from "../../../ui/ProblemNote";
+import { TitleWithHelp } from "../../../ui/TitleWithHelp";
 import { NoteCard } from "../../sessions/NoteCard";
 import { PlayPanel } from "../PlayPanel";
 import { BeginStep } from "./BeginStep";
@@ -44,12 +45,9 @@ export function SessionWizard({ patientId, wanted }: { patientId: string; wanted
     <Card withBorder padding="sm" component="section" aria-label={t("station:wizard.title")}>
       <Stack gap="sm">
         <Steps step={step} session={session} locked={run !== null} onGo={go} />
-        <Group justify="space-between">
-          <Title order={2} size="h4" ref={heading} tabIndex={-1}>
-            {t(`station:stepNames.${step}`)}
-          </Title>
-          <HelpLink topic={HELP[step]} subject={t(`station:stepNames.${step}`)} />
-        </Group>
+        <TitleWithHelp order={2} size="h4" ref={heading} tabIndex={-1} topic={HELP[step]}>
+          {t(`station:stepNames.${step}`)}
+        </TitleWithHelp>
         <ProblemNote error={newestSession.error} />
         {step === "begin" && (
           <>
