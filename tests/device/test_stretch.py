@@ -205,6 +205,8 @@ def test_pause_in_a_hold_continues_with_the_release(stepped: Stepped) -> None:
     assert stretch_of(stepped).held_s == pytest.approx(held_s + 1.0, abs=0.2)
     assert stepped.send(Play()) is None
     shoulder.farthest_deg = 0.0
+    shoulder.forward(0.5)
+    assert stretch_of(stepped).phase == "release"
     shoulder.until("idle")
     assert shoulder.farthest_deg <= paused_deg + 0.01
 
@@ -252,6 +254,22 @@ def test_resistance_above_the_level_moves_a_held_arm_back(stepped: Stepped) -> N
     shoulder.until("paused")
     assert stepped.snapshot.run is not None and stepped.snapshot.run.reversals == 1
     assert stepped.apparatus.angles_deg[AXIS] < before_deg - 2.0
+    assert stepped.send(Play()) is None
+    shoulder.farthest_deg = 0.0
+    shoulder.until("idle")
+    assert shoulder.farthest_deg < before_deg
+
+
+def test_resistance_on_the_way_out_ends_the_repetition(stepped: Stepped) -> None:
+    started(stepped, STRETCH)
+    shoulder = _Held(stepped)
+    shoulder.forward(3.0)
+    assert stretch_of(stepped).phase == "out"
+    before_deg = stepped.apparatus.angles_deg[AXIS]
+    stepped.apparatus.torques_nm[2] = 3.95
+    shoulder.forward(0.2)
+    stepped.apparatus.torques_nm[2] = 0.0
+    shoulder.until("paused")
     assert stepped.send(Play()) is None
     shoulder.farthest_deg = 0.0
     shoulder.until("idle")

@@ -9,6 +9,7 @@ from hypothesis import strategies as st
 
 from kata.device.ipc_messages import Mode, TorqueState
 from kata.station.lease import SHOWN_LIMIT_S, AbsenceAction, Browser, ClockReading, Lease, OpenPage
+from kata.station.operating import ListeningPage
 
 SATO = Browser(UUID(int=1), "Sato")
 KATO = Browser(UUID(int=2), "Kato")
@@ -148,6 +149,21 @@ def test_open_page_whose_script_hangs_is_absent(lease: Lease, page: OpenPage) ->
     # The end of a hung page is no sign of life.
     lease.page_closed(SATO, page, at(50))
     assert due(lease, 50, "playing") == "pause"
+
+
+def test_page_that_lags_behind_is_absent(lease: Lease, page: OpenPage) -> None:
+    """It confirms states that were sent long ago. A state counts from the time at which it was sent."""
+    now_s = 10.0
+    listening = ListeningPage(SATO, page, lambda: at(now_s))
+    for number in range(1, 6):
+        listening.note_sent(number)
+        now_s += 1.0
+    listening.note_shown(2)
+    assert page.shown == at(11)
+    assert not lease.shows(SATO, at(11 + SHOWN_LIMIT_S))
+    # A number that was never sent confirms only what was sent.
+    listening.note_shown(99)
+    assert page.shown == at(14)
 
 
 @given(
