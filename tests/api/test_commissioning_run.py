@@ -200,6 +200,23 @@ def test_commissioning_is_refused_if_its_record_could_not_be_written(
     assert not run.running
 
 
+def test_an_instruction_is_confirmed_once(tmp_path: Path) -> None:
+    """A second confirmation that arrives before the procedure's answer must not replace the first one's choice."""
+    run = commissioning_run.CommissioningRun(
+        SimpleNamespace(info=SimpleNamespace(simulated=True)),  # type: ignore[arg-type]
+        None,
+        tmp_path,
+        lambda config, name: None,
+        lambda browser: None,
+    )
+    technician = Browser(uuid4(), "Test technician")
+    run.progress = commissioning_run.RunProgress("full", technician.name, simulated=True)
+    run.progress.instruction = {"number": 7, "press": True}
+    assert run.confirm(7, technician, {"action": "measure"})
+    assert not run.confirm(7, technician, {"action": "keep"})
+    assert run.progress.presses == 1
+
+
 def test_a_station_adopts_the_finished_configuration(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """A program takes the place of the procedure and writes what it writes. The service uses it without a restart."""
     with contextlib.closing(SimulatorProcess(tmp_path)) as apparatus:

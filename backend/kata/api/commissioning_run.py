@@ -163,13 +163,18 @@ class CommissioningRun:
             self._seen_s = time.monotonic()
 
     def confirm(self, number: int, browser: Browser, choice: dict[str, Any] | None = None) -> bool:
-        """Confirm the instruction with this number. Return False if another one, or none, is shown.
+        """Confirm the instruction with this number. Return False if another one, or none, is shown, or if it needs no confirmation any more.
 
         :param browser: it operates the run from now on.
         :param choice: accepted answer to a review of gains.
         """
         progress = self.progress
-        if progress is None or progress.instruction is None or not self.shows(number):
+        if (
+            progress is None
+            or progress.instruction is None
+            or not self.shows(number)
+            or not progress.instruction["press"]
+        ):
             return False
         self._operate(browser)
         progress.presses += 1
