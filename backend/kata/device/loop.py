@@ -132,7 +132,8 @@ class ControlLoop(LoopTelemetry):
         if self._polls_estop and self._sleep_until(self._deadline_ns - self._period_ns // 2):
             self.poll_estop()
         self._sleep_until(self._deadline_ns)
-        self._latency.add(self._now_ns() - self._deadline_ns)
+        if not self._deadline_void:
+            self._latency.add(self._now_ns() - self._deadline_ns)
         return True
 
     def _take_suspension_ns(self) -> int:
