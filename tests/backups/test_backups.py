@@ -76,10 +76,6 @@ def counted(settings: Settings) -> dict[str, TableChecksum]:
         database.close()
 
 
-def all_files(folder: Path) -> dict[str, bytes]:
-    return {str(path.relative_to(folder)): path.read_bytes() for path in sorted(folder.rglob("*")) if path.is_file()}
-
-
 def backup_of(settings: Settings) -> Path:
     return Path(create_backup(settings, "asked").file)
 

@@ -48,10 +48,6 @@ def error(repetition: Repetition) -> Floats:
     return TRAJECTORY.along(repetition.path_s) - repetition.measured_deg
 
 
-def at_all(correction: Correction, times_s: Floats) -> Floats:
-    return np.array([correction.at(time_s) for time_s in times_s])
-
-
 @pytest.mark.parametrize("stretch", [0.7, 1.0, 1.3])
 def test_five_repetitions_remove_most_of_the_unknown_error(stretch: float) -> None:
     """Drives that lag by a third more or less than the identified ones, with half a degree of friction."""

@@ -2,7 +2,7 @@ import { clinicFormat } from "./days";
 import { LOCALE } from "./language";
 
 /** A typed text as a day such as 2026-11-21, or why it is none. */
-export type ReadDay = { day: string } | { problem: "unreadable" | "noSuchDay" };
+type ReadDay = { day: string } | { problem: "unreadable" | "noSuchDay" };
 
 /** Japanese eras: the year before their first one, and their last year. */
 const ERAS: [names: string[], before: number, last: number][] = [

@@ -7,7 +7,7 @@ type Key = Schemas["TextKey"] | Schemas["NestedText"];
 type Nested = Schemas["NestedText"];
 
 /** The code of a message of the service. */
-export type ServerCode = keyof typeof english;
+type ServerCode = keyof typeof english;
 type Catalogue = Readonly<Record<ServerCode, string>>;
 
 let catalogue: Partial<Catalogue> = {};

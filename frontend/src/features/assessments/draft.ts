@@ -56,7 +56,7 @@ export function toDraft(assessment: Assessment): Draft {
 }
 
 /** Return the typed number, null for an empty text, or undefined for an invalid number. */
-export function typedAngle(text: string): number | null | undefined {
+function typedAngle(text: string): number | null | undefined {
   const normalized = text.trim().replace(",", ".").replace("−", "-");
   if (normalized === "") return null;
   const angle = Number(normalized);

@@ -2,7 +2,7 @@ import { PasswordInput } from "@mantine/core";
 import { t } from "../../lib/i18n";
 
 /** A new password, typed twice to catch typing errors. */
-export type NewPasswordInput = { password: string; repeated: string };
+type NewPasswordInput = { password: string; repeated: string };
 
 export const NO_PASSWORD: NewPasswordInput = { password: "", repeated: "" };
 

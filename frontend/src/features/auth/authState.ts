@@ -15,7 +15,7 @@ export type AuthState =
   | { is: "in"; me: Me };
 
 /** The service's calls that AuthStore uses. */
-export interface AuthApi {
+interface AuthApi {
   /** Return the signed-in user, or null without one. Throw if there is no answer. */
   me: () => Promise<Me | null>;
   lock: () => Promise<unknown>;

@@ -1,8 +1,8 @@
 /** The tabs of the page, in order. The address contains the open tab. */
-export const COMMISSIONING_TABS = ["records", "procedure", "settings", "history"] as const;
+const COMMISSIONING_TABS = ["records", "procedure", "settings", "history"] as const;
 export type CommissioningTab = (typeof COMMISSIONING_TABS)[number];
 /** The open tab, and the versions that the configuration tab compares. */
-export type CommissioningSearch = { tab?: CommissioningTab; version?: number; other?: number };
+type CommissioningSearch = { tab?: CommissioningTab; version?: number; other?: number };
 
 const versionOf = (value: unknown) =>
   typeof value === "number" && Number.isInteger(value) && value > 0 ? value : undefined;

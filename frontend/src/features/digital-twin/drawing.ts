@@ -6,7 +6,7 @@ import type { Picture, WorkerMessage, WorkerSetup } from "./scene/picture";
  */
 export const LATE_AFTER_MS = 2000;
 
-export interface DrawingCallbacks {
+interface DrawingCallbacks {
   /** A picture has been drawn. */
   onDrawn: () => void;
   /** The shown picture is too old, or up to date again. */

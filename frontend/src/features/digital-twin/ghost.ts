@@ -35,7 +35,7 @@ export interface GhostClock {
 
 const TICK_MS = 50;
 
-export const GHOST_CLOCK: GhostClock = {
+const GHOST_CLOCK: GhostClock = {
   now_s: () => performance.now() / 1000,
   every: (tick) => {
     const timer = setInterval(tick, TICK_MS);

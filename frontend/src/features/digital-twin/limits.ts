@@ -8,7 +8,7 @@ export type Motor = 1 | 2 | 3 | 4 | 5;
 export const MOTORS: readonly Motor[] = [1, 2, 3, 4, 5];
 
 /** A motor counts as at its limit if it is nearer to the limit than this. */
-export const NEAR_DEG = 3;
+const NEAR_DEG = 3;
 
 export type End = "lower" | "upper";
 

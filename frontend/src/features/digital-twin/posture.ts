@@ -41,7 +41,7 @@ export type Angles = readonly [number, number, number, number, number];
 export const UPPER_ARM_MM = geometry.upper_arm_mm;
 export const FOREARM_MM = geometry.forearm_mm;
 /** The drawn elbow flexion, which makes the upper arm's rotation visible. */
-export const ELBOW_FLEXION_DEG = geometry.elbow_flexion_deg;
+const ELBOW_FLEXION_DEG = geometry.elbow_flexion_deg;
 const SHOULDER_OUT_MM = 175;
 const SHOULDER_UP_MM = 1010;
 /** Position of O relative to the shoulder's centre, mm. We chose it, because the paper does not state it. */
@@ -126,7 +126,7 @@ export const forearm = (length: number): Vec => {
 const RADIUS_MM = [58, 75, 330, 390, 150] as const;
 
 /** The curve of one motor: the positions of its marker if only this motor moved. */
-export interface Sweep {
+interface Sweep {
   centre: (angle_deg: number) => Vec;
   at: (angle_deg: number) => Vec;
 }

@@ -4,7 +4,7 @@ import { t } from "../../lib/i18n";
 import { isWithin } from "../../ui/Stepper";
 
 /** What the user has typed. An empty largest angle leaves it to the limits. */
-export type TypedStretch = {
+type TypedStretch = {
   hold: number | string;
   repetitions: number | string;
   largest: number | string;

@@ -8,7 +8,7 @@ const RECONNECT_MS = [1000] as const;
 export const OPEN_TIMEOUT_MS = 3000;
 
 /** Data of the stations. `stations` is null before the first message and after a lost connection. */
-export interface Known {
+interface Known {
   stations: Shown[] | null;
   /** True if messages were received before. */
   lost: boolean;

@@ -154,7 +154,7 @@ function shoulderWords({ side, stage }: Schemas["BannerShoulder"]): string {
 }
 
 /** Return the condition, its shoulder, and its effect. */
-export function contraindicationWords(found: Contraindication): string {
+function contraindicationWords(found: Contraindication): string {
   const { side } = found;
   const name = translateServerText(found.name, found.name_key);
   return t("patients:banner.contraindication", {

@@ -1,5 +1,5 @@
 /** The tabs of a patient's page, in order. The address contains the open tab. */
-export const PATIENT_TABS = [
+const PATIENT_TABS = [
   "summary",
   "episodes",
   "assessments",

@@ -5,9 +5,9 @@ export type Point = Schemas["RetouchPoint"];
 export type Part = Pick<Schemas["Retouch"], "start_s" | "end_s" | "points">;
 
 /** Bounds of the service. */
-export const GAP_S = 0.2;
+const GAP_S = 0.2;
 export const MOST_DEG = 30;
-export const MOST_POINTS = 20;
+const MOST_POINTS = 20;
 const STEEPEST = 1.25;
 
 type Knot = { at_s: number; change_deg: number };

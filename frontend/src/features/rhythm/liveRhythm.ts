@@ -9,7 +9,7 @@ export type SoundMotion = Schemas["SoundMotion"];
 export const LIMIT_DEG = 20;
 const HELD_BACK_DEG = LIMIT_DEG - 0.5;
 const SETTLED_DEG = 30;
-export const AHEAD_DEG = 4;
+const AHEAD_DEG = 4;
 /** Once the scapula runs ahead, the notice stays until the lead is smaller than this, so that it does not flicker. */
 const NO_LONGER_AHEAD_DEG = 3;
 const SAME_PLANE_DEG = 20;

@@ -14,7 +14,7 @@ import { UNSIGNED } from "../sessions/sessionFilters";
 export type Target = { to: string; search?: Record<string, unknown> };
 /** One line of the search: its name, a detail that distinguishes it from others, and its target. */
 export type Result = { id: string; words: string; detail?: string; target: Target };
-export type ResultGroup = { title: string; results: Result[] };
+type ResultGroup = { title: string; results: Result[] };
 
 const [PATIENTS, OF_PATIENT, SESSIONS] = [6, 3, 8];
 const DEBOUNCE_MS = 150;

@@ -18,7 +18,7 @@ export function verdictOf({ runs, ended_at, end_reason }: Session): VerdictName 
 }
 
 /** The largest absolute error of the session, with its motor and the index of its playback. */
-export type WorstError = { runIndex: number; motor: number; peak_deg: number };
+type WorstError = { runIndex: number; motor: number; peak_deg: number };
 
 /**
  * Return the largest error, or null if nothing was compared. Partial comparisons are ignored, as in the
@@ -40,7 +40,7 @@ export function worstError(runs: Run[]): WorstError | null {
 export const worstMotor = (run: Run): number => worstError([{ ...run, partial: false }])?.motor ?? 1;
 
 /** A motion with the angles reached and requested, over all playbacks. */
-export type Reached = {
+type Reached = {
   motion: Motion;
   reached: [number, number];
   requested: [number, number];
@@ -90,7 +90,7 @@ function wider(before: [number, number] | undefined, next: [number, number]): [n
 }
 
 /** End-range time of one motion over all playbacks, with the band and the torque that count. */
-export type EndRange = { motion: Motion; total_s: number; band_deg: number; torque_nm: number };
+type EndRange = { motion: Motion; total_s: number; band_deg: number; torque_nm: number };
 
 /**
  * Return the motion of the treated shoulder with the longest end-range time, or null if none was counted. Times

@@ -1,5 +1,5 @@
 /** The tabs of a session's page, in order. */
-export const SESSION_TABS = [
+const SESSION_TABS = [
   "playback",
   "motion",
   "rhythm",

@@ -8,7 +8,7 @@ const CHECK_EVERY_MS = 250;
 /** After the page was blocked, it processes waiting messages for this time before it judges the connection. */
 export const SETTLE_MS = 100;
 
-export interface SocketOptions {
+interface SocketOptions {
   connect: () => WebSocket;
   /** If no message arrives for this time, the connection counts as lost. */
   lostAfterMs: number;

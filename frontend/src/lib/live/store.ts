@@ -1,7 +1,7 @@
 import type { Live, Schemas, StationInfo } from "../api/client";
 import { openSocket, ReconnectingSocket } from "./socket";
 
-export type LiveMessage =
+type LiveMessage =
   | Schemas["SnapshotMessage"]
   | Schemas["ChangeMessage"]
   | Schemas["EventMessage"]
@@ -19,7 +19,7 @@ export const STOP_ANSWER_TIMEOUT_MS = 600;
  * The page confirms so often that it has shown a state. The lease depends on it: a browser answers the service's
  * pings itself, even if the page's script hangs. The messages of a hidden page are not throttled, its timers are.
  */
-export const CONFIRM_EVERY_MS = 250;
+const CONFIRM_EVERY_MS = 250;
 /** Allowed drift between the two clocks. Delays of a congested connection grow faster than this. */
 const CLOCK_DRIFT = 0.001;
 const MAX_EVENTS = 50;

@@ -2,7 +2,7 @@ import type { Episode, Schemas } from "../../../lib/api/client";
 
 type Stage = Episode["stages"][number];
 /** A stage from its first day to the first day of the next stage, or to `until`. */
-export type StageSpan = { stage: Stage["stage"]; from: string; to: string };
+type StageSpan = { stage: Stage["stage"]; from: string; to: string };
 
 /** Return the spans of an episode's stages, oldest first, up to `until`. */
 export function stageSpans(stages: Stage[], until: string): StageSpan[] {

@@ -45,7 +45,7 @@ const belt = { className: classes.belt ?? "" };
  * Shows the fixtures: fixer 1 alone, or the longer fixer 2 with the elbow fixer of teaching (1) or playback
  * (2).
  */
-export function FixturesPicture({ fixtures }: { fixtures: Fixture[] }) {
+function FixturesPicture({ fixtures }: { fixtures: Fixture[] }) {
   const has = (fixture: Fixture) => fixtures.includes(fixture);
   return (
     <Picture>
