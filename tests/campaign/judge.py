@@ -129,6 +129,8 @@ class Judge:
     """Time of the cycle that executed or refused the last Pause."""
     begun_ns: int = -1
     """Time of the last accepted load or teaching."""
+    loaded_ns: int = -1
+    """Time of the cycle that accepted the last load."""
     start: Start | None = None
     released: bool = False
     """The emergency stop is or was pressed, or the torque was released by command, since the port was lost."""
@@ -190,7 +192,13 @@ class Judge:
 
     def accepted(self, command: Guarded, pressed_ns: int) -> None:
         """Note a command that can start motion or release an arm. A Pause ends it as a Stop does, also a Pause that was refused."""
-        assert pressed_ns >= self.last_pause_ns, f"{type(command).__name__} from before a Pause was accepted"
+        name = type(command).__name__
+        assert pressed_ns >= self.last_pause_ns, f"{name} from before a Pause was accepted"
+        assert pressed_ns >= self.loaded_ns, f"{name} from before a load was accepted"
+
+    def reversed(self, t_ns: int) -> None:
+        """Note a reversal by resistance. It ends earlier commands as a Pause does."""
+        self.last_pause_ns = max(self.last_pause_ns, t_ns)
 
     def suspended(self, seconds: float) -> None:
         """Note that the computer is suspended for longer than a motion may be late. It ends earlier commands as a Stop does."""
