@@ -73,6 +73,10 @@ _OWN_FAULTS: Final = frozenset(
 """Faults of the control program itself; each is a defect."""
 
 
+_SHOWN_S: Final = 0.2
+"""Part of a recording that may pass between two snapshots."""
+
+
 @dataclass(frozen=True)
 class Start:
     """An approach that the device accepted."""
@@ -115,6 +119,8 @@ class _Test:
     """True on a way out."""
     ended_at_deg: float | None = None
     """Least goal since the patient has ended the test."""
+    weighed: bool = False
+    """True if a stretch has passed the part in which the arm is weighed, on its present way out."""
 
 
 @dataclass
@@ -436,6 +442,10 @@ class Judge:
             return
         asked = test.load.end_feel
         assert asked is not None
+        if stretch := run.stretch:
+            passed = run.position_s > asked.weighed_s[1] - _SHOWN_S
+            test.weighed = passed or (test.weighed and stretch.phase != "out")
+            assert test.weighed or stretch.phase != "hold", "a stretch held an arm that was not weighed"
         goal = self._motors[asked.motor - 1].goal
         if goal is None:
             return
