@@ -82,6 +82,7 @@ class CommissioningRun:
         self._following: asyncio.Task[None] | None = None
         self._watching: asyncio.Task[None] | None = None
         self._stopped = False
+        """True from a Stop until the end of the run. A second start, which is refused, does not change it."""
         self.progress: RunProgress | None = None
 
     @property
@@ -115,7 +116,6 @@ class CommissioningRun:
                 message=texts.STATION_FILE_NOT_WRITTEN(reason=problem),
                 next_step=texts.ALLOW_WRITING_STATION_FILE(),
             )
-        self._stopped = False
         if refusal := await self._station.hand_over(self.stop):
             return refusal
         self.progress = RunProgress(kind, browser.name, simulated, before)
@@ -277,6 +277,7 @@ class CommissioningRun:
         """Give the drives back to the device process."""
         assert self.progress is not None
         self._child = None
+        self._stopped = False
         self.progress.running = False
         self.progress.instruction = None
         self.progress.passed = bool(self.progress.passed)
