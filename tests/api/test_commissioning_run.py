@@ -267,6 +267,41 @@ def test_a_second_start_discards_no_stop(tmp_path: Path, monkeypatch: pytest.Mon
     assert json.loads(lines.read_text()) == {"stop": True}
 
 
+def test_a_confirmation_of_an_earlier_run_confirms_nothing(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """A confirmation is delayed. Meanwhile the run ends, and the next run shows its own first instruction."""
+    program = tmp_path / "procedure.sh"
+    program.write_text(
+        """#!/bin/sh\necho '{"event": "instruct", "number": 1, "press": true}'\nhead -n 1 >> """ f"{tmp_path}/lines\n"
+    )
+    program.chmod(0o700)
+    monkeypatch.setattr(commissioning_run, "sys", SimpleNamespace(executable=str(program)))
+    technician = Browser(uuid4(), "Test technician")
+
+    async def run_twice() -> None:
+        station: Any = _SlowHandOver()
+        station.ended.set()
+        run = commissioning_run.CommissioningRun(
+            station, None, tmp_path, lambda config, name: None, lambda browser: None
+        )
+        numbers = []
+        for _ in range(2):
+            assert await run.start("full", None, technician, set()) is None
+            assert run.progress is not None
+            while run.progress.instruction is None:
+                await asyncio.sleep(0.01)
+            numbers.append(run.progress.instruction["number"])
+            if len(numbers) == 1:
+                run._send({"stop": True})
+            else:
+                assert not run.confirm(numbers[0], technician)
+                assert run.confirm(numbers[1], technician)
+            await asyncio.wait_for(run._following, 10.0)  # type: ignore[arg-type]
+
+    asyncio.run(run_twice())
+    lines = [json.loads(line) for line in (tmp_path / "lines").read_text().splitlines()]
+    assert lines == [{"stop": True}, {"confirm": 1, "choice": {"action": "keep"}}]
+
+
 def test_a_station_adopts_the_finished_configuration(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """A program takes the place of the procedure and writes what it writes. The service uses it without a restart."""
     with contextlib.closing(SimulatorProcess(tmp_path)) as apparatus:
