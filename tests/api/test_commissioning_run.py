@@ -2,6 +2,7 @@
 
 import asyncio
 import contextlib
+import json
 import time
 from pathlib import Path
 from types import SimpleNamespace
@@ -20,7 +21,8 @@ from kata.commissioning import texts
 from kata.commissioning.record import own_steps, read_record, record_path
 from kata.device import config
 from kata.device import texts as device_texts
-from kata.device.config import simulated
+from kata.device.config import StationConfig, simulated
+from kata.device.ipc_messages import Refusal
 from kata.simulator.process import SimulatorProcess
 from kata.station.lease import PAUSE_AFTER_S, Browser
 from tests.support.open_page import open_page
@@ -215,6 +217,89 @@ def test_an_instruction_is_confirmed_once(tmp_path: Path) -> None:
     assert run.confirm(7, technician, {"action": "measure"})
     assert not run.confirm(7, technician, {"action": "keep"})
     assert run.progress.presses == 1
+
+
+class _SlowHandOver:
+    """A station whose device process takes time to end. A second hand-over is refused meanwhile, as by :class:`Station`."""
+
+    info = SimpleNamespace(simulated=True)
+    operating = SimpleNamespace(shows=lambda browser: True)
+
+    def __init__(self) -> None:
+        self.stop: Any = None
+        self.ended = asyncio.Event()
+
+    async def hand_over(self, stop: Any) -> Refusal | None:
+        if self.stop is not None:
+            return Refusal(code="commissioning_runs", message="", next_step="")
+        self.stop = stop
+        await self.ended.wait()
+        return None
+
+    def take_back(self, config: StationConfig | None) -> None:
+        self.stop = None
+
+
+def test_a_second_start_discards_no_stop(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Stop is pressed while the control program ends. A second browser starts the procedure, which is refused."""
+    lines = tmp_path / "lines"
+    program = tmp_path / "procedure.sh"
+    program.write_text(f"#!/bin/sh\nhead -n 1 > {lines}\n")
+    program.chmod(0o700)
+    monkeypatch.setattr(commissioning_run, "sys", SimpleNamespace(executable=str(program)))
+    technician = Browser(uuid4(), "Test technician")
+
+    async def start_twice() -> None:
+        station: Any = _SlowHandOver()
+        run = commissioning_run.CommissioningRun(
+            station, None, tmp_path, lambda config, name: None, lambda browser: None
+        )
+        first = asyncio.create_task(run.start("full", None, technician, set()))
+        await asyncio.sleep(0)
+        assert await station.stop() is None
+        refusal = await run.start("full", None, Browser(uuid4(), "Second technician"), set())
+        assert refusal is not None and refusal.code == "commissioning_runs"
+        station.ended.set()
+        assert await first is None
+        await asyncio.wait_for(run._following, 10.0)  # type: ignore[arg-type]
+
+    asyncio.run(start_twice())
+    assert json.loads(lines.read_text()) == {"stop": True}
+
+
+def test_a_confirmation_of_an_earlier_run_confirms_nothing(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """A confirmation is delayed. Meanwhile the run ends, and the next run shows its own first instruction."""
+    program = tmp_path / "procedure.sh"
+    program.write_text(
+        """#!/bin/sh\necho '{"event": "instruct", "number": 1, "press": true}'\nhead -n 1 >> """ f"{tmp_path}/lines\n"
+    )
+    program.chmod(0o700)
+    monkeypatch.setattr(commissioning_run, "sys", SimpleNamespace(executable=str(program)))
+    technician = Browser(uuid4(), "Test technician")
+
+    async def run_twice() -> None:
+        station: Any = _SlowHandOver()
+        station.ended.set()
+        run = commissioning_run.CommissioningRun(
+            station, None, tmp_path, lambda config, name: None, lambda browser: None
+        )
+        numbers = []
+        for _ in range(2):
+            assert await run.start("full", None, technician, set()) is None
+            assert run.progress is not None
+            while run.progress.instruction is None:
+                await asyncio.sleep(0.01)
+            numbers.append(run.progress.instruction["number"])
+            if len(numbers) == 1:
+                run._send({"stop": True})
+            else:
+                assert not run.confirm(numbers[0], technician)
+                assert run.confirm(numbers[1], technician)
+            await asyncio.wait_for(run._following, 10.0)  # type: ignore[arg-type]
+
+    asyncio.run(run_twice())
+    lines = [json.loads(line) for line in (tmp_path / "lines").read_text().splitlines()]
+    assert lines == [{"stop": True}, {"confirm": 1, "choice": {"action": "keep"}}]
 
 
 def test_a_station_adopts_the_finished_configuration(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

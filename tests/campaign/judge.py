@@ -73,6 +73,10 @@ _OWN_FAULTS: Final = frozenset(
 """Faults of the control program itself; each is a defect."""
 
 
+_SHOWN_S: Final = 0.2
+"""Part of a recording that may pass between two snapshots."""
+
+
 @dataclass(frozen=True)
 class Start:
     """An approach that the device accepted."""
@@ -115,6 +119,8 @@ class _Test:
     """True on a way out."""
     ended_at_deg: float | None = None
     """Least goal since the patient has ended the test."""
+    weighed: bool = False
+    """True if a stretch has passed the part in which the arm is weighed, on its present way out."""
 
 
 @dataclass
@@ -129,6 +135,8 @@ class Judge:
     """Time of the cycle that executed or refused the last Pause."""
     begun_ns: int = -1
     """Time of the last accepted load or teaching."""
+    loaded_ns: int = -1
+    """Time of the cycle that accepted the last load."""
     start: Start | None = None
     released: bool = False
     """The emergency stop is or was pressed, or the torque was released by command, since the port was lost."""
@@ -190,7 +198,13 @@ class Judge:
 
     def accepted(self, command: Guarded, pressed_ns: int) -> None:
         """Note a command that can start motion or release an arm. A Pause ends it as a Stop does, also a Pause that was refused."""
-        assert pressed_ns >= self.last_pause_ns, f"{type(command).__name__} from before a Pause was accepted"
+        name = type(command).__name__
+        assert pressed_ns >= self.last_pause_ns, f"{name} from before a Pause was accepted"
+        assert pressed_ns >= self.loaded_ns, f"{name} from before a load was accepted"
+
+    def reversed(self, t_ns: int) -> None:
+        """Note a reversal by resistance. It ends earlier commands as a Pause does."""
+        self.last_pause_ns = max(self.last_pause_ns, t_ns)
 
     def suspended(self, seconds: float) -> None:
         """Note that the computer is suspended for longer than a motion may be late. It ends earlier commands as a Stop does."""
@@ -428,6 +442,10 @@ class Judge:
             return
         asked = test.load.end_feel
         assert asked is not None
+        if stretch := run.stretch:
+            passed = run.position_s > asked.weighed_s[1] - _SHOWN_S
+            test.weighed = passed or (test.weighed and stretch.phase != "out")
+            assert test.weighed or stretch.phase != "hold", "a stretch held an arm that was not weighed"
         goal = self._motors[asked.motor - 1].goal
         if goal is None:
             return

@@ -271,7 +271,7 @@ class Sequences(RuleBasedStateMachine):
         """Heap of arrival, order, command and time of the press."""
         self._sent: dict[int, tuple[Command, int]] = {}
         """Delivered commands by number, with the time of the press."""
-        self._answered = 0
+        self._answered = self._events_seen = 0
         self._estop_pressed_ns: int | None = None
         self._pedal: list[tuple[int, bool]] = [(0, False)]
         self._blind_ns = 0
@@ -295,7 +295,7 @@ class Sequences(RuleBasedStateMachine):
 
     def _start_device(self) -> None:
         self.link = SteppedServiceLink(Path(self._folder.name))
-        self._answered = 0
+        self._answered = self._events_seen = 0
         self._sent.clear()
         self.loop = ControlLoop(
             self.world.config,
@@ -370,6 +370,8 @@ class Sequences(RuleBasedStateMachine):
         self.go(load, "playing", mended=True)
         self._run(after_s)
         if kind is None:
+            # A second press of Play arrives when the arm may have been taken back.
+            self._press(0, Play(), 1.5)
             self.the_patient_resists(motor, strength_nm, 1.8)
         else:
             self.a_drive_fails(kind, motor)
@@ -414,15 +416,23 @@ class Sequences(RuleBasedStateMachine):
             self._run(seconds)
 
     @rule(
-        load=_loads, delay_s=st.sampled_from([0.5, 1.5, 2.5]), meanwhile=st.sampled_from(["nothing", "stop", "pause"])
+        load=_loads,
+        delay_s=st.sampled_from([0.5, 1.5, 2.5]),
+        meanwhile=st.sampled_from(["nothing", "stop", "pause", "load"]),
     )
     def a_start_arrives_late(self, load: Load, delay_s: float, meanwhile: str) -> None:
-        """The command to start is delayed. "stop": meanwhile the arm is stopped and made ready again. "pause": Pause is pressed."""
+        """The command to start is delayed. "stop": meanwhile the arm is stopped and made ready again. "pause": Pause is pressed. "load": the
+        recording is loaded again.
+        """
         self._make_ready(load)
         self._look(0)
         self._press(0, Approach(), delay_s)
         if meanwhile == "pause":
             self._press(0, Pause(), 0.0)
+        if meanwhile == "load":
+            self._press(0, Unload(), 0.0)
+            self._run(0.05)
+            self._make_ready(load)
         if meanwhile == "stop":
             self._press(0, _STOP, 0.0)
             self._run(0.3)
@@ -947,6 +957,7 @@ class Sequences(RuleBasedStateMachine):
                     self.judge.start = Start(self._deadline_ns, pressed_ns, self.judge.last_stop_ns)
                 case Load():
                     self.judge.begun_ns = self.world.t_ns
+                    self.judge.loaded_ns = self._deadline_ns
                     self.judge.loaded(command)
                 case Teach():
                     self.judge.begun_ns = self.world.t_ns
@@ -955,3 +966,7 @@ class Sequences(RuleBasedStateMachine):
                 case _:
                     pass
         self._answered = len(self.link.replies)
+        for event in self.link.events[self._events_seen :]:
+            if event.code == "load_reversal":
+                self.judge.reversed(self._deadline_ns)
+        self._events_seen = len(self.link.events)

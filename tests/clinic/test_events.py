@@ -96,6 +96,19 @@ def test_estop_is_tested_when_pressed_and_released() -> None:
     assert observer.observe_state(stop("estop_pressed", estop="released"), None) == []
 
 
+def test_press_that_one_contact_missed_does_not_test_the_estop() -> None:
+    """The wire of the second contact is broken, or a contact is welded. Then only one contact stops the arm."""
+    observer = Observer("Station 1")
+    observer.observe_state(stop("estop_pressed", estop="pressed"), None)
+    observer.observe_state(stop("estop_pressed", "contacts_disagree", estop="pressed"), None)
+    events = observer.observe_state(stop("estop_pressed", "contacts_disagree", estop="released"), None)
+    assert ESTOP_TESTED not in [event.code for event in events if isinstance(event, NewDeviceEvent)]
+    observer.observe_state(state(), None)
+    observer.observe_state(stop("estop_pressed", estop="pressed"), None)
+    events = observer.observe_state(stop("estop_pressed", estop="released"), None)
+    assert ESTOP_TESTED in [event.code for event in events if isinstance(event, NewDeviceEvent)]
+
+
 @pytest.mark.parametrize("before", ["unknown", "closed"])
 def test_unseen_press_does_not_test_the_estop(before: str) -> None:
     observer = Observer("Station 1")

@@ -119,8 +119,8 @@ def test_each_stop_counts(stepped: Stepped) -> None:
         stepped.forward(0.1)
         counts.append(stepped.snapshot.stops)
         assert stepped.send(Acknowledge()) is None
-    # The command and the stop that it latched.
-    assert [count - counts[0] for count in counts] == [0, 2, 4]
+    # The load, the command and the stop that it latched.
+    assert [count - counts[0] for count in counts] == [0, 3, 6]
 
 
 # -- the known torque state ----------------------------------------------------------------------------------------

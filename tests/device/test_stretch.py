@@ -311,3 +311,19 @@ def test_level_must_carry_arm_and_torque() -> None:
     carried = tuple(np.linspace(0.5, 2.5, 100).tolist())
     refusal = checked(msgspec.structs.replace(STRETCH, expected_nm=carried))
     assert refusal is not None and "the arm and the test need 4.5 Nm of motor 4" in refusal.message
+
+
+def test_arm_that_was_not_weighed_is_not_held(stepped: Stepped) -> None:
+    """The patient pushes slowly from the start on, so that the torque is reached before the arm is weighed. Without its weight the torque at
+    the shoulder is unknown. A hold would lead the arm out by 20 deg when the patient relaxes.
+    """
+    started(stepped, msgspec.structs.replace(STRETCH, hold_s=20.0))
+    shoulder = _Held(stepped, heavier_nm=-1.0)
+    phases = set()
+    while stepped.mode == "playing":
+        shoulder.guarding_nm = min(shoulder.guarding_nm + 0.02, 1.95)
+        shoulder.cycle()
+        if stepped.mode == "playing":
+            phases.add(stretch_of(stepped).phase)
+    assert phases == {"out", "release"}
+    assert shoulder.farthest_deg < way()[round(STRETCH.weighed_s[1] * 50), AXIS]

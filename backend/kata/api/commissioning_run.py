@@ -57,6 +57,10 @@ class RunProgress:
     """Finished steps, in the form of the commissioning record."""
     passed: bool | None = None
     presses: int = 0
+    numbers_before: int = 0
+    """Largest number of an instruction of earlier runs. The procedure itself counts from 1. A delayed confirmation of an earlier run so has no
+    effect.
+    """
 
 
 class CommissioningRun:
@@ -81,7 +85,10 @@ class CommissioningRun:
         self._child: asyncio.subprocess.Process | None = None
         self._following: asyncio.Task[None] | None = None
         self._watching: asyncio.Task[None] | None = None
+        self._newest_number = 0
+        """Number of the newest instruction of all runs."""
         self._stopped = False
+        """True from a Stop until the end of the run. A second start, which is refused, does not change it."""
         self.progress: RunProgress | None = None
 
     @property
@@ -115,10 +122,9 @@ class CommissioningRun:
                 message=texts.STATION_FILE_NOT_WRITTEN(reason=problem),
                 next_step=texts.ALLOW_WRITING_STATION_FILE(),
             )
-        self._stopped = False
         if refusal := await self._station.hand_over(self.stop):
             return refusal
-        self.progress = RunProgress(kind, browser.name, simulated, before)
+        self.progress = RunProgress(kind, browser.name, simulated, before, numbers_before=self._newest_number)
         self._operate(browser)
         options = [f"--by={browser.name}", "--lines"]
         options += ["--simulate=1"] if simulated else []
@@ -179,7 +185,7 @@ class CommissioningRun:
         self._operate(browser)
         progress.presses += 1
         progress.instruction = progress.instruction | {"press": False}
-        self._send({"confirm": number, "choice": choice or {"action": "keep"}})
+        self._send({"confirm": number - progress.numbers_before, "choice": choice or {"action": "keep"}})
         return True
 
     async def stop(self, *, browser_lost: bool = False) -> Refusal | None:
@@ -264,7 +270,8 @@ class CommissioningRun:
             case "step":
                 progress.step, progress.instruction = message["step"], None
             case "instruct":
-                progress.instruction = message
+                self._newest_number = progress.numbers_before + message["number"]
+                progress.instruction = message | {"number": self._newest_number}
             case "working":
                 progress.instruction = None
             case "ended":
@@ -277,6 +284,7 @@ class CommissioningRun:
         """Give the drives back to the device process."""
         assert self.progress is not None
         self._child = None
+        self._stopped = False
         self.progress.running = False
         self.progress.instruction = None
         self.progress.passed = bool(self.progress.passed)

@@ -50,7 +50,7 @@ class CommissioningConfirmation(Schema):
 class CommissioningInstruction(Schema):
     """An instruction to the technician."""
 
-    number: int = Field(ge=1, description="Number of the instruction within this run.")
+    number: int = Field(ge=1, description="Number of the instruction. It is used once while the service runs.")
     kind: str = Field(examples=["press_estop"])
     text: str
     text_key: OptionalKey = None

@@ -47,7 +47,9 @@ class LoopTelemetry:
 
     @property
     def _stops(self) -> int:
-        return self._first_stops + self._link.stop_requests + self._machine.stops_latched + self._pauses
+        machine = self._machine
+        counted = machine.stops_latched + machine.loads_and_reversals
+        return self._first_stops + self._link.stop_requests + counted + self._pauses
 
     def _publish(self, state: CycleState) -> None:
         """Publish ten snapshots a second, and another one at once when an important value has changed."""

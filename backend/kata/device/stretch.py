@@ -107,7 +107,9 @@ class TorqueStretch(EndFeelTest):
         movement.ramp_s = TURN_S
         if self._phase == "out":
             self._approach(movement, expected_nm)
-            return expected_nm >= self._limit_nm
+            # A hold would begin before the arm is weighed. The torque at the shoulder is then unknown.
+            unweighed = self._phase == "hold" and movement.position_s <= self._weighed_s[1]
+            return unweighed or expected_nm >= self._limit_nm
         self._hold_left_s -= self._cycle_s
         mean_nm = sum(self._recent) / len(self._recent)
         self._hold(movement, mean_nm)

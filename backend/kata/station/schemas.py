@@ -314,8 +314,8 @@ class Live(_Schema):
     )
     stops: int = Field(
         ge=0,
-        description="Number of stops. Each Stop command, each Pause command and each latched stop adds one. Commands that can start motion "
-        "carry this number.",
+        description="Number of stops. Each Stop command, each Pause command, each latched stop, each load and each reversal by resistance "
+        "adds one. Commands that can start motion carry this number.",
     )
     verified_since: datetime | None = Field(
         description="Time since which the apparatus has been connected and every drive configured, without interruption; else null. "

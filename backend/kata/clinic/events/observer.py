@@ -12,7 +12,8 @@ from kata.station.schemas import EventLive, Live, TextKey
 from kata.station.snapshot_tracker import Occupation
 
 ESTOP_TESTED: Final = "estop_tested"
-"""Code of the event that the emergency stop was pressed and released."""
+"""Code of the event that the emergency stop was pressed and released, and that every contact has switched."""
+_ONE_CONTACT_ONLY: Final = "contacts_disagree"
 _REPORTED_AS_ALARM: Final = "fault"
 """Code of the device's event for a fault. It is skipped, because the live state reports the same fault with category, motor and end."""
 
@@ -109,6 +110,9 @@ class Observer:
             self._pressed = True
         elif live.estop == "released" and self._pressed:
             self._pressed = False
+            if live.stop and any(cause.code == _ONE_CONTACT_ONLY for cause in live.stop.causes):
+                # Only one of the two contacts has switched. The test must find this, and so does not count.
+                return []
             message = texts.ESTOP_TESTED()
             return [self._new_event(utc_now(), "event", ESTOP_TESTED, message)]
         elif live.estop == "closed":

@@ -6732,7 +6732,7 @@ export interface components {
             torque: "on" | "off" | "unknown";
             /**
              * Stops
-             * @description Number of stops. Each Stop command, each Pause command and each latched stop adds one. Commands that can start motion carry this number.
+             * @description Number of stops. Each Stop command, each Pause command, each latched stop, each load and each reversal by resistance adds one. Commands that can start motion carry this number.
              */
             stops: number;
             /**
