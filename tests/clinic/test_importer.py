@@ -485,7 +485,7 @@ def test_journal_still_being_written_is_waited_for(clinic: Clinic) -> None:
 
 
 def test_folder_used_by_another_process_is_left_alone(clinic: Clinic, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("kata.clinic.importer._LAST_DEVICE_S", 0.0)
+    monkeypatch.setattr("kata.clinic.importer._JOURNAL_LOCK_LIMIT_S", 0.0)
     run_id = clinic.begin_run(clinic.recording())
     with journal.claimed(clinic.folder, 0.0), pytest.raises(journal.FolderInUseError):
         clinic.importer.run_at_start()
