@@ -10,14 +10,14 @@ from kata.auth import login
 from kata.bench.running_service import GUARDED
 from kata.clinic.sessions import runs
 from kata.device import ipc_messages
-from kata.station.guard import SEEN_LIMIT_S
+from kata.station.guard import COMMAND_VALID_S
 from tests.support.recordings import lifted, taught
 from tests.support.responses import problem
 from tests.support.station_api import accepted, load, until, until_mode
 from tests.support.station_commands import operate, seen
 
 EACH = sorted(GUARDED)
-SEEN_LIMIT = timedelta(seconds=SEEN_LIMIT_S)
+SEEN_LIMIT = timedelta(seconds=COMMAND_VALID_S)
 
 
 def shifted(body: dict[str, Any], by: timedelta) -> dict[str, Any]:
@@ -93,7 +93,7 @@ def test_a_command_that_waited_for_the_database_expires(client: TestClient, monk
 
     def slowly(*given: Any) -> Any:
         found = look_up(*given)
-        clock._now_ns = lambda: now_ns() + int(SEEN_LIMIT_S * 1e9)
+        clock._now_ns = lambda: now_ns() + int(COMMAND_VALID_S * 1e9)
         return found
 
     monkeypatch.setattr(clock, "_now_ns", now_ns)
@@ -113,7 +113,7 @@ def test_the_device_gets_the_counter_and_the_expiry(client: TestClient, monkeypa
     (command,) = heard
     assert isinstance(command, ipc_messages.Acknowledge)
     assert command.stops == 41
-    assert 0 < command.expires_ns - began_ns <= SEEN_LIMIT_S * 1e9
+    assert 0 < command.expires_ns - began_ns <= COMMAND_VALID_S * 1e9
 
 
 def test_torque_is_released_only_while_stopped(client: TestClient) -> None:

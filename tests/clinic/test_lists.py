@@ -201,8 +201,8 @@ def test_a_damaged_cursor_is_refused(database: Database, cursor: str) -> None:
 @given(st.text(max_size=100), st.text(max_size=100), st.text(min_size=1, max_size=32), st.dates())
 def test_every_field_of_a_record_finds_it(name: str, kana: str, number: str, born: date) -> None:
     text = search.text_of(name, kana, number, born)
-    assert len(text) <= search.LONGEST
-    if len(text) < search.LONGEST:
+    assert len(text) <= search.MAX_SEARCH_LETTERS
+    if len(text) < search.MAX_SEARCH_LETTERS:
         assert born.isoformat() in text
         for forms in (*search.words_of(name), *search.words_of(kana), *search.words_of(number)):
             assert any(form in text for form in forms)

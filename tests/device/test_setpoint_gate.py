@@ -10,8 +10,8 @@ from hypothesis import HealthCheck, assume, given, settings
 from hypothesis import strategies as st
 
 from kata.device.config import StationConfig, simulated
-from kata.device.config_rules import TURN_S
-from kata.device.end_feel import TURN_S as END_FEEL_TURN_S
+from kata.device.config_rules import REVERSAL_RAMP_S
+from kata.device.end_feel import TURN_BACK_RAMP_S
 from kata.device.ipc_messages import EndFeel, Load
 from kata.device.journal import JournalDisk, JournalWriter
 from kata.device.movement import RAMP_S, Movement
@@ -63,7 +63,7 @@ def change(movement: Movement, event: str) -> None:
         movement.direction = 0
     elif event != "play":
         movement.direction, movement.reverse_to_s = -1, 0.0
-        movement.ramp_s = TURN_S if event == "resistance" else END_FEEL_TURN_S
+        movement.ramp_s = REVERSAL_RAMP_S if event == "resistance" else TURN_BACK_RAMP_S
     elif movement.at_rest or movement.ended:
         movement.direction, movement.ramp_s = 1, RAMP_S
 

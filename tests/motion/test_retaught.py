@@ -9,7 +9,7 @@ from kata.device.config import simulated
 from kata.motion.edit import EditError, Motion
 from kata.motion.linkage import Floats, motor_angles_deg
 from kata.motion.method import reference
-from kata.motion.retaught import FARTHEST_DEG, retaught
+from kata.motion.retaught import MAX_GAP_DEG, retaught
 from tests.support.rhythm_motions import evenly, times_of, wave
 
 START_S, END_S = 2.0, 6.0
@@ -72,7 +72,7 @@ def test_edit_names_marks_and_part() -> None:
 
 def test_part_far_from_a_mark_is_refused() -> None:
     with pytest.raises(EditError, match=r"motor 3 of the new part is 25 deg from the mark at 2\.0 s"):
-        retaught(LIFT, START_S, END_S, new_part(off_deg=FARTHEST_DEG + 5.0), "Part")
+        retaught(LIFT, START_S, END_S, new_part(off_deg=MAX_GAP_DEG + 5.0), "Part")
 
 
 @pytest.mark.parametrize(("start_s", "end_s"), [(5.0, 5.2), (-1.0, 4.0), (4.0, 99.0), (6.0, 2.0)])

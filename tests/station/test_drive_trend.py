@@ -5,7 +5,7 @@ from pathlib import Path
 from msgspec import structs
 
 from kata.device.ipc_messages import Snapshot
-from kata.station.drive_trend import INTERVAL_S, KEPT_HOURS, DriveTrend
+from kata.station.drive_trend import INTERVAL_S, TREND_HOURS, DriveTrend
 from tests.support.stepped import Stepped
 
 
@@ -46,7 +46,7 @@ def test_nothing_is_kept_of_drives_that_report_nothing(tmp_path: Path) -> None:
 
 def test_points_older_than_some_hours_are_forgotten(tmp_path: Path) -> None:
     clock = Clock()
-    trend, points = DriveTrend(clock), int(KEPT_HOURS * 3600 / INTERVAL_S)
+    trend, points = DriveTrend(clock), int(TREND_HOURS * 3600 / INTERVAL_S)
     hot, cold = snapshot(tmp_path, 70.0), snapshot(tmp_path, 30.0)
     trend.take(hot)
     for _ in range(points):

@@ -5,7 +5,7 @@ from datetime import UTC, datetime, timedelta
 import pytest
 
 from kata.device.ipc_messages import Refusal
-from kata.station.guard import SEEN_LIMIT_S, Guard, StateClock
+from kata.station.guard import COMMAND_VALID_S, Guard, StateClock
 
 
 class Steps:
@@ -40,20 +40,20 @@ def test_a_fresh_command_expires_after_its_state(steps: Steps, clock: StateClock
     seen_at = clock.now()
     seen_ns = steps.ns
 
-    assert clock.guard(7, seen_at) == Guard(stops=7, expires_ns=seen_ns + round(SEEN_LIMIT_S * 1e9))
+    assert clock.guard(7, seen_at) == Guard(stops=7, expires_ns=seen_ns + round(COMMAND_VALID_S * 1e9))
 
 
 def test_waiting_does_not_extend_the_expiry(steps: Steps, clock: StateClock) -> None:
     seen_at = clock.now()
     at_once = clock.guard(7, seen_at)
-    steps.forward(SEEN_LIMIT_S - 0.1)
+    steps.forward(COMMAND_VALID_S - 0.1)
 
     assert clock.guard(7, seen_at) == at_once
 
 
 @pytest.mark.parametrize(
     ("old_s", "refused"),
-    [(SEEN_LIMIT_S - 0.001, None), (SEEN_LIMIT_S + 0.001, "expired"), (86_400.0, "expired")],
+    [(COMMAND_VALID_S - 0.001, None), (COMMAND_VALID_S + 0.001, "expired"), (86_400.0, "expired")],
 )
 def test_an_old_state_is_refused(steps: Steps, clock: StateClock, old_s: float, refused: str | None) -> None:
     seen_at = clock.now()

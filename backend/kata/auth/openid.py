@@ -8,7 +8,7 @@ from uuid import UUID
 import msgspec
 from cryptography.fernet import Fernet, InvalidToken
 
-LASTS: Final = timedelta(minutes=10)
+LOGIN_STATE_VALIDITY: Final = timedelta(minutes=10)
 """Time limit of a login at the provider."""
 
 
@@ -51,7 +51,9 @@ class StateCookies:
     def decrypt(self, cookie: str | None, now: datetime) -> OidcLoginState | PendingMfa | None:
         """Return the content of a cookie, or None if it is invalid or too old."""
         try:
-            content = self._fernet.decrypt_at_time(cookie or "", int(LASTS.total_seconds()), int(now.timestamp()))
+            content = self._fernet.decrypt_at_time(
+                cookie or "", int(LOGIN_STATE_VALIDITY.total_seconds()), int(now.timestamp())
+            )
         except InvalidToken:
             return None
         return msgspec.json.decode(content, type=OidcLoginState | PendingMfa)

@@ -30,7 +30,7 @@ from kata.auth.login import (
     start_login_session,
     throttle_key,
 )
-from kata.auth.openid import LASTS, IdTokenClaims, OidcLoginState, PendingMfa, login_state_of
+from kata.auth.openid import LOGIN_STATE_VALIDITY, IdTokenClaims, OidcLoginState, PendingMfa, login_state_of
 from kata.auth.tables import AccountRow
 from kata.auth.throttle import ADDRESS_POLICY, USERNAME_POLICY
 from kata.database.engine import Database
@@ -241,7 +241,7 @@ def _set_cookie(
     response.set_cookie(
         _name(request),
         auth.state_cookies.encrypt(content, auth.now()) if content else "",
-        max_age=int(LASTS.total_seconds()) if content else 0,
+        max_age=int(LOGIN_STATE_VALIDITY.total_seconds()) if content else 0,
         secure=request.url.scheme == "https",
         httponly=True,
         samesite="strict",

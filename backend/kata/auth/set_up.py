@@ -13,7 +13,7 @@ from typing import Final
 from kata.auth import secrets
 
 _FILE: Final = "set-up-link.json"
-LASTS: Final = timedelta(hours=24)
+SET_UP_LINK_VALIDITY: Final = timedelta(hours=24)
 
 
 def offer(folder: Path, now: datetime) -> str:
@@ -22,7 +22,7 @@ def offer(folder: Path, now: datetime) -> str:
     :raises OSError: when the folder cannot be written to.
     """
     secret = secrets.new_secret()
-    text = json.dumps({"hash": secrets.hash_secret(secret), "until": (now + LASTS).isoformat()})
+    text = json.dumps({"hash": secrets.hash_secret(secret), "until": (now + SET_UP_LINK_VALIDITY).isoformat()})
     folder.mkdir(parents=True, exist_ok=True)
     part = folder / f"{_FILE}.new"
     part.unlink(missing_ok=True)
@@ -34,7 +34,7 @@ def offer(folder: Path, now: datetime) -> str:
 
 def invitation(url: str, secret: str) -> str:
     """Return the text with the set-up link. Print it only on the terminal and never in the log, because the link is a secret."""
-    return f"Set up the clinic's administrator. The link works once, within {LASTS.total_seconds() / 3600:g} hours: {url}/set-up#secret={secret}"
+    return f"Set up the clinic's administrator. The link works once, within {SET_UP_LINK_VALIDITY.total_seconds() / 3600:g} hours: {url}/set-up#secret={secret}"
 
 
 def is_valid(folder: Path, secret: str, now: datetime) -> bool:

@@ -36,11 +36,11 @@ from kata.database.spool import Record, Spool
 
 log = logging.getLogger(__name__)
 
-_LAST_S: Final = 10.0
+_CLOSE_LIMIT_S: Final = 10.0
 """Longest wait in seconds for a slow database while the service shuts down. Undelivered events stay on disk."""
-_ON_DISK_S: Final = 2.0
+_DISK_WRITE_LIMIT_S: Final = 2.0
 """Longest wait in seconds of an offline action for the disk. The action is refused if its event is not on disk by then."""
-_ROOM: Final = 5000
+_MAX_UNWRITTEN_EVENTS: Final = 5000
 """From this number of events that wait for the disk on, read requests and refusals wait to be recorded. Commands to the apparatus never
 wait.
 """
@@ -87,7 +87,7 @@ class EventSpool:
     @property
     def has_room(self) -> bool:
         """False while too many events wait for the disk. Read requests and refusals must then wait to be recorded."""
-        return self.spool.unwritten < _ROOM
+        return self.spool.unwritten < _MAX_UNWRITTEN_EVENTS
 
     def put_event(self, item: NewDeviceEvent | AlarmsEnded) -> None:
         """Spool a device event."""
@@ -101,7 +101,7 @@ class EventSpool:
         """Spool the removal of a run, teaching or session that never began."""
         self._put(NotBegun(kind, id_))
 
-    def put_offline_event(self, event: OfflineEvent, limit_s: float = _ON_DISK_S) -> bool:
+    def put_offline_event(self, event: OfflineEvent, limit_s: float = _DISK_WRITE_LIMIT_S) -> bool:
         """Spool an offline event. Return True if it is on disk within ``limit_s`` seconds."""
         self._put(event)
         return self.spool.until_written(limit_s)
@@ -111,9 +111,9 @@ class EventSpool:
         return self.delivery.until_taken(limit_s)
 
     def close(self) -> None:
-        """Deliver the events that the database accepts within ``_LAST_S`` seconds, and end."""
-        self.spool.until_written(_LAST_S)
-        self.delivery.close(_LAST_S)
+        """Deliver the events that the database accepts within ``_CLOSE_LIMIT_S`` seconds, and end."""
+        self.spool.until_written(_CLOSE_LIMIT_S)
+        self.delivery.close(_CLOSE_LIMIT_S)
         self.spool.close()
 
     def _put(self, item: _SpoolItem) -> None:

@@ -34,7 +34,7 @@ log = logging.getLogger(__name__)
 
 _IMPORTED: Final = "imported"
 _UNREADABLE: Final = "unreadable"
-_LAST_DEVICE_S: Final = 10.0
+_JOURNAL_LOCK_LIMIT_S: Final = 10.0
 """Wait for the previous device process. If its service is killed, it ramps down, writes its journal and ends in much less time."""
 
 
@@ -131,7 +131,7 @@ class Importer:
 
         :raises FolderInUseError: when a device process runs; another service must then have started it.
         """
-        with journal.claimed(self._folder, _LAST_DEVICE_S):
+        with journal.claimed(self._folder, _JOURNAL_LOCK_LIMIT_S):
             self.run()
             self._give_up_unended(utc_now())
 

@@ -15,7 +15,7 @@ from kata.device.config import Axis
 from kata.motion.axes import AXES, N_AXES
 from kata.motion.linkage import Floats
 
-MOVES: Final = {
+MOTION_TEXTS: Final = {
     1: texts.RAISE_SCAPULA_FORWARD,
     2: texts.ROTATE_SCAPULA_DOWN,
     3: texts.LIFT_ARM_SIDEWAYS,
@@ -95,7 +95,7 @@ def _moved_by_hand(workbench: Workbench, line: DriveLine, motor: int) -> Floats:
         still = still + 1 if np.max(np.abs(step)) < _STILL_DEG else 0
         return float(np.max(np.abs(watch.moved_deg))) > _SEEN_DEG and still > _STILL_LOOKS
 
-    text = texts.MOVE_AXIS(motor=motor, motion=MOVES[motor]())
+    text = texts.MOVE_AXIS(motor=motor, motion=MOTION_TEXTS[motor]())
     workbench.watch(ManualAction("move_axis", text, motor), is_done, texts.NO_MOVEMENT_SEEN(motor=motor))
     return watch.moved_deg
 
@@ -131,7 +131,7 @@ def _check_push(workbench: Workbench, drives: LiveDrives, motor: int) -> None:
             push.append((moved, torque))
         return push_detected
 
-    text = texts.PUSH_AXIS(motor=motor, motion=MOVES[motor]())
+    text = texts.PUSH_AXIS(motor=motor, motion=MOTION_TEXTS[motor]())
     workbench.watch(ManualAction("push_axis", text, motor), is_pushed, texts.PUSH_NOT_SEEN(motor=motor))
     moved, torque = push[-1]
     if moved < 0:

@@ -13,7 +13,7 @@ _READ: Final = 0x02
 _WRITE: Final = 0x03
 _REBOOT: Final = 0x08
 _ALERT: Final = 0x80
-_PATIENCE_NS: Final = 25_000_000
+_ANSWER_TIMEOUT_NS: Final = 25_000_000
 """Time to wait for an answer in addition to its bytes: for the adapter's latency timer (16 ms by default) and the return delay."""
 _SEARCH_NS: Final = 120_000_000
 """The answers to a broadcast ping end with a silence of this length."""
@@ -80,7 +80,7 @@ class DriveLine:
         """Return the contents of registers (None without a valid answer), and whether other bytes arrived."""
         request = encode(drive_id, _READ, struct.pack("<HH", address, length))
         answers, other_bytes = self._exchange(
-            request, _PATIENCE_NS, size=OVERHEAD + length, expected=(drive_id, length)
+            request, _ANSWER_TIMEOUT_NS, size=OVERHEAD + length, expected=(drive_id, length)
         )
         valid = [data for sender, error, data in answers if sender == drive_id and len(data) == length]
         return (valid[0] if valid else None), other_bytes
@@ -93,7 +93,7 @@ class DriveLine:
         request = encode(drive_id, _WRITE, struct.pack("<H", address) + data)
         damaged = False
         for _ in range(_ATTEMPTS):
-            answers, other_bytes = self._exchange(request, _PATIENCE_NS, size=OVERHEAD, expected=(drive_id, 0))
+            answers, other_bytes = self._exchange(request, _ANSWER_TIMEOUT_NS, size=OVERHEAD, expected=(drive_id, 0))
             damaged |= other_bytes
             if refused := [error & ~_ALERT for sender, error, _ in answers if sender == drive_id]:
                 if refused[0]:
@@ -103,7 +103,7 @@ class DriveLine:
 
     def reboot(self, drive_id: int) -> None:
         """Restart a drive: torque off, RAM at its defaults."""
-        self._exchange(encode(drive_id, _REBOOT), _PATIENCE_NS, size=OVERHEAD, expected=(drive_id, 0))
+        self._exchange(encode(drive_id, _REBOOT), _ANSWER_TIMEOUT_NS, size=OVERHEAD, expected=(drive_id, 0))
 
     def _exchange(
         self, request: bytes, patience_ns: int, *, size: int, expected: tuple[int, int] | None = None

@@ -5,7 +5,7 @@ from typing import Final
 from msgspec import structs
 
 from kata.commissioning import texts
-from kata.commissioning.axes import MOVES
+from kata.commissioning.axes import MOTION_TEXTS
 from kata.commissioning.drive_line import DriveLine, FoundDrive, LineError
 from kata.commissioning.workbench import FACTORY_BAUD, ManualAction, StepError, Workbench, naming_drive
 from kata.device.bus.dynamixel.registers import TORQUE_ENABLE
@@ -62,7 +62,7 @@ def _all_have_their_ids(workbench: Workbench) -> bool:
 
 
 def _assign(workbench: Workbench, motor: int) -> None:
-    text = texts.CONNECT_ONLY(motor=motor, motion=MOVES[motor]())
+    text = texts.CONNECT_ONLY(motor=motor, motion=MOTION_TEXTS[motor]())
     workbench.confirm(ManualAction("connect_only", text, motor))
     drive = _search(workbench, motor)
     with workbench.line(drive.baud) as line:

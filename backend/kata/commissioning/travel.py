@@ -6,7 +6,7 @@ import numpy as np
 from msgspec import structs
 
 from kata.commissioning import texts
-from kata.commissioning.axes import MOVES, PositionWatch, read_counts
+from kata.commissioning.axes import MOTION_TEXTS, PositionWatch, read_counts
 from kata.commissioning.live_drives import live_drives
 from kata.commissioning.workbench import LOOK_S, ManualAction, StepError, Workbench, wrapped_deg
 from kata.device.bus.dynamixel.registers import DEG_PER_COUNT, zero_count
@@ -58,7 +58,7 @@ def _ends(workbench: Workbench, motor: int) -> tuple[float, float]:
         begin = float(_angles(workbench)[motor - 1])
         axis = workbench.draft.axes[motor - 1]
         reached = [begin]
-        text = texts.SWEEP_AXIS(motor=motor, motion=MOVES[motor]())
+        text = texts.SWEEP_AXIS(motor=motor, motion=MOTION_TEXTS[motor]())
         workbench.technician.instruct(ManualAction("sweep_axis", text, motor))
         while not workbench.technician.has_confirmed():
             watch.read_positions()

@@ -19,7 +19,7 @@ from kata.messages import Text
 
 LOOK_S: Final = 0.02
 """Time between two reads of the drives while the technician acts."""
-_PATIENCE_S: Final = 120
+_INSTRUCTION_TIMEOUT_S: Final = 120
 """Longest time for one instruction."""
 FACTORY_BAUD: Final = 57_600
 """A new X-series drive has this rate and id 1 (e-Manual, addresses 7 and 8)."""
@@ -140,11 +140,11 @@ class Workbench:
         if is_done():
             return
         self.technician.instruct(replace(instruction, seen=True))
-        end_ns = self.now_ns() + _PATIENCE_S * 1_000_000_000
+        end_ns = self.now_ns() + _INSTRUCTION_TIMEOUT_S * 1_000_000_000
         while not is_done():
             self.technician.has_confirmed()
             if self.now_ns() > end_ns:
-                raise StepError(fault or texts.NOTHING_HAPPENED(seconds=_PATIENCE_S))
+                raise StepError(fault or texts.NOTHING_HAPPENED(seconds=_INSTRUCTION_TIMEOUT_S))
             self.sleep(LOOK_S)
 
     def change(self, **changes: object) -> None:

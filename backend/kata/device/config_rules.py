@@ -49,7 +49,7 @@ _LATE_REPLY_MS: Final = 4.0
 """Longest time in one cycle that the drivers wait in addition to the transmission time."""
 _LONGEST_INPUT_AGE_MS: Final = 300.0
 """A pseudo-terminal on a busy computer needs this long (decision 0006). An emergency stop that is unknown for longer stops the arm."""
-TURN_S: Final = 0.08
+REVERSAL_RAMP_S: Final = 0.08
 """Time in which a movement that met resistance comes to rest from its highest speed."""
 RAMP_SHARE: Final = 0.35
 """Share of the acceleration limit that a change of the speed override at an axis' highest speed uses. The reference itself uses half of the
@@ -616,7 +616,7 @@ def _approach_is_slower(config: "StationConfig") -> Iterator[str]:
 
 def _can_turn_back(config: "StationConfig") -> Iterator[str]:
     for motor, axis in enumerate(config.axes, start=1):
-        needed_deg_s2 = axis.max_speed_deg_s / TURN_S / RAMP_SHARE
+        needed_deg_s2 = axis.max_speed_deg_s / REVERSAL_RAMP_S / RAMP_SHARE
         if axis.max_acceleration_deg_s2 < needed_deg_s2:
             yield (
                 f"axes[{motor}].max_acceleration_deg_s2: {axis.max_acceleration_deg_s2:g} is less than the {needed_deg_s2:g} deg/s2 "

@@ -14,11 +14,11 @@ from kata.motion.axes import N_AXES
 from kata.motion.linkage import Floats
 from kata.motion.trajectory import Trajectory
 
-TURN_S: Final = 0.03
+TURN_BACK_RAMP_S: Final = 0.03
 """Time from the path's speed to rest and from rest to the speed back. 10 deg/s then need 330 deg/s2."""
 SPEED_LIMIT_DEG_S: Final = 15.0
 """Speed limit of every axis during a test. The time for a turn follows from it and from the axes' acceleration; at the station's usual limit a
-turn would take longer than :data:`TURN_S`."""
+turn would take longer than :data:`TURN_BACK_RAMP_S`."""
 _WINDOW_S: Final = 0.12
 """Time over which a straight line is fitted to the torque. An encoder count of 0.09 deg changes a drive's torque by up to 0.25 Nm, so a
 single reading is too uncertain."""
@@ -151,7 +151,7 @@ class EndFeelTest:
     def turn_back(self, movement: Movement) -> None:
         """Take the arm back along its path."""
         self._turned = True
-        movement.direction, movement.ramp_s, movement.reverse_to_s = -1, TURN_S, 0.0
+        movement.direction, movement.ramp_s, movement.reverse_to_s = -1, TURN_BACK_RAMP_S, 0.0
 
     def resume(self, movement: Movement) -> None:
         """Continue after a pause: the way back if the arm has turned or the patient has ended the test."""

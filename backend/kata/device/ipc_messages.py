@@ -463,7 +463,7 @@ FromDevice = Reply | Snapshot | Event | JournalClosed
 # -- frames -------------------------------------------------------------------------------------------------------
 
 _LENGTH: Final = struct.Struct("<I")
-_LONGEST: Final = 1024 * 1024
+_MAX_FRAME_BYTES: Final = 1024 * 1024
 """Maximum frame length. It limits how long the receiver waits after a damaged length. The longest message is a part of a Load."""
 _PART_BYTES: Final = 64 * 1024
 """Maximum size of a part of a Load. It limits the time that a Stop waits for such a part to less than 1 ms."""
@@ -501,7 +501,7 @@ def frames(incoming: bytearray) -> Iterator[bytes]:
     """
     while len(incoming) >= _LENGTH.size:
         (length,) = _LENGTH.unpack_from(incoming)
-        if length > _LONGEST:
+        if length > _MAX_FRAME_BYTES:
             raise ValueError(f"a frame of {length} bytes is longer than any message")
         if len(incoming) < _LENGTH.size + length:
             return

@@ -19,11 +19,11 @@ import msgspec
 from kata.device import texts
 from kata.device.config import StationConfig
 from kata.device.ipc_messages import LoadPart, Refusal, Request
-from kata.device.references import LARGEST_MESSAGE, Packed, Reference, unpack
+from kata.device.references import MAX_MESSAGE_BYTES, Packed, Reference, unpack
 
 log = logging.getLogger(__name__)
 
-LIMIT_S: Final = 30.0
+CHECK_LIMIT_S: Final = 30.0
 """Longest time that the builder may take for an answer. For 3.8 hours at 100 Hz it needs 6 s on two cores of a server."""
 _BUILDER: Final = (sys.executable, "-m", "kata.device.reference_builder")
 _ANSWER: Final = msgspec.msgpack.Decoder(Packed | Refusal)
@@ -42,7 +42,9 @@ class ReferenceLoader:
     time.
     """
 
-    def __init__(self, config: StationConfig, *, command: Sequence[str] = _BUILDER, limit_s: float = LIMIT_S) -> None:
+    def __init__(
+        self, config: StationConfig, *, command: Sequence[str] = _BUILDER, limit_s: float = CHECK_LIMIT_S
+    ) -> None:
         """Start the builder. Call this before the process requests real-time scheduling.
 
         :param command: starts a builder; the descriptor of its socket is appended.
@@ -149,7 +151,7 @@ class _Builder:
         self._socket.send(data)
 
     def receive(self) -> Result:
-        data, descriptors, _, _ = socket.recv_fds(self._socket, LARGEST_MESSAGE, 1)
+        data, descriptors, _, _ = socket.recv_fds(self._socket, MAX_MESSAGE_BYTES, 1)
         try:
             if not data:
                 raise ConnectionError("the reference builder has ended")

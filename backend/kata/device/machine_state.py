@@ -10,6 +10,7 @@ import msgspec
 import numpy as np
 
 from kata.device import journal, texts
+from kata.device.approach_and_return import approach_way, go_back, straight_way_back, way_through_start
 from kata.device.config import StationConfig
 from kata.device.cycle_state import CycleState, Limits
 from kata.device.faults import MAX_OVERRUN_MS, FaultKey
@@ -19,7 +20,6 @@ from kata.device.latched_stop import LatchedStop
 from kata.device.movement import Movement
 from kata.device.run import Run, stretch_of
 from kata.device.teaching import Teaching
-from kata.device.ways import approach_way, go_back, straight_way_back, way_through_start
 from kata.messages import key_of
 from kata.motion.approach import MinimumJerkMove
 from kata.motion.path import Path
@@ -66,12 +66,12 @@ _POSE_TOLERANCE_DEG: Final = 0.1
 """Tolerance of the last pose check. A setpoint that is limited to the pose's limits may exceed them by this much where
 several limits meet.
 """
-READY_MINUTES: Final = 10
+UNLOAD_AFTER_MINUTES: Final = 10
 """A loaded recording is unloaded after so long without a command. Its patient may have left by then, and one press would move the arm of
 another one. It is longer than placing a patient's arm takes.
 """
-_WAYS_HZ: Final = 10
-"""So often a return along the recording looks for a straight way. This takes about a millisecond."""
+_STRAIGHT_RETURN_CHECK_HZ: Final = 10
+"""Rate at which a return along the recording looks for a straight way. One look takes about a millisecond."""
 _MOTOR_4: Final = 3
 """The axis that a fault about the pose reports."""
 
@@ -120,7 +120,7 @@ class MachineState:
         self._pending_faults: list[FaultKey] = []
         """Faults that a step detected. The next cycle latches them."""
         self._period_s = 1.0 / config.cycle_hz
-        self._cycles_between_ways = max(1, config.cycle_hz // _WAYS_HZ)
+        self._cycles_between_return_checks = max(1, config.cycle_hz // _STRAIGHT_RETURN_CHECK_HZ)
         self._cycles_on_path: int
         """Cycles since torque was switched on. With the zero-order hold: cycles since play began."""
         self._mechanism_deg = config.mechanism_deg
@@ -216,7 +216,7 @@ class MachineState:
             # A suspended computer's clock did not run.
             self._ready_until_ns -= int(state.context.late_ms * 1e6)
         if state.t_ns >= self._ready_until_ns:
-            self._emit("unloaded", texts.LOAD_EXPIRED(minutes=READY_MINUTES))
+            self._emit("unloaded", texts.LOAD_EXPIRED(minutes=UNLOAD_AFTER_MINUTES))
             self._end_run(JournalEnd(reason="unloaded"))
             self._enter("idle")
 
@@ -236,7 +236,7 @@ class MachineState:
                 self._cut_torque()
                 self._end_run(JournalEnd(reason="completed" if run.played_to_end else "returned"))
                 self._enter("idle")
-        elif movement.ended or movement.at_rest or self._cycles_on_path % self._cycles_between_ways == 0:
+        elif movement.ended or movement.at_rest or self._cycles_on_path % self._cycles_between_return_checks == 0:
             way = straight_way_back(run, self.setpoint_deg)
             if movement.ended:
                 self._leave_recording(run, way or way_through_start(run, self.setpoint_deg))

@@ -9,7 +9,7 @@ from collections.abc import Callable
 from typing import Final
 
 from kata.device import texts
-from kata.device.config_rules import TURN_S
+from kata.device.config_rules import REVERSAL_RAMP_S
 from kata.device.cycle_state import CycleState
 from kata.device.faults import FaultKey
 from kata.device.ipc_messages import (
@@ -33,7 +33,7 @@ from kata.device.ipc_messages import (
     Unload,
 )
 from kata.device.journal import JournalEnd
-from kata.device.machine_state import READY_MINUTES, MachineState
+from kata.device.machine_state import UNLOAD_AFTER_MINUTES, MachineState
 from kata.device.movement import RAMP_S, Movement
 from kata.device.refusals import (
     angles_not_current,
@@ -204,7 +204,7 @@ class StateMachine(MachineState):
             at_s = movement.position_s
             self._emit("load_reversal", texts.RESISTANCE_MET(motor=axis + 1, at_s=at_s))
             return
-        movement.ramp_s = TURN_S
+        movement.ramp_s = REVERSAL_RAMP_S
         self._pending_faults.append(("load_while_held" if self.mode == "paused" else "load_on_the_way", axis))
 
     def _yield(self, run: Run, movement: Movement, state: CycleState) -> None:
@@ -269,7 +269,7 @@ class StateMachine(MachineState):
         self, command: Command, trajectory: Trajectory | None, state: CycleState, correction: Correction | None = None
     ) -> Refusal | None:
         """Execute a command other than Stop, or refuse it. Only a Load has ``trajectory`` and ``correction``."""
-        self._ready_until_ns = state.t_ns + READY_MINUTES * 60_000_000_000
+        self._ready_until_ns = state.t_ns + UNLOAD_AFTER_MINUTES * 60_000_000_000
         refusal = self.refusal(_COMMAND_OF[type(command)], state)
         if refusal is None and isinstance(command, Teach | Load):
             refusal = other_side(command.side, self._config.side)

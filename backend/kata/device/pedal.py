@@ -24,7 +24,7 @@ _KEYS: Final = 0x2FF
 _KEY_BYTES: Final = (_KEYS + 7) // 8
 _EVIOCGKEY: Final = 2 << 30 | _KEY_BYTES << 16 | ord("E") << 8 | 0x18
 _EVIOCGRAB: Final = 1 << 30 | 4 << 16 | ord("E") << 8 | 0x90
-_LOOK_AGAIN_NS: Final = 1_000_000_000
+_REOPEN_AFTER_NS: Final = 1_000_000_000
 
 
 class UsbPedal:
@@ -72,7 +72,7 @@ class UsbPedal:
         now_ns = self._now_ns()
         if now_ns < self._look_at_ns:
             return False
-        self._look_at_ns = now_ns + _LOOK_AGAIN_NS
+        self._look_at_ns = now_ns + _REOPEN_AFTER_NS
         try:
             self._file = os.open(self._path, os.O_RDONLY | os.O_NONBLOCK)
         except OSError:

@@ -25,7 +25,7 @@ from kata.system import realtime
 
 log = logging.getLogger(__name__)
 
-_CLAIM_LIMIT_S: Final = 10.0
+_JOURNAL_LOCK_LIMIT_S: Final = 10.0
 """Longest wait for the previous device process to end."""
 
 
@@ -71,7 +71,7 @@ def _run_station(arguments: argparse.Namespace) -> int:
         log.error("%s", error)
         return 2
     try:
-        with claimed(arguments.journal, _CLAIM_LIMIT_S):
+        with claimed(arguments.journal, _JOURNAL_LOCK_LIMIT_S):
             # Start the builder first, so that it does not inherit the real-time settings.
             loader = ReferenceLoader(config)
             connection = socket.socket(fileno=arguments.socket)

@@ -33,7 +33,7 @@ from kata.device.ipc_messages import (
     Request,
 )
 from kata.device.range_override import MIN_SHARE
-from kata.device.resistance import RESISTS_NS
+from kata.device.resistance import RESISTANCE_AFTER_NS
 from kata.device.run_limits import WAY_TOLERANCE_DEG
 from kata.messages import Text, text_of
 from kata.motion import texts as motion_texts
@@ -47,7 +47,7 @@ from kata.motion.trajectory import HOLD_S, AxisLimits, OverloadError, Trajectory
 
 log = logging.getLogger(__name__)
 
-LARGEST_MESSAGE: Final = 1 << 18
+MAX_MESSAGE_BYTES: Final = 1 << 18
 """Maximum size in bytes of a message between device process and builder. A part of a Load and a station's configuration are
 smaller.
 """
@@ -224,7 +224,7 @@ def _check_torque(load: Load, config: StationConfig, trajectory: Trajectory) -> 
     limits_nm = _CARRIED_SHARE * np.array(config.resistance_thresholds_nm(load.load_level))
     times = np.arange(0.0, trajectory.duration_s, _TORQUE_STEP_S)
     torque = np.cumsum(load_model.torque_nm(trajectory.motions(times)), axis=0)
-    rows = min(round(RESISTS_NS / 1e9 / _TORQUE_STEP_S), len(times) - 1)
+    rows = min(round(RESISTANCE_AFTER_NS / 1e9 / _TORQUE_STEP_S), len(times) - 1)
     mean = (torque[rows:] - torque[:-rows]) / rows
     excess = np.abs(mean) / limits_nm
     row, axis = np.unravel_index(int(np.argmax(excess)), excess.shape)
@@ -387,11 +387,11 @@ def serve(connection: socket.socket) -> None:
     Receives the station's configuration, then Requests with a Load, each followed by its parts. Sends a Refusal, or a
     :class:`Packed` with the descriptor of its memory.
     """
-    config = msgspec.msgpack.decode(connection.recv(LARGEST_MESSAGE), type=StationConfig)
+    config = msgspec.msgpack.decode(connection.recv(MAX_MESSAGE_BYTES), type=StationConfig)
     decoder = msgspec.msgpack.Decoder(Request | LoadPart)
     load: Load | None = None
     samples: dict[str, bytearray] = {}
-    while data := connection.recv(LARGEST_MESSAGE):
+    while data := connection.recv(MAX_MESSAGE_BYTES):
         message = decoder.decode(data)
         if isinstance(message, Request):
             assert isinstance(message.command, Load)

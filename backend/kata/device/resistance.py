@@ -11,13 +11,13 @@ import numpy as np
 from kata.device.cycle_state import CycleState
 from kata.motion.linkage import Floats
 
-RESISTS_NS: Final = 100_000_000
+RESISTANCE_AFTER_NS: Final = 100_000_000
 """A push must last this long to count as resistance. Shorter torque peaks come from friction and from the contact of gear flanks."""
 SLOW_DEG_S: Final = 1.0
 """Below this speed the path's direction is not reliable. In recorded holds the smoothed reference moves with 0.2 deg/s (RMS)."""
 _COUNT_DEG: Final = 0.1
 """An angle closer than this to its setpoint counts as equal. One count of a 4096-count encoder is 0.088 deg."""
-RELIEVE_NS: Final = 1_000_000_000
+PUSH_END_LIMIT_NS: Final = 1_000_000_000
 """While the arm moves back, the push that caused this is ignored for this time. At 100 Hz even the softest drive stops pushing within it, also if
 the arm does not move."""
 _TO_MEASURED_S: Final = 0.05
@@ -26,7 +26,7 @@ _RETREAT_DEG_S_NM: Final = 6.0
 """Speed of a yielding setpoint for each Nm above the level, which unwinds the integral part of the drive's control."""
 _RETREAT_DEG_NM: Final = 0.1
 """Limit of the retreat in one setpoint, for each Nm. A stiff drive answers 1 deg with 2.8 Nm, so a larger step at 10 Hz would oscillate."""
-FARTHEST_DEG: Final = 15.0
+MAX_YIELD_DEG: Final = 15.0
 """Largest distance that a setpoint yields, so that a broken current sensor cannot move an arm far. The setpoint of motor 5, the
 softest drive, is 9.5 deg ahead at its rated torque."""
 _RESUME_DEG_S: Final = 5.0
@@ -34,7 +34,7 @@ _RESUME_DEG_S: Final = 5.0
 
 
 class ResistanceMonitor:
-    """Finds the axis whose drive pushes with at least the patient's level for :data:`RESISTS_NS`."""
+    """Finds the axis whose drive pushes with at least the patient's level for :data:`RESISTANCE_AFTER_NS`."""
 
     def __init__(self, thresholds_nm: Sequence[float]) -> None:
         """``thresholds_nm``: the level's torque of each axis."""
@@ -44,9 +44,9 @@ class ResistanceMonitor:
         """Axis and torque of the push that caused the last reversal, and the time until which it may end."""
 
     def start_after_reversal(self, axis: int, torque_nm: float, t_ns: int) -> None:
-        """Restart after a reversal. The push that caused it does not count again until :data:`RELIEVE_NS` has passed."""
+        """Restart after a reversal. The push that caused it does not count again until :data:`PUSH_END_LIMIT_NS` has passed."""
         self._since_ns = [None] * len(self._thresholds_nm)
-        self._last_reversal = (axis, torque_nm, t_ns + RELIEVE_NS)
+        self._last_reversal = (axis, torque_nm, t_ns + PUSH_END_LIMIT_NS)
 
     def resisting_axis(self, state: CycleState, speed_deg_s: Sequence[float], *, moves_back: bool) -> int | None:
         """Return the first axis that meets resistance in this cycle, else None.
@@ -67,7 +67,7 @@ class ResistanceMonitor:
                 self._since_ns[n] = None
             elif since_ns is None:
                 self._since_ns[n] = state.t_ns
-            elif found is None and state.t_ns - since_ns >= RESISTS_NS:
+            elif found is None and state.t_ns - since_ns >= RESISTANCE_AFTER_NS:
                 found = n
         return found
 
@@ -110,11 +110,11 @@ class YieldOffset:
         ahead_deg = np.maximum((setpoint_deg - measured_deg) * sign, 0.0)
         change = self._share * ahead_deg + self._retreat_deg_nm * excess_nm
         over = np.abs(torque_nm) >= self._thresholds_nm
-        self.offset_deg = np.clip(self.offset_deg - np.where(over, sign * change, 0.0), -FARTHEST_DEG, FARTHEST_DEG)
+        self.offset_deg = np.clip(self.offset_deg - np.where(over, sign * change, 0.0), -MAX_YIELD_DEG, MAX_YIELD_DEG)
 
     def retreat(self, change_deg: Floats) -> None:
         """Change the offset for one setpoint, ``(5,)``."""
-        self.offset_deg = np.clip(self.offset_deg + change_deg, -FARTHEST_DEG, FARTHEST_DEG)
+        self.offset_deg = np.clip(self.offset_deg + change_deg, -MAX_YIELD_DEG, MAX_YIELD_DEG)
 
     def resume(self, speed_override: float) -> None:
         """Reduce the offset for one setpoint period in which the recording plays at ``speed_override``."""

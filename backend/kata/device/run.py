@@ -8,7 +8,7 @@ import numpy as np
 
 from kata.device import texts
 from kata.device.config import REFERENCE_SHARE, StationConfig
-from kata.device.config_rules import RAMP_SHARE, TURN_S
+from kata.device.config_rules import RAMP_SHARE, REVERSAL_RAMP_S
 from kata.device.cycle_state import CycleState, Limits
 from kata.device.end_feel import SPEED_LIMIT_DEG_S as END_FEEL_SPEED_DEG_S
 from kata.device.end_feel import EndFeelTest
@@ -254,7 +254,7 @@ class Run:
         if stretch := stretch_of(self):
             stretch.release()
         movement.direction, movement.top_override = -1, 1.0
-        movement.ramp_s = TURN_S
+        movement.ramp_s = REVERSAL_RAMP_S
         movement.reverse_to_s = max(0.0, movement.position_s - self.config.reversal_s)
 
     def yield_to_push(self, state: CycleState, *, only_to_reversal: bool = False) -> None:

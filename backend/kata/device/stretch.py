@@ -11,7 +11,7 @@ import numpy as np
 
 from kata.device.config import StationConfig
 from kata.device.cycle_state import CycleState
-from kata.device.end_feel import MARGIN_NM, TURN_S, EndFeelTest
+from kata.device.end_feel import MARGIN_NM, TURN_BACK_RAMP_S, EndFeelTest
 from kata.device.ipc_messages import EndFeel, StretchPhase, StretchState
 from kata.device.movement import Movement
 from kata.motion.end_feel import STATED_SHARE
@@ -104,7 +104,7 @@ class TorqueStretch(EndFeelTest):
         expected_nm = self._expected_nm()
         if expected_nm is None:
             return False
-        movement.ramp_s = TURN_S
+        movement.ramp_s = TURN_BACK_RAMP_S
         if self._phase == "out":
             self._approach(movement, expected_nm)
             # A hold would begin before the arm is weighed. The torque at the shoulder is then unknown.

@@ -5,7 +5,7 @@ did in the other motion, beginning at the taught pose. Shoulder abduction (motor
 the same axis (:func:`kata.motion.shoulder.humerus_direction`). Poses have the same signs on both sides, so the rhythm is mirrored.
 
 Raising and lowering have their own curves. After a turn, the scapula changes from one curve to the other within
-:data:`CHANGE_DEG` of elevation, so that it does not jump.
+:data:`BLEND_DEG` of elevation, so that it does not jump.
 """
 
 from collections.abc import Sequence
@@ -21,7 +21,7 @@ from kata.motion.linkage import Floats, motor_angles_deg, pose_deg
 from kata.motion.rhythm import LEAST_PASS_DEG, Direction, MotionRhythm, Pass, rhythm_of_poses
 from kata.motion.shoulder import elevation_deg, humerus_direction
 
-CHANGE_DEG: Final = 15.0
+BLEND_DEG: Final = 15.0
 """After a turn the scapula changes to the other direction's curve within this elevation."""
 BEYOND_DEG: Final = 3.0
 """The arm may be raised this much farther than in the sound side's motion. There the scapula keeps its angle."""
@@ -103,11 +103,11 @@ def _lowered(elevation: Floats) -> Floats:
     This is a play operator: a hesitation of the hand moves it only a little.
     """
     behind = np.empty_like(elevation)
-    place = float(elevation[0]) - CHANGE_DEG
+    place = float(elevation[0]) - BLEND_DEG
     for n, value in enumerate(elevation.tolist()):
-        place = min(max(place, value - CHANGE_DEG), value)
+        place = min(max(place, value - BLEND_DEG), value)
         behind[n] = place
-    share: Floats = 1.0 - (elevation - behind) / CHANGE_DEG
+    share: Floats = 1.0 - (elevation - behind) / BLEND_DEG
     return share
 
 

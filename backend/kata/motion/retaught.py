@@ -15,7 +15,7 @@ from kata.motion.approach import MinimumJerkMove
 from kata.motion.edit import JOIN_SPEED_DEG_S, NAME_LETTERS, EditError, Motion, MotionBuilder, eased, halves
 from kata.motion.linkage import Floats
 
-FARTHEST_DEG: Final = 20.0
+MAX_GAP_DEG: Final = 20.0
 """Largest distance of an end of the new part from its mark. At a larger one the part was probably taught for another place."""
 SHORTEST_S: Final = 0.5
 """Shortest part that can be replaced."""
@@ -32,14 +32,14 @@ def retaught(motion: Motion, start_s: float, end_s: float, part: Motion, name: s
         )
     marks = motion.at(np.array([start_s, end_s]))
     gaps = marks - part.angles_deg[[0, -1]]
-    if np.abs(gaps).max() > FARTHEST_DEG:
+    if np.abs(gaps).max() > MAX_GAP_DEG:
         end, axis = np.unravel_index(int(np.argmax(np.abs(gaps))), gaps.shape)
         raise EditError(
             texts.RETAUGHT_TOO_FAR(
                 motor=int(axis) + 1,
                 distance_deg=float(abs(gaps[end, axis])),
                 at_s=(start_s, end_s)[int(end)],
-                most_deg=FARTHEST_DEG,
+                most_deg=MAX_GAP_DEG,
             )
         )
     line = MotionBuilder()

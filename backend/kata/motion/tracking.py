@@ -22,7 +22,7 @@ START_S: Final = 0.5
 """Duration of the start of a playback, on the path's clock. We chose it: five samples of the paper's 10 Hz. The paper excludes
 "the initial state" without a time.
 """
-MOVES_DEG: Final = 2.0
+MIN_MOTION_DEG: Final = 2.0
 """An axis with a smaller range hardly moves, so its lag and smoothness would be those of noise."""
 _LARGEST_LAG_S: Final = 0.5
 """Largest lag that is searched: five samples of the paper's 10 Hz. With a larger lag the axis does not follow at all."""
@@ -185,7 +185,7 @@ def moved_motions(taught_pose_deg: Floats) -> tuple[BasicMotion, ...]:
     for the whole recording.
     """
     not_this_one = _other_of_motor_4(taught_pose_deg)
-    moved = np.ptp(taught_pose_deg, axis=0) >= MOVES_DEG
+    moved = np.ptp(taught_pose_deg, axis=0) >= MIN_MOTION_DEG
     return tuple(motion for motion in BASIC_MOTIONS if motion.number != not_this_one and moved[motion.axis - 1])
 
 
@@ -236,7 +236,7 @@ class _AlignedRecordings:
     def figures(self, axis: int) -> Tracking:
         """Return the figures that are common to motors and motions."""
         error = self.played[:, axis] - self.taught_there[:, axis]
-        moves = bool(np.ptp(self.taught_there[:, axis]) >= MOVES_DEG)
+        moves = bool(np.ptp(self.taught_there[:, axis]) >= MIN_MOTION_DEG)
         return Tracking(
             **error_figures(self.path, error)._asdict(),
             lag_ms=self._lag_ms(axis) if moves else None,

@@ -86,7 +86,7 @@ class ModbusLine:
         self._sent_ns = max(self._sent_ns, now_ns) + _transmission_ns(len(data), baud)
         self._silent_ns = self._sent_ns + (int(modbus.silence_s(baud) * 1e9) if baud else 0)
         self._baud = baud
-        if len(self._frame) <= modbus.LONGEST:  # Longer frames are invalid.
+        if len(self._frame) <= modbus.MAX_FRAME_BYTES:  # Longer frames are invalid.
             self._frame += data
 
     def execute(self, now_ns: int) -> Iterator[tuple[int, BusAnswer]]:

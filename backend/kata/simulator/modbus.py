@@ -21,9 +21,9 @@ ILLEGAL_ADDRESS: Final = 2
 ILLEGAL_VALUE: Final = 3
 DEVICE_FAILURE: Final = 4
 
-LONGEST: Final = 256
+MAX_FRAME_BYTES: Final = 256
 """Longest frame in bytes."""
-_SHORTEST: Final = 4
+_MIN_FRAME_BYTES: Final = 4
 _CHARACTER_BITS: Final = 11
 _SILENT_CHARACTERS: Final = 3.5
 """A silence of this many characters ends a frame."""
@@ -54,7 +54,7 @@ def silence_s(baud: int) -> float:
 
 def parse(received: bytes) -> ModbusRequest | None:
     """Return the frame between two silences, or None if it is not valid."""
-    if not _SHORTEST <= len(received) <= LONGEST or crc16.modbus(received[:-2]) != int.from_bytes(
+    if not _MIN_FRAME_BYTES <= len(received) <= MAX_FRAME_BYTES or crc16.modbus(received[:-2]) != int.from_bytes(
         received[-2:], "little"
     ):
         return None

@@ -19,7 +19,7 @@ log = logging.getLogger(__name__)
 _HEARTBEAT_S: Final = 0.05
 _RESTART_S: Final = (0.5, 1.0, 2.0, 5.0)
 """Pauses before the first, second and third restart, and before all later ones."""
-_STEADY_S: Final = 30.0
+_RESET_FAILURES_AFTER_S: Final = 30.0
 """If a process has run for this long, the next pause is the first one again."""
 _END_LIMIT_S: Final = 5.0
 
@@ -109,7 +109,7 @@ class DeviceProcess:
                 await self._run_one()
             except OSError as error:
                 log.error("the device process cannot be started: %s", error)
-            failures = 1 if loop.time() - began > _STEADY_S else failures + 1
+            failures = 1 if loop.time() - began > _RESET_FAILURES_AFTER_S else failures + 1
             pause_s = _RESTART_S[min(failures, len(_RESTART_S)) - 1]
             log.warning("the device process has ended; a new one starts in %.1f s", pause_s)
             await asyncio.sleep(pause_s)

@@ -11,7 +11,7 @@ from kata.station.schemas import DriveTrendPoint
 
 INTERVAL_S: Final = 10.0
 """Time between two points."""
-KEPT_HOURS: Final = 3
+TREND_HOURS: Final = 3
 
 
 class DriveTrend:
@@ -19,7 +19,7 @@ class DriveTrend:
 
     def __init__(self, now_s: Callable[[], float] = time.monotonic) -> None:
         self._now_s = now_s
-        self._points: deque[DriveTrendPoint] = deque(maxlen=int(KEPT_HOURS * 3600 / INTERVAL_S))
+        self._points: deque[DriveTrendPoint] = deque(maxlen=int(TREND_HOURS * 3600 / INTERVAL_S))
         self._next_s = 0.0
 
     def take(self, snapshot: Snapshot) -> None:

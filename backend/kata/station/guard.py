@@ -9,10 +9,10 @@ from typing import Final
 from kata.device.ipc_messages import Refusal
 from kata.station import texts
 
-SEEN_LIMIT_S: Final = 2.0
+COMMAND_VALID_S: Final = 2.0
 """A command is valid for this long after the live state that its sender saw. The page gets ten states a second. An older state means that
 the page or the command was delayed, and the apparatus may have changed."""
-_AHEAD_LIMIT_S: Final = 0.1
+_CLOCK_TOLERANCE_S: Final = 0.1
 """Tolerance for rounding in a client. A state cannot have been seen before it was made, because :class:`StateClock` never jumps."""
 
 _EXPIRED: Final = Refusal.of(
@@ -57,7 +57,7 @@ class StateClock:
         """
         seen_ns = self._began_ns + (seen_at - self._began_at) // timedelta(microseconds=1) * 1000
         now_ns = self._now_ns()
-        if seen_ns > now_ns + _AHEAD_LIMIT_S * 1e9:
+        if seen_ns > now_ns + _CLOCK_TOLERANCE_S * 1e9:
             return _IN_FUTURE
-        expires_ns = seen_ns + int(SEEN_LIMIT_S * 1e9)
+        expires_ns = seen_ns + int(COMMAND_VALID_S * 1e9)
         return _EXPIRED if now_ns > expires_ns else Guard(stops, expires_ns)

@@ -5,7 +5,7 @@ import unicodedata
 from datetime import date
 from typing import Final
 
-LONGEST: Final = 400
+MAX_SEARCH_LETTERS: Final = 400
 _ACCENTS: Final = re.compile("[\u0300-\u036f]")
 _TO_HIRAGANA: Final = {katakana: katakana - 0x60 for katakana in range(ord("ァ"), ord("ヶ") + 1)}
 _HYPHEN: Final = re.compile("(?<=[0-9A-Za-z])[ー‐‑‒–—―−]")
@@ -22,7 +22,7 @@ def folded(text: str) -> str:
 def text_of(name: str, kana: str | None, clinic_number: str, birth_date: date | None) -> str:
     """Return the text by which a patient is found, one line per field."""
     parts = (name, kana, clinic_number, birth_date and birth_date.isoformat())
-    return "\n".join(folded(part) for part in parts if part)[:LONGEST]
+    return "\n".join(folded(part) for part in parts if part)[:MAX_SEARCH_LETTERS]
 
 
 def words_of(search: str) -> list[list[str]]:

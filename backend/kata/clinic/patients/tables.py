@@ -44,7 +44,7 @@ class PatientRow(Base):
     """True if only the care team sees this record. Other users need a break-glass access."""
     erased_at: Mapped[datetime | None] = mapped_column(UtcDateTime)
     """Time at which the identifying data were erased at the patient's request."""
-    search_text: Mapped[str] = mapped_column(String(search.LONGEST), default=_found_by)
+    search_text: Mapped[str] = mapped_column(String(search.MAX_SEARCH_LETTERS), default=_found_by)
     """Result of :func:`kata.clinic.patients.search.text_of`; updated with every change of the searched fields."""
 
     episodes: Mapped[list[EpisodeRow]] = relationship(order_by=EpisodeRow.opened_at, lazy="selectin")

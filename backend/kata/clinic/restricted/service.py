@@ -22,7 +22,7 @@ from kata.pagination import Keyset
 
 log = logging.getLogger(__name__)
 
-GLASS_LASTS: Final = timedelta(hours=4)
+BREAK_GLASS_DURATION: Final = timedelta(hours=4)
 """Duration of an access: longer than a visit, shorter than a working day."""
 _UNREVIEWED_FIRST: Final = Keyset(
     tuple[bool, datetime, UUID],
@@ -39,7 +39,7 @@ def hidden(actor: Actor) -> Select[UUID]:
     A break-glass access opens a record only to the person who gave the reason, not to that person's programs.
     """
     team = select(CareTeamRow.patient_id).where(CareTeamRow.account_id == actor.account_id)
-    opened = _open_glass(actor).with_only_columns(BreakGlassAccessRow.patient_id)
+    opened = _valid_break_glass(actor).with_only_columns(BreakGlassAccessRow.patient_id)
     return select(PatientRow.id).where(PatientRow.restricted, ~or_(PatientRow.id.in_(team), PatientRow.id.in_(opened)))
 
 
@@ -67,7 +67,7 @@ def access(session: Session, actor: Actor, patient_id: UUID) -> RecordAccess:
         .order_by(AccountRow.name, AccountRow.id)
     )
     until = session.scalars(
-        _open_glass(actor)
+        _valid_break_glass(actor)
         .where(BreakGlassAccessRow.patient_id == patient_id)
         .order_by(BreakGlassAccessRow.until.desc())
     ).first()
@@ -110,7 +110,12 @@ def break_glass(session: Session, actor: Actor, patient_id: UUID, reason: str) -
         raise ProblemError(409, "not_restricted", texts.RECORD_NOT_RESTRICTED(), texts.GO_ON_AS_USUAL())
     now = utc_now()
     row = BreakGlassAccessRow(
-        id=uuid4(), patient_id=patient_id, account_id=actor.account_id, reason=reason, at=now, until=now + GLASS_LASTS
+        id=uuid4(),
+        patient_id=patient_id,
+        account_id=actor.account_id,
+        reason=reason,
+        at=now,
+        until=now + BREAK_GLASS_DURATION,
     )
     session.add(row)
     session.flush()
@@ -165,7 +170,7 @@ def _as_access(row: BreakGlassAccessRow, name: str) -> BreakGlassAccess:
     )
 
 
-def _open_glass(actor: Actor) -> Select[datetime]:
+def _valid_break_glass(actor: Actor) -> Select[datetime]:
     opened = select(BreakGlassAccessRow.until).where(
         BreakGlassAccessRow.account_id == actor.account_id, BreakGlassAccessRow.until > utc_now()
     )

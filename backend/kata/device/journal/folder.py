@@ -8,7 +8,7 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import Final
 
-_CLAIM_AGAIN_S: Final = 0.02
+_LOCK_RETRY_S: Final = 0.02
 
 
 class FolderInUseError(Exception):
@@ -34,7 +34,7 @@ def claimed(folder: Path, within_s: float) -> Iterator[None]:
             except BlockingIOError as error:
                 if time.monotonic() >= until:
                     raise FolderInUseError(f"{folder} is in use by another Kata.") from error
-                time.sleep(_CLAIM_AGAIN_S)
+                time.sleep(_LOCK_RETRY_S)
         yield
     finally:
         os.close(handle)

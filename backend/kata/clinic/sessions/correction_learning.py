@@ -15,7 +15,7 @@ from kata.motion.axes import N_AXES
 from kata.motion.edit import Motion
 from kata.motion.ilc import STEP_S, Correction, Lesson, next_correction
 from kata.motion.method import reference
-from kata.motion.tracking import MOVES_DEG
+from kata.motion.tracking import MIN_MOTION_DEG
 
 log = logging.getLogger(__name__)
 
@@ -97,7 +97,7 @@ def fall_back(lesson: Lesson) -> list[Text]:
 
 def _not_compared(lesson: Lesson, motion: Motion) -> list[Text]:
     """Return which motors could not be compared with the previous playback. A motor that hardly moves has nothing to learn."""
-    moves = np.ptp(motion.angles_deg, axis=0) >= MOVES_DEG
+    moves = np.ptp(motion.angles_deg, axis=0) >= MIN_MOTION_DEG
     motors = tuple(int(axis) + 1 for axis in np.flatnonzero(np.isnan(lesson.error_deg) & moves))
     return [texts.LEARNING_DISTURBED(motors=_numbers(motors))] if motors else []
 
