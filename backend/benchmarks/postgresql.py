@@ -15,7 +15,7 @@ from typing import Final
 from sqlalchemy.engine import make_url
 
 from kata.bench.running_service import BenchError, children
-from kata.database.programs import postgresql_program
+from kata.database.postgresql_programs import postgresql_program
 
 _USER: Final = "postgres"
 

@@ -196,7 +196,7 @@ def test_new_connections_of_an_address_are_limited(
 ) -> None:
     monkeypatch.setattr(connection_limits, "NEW_AT_ONCE", 2)
     now_s = [0.0]
-    monkeypatch.setattr("kata.api.allowance.time", SimpleNamespace(monotonic=lambda: now_s[0]))
+    monkeypatch.setattr("kata.api.token_bucket.time", SimpleNamespace(monotonic=lambda: now_s[0]))
 
     async def test(_: int, connect: Connect) -> None:
         assert [await answers(connect) for _ in range(4 * PER_ADDRESS)].count(True) == answered

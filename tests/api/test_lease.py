@@ -151,7 +151,7 @@ def test_playback_without_its_browser_pauses_and_releases_after_thirty_seconds(
 ) -> None:
     until_mode(client, "idle")
     app: Any = client.app
-    operating = app.state.services.station.operating
+    operating = app.state.services.station.lease_manager
     now = operating._now
     with page(client, other) as watching:
         with page(client) as operating_page:

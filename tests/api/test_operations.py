@@ -16,8 +16,8 @@ from fastapi.testclient import TestClient
 from prometheus_client.parser import text_string_to_metric_families
 from sqlalchemy.orm import Session
 
+from kata.api.database_probe import DatabaseProbe
 from kata.api.logs import JsonLines
-from kata.api.probe import Probe
 from kata.auth.login_session import COOKIE
 from kata.database.engine import Database
 from tests.support.login import signed_in
@@ -83,7 +83,7 @@ def test_service_with_hanging_database_is_alive_but_not_ready(client: TestClient
     app: Any = client.app
     waiting = put_so_far(app)
     try:
-        with replaced(client.app, probe=Probe(stuck, limit_s=0.01)):
+        with replaced(client.app, probe=DatabaseProbe(stuck, limit_s=0.01)):
             for _ in range(3):
                 answer = client.get("/health/ready")
                 assert (answer.status_code, answer.json()["code"]) == (503, "database_away")
@@ -108,7 +108,7 @@ def test_a_service_may_be_stopped_between_sessions(client: TestClient) -> None:
     app: Any = client.app
     stuck = _Stuck()
     try:
-        with replaced(client.app, probe=Probe(stuck, limit_s=0.01)):
+        with replaced(client.app, probe=DatabaseProbe(stuck, limit_s=0.01)):
             assert idle(client) == (503, "database_away"), "without a database, open sessions are unknown"
     finally:
         stuck.let_go.set()

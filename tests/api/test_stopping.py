@@ -11,10 +11,10 @@ from fastapi.testclient import TestClient
 from starlette.websockets import WebSocketDisconnect
 
 from kata.actor import Actor
-from kata.api.allowance import Allowance
 from kata.api.message_limits import MESSAGES_AT_ONCE, MESSAGES_PER_S, OFFENCES, REFUSED_S, Offences
 from kata.api.sockets import received
 from kata.api.stopping import StopQueue
+from kata.api.token_bucket import TokenBucket
 from kata.device.ipc_messages import Refusal
 from tests.support.audit_rows import audit_log
 
@@ -116,15 +116,15 @@ def test_stops_of_a_flood_share_answers_and_none_is_lost() -> None:
 
 def test_allowance_refills_with_time(monkeypatch: pytest.MonkeyPatch) -> None:
     now_s = [100.0]
-    monkeypatch.setattr("kata.api.allowance.time.monotonic", lambda: now_s[0])
-    allowance = Allowance(MESSAGES_PER_S, MESSAGES_AT_ONCE)
-    assert [allowance.take() for _ in range(MESSAGES_AT_ONCE + 1)] == [True] * MESSAGES_AT_ONCE + [False]
+    monkeypatch.setattr("kata.api.token_bucket.time.monotonic", lambda: now_s[0])
+    bucket = TokenBucket(MESSAGES_PER_S, MESSAGES_AT_ONCE)
+    assert [bucket.take() for _ in range(MESSAGES_AT_ONCE + 1)] == [True] * MESSAGES_AT_ONCE + [False]
     now_s[0] += 1.5 / MESSAGES_PER_S
-    assert [allowance.take(), allowance.take(), allowance.take_some(3)] == [True, False, 0]
+    assert [bucket.take(), bucket.take(), bucket.take_some(3)] == [True, False, 0]
     now_s[0] += 60
-    assert allowance.is_full
-    assert allowance.take_some(2 * MESSAGES_AT_ONCE) == MESSAGES_AT_ONCE
-    assert not allowance.is_full
+    assert bucket.is_full
+    assert bucket.take_some(2 * MESSAGES_AT_ONCE) == MESSAGES_AT_ONCE
+    assert not bucket.is_full
 
 
 def test_offenders_are_refused_for_a_while_at_their_address() -> None:

@@ -4,7 +4,7 @@ import asyncio
 import socket
 from pathlib import Path
 
-from kata.api.watchdog import watched
+from kata.api.systemd_notify import systemd_notified
 
 
 def test_systemd_receives_start_stop_and_watchdog_signals(tmp_path: Path) -> None:
@@ -15,7 +15,7 @@ def test_systemd_receives_start_stop_and_watchdog_signals(tmp_path: Path) -> Non
             loop = asyncio.get_running_loop()
             given = {"NOTIFY_SOCKET": str(tmp_path / "notify"), "WATCHDOG_USEC": "2000"}
             words = []
-            async with watched(given), asyncio.timeout(30):
+            async with systemd_notified(given), asyncio.timeout(30):
                 words += [await loop.sock_recv(heard, 64) for _ in range(4)]
             while words[-1] != b"STOPPING=1":
                 words.append(await loop.sock_recv(heard, 64))
@@ -28,7 +28,7 @@ def test_systemd_receives_start_stop_and_watchdog_signals(tmp_path: Path) -> Non
 
 def test_without_systemd_no_signal_is_sent() -> None:
     async def look() -> None:
-        async with watched({}):
+        async with systemd_notified({}):
             pass
 
     asyncio.run(look())

@@ -13,7 +13,7 @@ from benchmarks.attacks import ATTACKS
 from kata.bench.loop import LoopCase, loop_cases
 from kata.bench.running_service import WITHOUT_REAL_TIME, RunningService, prepare_records
 from kata.bench.stop import LOADS
-from kata.database.programs import postgresql_program
+from kata.database.postgresql_programs import postgresql_program
 from tests.support.bench_command import bench
 
 _WITH_POSTGRESQL: Final = postgresql_program("initdb") is not None

@@ -25,7 +25,7 @@ from kata.clinic.recordings.tables import RecordingRow
 from kata.database.base import Base
 from kata.database.engine import Database
 from kata.errors import ProblemError
-from kata.interop import erasures, stated
+from kata.interop import erasures, exported_statements
 from kata.interop.schemas import ErasureConsent, ErasureRefusal, ErasureRequest
 from tests.support.fhir_bundle import exported
 from tests.support.fhir_patient import KANA, NAME, NUMBER, treated
@@ -112,5 +112,5 @@ def test_erasure_affects_only_the_requested_patient(database: Database, tmp_path
         ] == [second]
         assert any("Visit 0: Mrs Yamada did well." in line for line in written_texts(session))
         assert sum("K-0043" in line for line in written_texts(session)) == 1
-        assert not stated.stored(session, first), "what was exported of the erased patient"
-        assert stated.stored(session, second)
+        assert not exported_statements.stored(session, first), "what was exported of the erased patient"
+        assert exported_statements.stored(session, second)

@@ -20,7 +20,7 @@ from kata.clinic.programmes import service as programmes
 from kata.clinic.programmes.schemas import ProgrammeCreate, ProgrammeItemRequest
 from kata.clinic.recordings import service as recordings
 from kata.clinic.recordings.tables import RecordingRow, RecordingSampleBlockRow, RecordingSamplesRow
-from kata.clinic.sessions import learning, lists, runs
+from kata.clinic.sessions import lists, runs, stored_corrections
 from kata.clinic.sessions import service as sessions
 from kata.clinic.sessions.lists import SessionFilter
 from kata.clinic.sessions.run_results import calculate
@@ -115,7 +115,7 @@ def test_the_figure_worker_calculates_the_same_results(
     def results(run_id: UUID) -> dict[str, Any]:
         with clinic.database.read() as session:
             run = runs.as_run(runs.get(session, run_id)).model_dump()
-            correction = learning.correction(session, run_id)
+            correction = stored_corrections.correction(session, run_id)
         assert correction is not None
         return {name: value for name, value in run.items() if name not in ("id", "session_id", "started_at")} | {
             "correction": correction.angles_deg.tolist()
@@ -311,8 +311,8 @@ def test_learned_run_teaches_only_the_next_of_its_kind(clinic: Clinic) -> None:
             assert runs.as_run(row).method == row.method
             return (
                 row.corrected_by,
-                learning.correction(session, row.corrected_by),
-                learning.correction(session, row.id),
+                stored_corrections.correction(session, row.corrected_by),
+                stored_corrections.correction(session, row.id),
             )
 
     play(method="smooth")
@@ -357,7 +357,7 @@ def test_damaged_correction_is_learned_again(clinic: Clinic) -> None:
     with clinic.database.write() as session:
         session.get_one(RunCorrectionRow, run_id).data = b"damaged"
     with clinic.database.read() as session:
-        assert learning.correction(session, run_id) is None
+        assert stored_corrections.correction(session, run_id) is None
 
 
 def test_playback_that_lasts_too_long_is_refused(clinic: Clinic) -> None:

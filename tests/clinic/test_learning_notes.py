@@ -5,7 +5,7 @@ from uuid import UUID
 
 import pytest
 
-from kata.clinic.sessions import learning, lessons, runs
+from kata.clinic.sessions import correction_learning, runs, stored_corrections
 from kata.clinic.sessions.schemas import LearningNote
 from kata.database.engine import Database
 from kata.device.journal import JournalEnd
@@ -42,9 +42,9 @@ def test_grown_error_falls_back_and_names_its_motors(clinic: Clinic, recording_i
     assert "grew by more than 10 %" in note.message
     # The next Load shows the same, from the stored correction.
     with clinic.database.read() as session:
-        correction = learning.correction(session, run_id)
+        correction = stored_corrections.correction(session, run_id)
         assert correction is not None and correction.lesson is not None
-        assert [str(text) for text in lessons.fall_back(correction.lesson)] == [note.message]
+        assert [str(text) for text in correction_learning.fall_back(correction.lesson)] == [note.message]
     _, after = played(clinic, recording_id, -0.5)
     assert after == []
 

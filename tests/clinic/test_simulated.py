@@ -14,7 +14,7 @@ from kata.clinic.patients import service as patients
 from kata.clinic.recordings import service as recordings
 from kata.clinic.recordings.derive import derive
 from kata.clinic.recordings.edits import Trim
-from kata.clinic.sessions import learning, lists, runs
+from kata.clinic.sessions import lists, runs, stored_corrections
 from kata.clinic.sessions import service as sessions
 from kata.clinic.sessions.lists import SessionFilter
 from kata.clinic.stations import service as stations
@@ -152,7 +152,7 @@ def test_correction_of_a_simulated_apparatus_is_not_played_really(clinic: Clinic
     recording_id = taught(clinic)
     visit, run_id = played(clinic, recording_id)
     with clinic.database.write() as session:
-        assert learning.correction(session, run_id) is not None
+        assert stored_corrections.correction(session, run_id) is not None
         like = runs.to_begin(session, runs.RunRequest(visit, recording_id, method="learned"), "Station 1")
         assert like.corrected_by == run_id
     started(clinic.database, utc_now(), simulated=False)

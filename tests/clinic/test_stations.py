@@ -10,7 +10,7 @@ from sqlalchemy import select
 
 from kata.clinic.importer import Importer
 from kata.clinic.recordings.tables import RecordingRow
-from kata.clinic.sessions import learning, runs
+from kata.clinic.sessions import runs, stored_corrections
 from kata.clinic.sessions import service as sessions
 from kata.clinic.sessions.tables import RunCorrectionRow
 from kata.clinic.stations import service
@@ -85,7 +85,7 @@ def test_recording_knows_its_station_and_learning_belongs_to_it(database: Databa
             for station in ("Station 1", "Station 2")
         }
         assert at == {"Station 1": learned_from, "Station 2": None}
-        assert learning.correction(session, at["Station 1"]) is not None
+        assert stored_corrections.correction(session, at["Station 1"]) is not None
 
 
 def test_starting_station_interrupts_no_run_of_another_station(database: Database, tmp_path: Path) -> None:

@@ -24,7 +24,7 @@ from kata.clinic.patients import service as patients
 from kata.clinic.patients.schemas import PatientCreate
 from kata.clinic.recordings.tables import SAMPLE_COLUMNS as TAUGHT_COLUMNS
 from kata.clinic.recordings.tables import SAMPLES as TAUGHT
-from kata.clinic.sessions import lessons
+from kata.clinic.sessions import correction_learning
 from kata.clinic.sessions.tables import SAMPLE_COLUMNS as PLAYED_COLUMNS
 from kata.clinic.sessions.tables import SAMPLES as PLAYED
 from kata.database.arrays import decode, encode
@@ -250,7 +250,7 @@ def _today(database: Database) -> list[tuple[str, tuple[str, UUID], dict[str, An
         correction = sa.table(
             "run_corrections", *(sa.column(name, kind(name)) for name in ("run_id", "station", "data"))
         )
-        data = encode(learned, lessons.COLUMNS)
+        data = encode(learned, correction_learning.COLUMNS)
         session.execute(sa.insert(correction), [{"run_id": key(41), "station": "Station 1", "data": data}])
         episode = session.scalar(sa.text("SELECT id FROM episodes LIMIT 1"))
         for table, more in (

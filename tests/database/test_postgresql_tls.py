@@ -20,7 +20,7 @@ from sqlalchemy.exc import OperationalError
 from kata.database.base import utc_now
 from kata.database.database_copy import copy
 from kata.database.engine import Database
-from kata.database.programs import postgresql_program
+from kata.database.postgresql_programs import postgresql_program
 from kata.settings import Settings, by_tls
 from tests.support.ports import free_port
 

@@ -12,11 +12,11 @@ from hypothesis import strategies as st
 from msgspec import structs
 
 from kata.device import machine_state
+from kata.device.approach_and_return import straight_way_back
 from kata.device.config import simulated
 from kata.device.ipc_messages import Approach, Load, Pause, Play, ReduceRange, Refusal, Return
 from kata.device.references import Reference, build
 from kata.device.run_limits import RunLimits
-from kata.device.ways import straight_way_back
 from kata.motion.approach import MinimumJerkMove, PathSequence
 from kata.motion.linkage import Floats, motor_angles_deg, pose_deg
 from kata.motion.pose_gate import PoseGate

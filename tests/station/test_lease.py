@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 
 from kata.device.ipc_messages import Mode, TorqueState
 from kata.station.lease import SHOWN_LIMIT_S, AbsenceAction, Browser, ClockReading, Lease, OpenPage
-from kata.station.operating import ListeningPage
+from kata.station.lease_manager import ListeningPage
 
 SATO = Browser(UUID(int=1), "Sato")
 KATO = Browser(UUID(int=2), "Kato")

@@ -62,7 +62,7 @@ def test_live_state_is_built_once_for_each_snapshot(silent: list[Silent]) -> Non
     assert first.at < second.at
     assert first.age_ms is not None and second.age_ms is not None and first.age_ms < second.age_ms
 
-    at.operating.take(Browser(uuid4(), "Emi Sato"))
+    at.lease_manager.take(Browser(uuid4(), "Emi Sato"))
     assert at.live().lease.holder == "Emi Sato"
     silent[0].tell(snapshot(axes=AXES, estop="pressed"))
     assert (first.estop, at.live().estop) == ("released", "pressed")
@@ -194,7 +194,7 @@ def test_operator_counts_as_present_while_torque_is_possible(
     at, browser = station(), Browser(uuid4(), "Sato")
     silent[0].tell(snapshot(mode="paused", torque=torque))
     assert at.operator_under_torque is None, "there is no operator"
-    at.operating.take(browser)
+    at.lease_manager.take(browser)
 
     assert at.operator_under_torque == (browser.id if operator_under_torque else None)
 

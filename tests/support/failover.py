@@ -16,7 +16,7 @@ import psycopg
 import pytest
 
 from kata.bench.running_service import children
-from kata.database.programs import postgresql_program
+from kata.database.postgresql_programs import postgresql_program
 
 _LIMIT_S: Final = 60.0
 _USER: Final = "postgres"

@@ -221,7 +221,7 @@ class CommissioningRun:
             self._send({"beat": True})
             browser = self._browser
             assert browser is not None
-            if self._station.operating.shows(browser):
+            if self._station.lease_manager.shows(browser):
                 self.note_request(browser)
             longest_s = STOP_AND_RELEASE_AFTER_S if self.progress.instruction else PAUSE_AFTER_S
             if self.progress.step in MOVING and time.monotonic() - self._seen_s > longest_s:

@@ -14,7 +14,7 @@ from typing import Any, Final
 from starlette.types import Receive, Scope, Send
 from uvicorn.protocols.http.httptools_impl import HttpToolsProtocol, RequestResponseCycle
 
-from kata.api.allowance import Allowance
+from kata.api.token_bucket import TokenBucket
 
 MAX_CONNECTIONS: Final = 1000
 """Maximum number of open connections of the service. Further connections are closed at once; existing ones, such as the pages' WebSockets,
@@ -63,7 +63,7 @@ class OpenConnections:
     _of: dict[str, set[asyncio.BaseTransport]] = field(default_factory=lambda: defaultdict(set))
     _answering: set[asyncio.BaseTransport] = field(default_factory=set)
     _abandoned: dict[str, set[asyncio.BaseTransport]] = field(default_factory=lambda: defaultdict(set))
-    _new: dict[str, Allowance] = field(default_factory=dict)
+    _new: dict[str, TokenBucket] = field(default_factory=dict)
     _unlisted_seen: bool = False
 
     def may_open(self, address: str) -> bool:
@@ -77,7 +77,7 @@ class OpenConnections:
             return True
         if address not in self._new:
             self._new = {other: new for other, new in self._new.items() if not new.is_full}
-            self._new[address] = Allowance(self.per_address, NEW_AT_ONCE * self.per_address)
+            self._new[address] = TokenBucket(self.per_address, NEW_AT_ONCE * self.per_address)
         return self._new[address].take()
 
     def has_room(self, address: str) -> bool:

@@ -9,8 +9,8 @@ from prometheus_client.exposition import choose_encoder
 
 from kata import __version__
 from kata.api import texts
+from kata.api.database_probe import DatabaseProbe
 from kata.api.metrics import Metrics
-from kata.api.probe import Probe
 from kata.api.services import services_of
 from kata.clinic.sessions import service as sessions
 from kata.database.availability import DATABASE_UNAVAILABLE
@@ -46,7 +46,7 @@ class SafeToStop(Schema):
     status: Literal["idle"] = "idle"
 
 
-async def _probe(request: Request) -> Probe:
+async def _probe(request: Request) -> DatabaseProbe:
     return services_of(request).probe
 
 
@@ -78,7 +78,7 @@ async def get_health_live() -> Liveness:
 
 @router.get("/health/ready", responses=PROBLEMS.of(503), summary="Check that a session can begin")
 async def get_health_ready(
-    database: TheDatabase, station: TheStation, probe: Annotated[Probe, Depends(_probe)]
+    database: TheDatabase, station: TheStation, probe: Annotated[DatabaseProbe, Depends(_probe)]
 ) -> Readiness:
     """Answer 200 while database and device process answer, else 503. A running session continues in either case."""
     if not await probe.answers():

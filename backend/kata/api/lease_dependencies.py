@@ -23,13 +23,13 @@ def browser() -> Browser:
 
 async def _watcher(station: TheStation) -> Browser:
     watcher = browser()
-    station.operating.note_request(watcher)
+    station.lease_manager.note_request(watcher)
     return watcher
 
 
 async def _operator(station: TheStation) -> Browser:
     requesting = browser()
-    refusal = station.operating.take(requesting)
+    refusal = station.lease_manager.take(requesting)
     if refusal:
         raise refused(refusal)
     return requesting

@@ -22,7 +22,7 @@ from kata.api.stopping import StopQueue, stop_by_user
 from kata.clinic.importer import Saved
 from kata.database.base import utc_now
 from kata.device.ipc_messages import EstopState, Mode, Refusal
-from kata.station.operating import ListeningPage
+from kata.station.lease_manager import ListeningPage
 from kata.station.schemas import EventLive, Live, RefusalLive, StationInfo
 from kata.station.subscriptions import Subscription
 
@@ -136,7 +136,7 @@ async def live(socket: WebSocket) -> None:
     redaction = Redaction(actor, services.database, services.offline_cache)
     if not await accepted(socket, actor):
         return
-    with station.operating.listening(browser()) as page, station.subscribed() as subscription:
+    with station.lease_manager.listening(browser()) as page, station.subscribed() as subscription:
         await serve_until_gone(
             socket,
             actor,

@@ -39,10 +39,10 @@ class LiveStateView:
         for_browser: dict[str, Any] = {
             "at": station.clock.now().isoformat().replace("+00:00", "Z"),
             "age_ms": station.age_ms,
-            "lease": station.operating.lease_for(seen_by).model_dump(mode="json"),
+            "lease": station.lease_manager.lease_for(seen_by).model_dump(mode="json"),
             "database": database_status.model_dump(mode="json"),
         }
-        refusal = station.operating.refusal(seen_by)
+        refusal = station.lease_manager.refusal(seen_by)
         if refusal:
             for_browser["refusals"] = _refuse_all_but_stop(refusal)
         elif database_status.unavailable_since:

@@ -10,7 +10,7 @@ from uuid import UUID
 from uvicorn.protocols.websockets.websockets_sansio_impl import WebSocketsSansIOProtocol
 from websockets.frames import CloseCode
 
-from kata.api.allowance import Allowance
+from kata.api.token_bucket import TokenBucket
 
 MESSAGES_PER_S: Final = 10.0
 """Mean rate of messages of one WebSocket. A page confirms about three states a second and sends a Stop for each press."""
@@ -51,7 +51,7 @@ class Offences:
 
 
 class LimitedWebSocket(WebSocketsSansIOProtocol):
-    """uvicorn's WebSocket protocol, which reads no more bytes than :class:`Allowance` permits and then closes the connection.
+    """uvicorn's WebSocket protocol, which reads no more bytes than :class:`TokenBucket` permits and then closes the connection.
 
     uvicorn parses a whole read at once, up to 256 KiB, and continues for ten seconds after the application has closed the WebSocket.
     Thousands of short messages in one read would block the event loop and delay a Stop.
@@ -60,7 +60,7 @@ class LimitedWebSocket(WebSocketsSansIOProtocol):
     def __init__(self, *args: Any, **options: Any) -> None:
         """All arguments are uvicorn's."""
         super().__init__(*args, **options)
-        self._bytes = Allowance(BYTES_PER_S, BYTES_AT_ONCE)
+        self._bytes = TokenBucket(BYTES_PER_S, BYTES_AT_ONCE)
 
     def data_received(self, data: bytes) -> None:
         """Parse the bytes within the allowance, so that a Stop among them is processed. Close the connection if there are more bytes."""

@@ -12,11 +12,11 @@ from starlette.requests import HTTPConnection
 
 from kata.api.commissioning_run import CommissioningRun
 from kata.api.commissioning_watch import CommissioningWatch
+from kata.api.database_probe import DatabaseProbe
 from kata.api.fleet import Fleet
 from kata.api.live_view import LiveStateView
 from kata.api.message_limits import Offences
 from kata.api.metrics import Metrics
-from kata.api.probe import Probe
 from kata.api.simulation import Simulation
 from kata.audit.audit_log import AuditLog
 from kata.audit.router import AuditServices
@@ -54,7 +54,7 @@ class Services:
     fleet: Fleet
     simulation: Simulation | None
     """None if the apparatus is real."""
-    probe: Probe
+    probe: DatabaseProbe
     metrics: Metrics
     backups: Backups
     commissioning: CommissioningWatch

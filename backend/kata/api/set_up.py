@@ -20,11 +20,11 @@ from kata.api import lease_dependencies
 from kata.api.commissioning_run import PRACTICE_FILE, CommissioningRun
 from kata.api.commissioning_watch import CommissioningWatch
 from kata.api.contraindication_watch import pausing_playbacks
+from kata.api.database_probe import DatabaseProbe
 from kata.api.fleet import Fleet
 from kata.api.live_view import LiveStateView
 from kata.api.message_limits import Offences
 from kata.api.metrics import Metrics
-from kata.api.probe import Probe
 from kata.api.services import Services
 from kata.api.simulation import Simulation
 from kata.audit.audit_log import AuditLog
@@ -40,8 +40,8 @@ from kata.backups.key import make_key
 from kata.backups.router import Backups
 from kata.clinic.event_spool import EventSpool
 from kata.clinic.events import service as event_service
+from kata.clinic.events.event_recorder import recording_events
 from kata.clinic.events.observer import AlarmsEnded, NewDeviceEvent
-from kata.clinic.events.recording import recording as events_recorded
 from kata.clinic.importer import Importer, Saved
 from kata.clinic.profile import service as profile
 from kata.clinic.questionnaires.definitions import clinic_folder, use_folder
@@ -164,7 +164,7 @@ async def set_up_services(settings: Settings, stack: AsyncExitStack) -> Services
         offline_sessions=at_station.offline_sessions,
         fleet=fleet,
         simulation=apparatus.simulation,
-        probe=Probe(storage.database),
+        probe=DatabaseProbe(storage.database),
         metrics=metrics,
         backups=backups,
         commissioning=at_station.commissioning,
@@ -428,7 +428,7 @@ async def set_up_events(storage: Storage, at_station: StationServices, stack: As
         storage.event_spool.put_event(item)
         cache.on_event(item)
 
-    await stack.enter_async_context(events_recorded(station, on_event))
+    await stack.enter_async_context(recording_events(station, on_event))
     await stack.enter_async_context(pausing_playbacks(station, cache, storage.database, storage.audit_log))
 
 

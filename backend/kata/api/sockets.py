@@ -8,9 +8,9 @@ from fastapi import WebSocket
 from starlette.websockets import WebSocketState
 
 from kata.actor import Actor
-from kata.api.allowance import Allowance
 from kata.api.message_limits import MESSAGES_AT_ONCE, MESSAGES_PER_S, TOO_MANY
 from kata.api.services import services_of
+from kata.api.token_bucket import TokenBucket
 from kata.audit.entries import entry
 from kata.auth.login import address_of
 
@@ -19,9 +19,9 @@ log = logging.getLogger(__name__)
 
 async def received(socket: WebSocket, actor: Actor) -> AsyncIterator[str]:
     """Yield the text of every message until the page disconnects. Close the WebSocket when there are too many messages."""
-    allowance = Allowance(MESSAGES_PER_S, MESSAGES_AT_ONCE)
+    bucket = TokenBucket(MESSAGES_PER_S, MESSAGES_AT_ONCE)
     while (message := await socket.receive())["type"] != "websocket.disconnect":
-        if not allowance.take():
+        if not bucket.take():
             await _note_offence(socket, actor)
             await socket.close(1008, TOO_MANY)
             return

@@ -32,7 +32,7 @@ from kata.clinic.programmes import planned
 from kata.clinic.recordings import service as recordings
 from kata.clinic.recordings.schemas import Fixtures
 from kata.clinic.recordings.tables import TeachingRow
-from kata.clinic.sessions import checks, end_range, learning, lessons, plans, runs
+from kata.clinic.sessions import checks, correction_learning, end_range, plans, runs, stored_corrections
 from kata.clinic.sessions import service as sessions
 from kata.clinic.sessions.checklist import CheckName
 from kata.clinic.sessions.identity import Identifiers
@@ -211,22 +211,22 @@ async def take_lease(request: Request, station: TheStation, watcher: Watcher, bo
     Other browsers can watch and can stop the apparatus. If the operator's browser cannot be reached, playback pauses after 2 s, and the
     motors release the arm after 30 s.
     """
-    before = station.operating.holder
-    refusal = station.operating.take(watcher, take_over=body.take_over)
+    before = station.lease_manager.holder
+    refusal = station.lease_manager.take(watcher, take_over=body.take_over)
     if refusal:
         raise refused(refusal)
     if before and before.id != watcher.id:
         record_takeover(services_of(request).audit_log, before)
-    return station.operating.lease_for(watcher)
+    return station.lease_manager.lease_for(watcher)
 
 
 @router.delete("/lease", responses=PROBLEMS.of(409), summary="Release the lease of the apparatus")
 async def release_lease(station: TheStation, watcher: Watcher) -> LeaseLive:
     """Stop operating the apparatus. Refused while the motors move or hold the arm, or may do either."""
-    refusal = station.operating.release(watcher, station.torque)
+    refusal = station.lease_manager.release(watcher, station.torque)
     if refusal:
         raise refused(refusal)
-    return station.operating.lease_for(watcher)
+    return station.lease_manager.lease_for(watcher)
 
 
 @router.post("/side", responses=PROBLEMS.of(409, 422), summary="Set the side of the apparatus")
@@ -439,7 +439,7 @@ def _begin_teaching(
 
 def _learning_notes(learned: Correction | None) -> list[Text]:
     """Return why the playback that taught a correction used an earlier correction; empty if it did not."""
-    return lessons.fall_back(learned.lesson) if learned and learned.lesson else []
+    return correction_learning.fall_back(learned.lesson) if learned and learned.lesson else []
 
 
 def _run_request(requested: LoadRequest) -> runs.RunRequest:
@@ -465,7 +465,7 @@ def _begin_run(
         prepared = runs.to_begin(session, request, apparatus.station)
         if requested.programme_position is not None:
             planned.check_timer(session, requested.session_id)
-        learned = learning.correction(session, prepared.corrected_by)
+        learned = stored_corrections.correction(session, prepared.corrected_by)
         recording = recordings.get(session, requested.recording_id)
         side = side_of(recording.side)
         contraindications.require_none(session, recording.patient_id, side)

@@ -16,7 +16,7 @@ import uvicorn
 from fastapi import FastAPI
 from sqlalchemy.orm import configure_mappers
 
-from kata.api import live, logs, watchdog
+from kata.api import live, logs, systemd_notify
 from kata.api.app import create_app
 from kata.api.connection_limits import LimitedListener, LimitedProtocol, OpenConnections
 from kata.api.message_limits import BYTES_AT_ONCE, LimitedWebSocket
@@ -138,7 +138,7 @@ async def _serve(settings: Settings, application: FastAPI) -> None:
             await stack.enter_async_context(application.router.lifespan_context(application))
             if certificate:
                 console.print(f"The certificate's SHA-256 fingerprint: {certificate.fingerprint}", soft_wrap=True)
-            await stack.enter_async_context(watchdog.watched())
+            await stack.enter_async_context(systemd_notify.systemd_notified())
             configured = _configured(application, settings, certificate, open_connections)
             await _Server(configured).serve([listening])
     except (

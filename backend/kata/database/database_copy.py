@@ -21,7 +21,7 @@ from sqlalchemy.engine import URL
 from sqlalchemy.exc import DBAPIError
 
 from kata.database.engine import Database, DatabaseError
-from kata.database.programs import postgresql_program
+from kata.database.postgresql_programs import postgresql_program
 from kata.database.table_checksums import TableChecksum, checksums
 from kata.database.upgrade import schema_of
 

@@ -10,6 +10,7 @@ import msgspec
 import numpy as np
 
 from kata.device import journal, texts
+from kata.device.approach_and_return import approach_way, go_back, straight_way_back, way_through_start
 from kata.device.config import StationConfig
 from kata.device.cycle_state import CycleState, Limits
 from kata.device.faults import MAX_OVERRUN_MS, FaultKey
@@ -19,7 +20,6 @@ from kata.device.latched_stop import LatchedStop
 from kata.device.movement import Movement
 from kata.device.run import Run, stretch_of
 from kata.device.teaching import Teaching
-from kata.device.ways import approach_way, go_back, straight_way_back, way_through_start
 from kata.messages import key_of
 from kata.motion.approach import MinimumJerkMove
 from kata.motion.path import Path

@@ -5,6 +5,7 @@ from typing import Final
 import numpy as np
 
 from kata.device import texts
+from kata.device.approach_and_return import approach_way
 from kata.device.config import StationConfig
 from kata.device.cycle_state import CycleState
 from kata.device.faults import MAX_FROZEN_SETPOINT_DEG
@@ -14,7 +15,6 @@ from kata.device.range_override import RangeOverride
 from kata.device.run import Run, stretch_of
 from kata.device.run_limits import WAY_TOLERANCE_DEG
 from kata.device.setpoint_gate import largest_step_deg
-from kata.device.ways import approach_way
 from kata.messages import Text
 from kata.motion.axes import Side
 from kata.motion.texts import SIDES

@@ -42,7 +42,7 @@ from kata.settings import Settings
 from kata.simulator.apparatus import State
 from kata.station.guard import Guard
 from kata.station.lease import SHOWN_LIMIT_S, Browser
-from kata.station.operating import ListeningPage
+from kata.station.lease_manager import ListeningPage
 from kata.station.schemas import Live
 
 _SPARE_S: Final = 30.0
@@ -304,7 +304,7 @@ async def driving_service(settings: Settings, show: Show) -> AsyncIterator[Servi
     async with app.router.lifespan_context(app):
         driver = ServiceDriver(app, show)
         try:
-            with driver.station.operating.listening(driver.browser) as page:
+            with driver.station.lease_manager.listening(driver.browser) as page:
                 showing = asyncio.create_task(_show_states(page), name="states shown")
                 try:
                     await driver.until_mode({"idle"}, "Connecting", _SPARE_S)

@@ -26,9 +26,9 @@ from kata.clinic.questionnaires.tables import QuestionnaireTextsRow
 from kata.clinic.sessions import patient_angles
 from kata.clinic.sessions.tables import SessionRow
 from kata.database.engine import Database
-from kata.interop import fhir_care, fhir_observations, service, stated
+from kata.interop import exported_statements, fhir_care, fhir_observations, service
 from kata.interop.codes import ExportSettings, Resource, simulated
-from kata.interop.stated import Statement
+from kata.interop.exported_statements import Statement
 
 MEDIA_TYPE: Final = "application/fhir+json"
 _AT_ONCE: Final = 50
@@ -46,12 +46,12 @@ def export(database: Database, patient_id: UUID, path: Path, clinic: ExportSetti
             # The lock prevents an erasure, and a second export, in the meantime.
             patients.get(session, patient_id, to_change=True)
             service.identified_patient(session, patient_id)
-            stated.store(session, patient_id, new)
+            exported_statements.store(session, patient_id, new)
 
 
 def write(session: Session, patient: PatientRow, path: Path, clinic: ExportSettings) -> dict[UUID, Statement]:
     """Write the bundle to a file. Return its statements by id, for a later export, without those that are stored."""
-    before = stated.stored(session, patient.id)
+    before = exported_statements.stored(session, patient.id)
     now: dict[UUID, Statement] = {}
     with path.open("w", encoding="utf-8") as file:
         file.write('{"resourceType":"Bundle","type":"transaction","entry":[')
@@ -73,14 +73,14 @@ def _compared(
     """
     for resource in stating:
         id_ = UUID(resource["id"])
-        if statement := stated.compare(resource, before.get(id_)):
+        if statement := exported_statements.compare(resource, before.get(id_)):
             now[id_] = statement
-            yield stated.with_status(resource, statement)
+            yield exported_statements.with_status(resource, statement)
         else:
             yield resource
     for id_, statement in before.items():
         if id_ not in now:
-            now[id_] = stated.withdrawn(statement)
+            now[id_] = exported_statements.withdrawn(statement)
             yield statement.withdrawal
 
 

@@ -36,7 +36,7 @@ from kata.station.device_process import DeviceLaunch, DeviceProcess
 from kata.station.drive_trend import DriveTrend
 from kata.station.guard import StateClock
 from kata.station.lease import AbsenceAction, Browser
-from kata.station.operating import Operating
+from kata.station.lease_manager import LeaseManager
 from kata.station.schemas import AxisInfo, EventLive, Live, StationInfo
 from kata.station.snapshot_tracker import Occupation, SnapshotTracker
 from kata.station.subscriptions import Subscription, Subscriptions
@@ -114,7 +114,7 @@ class Station:
         self.drive_trend = DriveTrend()
         self.clock = StateClock()
         self._live: tuple[object, Live] | None = None
-        self.operating = Operating(self.command, self._subscriptions.note_change, on_absence_action)
+        self.lease_manager = LeaseManager(self.command, self._subscriptions.note_change, on_absence_action)
         self.set_not_commissioned(not_commissioned)
 
     def set_not_commissioned(self, refusal: Refusal | None) -> None:
@@ -151,7 +151,7 @@ class Station:
         if self._stop_user is not None:
             return await self._stop_user() if isinstance(command, Stop) else _COMMISSIONING
         # Check the lease only now, because another browser may have taken over while the recording was checked.
-        if by and not isinstance(command, Stop) and (elsewhere := self.operating.take(by)):
+        if by and not isinstance(command, Stop) and (elsewhere := self.lease_manager.take(by)):
             return elsewhere
         # The mode may have changed while the recording was checked.
         if isinstance(command, Load | Teach) and (
@@ -262,7 +262,7 @@ class Station:
     @property
     def operator_under_torque(self) -> UUID | None:
         """Return the operator's login session while a motor has torque or may have it, else None. Callable from any thread."""
-        snapshot, holder = self._tracker.snapshot, self.operating.holder
+        snapshot, holder = self._tracker.snapshot, self.lease_manager.holder
         return holder.id if snapshot and holder and snapshot.torque != "off" else None
 
     @property
@@ -290,7 +290,7 @@ class Station:
 
     def _changing_fields(self) -> dict[str, Any]:
         """Return the fields of :meth:`live` that change without a change of :attr:`version`."""
-        return {"at": self.clock.now(), "age_ms": self.age_ms, "lease": self.operating.lease_for(None)}
+        return {"at": self.clock.now(), "age_ms": self.age_ms, "lease": self.lease_manager.lease_for(None)}
 
     def _new_live(self) -> Live:
         tracker = self._tracker
@@ -330,7 +330,7 @@ class Station:
                 self._tracker.take(message, self.config.side)
                 self.drive_trend.take(message)
                 self._subscriptions.note_change()
-                self.operating.act_if_due(message)
+                self.lease_manager.act_if_due(message)
             case Event():
                 self._take_event(message)
             case JournalClosed():

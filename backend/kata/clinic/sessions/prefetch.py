@@ -21,7 +21,7 @@ from kata.clinic.patients.tables import PatientRow
 from kata.clinic.programmes import planned
 from kata.clinic.programmes import service as programmes
 from kata.clinic.recordings import service as recordings
-from kata.clinic.sessions import checks, learning, plans, runs, service
+from kata.clinic.sessions import checks, plans, runs, service, stored_corrections
 from kata.clinic.sessions.checklist import Need
 from kata.clinic.sessions.identity import PatientIdentity
 from kata.clinic.sessions.schemas import ReadyPatient, Session, SessionItem, SessionPatient, SessionProgramme
@@ -233,11 +233,11 @@ def _playable(
     taught = before.taught if before else runs.taught(session, recording_id)
     learned: dict[edit.PlaybackSettings, tuple[UUID, Correction]] = {}
     for settings in learning_asked:
-        newest = learning.newest(session, recording_id, settings, station, utc_now())
+        newest = stored_corrections.newest(session, recording_id, settings, station, utc_now())
         had = before.learned.get(settings) if before else None
         if had and had[0] == newest:
             learned[settings] = had
-        elif newest and (correction := learning.correction(session, newest)):
+        elif newest and (correction := stored_corrections.correction(session, newest)):
             learned[settings] = (newest, correction)
     return CachedRecording(
         name=recording.name,

@@ -11,8 +11,8 @@ from typing import Any
 
 import numpy as np
 
-from kata.clinic.programmes import played as counting
-from kata.clinic.sessions import compared, lessons, phases
+from kata.clinic.programmes.repetition_count import count_repetitions
+from kata.clinic.sessions import correction_learning, phases, run_errors
 from kata.database.arrays import Floats
 from kata.database.series import Series, unpack
 from kata.device.config import StationConfig
@@ -81,7 +81,7 @@ def calculate(playback: EndedPlayback) -> PlaybackResults:
     :raises EditError: when the recording cannot be played with the run's settings.
     """
     journal = playback.journal
-    done, played_s = counting.count_repetitions(
+    done, played_s = count_repetitions(
         journal, playback.outcome, playback.settings, lambda: (playback.taught, playback.motion)
     )
     run: dict[str, Any] = {"repetitions_done": done, "played_s": played_s}
@@ -94,20 +94,20 @@ def calculate(playback: EndedPlayback) -> PlaybackResults:
     if not np.any((journal.phase == PHASE_PLAYING) | (journal.phase == PHASE_REDUCED_RANGE)):
         return PlaybackResults(run)
     full_range = edit.without_range(playback.motion, playback.taught, playback.settings.range_percent)
-    compared_run = compared.compare_run(playback.run_id, journal, playback.motion, full_range, playback.side)
+    compared_run = run_errors.compare_run(playback.run_id, journal, playback.motion, full_range, playback.side)
     run |= compared_run.run
     if compared_run.comparison is None:
         return PlaybackResults(run)
     _count_end_range(playback, compared_run.motions)
     correction = None
     if playback.learns:
-        lesson = lessons.learn(
+        lesson = correction_learning.learn(
             playback.run_id,
             playback.correction,
             playback.motion,
             journal,
             playback.outcome,
-            lessons.Learner(playback.config, playback.resistance_share),
+            correction_learning.Learner(playback.config, playback.resistance_share),
         )
         run |= lesson.run
         correction = lesson.data

@@ -12,7 +12,7 @@ from sqlalchemy.orm import Session as DatabaseSession
 from kata.clinic import texts
 from kata.clinic.recordings import service as recordings
 from kata.clinic.recordings.tables import RecordingRow
-from kata.clinic.sessions import end_feel, end_range, ending, learning, phases, plans
+from kata.clinic.sessions import end_feel, end_range, ending, phases, plans, stored_corrections
 from kata.clinic.sessions.patient_angles import PatientAngles
 from kata.clinic.sessions.run_results import EndedPlayback, PlaybackResults, calculate
 from kata.clinic.sessions.schemas import (
@@ -107,7 +107,7 @@ def to_begin(session: DatabaseSession, request: RunRequest, station: str = "") -
 def _corrected_by(session: DatabaseSession, row: RunRow, station: str) -> UUID | None:
     if row.method != "learned":
         return None
-    return learning.newest(session, row.recording_id, settings_of(row), station, row.started_at)
+    return stored_corrections.newest(session, row.recording_id, settings_of(row), station, row.started_at)
 
 
 def _allowed(session: DatabaseSession, request: RunRequest) -> RunRow:
@@ -202,7 +202,7 @@ def ended_playback(session: DatabaseSession, journal: Journal, config: StationCo
         config=config,
         end_range=end_range.thresholds_of(plans.end_range_of(session, row)),
         learns=learns,
-        correction=learning.correction(session, row.corrected_by) if learns else None,
+        correction=stored_corrections.correction(session, row.corrected_by) if learns else None,
         resistance_share=(row.load_level or RESISTANCE_LEVELS) / RESISTANCE_LEVELS,
     )
 

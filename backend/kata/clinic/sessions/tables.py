@@ -340,7 +340,7 @@ SAMPLES = SampleTables(RunSamplesRow, RunSampleBlockRow, "run_id")
 
 
 class RunCorrectionRow(Base):
-    """The correction that a run of the learned method taught (:mod:`kata.clinic.sessions.learning`)."""
+    """The correction that a run of the learned method taught (:mod:`kata.clinic.sessions.stored_corrections`)."""
 
     __tablename__ = "run_corrections"
 

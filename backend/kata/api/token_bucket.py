@@ -5,7 +5,7 @@ from dataclasses import dataclass, field
 
 
 @dataclass
-class Allowance:
+class TokenBucket:
     """A token bucket: ``per_s`` tokens a second on average, and at most ``at_once`` tokens without a pause."""
 
     per_s: float

@@ -13,7 +13,7 @@ log = logging.getLogger(__name__)
 _ANSWERS_WITHIN_S: Final = 1.0
 
 
-class Probe:
+class DatabaseProbe:
     """Asks the database with at most one query at a time, so that a hanging database blocks only one thread, however many requests ask."""
 
     def __init__(self, database: Database, limit_s: float = _ANSWERS_WITHIN_S) -> None:

@@ -43,7 +43,7 @@ class ListeningPage:
             _, self._page.shown = self._sent.popleft()
 
 
-class Operating:
+class LeaseManager:
     """The lease of one station and its automatic actions. Use this class only in the service's event loop."""
 
     def __init__(

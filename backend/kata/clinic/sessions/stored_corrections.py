@@ -1,5 +1,5 @@
 """Reads corrections that were learned from repeated playback. They are stored with the run that taught them and used by the next similar
-run (:mod:`kata.clinic.sessions.lessons` calculates them).
+run (:mod:`kata.clinic.sessions.correction_learning` calculates them).
 
 A correction belongs to one recording, station, speed, range and number of repetitions, because other settings make another motion. The
 caller commits.

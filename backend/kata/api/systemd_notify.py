@@ -11,7 +11,7 @@ log = logging.getLogger(__name__)
 
 
 @asynccontextmanager
-async def watched(environment: Mapping[str, str] = os.environ) -> AsyncIterator[None]:
+async def systemd_notified(environment: Mapping[str, str] = os.environ) -> AsyncIterator[None]:
     """Notify systemd while the context lasts, every half of ``WATCHDOG_USEC``. Without systemd, do nothing."""
     address = environment.get("NOTIFY_SOCKET", "")
     if not address:

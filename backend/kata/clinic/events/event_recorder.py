@@ -14,7 +14,9 @@ log = logging.getLogger(__name__)
 
 
 @asynccontextmanager
-async def recording(station: Station, store: Callable[[NewDeviceEvent | AlarmsEnded], None]) -> AsyncIterator[None]:
+async def recording_events(
+    station: Station, store: Callable[[NewDeviceEvent | AlarmsEnded], None]
+) -> AsyncIterator[None]:
     """Pass the station's events to ``store`` while the context lasts. At its end, pass the last events. ``store`` returns at once."""
     observer = Observer(station.info.name)
 
