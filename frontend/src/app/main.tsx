@@ -12,7 +12,7 @@ import { ActivityTracker, authMiddleware, startSessionGuard } from "../features/
 import { client } from "../lib/api/client";
 import { store } from "../lib/live/store";
 import { loadServerTexts } from "../lib/serverText";
-import { startPaperScheme } from "./paper";
+import { startPrintScheme } from "./printScheme";
 import { router } from "./router";
 import { scheme, theme, variables } from "./theme";
 
@@ -28,7 +28,7 @@ startSessionGuard(authStore, activity, queries, store, switchLanguage);
 // Mantine's dialogs add a style element that stops the page behind them from scrolling. The element needs the CSP
 // nonce.
 setNonce(nonce);
-startPaperScheme();
+startPrintScheme();
 const reactRoot = createRoot(root);
 void loadServerTexts().then(() =>
   reactRoot.render(

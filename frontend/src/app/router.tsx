@@ -8,7 +8,7 @@ import {
   redirect,
 } from "@tanstack/react-router";
 import { readAuditFilters } from "../features/administration/auditFilters";
-import { Gate } from "../features/auth/Gate";
+import { LoginGate } from "../features/auth/LoginGate";
 import { OPENID_PATH } from "../features/auth/openId";
 import { readCommissioningSearch } from "../features/commissioning/commissioningTabs";
 import { readPatientTab } from "../features/patients/patientTabs";
@@ -264,9 +264,9 @@ declare module "@tanstack/react-router" {
 /** Every page, behind the authentication gate. */
 function GatedShell() {
   return (
-    <Gate>
+    <LoginGate>
       <Shell />
-    </Gate>
+    </LoginGate>
   );
 }
 

@@ -61,7 +61,8 @@ export const roundToTenths = (value: number) => Number(value.toFixed(1));
 export const formatDegrees = (value: number | null, digits = 1): string => `${formatDeg(value, digits)}°`;
 
 /** Return the name of the side, or a dash if unknown. */
-export const sideWord = (side: "left" | "right" | null) => (side === null ? "–" : t(`common:sides.${side}`));
+export const formatSide = (side: "left" | "right" | null) =>
+  side === null ? "–" : t(`common:sides.${side}`);
 
 /** Return "one, other" with the separators of the language. */
 export const formatList = (words: string[]) => t("common:format.list", { words });

@@ -111,8 +111,8 @@ const COLUMNS: Column<Account>[] = [
   {
     key: "stations",
     head: t("administration:accounts.stations"),
-    value: stationWords,
-    cell: stationWords,
+    value: describeStation,
+    cell: describeStation,
   },
   {
     key: "signsInWith",
@@ -238,7 +238,7 @@ function ResetDialog(props: { account: Account; opened: boolean; onClose: () => 
   );
 }
 
-function stationWords({ stations }: Account): string {
+function describeStation({ stations }: Account): string {
   return t("common:format.list", { words: stations }) || t("administration:accounts.all");
 }
 

@@ -141,12 +141,12 @@ const NUMBER_AND_TIME: Column<Entry>[] = [
 const userColumn = (names: Names): Column<Entry> => ({
   key: "user",
   head: t("administration:audit.user"),
-  value: (entry) => joined([userWords(entry), roleWords(entry, names)]),
+  value: (entry) => joined([describeUser(entry), describeRole(entry, names)]),
   cell: (entry) => (
     <>
-      {userWords(entry)}
+      {describeUser(entry)}
       <Text size="sm" c="dimmed">
-        {roleWords(entry, names)}
+        {describeRole(entry, names)}
       </Text>
     </>
   ),
@@ -205,10 +205,10 @@ const ACTION_TO_SOURCE: Column<Entry>[] = [
 
 const joined = (lines: (string | null)[]): string | null => lines.filter(Boolean).join("\n") || null;
 
-const userWords = ({ who }: Entry): string => who || t("administration:audit.notSignedIn");
+const describeUser = ({ who }: Entry): string => who || t("administration:audit.notSignedIn");
 
 /** Return the user's role; for a failed login whose account is known, that account. */
-function roleWords({ role, account_id }: Entry, names: Names): string {
+function describeRole({ role, account_id }: Entry, names: Names): string {
   const name = roleOf(role);
   if (name || !account_id) return name;
   return t("administration:audit.triedAs", {

@@ -14,7 +14,7 @@ import { IconChartLine, IconPlus } from "@tabler/icons-react";
 import { useQuery } from "@tanstack/react-query";
 import { useState } from "react";
 import { type Assessment, api, type Schemas } from "../../lib/api/client";
-import { formatMoment, sideWord } from "../../lib/format";
+import { formatMoment, formatSide } from "../../lib/format";
 import { t } from "../../lib/i18n";
 import { ASSESSMENT_FORM, useAssessments } from "../../lib/patientQueries";
 import { LoadMoreButton } from "../../ui/LoadMoreButton";
@@ -196,7 +196,7 @@ function Angles({ rows, affected }: { rows: ReturnType<typeof describeRom>; affe
             {columns.map(({ place, shoulder, kind }) => (
               <Table.Th key={place} ta="right">
                 {t(`assessments:assessments.sideKind.${kind}`, {
-                  side: sideWord(shoulder === "affected" ? affected : other),
+                  side: formatSide(shoulder === "affected" ? affected : other),
                 })}
               </Table.Th>
             ))}

@@ -23,7 +23,7 @@ export const useCommissioningStatus = () =>
   });
 
 /** Return the state in one sentence. */
-export function stateWords(status: Schemas["CommissioningState"]): string {
+export function describeState(status: Schemas["CommissioningState"]): string {
   if (status.state === "not_needed") return t("commissioning:state.notNeeded");
   if (status.state === "not_commissioned") {
     const reason = translateServerText(status.reason, status.reason_key);
@@ -37,7 +37,7 @@ export function stateWords(status: Schemas["CommissioningState"]): string {
 export function CommissioningState({ link = false }: { link?: boolean }) {
   const { data: status } = useCommissioningStatus();
   if (!status) return null;
-  const words = stateWords(status);
+  const words = describeState(status);
   const page = link && (
     <RequirePermission permission="see_operation">
       <PageLink to="/commissioning">{t("commissioning:page.title")}</PageLink>

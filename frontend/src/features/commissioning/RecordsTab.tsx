@@ -15,7 +15,7 @@ import type { Column } from "../../ui/tableRows";
 import { ChartCard } from "../statistics/ChartCard";
 import { DRIFT, type DriftName, driftFigure, driftTable, type Entry, measured } from "./driftCharts";
 import { Responses } from "./Responses";
-import { resultWords, StepResult, stepName, Values } from "./StepResult";
+import { describeStepResult, StepResult, stepName, Values } from "./StepResult";
 
 /** The records of a station with their drift. */
 export function RecordsTab({ station }: { station: string }) {
@@ -76,7 +76,7 @@ const COLUMNS: Column<Entry>[] = [
   {
     key: "result",
     head: t("commissioning:records.result"),
-    value: (record) => resultWords(record),
+    value: (record) => describeStepResult(record),
     cell: (record) => <StepResult run={record} />,
   },
 ];

@@ -8,17 +8,17 @@ import { describeRecordedValue } from "./describeSetting";
 type Result = { passed: boolean; fault: string; fault_key?: Schemas["TextKey"] | null };
 
 /** Return in words whether a step or a record has passed, or its fault. */
-export const resultWords = ({ passed, fault, fault_key }: Result): string =>
+export const describeStepResult = ({ passed, fault, fault_key }: Result): string =>
   passed
     ? t("commissioning:records.passed")
     : t("commissioning:records.failed", { fault: translateServerText(fault, fault_key) });
 
 /** Shows whether a step has passed, or its fault. */
 export function StepResult({ run }: { run: Result }) {
-  if (!run.passed) return <Text fw={600}>{resultWords(run)}</Text>;
+  if (!run.passed) return <Text fw={600}>{describeStepResult(run)}</Text>;
   return (
     <Badge variant="light" color="gray" tt="none">
-      {resultWords(run)}
+      {describeStepResult(run)}
     </Badge>
   );
 }

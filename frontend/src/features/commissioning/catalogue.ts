@@ -1,4 +1,4 @@
-import { addTexts } from "../../lib/lateTexts";
+import { addTexts } from "../../lib/lazyTexts";
 
 // The first page is at its size limit and few people commission, so these texts load with the modules that use
 // them.

@@ -5,7 +5,7 @@ import type { ReactNode } from "react";
 import { afterEach, describe, expect, it, vi } from "vitest";
 import type { Schemas } from "../../lib/api/client";
 import { api } from "../../lib/api/client";
-import { CommissioningState, stateWords } from "./CommissioningState";
+import { CommissioningState, describeState } from "./CommissioningState";
 import { readCommissioningSearch } from "./commissioningTabs";
 import { describeAcceptedValues, describeField, describeRecordedValue } from "./describeSetting";
 import { driftFigure, driftTable, type Entry, measured } from "./driftCharts";
@@ -32,8 +32,8 @@ describe("the state", () => {
   afterEach(cleanup);
 
   it("names the days", () => {
-    expect(stateWords(state)).toBe("Commissioned on Mar 2, 2026. Periodic check due on Mar 9, 2026.");
-    expect(stateWords({ ...state, state: "due" })).toMatch(/has been due since Mar 9, 2026/);
+    expect(describeState(state)).toBe("Commissioned on Mar 2, 2026. Periodic check due on Mar 9, 2026.");
+    expect(describeState({ ...state, state: "due" })).toMatch(/has been due since Mar 9, 2026/);
   });
 
   it("alerts with the reason when patients are refused", async () => {

@@ -5,7 +5,7 @@ import { afterEach, beforeEach, describe, expect, it, vi } from "vitest";
 import { api, type Episode, ProblemError } from "../../lib/api/client";
 import { EpisodeForm } from "./EpisodeForm";
 import { EpisodeCard } from "./Episodes";
-import { limitWords } from "./messages";
+import { describeLimit } from "./messages";
 
 const EPISODE: Episode = {
   id: "e",
@@ -206,5 +206,5 @@ describe("words", () => {
   it.each([
     [{ motion: 4, lowest_deg: 0, highest_deg: 90 }, "Abduction / adduction of the shoulder: 0 to 90 deg"],
     [{ motion: 1, lowest_deg: -10 }, "Abduction / adduction of the scapula: at least −10 deg"],
-  ])("of a limit", (limit, words) => expect(limitWords(limit)).toBe(words));
+  ])("of a limit", (limit, words) => expect(describeLimit(limit)).toBe(words));
 });

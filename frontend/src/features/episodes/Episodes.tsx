@@ -9,7 +9,7 @@ import { ProblemNote } from "../../ui/ProblemNote";
 import { useHasPermission } from "../auth/hooks";
 import { ReportLinks } from "../reports/ReportLinks";
 import { EpisodeForm } from "./EpisodeForm";
-import { diagnosisWords, limitWords } from "./messages";
+import { describeDiagnosis, describeLimit } from "./messages";
 import { Stages } from "./Stages";
 
 /** The patient's open and closed episodes of care. */
@@ -95,8 +95,8 @@ export function EpisodeCard(props: { episode: Episode; archived?: boolean; onSav
         <Group justify="space-between">
           <Group gap="sm">
             <Text size="lg" fw={600}>
-              {diagnosisWords(episode)
-                ? t("episodes:care.diagnosed", { shoulder: name, diagnosis: diagnosisWords(episode) })
+              {describeDiagnosis(episode)
+                ? t("episodes:care.diagnosed", { shoulder: name, diagnosis: describeDiagnosis(episode) })
                 : name}
             </Text>
             {episode.closed_at && <Badge color="gray">{t("episodes:care.closed")}</Badge>}
@@ -186,7 +186,7 @@ function DoctorsLimits({ episode }: { episode: Episode }) {
     <div data-testid="limits">
       <Text fw={500}>{t("episodes:care.allowedBy", { doctor: episode.limits_by })}</Text>
       {episode.limits.map((limit) => (
-        <Text key={limit.motion}>{limitWords(limit)}</Text>
+        <Text key={limit.motion}>{describeLimit(limit)}</Text>
       ))}
       {episode.max_load_level !== null && (
         <Text>{t("episodes:care.levelAtMost", { level: episode.max_load_level })}</Text>

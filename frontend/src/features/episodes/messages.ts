@@ -40,7 +40,7 @@ export const CERTAINTIES: { value: Exclude<Episode["verification"], "">; label: 
 ];
 
 /** Return the diagnosis as it was chosen and written; empty if there is none. */
-export function diagnosisWords(episode: Episode): string {
+export function describeDiagnosis(episode: Episode): string {
   const chosen = DIAGNOSES.find(({ value }) => value === episode.diagnosis_code)?.label ?? "";
   if (!chosen || !episode.diagnosis) return chosen || episode.diagnosis;
   return t("episodes:care.chosenAndWritten", { chosen, written: episode.diagnosis });
@@ -52,7 +52,7 @@ export type StageName = NonNullable<Episode["stage"]>["stage"];
 export const minus = (value: number) => String(value).replace("-", "−");
 
 /** Return "Abduction / adduction of the shoulder: 0 to 90 deg", or a text with only one end. */
-export function limitWords({ motion, lowest_deg, highest_deg }: Episode["limits"][number]): string {
+export function describeLimit({ motion, lowest_deg, highest_deg }: Episode["limits"][number]): string {
   const name =
     MOTIONS.find((known) => known.motion === motion)?.name ?? t("episodes:limits.unknownMotion", { motion });
   if (lowest_deg === null || lowest_deg === undefined)

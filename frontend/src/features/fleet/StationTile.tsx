@@ -5,7 +5,14 @@ import { t } from "../../lib/i18n";
 import { translateServerText } from "../../lib/serverText";
 import { EstopSign } from "../../safety/EstopBadge";
 import { AlarmFrame } from "../alarms/Alarms";
-import { doingWords, operatedBy, progressWords, type Shown, type State, silentSince } from "./messages";
+import {
+  describeActivity,
+  describeProgress,
+  operatedBy,
+  type Shown,
+  type State,
+  silentSince,
+} from "./messages";
 
 /** A summary of one station. An unknown state looks different from all known ones. */
 export function StationTile({ station, children }: { station: Shown; children?: ReactNode }) {
@@ -58,14 +65,14 @@ function Silent({ heardAt }: { heardAt: string | null }) {
 }
 
 function Doing({ state }: { state: State }) {
-  const progress = progressWords(state);
+  const progress = describeProgress(state);
   const alive = state.device === "running";
   return (
     <>
       <Group gap="xs">
         <EstopSign estop={alive ? state.estop : "unknown"} />
         <Badge size="xl" radius="sm" variant="light" color={alive ? "indigo" : "gray"} tt="none">
-          {doingWords(state)}
+          {describeActivity(state)}
         </Badge>
       </Group>
       {state.causes.map((cause) => (

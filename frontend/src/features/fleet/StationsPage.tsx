@@ -7,7 +7,7 @@ import { t } from "../../lib/i18n";
 import { ProblemNote } from "../../ui/ProblemNote";
 import { AlarmFrame } from "../alarms/Alarms";
 import { RequirePermission } from "../auth/RequirePermission";
-import { versionWords } from "./messages";
+import { describeVersion } from "./messages";
 import { StationTile } from "./StationTile";
 import { stations } from "./store";
 
@@ -56,7 +56,7 @@ function Versions({ station }: { station: string }) {
       <ProblemNote error={versions.error} />
       {versions.data?.items.map((version) => (
         <div key={version.number}>
-          <Text size="sm">{versionWords(version)}</Text>
+          <Text size="sm">{describeVersion(version)}</Text>
           <Code block mah={240} style={{ overflow: "auto" }}>
             {version.config}
           </Code>

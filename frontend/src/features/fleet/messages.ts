@@ -11,7 +11,7 @@ export const silentSince = (heardAt: string | null) =>
     : t("fleet:stations.lastHeard", { moment: formatMoment(heardAt) });
 
 /** Return what the station is doing, in the words of its own page. */
-export function doingWords(state: State): string {
+export function describeActivity(state: State): string {
   if (state.device !== "running") return t("fleet:stations.restarting");
   const stop = state.causes.length > 0 ? { arm_held: state.arm_held, causes: [] } : null;
   const run = state.progress ? ({ reversing: state.progress.reversing } as Schemas["RunLive"]) : null;
@@ -19,11 +19,11 @@ export function doingWords(state: State): string {
 }
 
 /** Return the progress of a playback or a take, or an empty text. */
-export function progressWords(state: State): string {
+export function describeProgress(state: State): string {
   if (state.progress) return t("fleet:stations.left", { span: formatSpan(state.progress.left_s) });
   return state.take_s === null ? "" : t("fleet:stations.take", { span: formatSpan(state.take_s) });
 }
 
 export const operatedBy = (name: string) => t("fleet:stations.operatedBy", { name });
-export const versionWords = ({ number, since, software }: Schemas["StationVersion"]) =>
+export const describeVersion = ({ number, since, software }: Schemas["StationVersion"]) =>
   t("fleet:stations.version", { number, since: formatMoment(since), software });

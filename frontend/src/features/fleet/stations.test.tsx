@@ -2,7 +2,7 @@ import { MantineProvider } from "@mantine/core";
 import { cleanup, render, screen } from "@testing-library/react";
 import { afterEach, beforeEach, describe, expect, it, vi } from "vitest";
 import { t } from "../../lib/i18n";
-import { doingWords, progressWords, type Shown, type State, silentSince } from "./messages";
+import { describeActivity, describeProgress, type Shown, type State, silentSince } from "./messages";
 import { StationTile } from "./StationTile";
 import { LOST_AFTER_MS, StationsStore } from "./store";
 
@@ -90,16 +90,16 @@ describe("a tile", () => {
 describe("words", () => {
   it("describe a held and a returning arm", () => {
     const cause = { code: "x", category: 2 as const, message: "", next_step: "", axis: null, cleared: true };
-    expect(doingWords({ ...state, mode: "stopped", arm_held: true, causes: [cause] })).toBe(
+    expect(describeActivity({ ...state, mode: "stopped", arm_held: true, causes: [cause] })).toBe(
       "Stopped, holding the arm",
     );
     const progress = { position_s: 1, duration_s: 2, left_s: 1, reversing: true };
-    expect(doingWords({ ...state, progress })).toBe("Moving back after resistance");
+    expect(describeActivity({ ...state, progress })).toBe("Moving back after resistance");
   });
 
   it("describe the length of a take", () => {
-    expect(progressWords({ ...state, progress: null, take_s: 61 })).toBe("Take: 1:01");
-    expect(progressWords({ ...state, progress: null })).toBe("");
+    expect(describeProgress({ ...state, progress: null, take_s: 61 })).toBe("Take: 1:01");
+    expect(describeProgress({ ...state, progress: null })).toBe("");
   });
 });
 

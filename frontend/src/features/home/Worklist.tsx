@@ -4,7 +4,7 @@ import { useQuery } from "@tanstack/react-query";
 import { useNavigate, useSearch } from "@tanstack/react-router";
 import type { ReactNode } from "react";
 import { api, type Schemas } from "../../lib/api/client";
-import { formatDayOf, formatDeg, formatMoment, sideWord } from "../../lib/format";
+import { formatDayOf, formatDeg, formatMoment, formatSide } from "../../lib/format";
 import { t } from "../../lib/i18n";
 import { ButtonLink, PageLink } from "../../ui/links";
 import { ProblemNote } from "../../ui/ProblemNote";
@@ -156,7 +156,9 @@ function ChangeLine({ change }: { change: Schemas["PatientChange"] }) {
       <div>
         <PatientLink patient={change.patient} />
         <Text size="sm">
-          {[t(`clinic:home.${measure}`), sideWord(change.side), formatDayOf(change.assessed_at)].join(" · ")}
+          {[t(`clinic:home.${measure}`), formatSide(change.side), formatDayOf(change.assessed_at)].join(
+            " · ",
+          )}
         </Text>
       </div>
       <Text size="sm" fw={600}>

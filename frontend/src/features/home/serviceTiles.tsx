@@ -8,7 +8,7 @@ import { useHasPermission } from "../auth/hooks";
 import { useCommissioningStatus } from "../commissioning/CommissioningState";
 import { describeStop } from "../sessions/describeStop";
 import { UNSIGNED } from "../sessions/sessionFilters";
-import { driftWords } from "../statistics/drift";
+import { describeDrift } from "../statistics/drift";
 import { lastDays } from "../statistics/figuresSearch";
 
 const GIGA = 1e9;
@@ -82,7 +82,7 @@ export function TrackingTile() {
       to="/clinic/$subject"
       params={{ subject: "tracking" }}
       label={t("clinic:tiles.tracking")}
-      value={data && driftWords(data.drift)}
+      value={data && describeDrift(data.drift)}
       note={t("clinic:tiles.trackingDetail")}
       needsAttention={data?.drift.some((station) => station.drifting) ?? false}
       failed={isError}

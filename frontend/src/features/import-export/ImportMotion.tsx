@@ -5,8 +5,8 @@ import { useState } from "react";
 import { api, type Schemas } from "../../lib/api/client";
 import { formatSpan } from "../../lib/format";
 import { t } from "../../lib/i18n";
-import { Margin } from "../../ui/Margin";
 import { MotorRanges } from "../../ui/MotorRanges";
+import { ReachMargin } from "../../ui/ReachMargin";
 import { SimulatedBadge } from "../../ui/SimulatedBadge";
 import { useUserName } from "../auth/hooks";
 import { Refused } from "./Refused";
@@ -105,7 +105,7 @@ function MotionSummary({ motion }: { motion: Schemas["UnderstoodMotion"] }) {
       </Text>
       <SimulatedBadge simulated={motion.simulated} />
       <MotorRanges ranges={motion.ranges} />
-      <Margin margin={motion.margin} />
+      <ReachMargin margin={motion.margin} />
     </Stack>
   );
 }

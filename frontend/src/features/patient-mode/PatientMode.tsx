@@ -120,7 +120,7 @@ export function Questions({ questionnaire }: { questionnaire: Questionnaire }) {
           loading={save.isPending}
           onClick={() => save.mutate({ finished: !question, next: place + 1 })}
         >
-          {nextWords(question !== undefined, answers[place] ?? null)}
+          {describeNextStep(question !== undefined, answers[place] ?? null)}
         </Button>
       </Group>
     </>
@@ -133,7 +133,7 @@ const firstOpen = (answers: Answers) => {
   return open === -1 ? answers.length : open;
 };
 
-function nextWords(isQuestion: boolean, answer: number | null): string {
+function describeNextStep(isQuestion: boolean, answer: number | null): string {
   if (!isQuestion) return t("patient-mode:finish");
   return answer === null ? t("patient-mode:skip") : t("patient-mode:next");
 }

@@ -2,13 +2,13 @@ import { Button, Card, Group, Select, Stack, Text, TextInput, Title } from "@man
 import { useMutation, useQuery, useQueryClient } from "@tanstack/react-query";
 import { type FormEvent, useState } from "react";
 import { api, type Episode, type Schemas } from "../../lib/api/client";
-import { formatMoment, sideWord } from "../../lib/format";
+import { formatMoment, formatSide } from "../../lib/format";
 import { t } from "../../lib/i18n";
 import { useEpisodes } from "../../lib/patientQueries";
 import { translateServerText } from "../../lib/serverText";
 import { ProblemNote } from "../../ui/ProblemNote";
 import { useHasPermission, useUserName } from "../auth/hooks";
-import { effectWords } from "./PatientBanner";
+import { describeEffect } from "./PatientBanner";
 
 type Contraindication = Schemas["Contraindication"];
 type Kind = Schemas["ContraindicationKind"];
@@ -71,7 +71,7 @@ function Entry({ found, writes }: { found: Contraindication; writes: boolean }) 
     >
       <Text fw={600}>
         {name}
-        {found.side && t("patients:contraindications.ofSide", { side: sideWord(found.side) })}
+        {found.side && t("patients:contraindications.ofSide", { side: formatSide(found.side) })}
       </Text>
       {found.note && <Text style={{ whiteSpace: "pre-wrap" }}>{found.note}</Text>}
       <Text size="sm">
@@ -87,7 +87,7 @@ function Entry({ found, writes }: { found: Contraindication; writes: boolean }) 
         </Text>
       ) : (
         <>
-          <Text fw={600}>{effectWords(found)}</Text>
+          <Text fw={600}>{describeEffect(found)}</Text>
           <Text size="sm">
             {t("patients:contraindications.source", {
               source: translateServerText(found.source, found.source_key),
@@ -178,7 +178,7 @@ function AddForm({ patientId, episodes }: { patientId: string; episodes: Episode
         {kind?.scope === "episode" && episodes.length > 1 && (
           <Select
             label={t("patients:contraindications.shoulder")}
-            data={episodes.map(({ id, side }) => ({ value: id, label: sideWord(side) }))}
+            data={episodes.map(({ id, side }) => ({ value: id, label: formatSide(side) }))}
             value={episodeId ?? episodes[0]?.id ?? null}
             onChange={setEpisodeId}
           />

@@ -3,7 +3,7 @@ import { IconAlertTriangle, IconHandStop } from "@tabler/icons-react";
 import { useQuery } from "@tanstack/react-query";
 import type { ReactNode } from "react";
 import { api, ProblemError, type Schemas } from "../../lib/api/client";
-import { formatDay, formatList, sideWord } from "../../lib/format";
+import { formatDay, formatList, formatSide } from "../../lib/format";
 import { t } from "../../lib/i18n";
 import { translateServerText } from "../../lib/serverText";
 import { PageLink } from "../../ui/links";
@@ -104,7 +104,7 @@ function Identity(props: { banner: Schemas["PatientBanner"]; name: ReactNode; mo
       <Text>{t("patients:patient.number", { number: banner.clinic_number })}</Text>
       {banner.shoulders.map((shoulder) => (
         <Text key={shoulder.episode_id} fw={600}>
-          {shoulderWords(shoulder)}
+          {describeShoulder(shoulder)}
         </Text>
       ))}
       {banner.shoulders.length === 0 && <Text>{t("patients:banner.noEpisode")}</Text>}
@@ -132,7 +132,7 @@ function Limits({ banner }: { banner: Schemas["PatientBanner"] }) {
           leftSection={found.stops_motion ? <IconHandStop size={18} /> : <IconAlertTriangle size={18} />}
           styles={{ label: { whiteSpace: "normal" } }}
         >
-          {contraindicationWords(found)}
+          {describeContraindication(found)}
         </Badge>
       ))}
       {notes.map((shoulder) => (
@@ -146,7 +146,7 @@ function Limits({ banner }: { banner: Schemas["PatientBanner"] }) {
   );
 }
 
-function shoulderWords({ side, stage }: Schemas["BannerShoulder"]): string {
+function describeShoulder({ side, stage }: Schemas["BannerShoulder"]): string {
   const shoulder = t(`station:station.shoulder.${side}`);
   return stage
     ? t("patients:banner.shoulderStage", { shoulder, stage: t(`episodes:stages.${stage}`) })
@@ -154,17 +154,17 @@ function shoulderWords({ side, stage }: Schemas["BannerShoulder"]): string {
 }
 
 /** Return the condition, its shoulder, and its effect. */
-function contraindicationWords(found: Contraindication): string {
+function describeContraindication(found: Contraindication): string {
   const { side } = found;
   const name = translateServerText(found.name, found.name_key);
   return t("patients:banner.contraindication", {
-    what: formatList([name, ...(side ? [sideWord(side)] : []), ...(found.note ? [found.note] : [])]),
-    effect: effectWords(found),
+    what: formatList([name, ...(side ? [formatSide(side)] : []), ...(found.note ? [found.note] : [])]),
+    effect: describeEffect(found),
   });
 }
 
 /** Return the present effect of a contraindication. */
-export function effectWords(found: Contraindication): string {
+export function describeEffect(found: Contraindication): string {
   if (found.signed_off_at) return t("patients:contraindications.signedOff", { doctor: found.signed_off_by });
   return t(`patients:contraindications.effects.${found.effect}`);
 }

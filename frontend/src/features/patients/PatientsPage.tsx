@@ -5,7 +5,7 @@ import { useNavigate, useSearch } from "@tanstack/react-router";
 import { useState } from "react";
 import { useTitle } from "../../app/title";
 import { api, type Patient } from "../../lib/api/client";
-import { formatDay, sideWord } from "../../lib/format";
+import { formatDay, formatSide } from "../../lib/format";
 import { t } from "../../lib/i18n";
 import { usePagedQuery } from "../../lib/usePagedQuery";
 import { DataTable } from "../../ui/DataTable";
@@ -136,7 +136,7 @@ const COLUMNS: Column<Patient>[] = [
   {
     key: "shoulder",
     head: t("patients:patients.shoulder"),
-    value: ({ affected_side }) => (affected_side ? sideWord(affected_side) : null),
-    cell: ({ affected_side }) => sideWord(affected_side),
+    value: ({ affected_side }) => (affected_side ? formatSide(affected_side) : null),
+    cell: ({ affected_side }) => formatSide(affected_side),
   },
 ];

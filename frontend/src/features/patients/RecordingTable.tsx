@@ -1,6 +1,6 @@
 import { Stack, Text, Title } from "@mantine/core";
 import type { Recording } from "../../lib/api/client";
-import { formatMoment, formatSpan, sideWord } from "../../lib/format";
+import { formatMoment, formatSide, formatSpan } from "../../lib/format";
 import { t } from "../../lib/i18n";
 import { useRecordings } from "../../lib/patientQueries";
 import { DataTable } from "../../ui/DataTable";
@@ -8,7 +8,7 @@ import { PageLink } from "../../ui/links";
 import { ProblemNote } from "../../ui/ProblemNote";
 import { SimulatedBadge } from "../../ui/SimulatedBadge";
 import type { Column } from "../../ui/tableRows";
-import { madeOf } from "../recordings/madeOf";
+import { describeOrigin } from "../recordings/describeOrigin";
 
 /** A patient's recordings, including archived ones. */
 export function RecordingsSection({ patientId }: { patientId: string }) {
@@ -53,7 +53,7 @@ const columnsOf = (items: Recording[]): Column<Recording>[] => [
         <SimulatedBadge simulated={recording.simulated} />
         {recording.parent_id && (
           <Text size="sm" c="dimmed">
-            {madeOf(recording, items)}
+            {describeOrigin(recording, items)}
           </Text>
         )}
       </>
@@ -68,8 +68,8 @@ const columnsOf = (items: Recording[]): Column<Recording>[] => [
   {
     key: "side",
     head: t("patients:recordings.side"),
-    value: ({ side }) => sideWord(side),
-    cell: ({ side }) => sideWord(side),
+    value: ({ side }) => formatSide(side),
+    cell: ({ side }) => formatSide(side),
   },
   {
     key: "length",

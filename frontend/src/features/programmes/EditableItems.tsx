@@ -5,7 +5,7 @@ import type { Schemas } from "../../lib/api/client";
 import { formatSpan } from "../../lib/format";
 import { t } from "../../lib/i18n";
 import { translateServerText } from "../../lib/serverText";
-import { prescriptionWords } from "./describeProgramme";
+import { describePrescription } from "./describeProgramme";
 import { type Draft, type DraftItem, moved } from "./draft";
 
 /** The programme's recordings in order, with buttons to move, set and remove them by finger or keyboard. */
@@ -139,7 +139,7 @@ function ItemRow(
       <Table.Td>{place + 1}</Table.Td>
       <Table.Td>{name}</Table.Td>
       <Table.Td>
-        {prescriptionWords(item)}
+        {describePrescription(item)}
         {checked?.problem && (
           <Text fw={600} c="grape.9" role="alert">
             {translateServerText(checked.problem, checked.problem_key)}

@@ -23,7 +23,7 @@ export function EndRangeAdherence({ weeks }: { weeks: Week[] }) {
         <Text data-testid="end-range">
           {t(present ? "programmes:endRange.thisWeek" : "programmes:endRange.inWeek", {
             day: formatDay(newest.begins_on),
-            motions: newest.end_range.map(motionWords),
+            motions: newest.end_range.map(describeMotion),
           })}
         </Text>
         <Button
@@ -83,23 +83,23 @@ function DoneRow(props: { done: Done; bold?: boolean; children: React.ReactNode 
     <Table.Tr {...(bold && { fw: 600 })}>
       <Table.Td>{props.children}</Table.Td>
       <Table.Td>{translateServerText(done.name, done.name_key)}</Table.Td>
-      <Table.Td ta="right">{timeWords(done.counted_s)}</Table.Td>
-      <Table.Td ta="right">{timeWords(done.prescribed_s)}</Table.Td>
+      <Table.Td ta="right">{describeTime(done.counted_s)}</Table.Td>
+      <Table.Td ta="right">{describeTime(done.prescribed_s)}</Table.Td>
     </Table.Tr>
   );
 }
 
 /** Return whole minutes and seconds. A started second does not count yet. */
-const timeWords = (seconds: number | null) => (seconds === null ? "–" : formatSpan(Math.floor(seconds)));
+const describeTime = (seconds: number | null) => (seconds === null ? "–" : formatSpan(Math.floor(seconds)));
 
 /** Return the counted time beside the prescribed one, in minutes and seconds. */
-export const doneWords = (counted_s: number | null, prescribed_s: number | null): string =>
+export const describeDone = (counted_s: number | null, prescribed_s: number | null): string =>
   prescribed_s === null
-    ? timeWords(counted_s)
-    : t("programmes:endRange.of", { time: timeWords(counted_s), goal: formatSpan(prescribed_s) });
+    ? describeTime(counted_s)
+    : t("programmes:endRange.of", { time: describeTime(counted_s), goal: formatSpan(prescribed_s) });
 
-const motionWords = (done: Done): string =>
+const describeMotion = (done: Done): string =>
   t("programmes:endRange.motionDone", {
     motion: translateServerText(done.name, done.name_key),
-    time: doneWords(done.counted_s, done.prescribed_s),
+    time: describeDone(done.counted_s, done.prescribed_s),
   });

@@ -3,7 +3,7 @@ import type { ProgrammeVersion } from "../../lib/api/client";
 import { formatSpan } from "../../lib/format";
 import { t } from "../../lib/i18n";
 import { PageLink } from "../../ui/links";
-import { prescriptionWords } from "./describeProgramme";
+import { describePrescription } from "./describeProgramme";
 
 /** The items of a programme version, read-only. */
 export function ItemTable({ version }: { version: ProgrammeVersion }) {
@@ -27,7 +27,7 @@ export function ItemTable({ version }: { version: ProgrammeVersion }) {
               </PageLink>
               {item.recording_archived && <Text size="sm">{t("programmes:items.archived")}</Text>}
             </Table.Td>
-            <Table.Td>{prescriptionWords(item)}</Table.Td>
+            <Table.Td>{describePrescription(item)}</Table.Td>
             <Table.Td ta="right">{formatSpan(item.duration_s)}</Table.Td>
           </Table.Tr>
         ))}

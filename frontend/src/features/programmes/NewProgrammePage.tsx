@@ -6,7 +6,7 @@ import { api, type Episode, type Programme } from "../../lib/api/client";
 import { t } from "../../lib/i18n";
 import { useEpisodes } from "../../lib/patientQueries";
 import { ProblemNote } from "../../ui/ProblemNote";
-import { diagnosisWords } from "../episodes/messages";
+import { describeDiagnosis } from "../episodes/messages";
 import { PatientBanner } from "../patients/PatientBanner";
 import { EMPTY, type Wanted } from "./draft";
 import { ProgrammeEditor } from "./ProgrammeEditor";
@@ -103,7 +103,7 @@ function EpisodeChoice(props: {
             size="md"
             value={episode.id}
             label={t(`programmes:new.episode.${episode.side}`, {
-              diagnosis: diagnosisWords(episode) || t("programmes:new.noDiagnosis"),
+              diagnosis: describeDiagnosis(episode) || t("programmes:new.noDiagnosis"),
             })}
           />
         ))}

@@ -5,8 +5,8 @@ import { formatSpan } from "../../lib/format";
 import { t } from "../../lib/i18n";
 import { PageLink } from "../../ui/links";
 import { ProblemNote } from "../../ui/ProblemNote";
-import { differences, itemWords, lower, prescriptionWords } from "./describeProgramme";
-import { doneWords } from "./EndRangeAdherence";
+import { describeItem, describePrescription, differences, lower } from "./describeProgramme";
+import { describeDone } from "./EndRangeAdherence";
 
 /** Compares a session's programme with its runs. Renders nothing without a programme. */
 export function PlannedAndDone({ sessionId }: { sessionId: string }) {
@@ -64,18 +64,18 @@ function PlanTable({ items, ended }: { items: Schemas["ItemDone"][]; ended: bool
             <Table.Tr key={item.position}>
               <Table.Td>{item.position}</Table.Td>
               <Table.Td>{item.recording_name}</Table.Td>
-              <Table.Td>{prescriptionWords(item)}</Table.Td>
+              <Table.Td>{describePrescription(item)}</Table.Td>
               <Table.Td ta="right">
                 {t("programmes:plan.repeated", { done: item.repetitions_done, planned: item.repetitions })}
                 {item.end_range && (
                   <Text>
                     {t("programmes:plan.endRange", {
-                      time: doneWords(item.end_range_s ?? null, 60 * item.end_range.minutes),
+                      time: describeDone(item.end_range_s ?? null, 60 * item.end_range.minutes),
                     })}
                   </Text>
                 )}
               </Table.Td>
-              <Table.Td>{differencesWords(item, ended)}</Table.Td>
+              <Table.Td>{describeDifferences(item, ended)}</Table.Td>
             </Table.Tr>
           ))}
         </Table.Tbody>
@@ -93,7 +93,7 @@ function PlayedOutside({ runs }: { runs: Schemas["PlannedRun"][] }) {
           .map((run) =>
             t("programmes:plan.notPlannedRun", {
               recording: run.recording_name,
-              played: lower(itemWords(run)),
+              played: lower(describeItem(run)),
             }),
           )
           .join(t("common:format.separator")),
@@ -103,7 +103,7 @@ function PlayedOutside({ runs }: { runs: Schemas["PlannedRun"][] }) {
 }
 
 /** Describe how an item's runs differ from the plan. */
-function differencesWords(item: Schemas["ItemDone"], ended: boolean): string {
+function describeDifferences(item: Schemas["ItemDone"], ended: boolean): string {
   const words = item.runs.flatMap((run) =>
     [
       run.outcome === "completed" ? [] : t(`programmes:outcomes.${run.outcome}`),

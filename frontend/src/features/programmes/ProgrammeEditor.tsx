@@ -25,7 +25,7 @@ import { useUserName } from "../auth/hooks";
 import { StageWarning } from "../patients/StageWarning";
 import { arePlayable, PlaySettings } from "../station/PlaySettings";
 import { ResistanceLevel } from "../station/ResistanceLevel";
-import { timerWords } from "./describeProgramme";
+import { describeTimer } from "./describeProgramme";
 import { added, type Draft, type DraftItem, itemsOf, type Wanted } from "./draft";
 import { EditableItems } from "./EditableItems";
 import { EndRangeFields, isEndRangeValid } from "./EndRangeFields";
@@ -71,7 +71,7 @@ export function ProgrammeEditor(props: EditorProps) {
   const drop = () => forgetDrafts(`programme ${props.draftKey}`);
   const fields = save.error instanceof ProblemError ? save.error.fields : {};
   const checked = preview.result?.items ?? [];
-  const timerWarning = timerWords(draft.timer_minutes, preview.result?.duration_s ?? 0);
+  const timerWarning = describeTimer(draft.timer_minutes, preview.result?.duration_s ?? 0);
   return (
     <Stack component="section" aria-label={t("programmes:editor.title")}>
       {props.children?.(fields)}

@@ -25,7 +25,7 @@ import { useArchive } from "../../ui/archive";
 import { ProblemNote } from "../../ui/ProblemNote";
 import { RequirePermission } from "../auth/RequirePermission";
 import { PatientBanner } from "../patients/PatientBanner";
-import { changes, timerWords, versionWords } from "./describeProgramme";
+import { changes, describeTimer, describeVersion } from "./describeProgramme";
 import { draftOf, type Wanted } from "./draft";
 import { ItemTable } from "./ItemTable";
 import { ProgrammeEditor } from "./ProgrammeEditor";
@@ -121,11 +121,11 @@ function ProgrammeTitle({ programme }: { programme: Programme }) {
 }
 
 function CurrentVersion({ version }: { version: ProgrammeVersion }) {
-  const timerWarning = timerWords(version.timer_minutes, version.duration_s);
+  const timerWarning = describeTimer(version.timer_minutes, version.duration_s);
   return (
     <Stack gap="xs" component="section" aria-label={t("programmes:programme.currentContents")}>
       <Text size="lg" fw={600}>
-        {versionWords(version)}
+        {describeVersion(version)}
       </Text>
       {timerWarning && <Text>{timerWarning}</Text>}
       <ItemTable version={version} />
@@ -220,7 +220,7 @@ function Version({ version, before }: { version: ProgrammeVersion; before: Progr
         )}
         {open && (
           <>
-            <Text>{versionWords(version)}</Text>
+            <Text>{describeVersion(version)}</Text>
             <ItemTable version={version} />
           </>
         )}

@@ -10,7 +10,7 @@ import { ButtonLink, PageLink } from "../../ui/links";
 import { ProblemNote } from "../../ui/ProblemNote";
 import type { Column } from "../../ui/tableRows";
 import { RequirePermission } from "../auth/RequirePermission";
-import { prescriptionWords, versionWords } from "./describeProgramme";
+import { describePrescription, describeVersion } from "./describeProgramme";
 import { EndRangeAdherence } from "./EndRangeAdherence";
 
 /** A patient's programmes with their current versions. */
@@ -74,14 +74,14 @@ const COLUMNS: Column<Schemas["Programme"]>[] = [
   {
     key: "contents",
     head: t("programmes:programme.contents"),
-    value: ({ current }) => [...current.items.map(itemLine), versionWords(current)].join("\n"),
+    value: ({ current }) => [...current.items.map(itemLine), describeVersion(current)].join("\n"),
     cell: ({ current }) => (
       <>
         {current.items.map((item) => (
           <Text key={item.position}>{itemLine(item)}</Text>
         ))}
         <Text size="sm" c="dimmed">
-          {versionWords(current)}
+          {describeVersion(current)}
         </Text>
       </>
     ),
@@ -105,7 +105,7 @@ const COLUMNS: Column<Schemas["Programme"]>[] = [
 function itemLine(item: Schemas["ProgrammeItem"]): string {
   return t(item.recording_archived ? "programmes:programme.itemArchived" : "programmes:programme.item", {
     recording: item.recording_name,
-    played: prescriptionWords(item),
+    played: describePrescription(item),
   });
 }
 
@@ -125,10 +125,10 @@ export function Regularity({ episodeId }: { episodeId: string }) {
         <Text data-testid="regularity">
           {before
             ? t("programmes:regularity.nowAndBefore", {
-                week: weekWords(weekOf(now)),
-                before: weekWords(weekOf(before)),
+                week: describeWeek(weekOf(now)),
+                before: describeWeek(weekOf(before)),
               })
-            : t("programmes:regularity.now", { week: weekWords(weekOf(now)) })}
+            : t("programmes:regularity.now", { week: describeWeek(weekOf(now)) })}
         </Text>
       )}
       <EndRangeAdherence weeks={weeks} />
@@ -144,7 +144,12 @@ const weekOf = (week: Schemas["AdherenceWeek"]) => ({
 });
 
 /** Return in words how the sessions of a week compare with the prescribed number. */
-function weekWords(week: { sessions: number; wished: number | null; planned: number; done: number }): string {
+function describeWeek(week: {
+  sessions: number;
+  wished: number | null;
+  planned: number;
+  done: number;
+}): string {
   const { sessions, wished, planned, done } = week;
   const held =
     wished === null

@@ -1,7 +1,7 @@
 import { describe, expect, it } from "vitest";
 import type { ProgrammeItem, ProgrammeVersion } from "../../lib/api/client";
 import { AS_TAUGHT } from "../station/playSettingsModel";
-import { changes, itemWords, timerWords, versionWords } from "./describeProgramme";
+import { changes, describeItem, describeTimer, describeVersion } from "./describeProgramme";
 
 const item = (name: string, given: Partial<ProgrammeItem> = {}): ProgrammeItem => ({
   ...AS_TAUGHT,
@@ -28,22 +28,22 @@ const version = (items: ProgrammeItem[], given: Partial<ProgrammeVersion> = {}):
 
 describe("the description of a programme", () => {
   it("lists its settings", () => {
-    expect(itemWords(item("Lift"))).toBe("As taught, once; resistance level 8 of 25");
-    expect(itemWords(item("Lift", { range_percent: 80, repetitions: 10, pause_s: 2, load_level: 5 }))).toBe(
-      "80 % of the range, 10 repetitions, pause of 2 s at each end; resistance level 5 of 25",
-    );
-    expect(itemWords({ ...item("Lift"), load_level: null, method: null })).toBe("As taught, once");
-    expect(versionWords(version([item("Lift")]))).toBe("1 recording, playing time 1:30");
+    expect(describeItem(item("Lift"))).toBe("As taught, once; resistance level 8 of 25");
+    expect(
+      describeItem(item("Lift", { range_percent: 80, repetitions: 10, pause_s: 2, load_level: 5 })),
+    ).toBe("80 % of the range, 10 repetitions, pause of 2 s at each end; resistance level 5 of 25");
+    expect(describeItem({ ...item("Lift"), load_level: null, method: null })).toBe("As taught, once");
+    expect(describeVersion(version([item("Lift")]))).toBe("1 recording, playing time 1:30");
     const more = { timer_minutes: 20, sessions_per_week: 3 };
-    expect(versionWords(version([item("Lift"), item("Turn")], more))).toBe(
+    expect(describeVersion(version([item("Lift"), item("Turn")], more))).toBe(
       "2 recordings, playing time 3:00, timer 20 minutes, 3 sessions per week",
     );
   });
 
   it("compares the duration with the timer", () => {
-    expect(timerWords(null, 5000)).toBeNull();
-    expect(timerWords(2, 120)).toBeNull();
-    expect(timerWords(1, 120)).toContain(
+    expect(describeTimer(null, 5000)).toBeNull();
+    expect(describeTimer(2, 120)).toBeNull();
+    expect(describeTimer(1, 120)).toContain(
       "Playing takes 2:00. After 1 minute of playing no further recording",
     );
   });

@@ -2,7 +2,7 @@ import type { ProgrammeItem, ProgrammeVersion, Schemas } from "../../lib/api/cli
 import { formatSpan } from "../../lib/format";
 import { t } from "../../lib/i18n";
 import { shoulderMotionName } from "../episodes/messages";
-import { settingsWords } from "../station/playSettingsModel";
+import { describeSettings } from "../station/playSettingsModel";
 import { RESISTANCE_LEVELS } from "../station/resistanceLevels";
 
 /** A playback setting that a programme prescribes. */
@@ -23,15 +23,15 @@ export type EndRangePrescription = Required<Schemas["EndRangePrescription"]>;
 const NAMES: Setting[] = ["range_percent", "speed_percent", "repetitions", "pause_s", "load_level", "method"];
 
 /** Describe an item's settings. */
-export function itemWords(item: PlayedSettings): string {
-  const settings = settingsWords(item) ?? t("programmes:played.asTaught");
+export function describeItem(item: PlayedSettings): string {
+  const settings = describeSettings(item) ?? t("programmes:played.asTaught");
   return item.load_level === null
     ? settings
     : t("programmes:played.atLevel", { settings, level: item.load_level, levels: RESISTANCE_LEVELS });
 }
 
 /** Describe a prescribed end-range time. */
-export const endRangeWords = (prescribed: Schemas["EndRangePrescription"]): string =>
+export const describeEndRange = (prescribed: Schemas["EndRangePrescription"]): string =>
   t("programmes:endRange.words", {
     motion: shoulderMotionName(prescribed.motion),
     minutes: prescribed.minutes,
@@ -40,13 +40,16 @@ export const endRangeWords = (prescribed: Schemas["EndRangePrescription"]): stri
   });
 
 /** Describe an item's settings and its prescribed end-range time. */
-export const prescriptionWords = (item: PlayedSettings & Pick<ProgrammeItem, "end_range">): string =>
+export const describePrescription = (item: PlayedSettings & Pick<ProgrammeItem, "end_range">): string =>
   item.end_range
-    ? t("programmes:endRange.added", { settings: itemWords(item), endRange: endRangeWords(item.end_range) })
-    : itemWords(item);
+    ? t("programmes:endRange.added", {
+        settings: describeItem(item),
+        endRange: describeEndRange(item.end_range),
+      })
+    : describeItem(item);
 
 /** Describe a version's settings. */
-export function versionWords(version: ProgrammeVersion): string {
+export function describeVersion(version: ProgrammeVersion): string {
   let words: string = t("programmes:played.total", {
     count: version.items.length,
     duration: formatSpan(version.duration_s),
@@ -59,7 +62,7 @@ export function versionWords(version: ProgrammeVersion): string {
 }
 
 /** Return the warning that the timer ends the programme early, or null if it does not. */
-export function timerWords(timerMinutes: number | null, durationS: number): string | null {
+export function describeTimer(timerMinutes: number | null, durationS: number): string | null {
   if (timerMinutes === null || durationS <= 60 * timerMinutes) return null;
   return t("programmes:played.exceedsTimer", { duration: formatSpan(durationS), count: timerMinutes });
 }
@@ -94,7 +97,9 @@ export function changes(before: ProgrammeVersion, after: ProgrammeVersion): stri
   for (const [key, { label, item }] of now) {
     const was = old.get(key);
     if (!was)
-      words.push(t("programmes:changed.added", { recording: label, played: lower(prescriptionWords(item)) }));
+      words.push(
+        t("programmes:changed.added", { recording: label, played: lower(describePrescription(item)) }),
+      );
     else {
       const differing = [...differences(was.item, item), ...endRangeChange(was.item, item)];
       if (differing.length > 0)
@@ -118,7 +123,7 @@ export function changes(before: ProgrammeVersion, after: ProgrammeVersion): stri
 
 /** Describe the change of an item's prescribed end-range time; empty without a change. */
 function endRangeChange(before: ProgrammeItem, after: ProgrammeItem): string[] {
-  const [old, now] = [before, after].map(({ end_range }) => (end_range ? endRangeWords(end_range) : null));
+  const [old, now] = [before, after].map(({ end_range }) => (end_range ? describeEndRange(end_range) : null));
   if (old === now) return [];
   if (!now) return [t("programmes:endRange.removed")];
   return [old ? t("programmes:endRange.changed", { after: now, before: old }) : now];

@@ -3,8 +3,8 @@ import { QueryClient, QueryClientProvider } from "@tanstack/react-query";
 import { cleanup, fireEvent, render, screen, waitFor } from "@testing-library/react";
 import { afterEach, beforeEach, describe, expect, it, vi } from "vitest";
 import { api, ProblemError, type Recording } from "../../lib/api/client";
+import { describeOrigin } from "./describeOrigin";
 import { EditPanel } from "./EditPanel";
-import { madeOf } from "./madeOf";
 
 vi.mock("../../ui/Plot", () => ({
   Plot: ({ label }: { label: string }) => <figure aria-label={label} />,
@@ -245,8 +245,10 @@ describe("a part that was taught again", () => {
 describe("the origin of a recording", () => {
   it("is described for edited recordings", () => {
     const made = { ...MADE, done: ["held for 3 s at 2.0 s", "mirrored for the left shoulder"] };
-    expect(madeOf(made, [made, RECORDING])).toBe("Created from Lift: mirrored for the left shoulder");
-    expect(madeOf(made, [made])).toBe("Created from another recording: mirrored for the left shoulder");
-    expect(madeOf(RECORDING, [RECORDING])).toBeNull();
+    expect(describeOrigin(made, [made, RECORDING])).toBe("Created from Lift: mirrored for the left shoulder");
+    expect(describeOrigin(made, [made])).toBe(
+      "Created from another recording: mirrored for the left shoulder",
+    );
+    expect(describeOrigin(RECORDING, [RECORDING])).toBeNull();
   });
 });

@@ -13,17 +13,17 @@ import { offerRestore } from "../../ui/archive";
 import { EditableNote } from "../../ui/EditableNote";
 import { InlineSlot } from "../../ui/InlineSlot";
 import { ButtonLink, PageLink } from "../../ui/links";
-import { Margin } from "../../ui/Margin";
 import { MotorRanges } from "../../ui/MotorRanges";
 import { ProblemNote } from "../../ui/ProblemNote";
+import { ReachMargin } from "../../ui/ReachMargin";
 import { SimulatedBadge } from "../../ui/SimulatedBadge";
 import { useHasPermission } from "../auth/hooks";
 import { RecordingGhost } from "../digital-twin/lazyViews";
 import { SampleLinks } from "../import-export/SampleLinks";
 import { PatientBanner } from "../patients/PatientBanner";
 import { RecordingRhythm } from "../rhythm/lazyRhythm";
+import { describeEdits } from "./describeOrigin";
 import { EditPanel } from "./EditPanel";
-import { describeEdits } from "./madeOf";
 import { RecordingFigure } from "./RecordingFigure";
 
 type Detail = Schemas["RecordingDetail"];
@@ -105,7 +105,7 @@ export function RecordingPage() {
         save={(note, version) => update.mutateAsync({ note, updated_at: version })}
       />
       {shown.ranges.length > 0 && <MotorRanges ranges={shown.ranges} />}
-      {shown.margin && <Margin margin={shown.margin} />}
+      {shown.margin && <ReachMargin margin={shown.margin} />}
       {shown.readable && <RecordingGhost key={`ghost-${recordingId}`} recordingId={recordingId} />}
       {shown.readable && <RecordingRhythm key={`rhythm-${recordingId}`} recordingId={recordingId} />}
       {shown.readable && <RecordingFigure key={recordingId} recordingId={recordingId} />}

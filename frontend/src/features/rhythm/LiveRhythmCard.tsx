@@ -11,9 +11,9 @@ import { InlineSlot } from "../../ui/InlineSlot";
 import { PageLink } from "../../ui/links";
 import { WideTable } from "../../ui/WideTable";
 import { liveAngles } from "../digital-twin/liveAngles";
+import { bandHead, describeRatio, describeReference } from "./describeRatio";
 import { LiveRhythmChart } from "./LiveRhythmChart";
 import { armPoint, type LiveMotion, type SoundMotion, soundCurveOf, withPoint } from "./liveRhythm";
-import { bandHead, ratioWords, referenceWords } from "./ratioWords";
 import { curveName } from "./rhythmFigure";
 
 /**
@@ -162,9 +162,9 @@ function Ratios({ curves, sound }: { curves: Schemas["RhythmCurve"][]; sound: So
           <Table.Tr key={`${curve.of} ${curve.direction} ${curve.plane_deg}`}>
             <Table.Td>{curveName(curve, rows)}</Table.Td>
             {curve.bands.map((band) => (
-              <Table.Td key={band.from_deg}>{ratioWords(band)}</Table.Td>
+              <Table.Td key={band.from_deg}>{describeRatio(band)}</Table.Td>
             ))}
-            <Table.Td>{referenceWords(curve)}</Table.Td>
+            <Table.Td>{describeReference(curve)}</Table.Td>
           </Table.Tr>
         ))}
       </Table.Tbody>

@@ -5,7 +5,7 @@ import type { ReactNode } from "react";
 import { afterEach, expect, it, vi } from "vitest";
 import { api } from "../../lib/api/client";
 import { RhythmOfRecording, RhythmOfRun } from "./RhythmCard";
-import { type Curve, planeWords, type Rhythm, rhythmFigure } from "./rhythmFigure";
+import { type Curve, describePlane, type Rhythm, rhythmFigure } from "./rhythmFigure";
 
 vi.mock("../../ui/Plot", () => ({
   Plot: ({ label }: { label: string }) => <div data-testid="plot">{label}</div>,
@@ -110,5 +110,5 @@ it("draws a line for each curve and the apparatus' limit", () => {
 });
 
 it("names a plane without a negative zero", () => {
-  expect(planeWords(curve({ plane_deg: -0.3 }))).toBe("Abduction (0°)");
+  expect(describePlane(curve({ plane_deg: -0.3 }))).toBe("Abduction (0°)");
 });

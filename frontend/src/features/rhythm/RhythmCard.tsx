@@ -10,8 +10,8 @@ import { Plot } from "../../ui/Plot";
 import { ProblemNote } from "../../ui/ProblemNote";
 import { WideTable } from "../../ui/WideTable";
 import { NumbersTable } from "../progress/NumbersTable";
-import { bandHead, bandRange, ratioWords, referenceWords } from "./ratioWords";
-import { type Curve, curveName, planeWords, type Rhythm, rhythmFigure, rhythmTable } from "./rhythmFigure";
+import { bandHead, bandRange, describeRatio, describeReference } from "./describeRatio";
+import { type Curve, curveName, describePlane, type Rhythm, rhythmFigure, rhythmTable } from "./rhythmFigure";
 
 export function RhythmOfRecording({ recordingId }: { recordingId: string }) {
   const rhythm = useQuery({
@@ -81,7 +81,7 @@ function SoundSide({ rhythm }: { rhythm: Rhythm }) {
       {leads.length === 0 && <Text>{t("rhythm:noLead")}</Text>}
       {leads.map((lead) => (
         <Text key={lead.of} {...(lead.ahead_from_deg !== null && { fw: 600 })}>
-          {leadWords(lead)}
+          {describeLead(lead)}
         </Text>
       ))}
       {leads.length > 0 && <Text size="sm">{t("rhythm:leadMeans")}</Text>}
@@ -89,7 +89,7 @@ function SoundSide({ rhythm }: { rhythm: Rhythm }) {
   );
 }
 
-function leadWords(lead: Schemas["RhythmLead"]): string {
+function describeLead(lead: Schemas["RhythmLead"]): string {
   const numbers = {
     of: t(`rhythm:of.${lead.of}`),
     largest: formatDeg(lead.largest_deg),
@@ -123,17 +123,17 @@ function Ratios({ curves }: { curves: Curve[] }) {
         {curves.map((curve) => (
           <Table.Tr key={`${curve.of} ${curve.direction} ${curve.plane_deg}`}>
             <Table.Td>{curveName(curve, curves)}</Table.Td>
-            <Table.Td>{planeWords(curve)}</Table.Td>
+            <Table.Td>{describePlane(curve)}</Table.Td>
             <Table.Td>{curve.passes}</Table.Td>
             {curve.bands.map((band) => (
-              <Table.Td key={band.from_deg}>{ratioWords(band)}</Table.Td>
+              <Table.Td key={band.from_deg}>{describeRatio(band)}</Table.Td>
             ))}
             <Table.Td>
               {curve.whole.ratio === null
-                ? ratioWords(curve.whole)
-                : t("rhythm:wholeRatio", { ...bandRange(curve.whole), ratio: ratioWords(curve.whole) })}
+                ? describeRatio(curve.whole)
+                : t("rhythm:wholeRatio", { ...bandRange(curve.whole), ratio: describeRatio(curve.whole) })}
             </Table.Td>
-            <Table.Td>{referenceWords(curve)}</Table.Td>
+            <Table.Td>{describeReference(curve)}</Table.Td>
           </Table.Tr>
         ))}
       </Table.Tbody>

@@ -19,10 +19,10 @@ const DASHES: Record<Curve["direction"], string> = { raising: "solid", lowering:
 export function curveName(curve: Curve, curves: Curve[]): string {
   const name = t(`rhythm:names.${curve.of}.${curve.direction}`);
   const like = curves.filter(({ of, direction }) => of === curve.of && direction === curve.direction);
-  return like.length > 1 ? t("rhythm:nameInPlane", { name, plane: planeWords(curve) }) : name;
+  return like.length > 1 ? t("rhythm:nameInPlane", { name, plane: describePlane(curve) }) : name;
 }
 
-export const planeWords = (curve: Curve): string =>
+export const describePlane = (curve: Curve): string =>
   t("rhythm:planeOf", { plane: t(`rhythm:planes.${curve.plane}`), angle: formatDeg(curve.plane_deg, 0) });
 
 /**

@@ -4,7 +4,7 @@ import { t } from "../../lib/i18n";
 import { translateServerText } from "../../lib/serverText";
 import { EndFeelOfRun } from "../end-feel/lazyEndFeel";
 import { RunFigures } from "./RunFigures";
-import { nothingComparedWords, RunHeading } from "./RunHeading";
+import { describeMissingComparison, RunHeading } from "./RunHeading";
 import { worstMotor } from "./sessionResult";
 
 /** Shows one playback: how it went, and its figure. */
@@ -25,7 +25,7 @@ export function RunCard({ run, number }: { run: Run; number: number }) {
             length_s={run.rate_hz ? run.comparison.samples / run.rate_hz : null}
           />
         ) : (
-          !run.end_feel && <Text>{nothingComparedWords(run)}</Text>
+          !run.end_feel && <Text>{describeMissingComparison(run)}</Text>
         )}
       </Stack>
     </Card>

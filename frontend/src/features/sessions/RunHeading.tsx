@@ -5,7 +5,7 @@ import { t } from "../../lib/i18n";
 import { translateServerText } from "../../lib/serverText";
 import { InlineSlot } from "../../ui/InlineSlot";
 import { PageLink } from "../../ui/links";
-import { settingsWords } from "../station/playSettingsModel";
+import { describeSettings } from "../station/playSettingsModel";
 import { RESISTANCE_LEVELS } from "../station/resistanceLevels";
 
 /** The recording, the time, the outcome and the settings of a playback. */
@@ -14,7 +14,7 @@ export function RunHeading({ run, number }: { run: Run; number: number }) {
     run.load_level === null
       ? []
       : [t("sessions:session.level", { level: run.load_level, most: RESISTANCE_LEVELS })];
-  const changes = settingsWords(run);
+  const changes = describeSettings(run);
   return (
     <div>
       <Group justify="space-between">
@@ -34,7 +34,7 @@ export function RunHeading({ run, number }: { run: Run; number: number }) {
       </Group>
       <Group gap="md">
         <Text c="dimmed">{formatList([...level, ...(changes ? [changes] : [])])}</Text>
-        <Text data-testid="done">{doneWords(run)}</Text>
+        <Text data-testid="done">{describeDone(run)}</Text>
       </Group>
       {(run.learning ?? []).map(({ message, message_key }) => (
         <Text key={message} data-testid="learning">
@@ -46,7 +46,7 @@ export function RunHeading({ run, number }: { run: Run; number: number }) {
 }
 
 /** Return in words how much was played and what interrupted it. */
-function doneWords(run: Run): string {
+function describeDone(run: Run): string {
   const words: string[] = [];
   if (run.end_feel) return t(`sessions:session.endFeel.${run.end_feel}`);
   if (run.repetitions_done !== null) {
@@ -61,7 +61,7 @@ function doneWords(run: Run): string {
 }
 
 /** Return why a playback has no errors. */
-export function nothingComparedWords(run: Pick<Run, "outcome" | "compared_percent">): string {
+export function describeMissingComparison(run: Pick<Run, "outcome" | "compared_percent">): string {
   if (run.outcome === "loaded") return t("sessions:session.notYetCompared");
   return run.compared_percent === 0
     ? t("sessions:session.onlyReduced")

@@ -1,8 +1,8 @@
 import { expect, it } from "vitest";
-import { endRangeWords } from "./RunNumbers";
+import { describeEndRange } from "./RunNumbers";
 
-type Motion = Parameters<typeof endRangeWords>[0];
-const words = (given: Partial<Motion>) => endRangeWords(given as Motion);
+type Motion = Parameters<typeof describeEndRange>[0];
+const words = (given: Partial<Motion>) => describeEndRange(given as Motion);
 
 it("an end-range time has the limits by which it was counted", () => {
   expect(words({ end_range_s: 92.4, end_range_band_deg: 5, end_range_torque_nm: 1.5 })).toBe(

@@ -6,8 +6,8 @@ import { translateServerText } from "../../lib/serverText";
 import { WideTable } from "../../ui/WideTable";
 import { SampleLinks } from "../import-export/SampleLinks";
 import { Head, Row } from "./figureRows";
-import { patientAngleWords } from "./patientAngle";
-import { nothingComparedWords, RunHeading } from "./RunHeading";
+import { describePatientAngle } from "./patientAngle";
+import { describeMissingComparison, RunHeading } from "./RunHeading";
 
 /** Shows the errors of a playback by motor and by motion, with links to its samples as files. */
 export function RunNumbers({ run, number }: { run: Run; number: number }) {
@@ -24,7 +24,7 @@ export function RunNumbers({ run, number }: { run: Run; number: number }) {
             <MotionErrors motions={run.comparison.motions} />
           </>
         ) : (
-          <Text>{nothingComparedWords(run)}</Text>
+          <Text>{describeMissingComparison(run)}</Text>
         )}
       </Stack>
     </Card>
@@ -77,10 +77,10 @@ function MotionErrors({ motions }: { motions: Comparison["motions"] }) {
         }),
         compared: motion,
         others: [
-          patientAngleWords(motion) ?? t("sessions:goniometer.onlyApparatus"),
+          describePatientAngle(motion) ?? t("sessions:goniometer.onlyApparatus"),
           formatRange(motion.apparatus_min_deg, motion.apparatus_max_deg),
           formatRange(motion.reference_min_deg, motion.reference_max_deg),
-          endRangeWords(motion),
+          describeEndRange(motion),
         ],
       }))}
     />
@@ -88,7 +88,7 @@ function MotionErrors({ motions }: { motions: Comparison["motions"] }) {
 }
 
 /** Return the end-range time with the limits by which it was counted, or a dash if it was not counted. */
-export function endRangeWords(motion: Comparison["motions"][number]): string {
+export function describeEndRange(motion: Comparison["motions"][number]): string {
   const { end_range_s, end_range_band_deg, end_range_torque_nm } = motion;
   const seconds = formatDeg(end_range_s ?? null, 0);
   if (end_range_s == null || end_range_band_deg == null || end_range_torque_nm == null) return seconds;

@@ -9,7 +9,7 @@ import { LoadMoreButton } from "../../ui/LoadMoreButton";
 import { ProblemNote } from "../../ui/ProblemNote";
 import { compareSessions, treatDifferentShoulders } from "./compareSessions";
 import { Head, Row } from "./figureRows";
-import { shoulderWords } from "./SessionResult";
+import { describeShoulder } from "./SessionResult";
 
 /** Compares this session with another session of the patient. */
 export function SessionComparison({ session }: { session: Session }) {
@@ -62,8 +62,8 @@ function ComparisonTable({ other, here }: { other: Session; here: Session }) {
         <Head
           first={t("sessions:comparison.measure")}
           others={[
-            headWords(other, formatMoment(other.started_at)),
-            headWords(here, t("sessions:comparison.here", { at: formatMoment(here.started_at) })),
+            describeHeading(other, formatMoment(other.started_at)),
+            describeHeading(here, t("sessions:comparison.here", { at: formatMoment(here.started_at) })),
             t("sessions:comparison.change"),
           ]}
         />
@@ -89,5 +89,5 @@ function ComparisonTable({ other, here }: { other: Session; here: Session }) {
 }
 
 /** Return the time of a session, its shoulder, and whether its apparatus was simulated. */
-const headWords = ({ side, simulated }: Session, at: string) =>
-  formatList([at, shoulderWords(side), ...(simulated ? [t("common:simulated")] : [])]);
+const describeHeading = ({ side, simulated }: Session, at: string) =>
+  formatList([at, describeShoulder(side), ...(simulated ? [t("common:simulated")] : [])]);

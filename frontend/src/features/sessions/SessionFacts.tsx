@@ -2,7 +2,7 @@ import { Card, SimpleGrid, Stack, Text, Title } from "@mantine/core";
 import type { Schemas, Session } from "../../lib/api/client";
 import { formatClock, formatList } from "../../lib/format";
 import { t } from "../../lib/i18n";
-import { shoulderWords } from "./SessionResult";
+import { describeShoulder } from "./SessionResult";
 
 const SUBJECTS: Record<string, string> = {
   ...t("common:fixtures", { returnObjects: true }),
@@ -16,11 +16,11 @@ export function SessionFacts({ session }: { session: Session }) {
     <SimpleGrid cols={{ base: 1, md: 2 }}>
       <Card withBorder component="section" aria-label={t("sessions:facts.title")}>
         <Stack gap="xs">
-          <Text>{formatList(whoWords(session))}</Text>
+          <Text>{formatList(describeParticipants(session))}</Text>
           {session.end_reason && (
             <Text data-testid="end-reason">{t(`sessions:endReasons.${session.end_reason}`)}</Text>
           )}
-          <Text data-testid="pain">{painWords(session)}</Text>
+          <Text data-testid="pain">{describePain(session)}</Text>
           {!session.programme && <Text>{t("sessions:facts.noProgramme")}</Text>}
         </Stack>
       </Card>
@@ -32,7 +32,7 @@ export function SessionFacts({ session }: { session: Session }) {
         {session.checks.map((given) => (
           <Text key={`${given.check} ${given.at}`}>
             {t("sessions:facts.answer", {
-              check: checkWords(given),
+              check: describeCheck(given),
               who: given.by || t("sessions:facts.detected"),
               at: formatClock(new Date(given.at)),
             })}
@@ -43,16 +43,16 @@ export function SessionFacts({ session }: { session: Session }) {
   );
 }
 
-function whoWords({ side, therapist, station }: Session): string[] {
+function describeParticipants({ side, therapist, station }: Session): string[] {
   return [
-    shoulderWords(side),
+    describeShoulder(side),
     ...(therapist ? [t("sessions:facts.treatedBy", { therapist })] : []),
     ...(station ? [t("sessions:facts.at", { station })] : []),
   ];
 }
 
 /** Describe a check with its side or fixtures. */
-function checkWords({ check, subject }: Schemas["CheckAnswer"]): string {
+function describeCheck({ check, subject }: Schemas["CheckAnswer"]): string {
   const parts = subject.split("+").map((part) => SUBJECTS[part] ?? part.replaceAll("_", " "));
   return subject
     ? t("sessions:facts.checkAndSubject", {
@@ -62,7 +62,7 @@ function checkWords({ check, subject }: Schemas["CheckAnswer"]): string {
     : t(`sessions:checks.${check}`);
 }
 
-function painWords({ pain_before, pain_during, pain_after }: Session): string {
+function describePain({ pain_before, pain_during, pain_after }: Session): string {
   const given = [
     ...(pain_before === null ? [] : [t("sessions:facts.before", { pain: pain_before })]),
     ...(pain_during === null ? [] : [t("sessions:facts.during", { pain: pain_during })]),

@@ -60,7 +60,7 @@ export function ResultMetrics({ session }: { session: Session }) {
   const worst = worstError(runs);
   const widest = widestRange(session);
   const endRange = longestEndRange(session);
-  const shoulder = shoulderWords(session.side);
+  const shoulder = describeShoulder(session.side);
   const reversals = total(runs, (run) => run.reversals);
   const done = total(runs, (run) => run.repetitions_done);
   const planned = runs.reduce((sum, run) => sum + run.repetitions, 0);
@@ -75,7 +75,7 @@ export function ResultMetrics({ session }: { session: Session }) {
       />
       <Metric
         label={t("sessions:result.range")}
-        value={widest ? rangeWords(widest.reached) : "–"}
+        value={widest ? describeRange(widest.reached) : "–"}
         testid="result-range"
         note={
           widest && (
@@ -83,7 +83,7 @@ export function ResultMetrics({ session }: { session: Session }) {
               {t("sessions:result.rangeOf", {
                 shoulder,
                 motion: translateServerText(widest.motion.name, widest.motion.name_key),
-                requested: rangeWords(widest.requested),
+                requested: describeRange(widest.requested),
                 patient: widest.patient ?? t("sessions:goniometer.unknown"),
               })}
               <div>{t("sessions:result.slip")}</div>
@@ -129,10 +129,10 @@ export function ResultMetrics({ session }: { session: Session }) {
 }
 
 /** Return "Left shoulder", or that the shoulder is not known. */
-export const shoulderWords = (side: Session["side"]) =>
+export const describeShoulder = (side: Session["side"]) =>
   side === null ? t("sessions:facts.unknownShoulder") : t(`sessions:facts.shoulder.${side}`);
 
-const rangeWords = ([from, to]: [number, number]) =>
+const describeRange = ([from, to]: [number, number]) =>
   `${t("common:format.range", { from: formatDeg(from, 0), to: formatDeg(to, 0) })}°`;
 
 function painNote({ pain_before, pain_during, pain_after }: Session): string {

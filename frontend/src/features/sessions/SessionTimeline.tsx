@@ -79,7 +79,7 @@ const markOf = (event: DeviceEvent, kind: Mark["kind"]): Mark => ({
   id: event.id,
   at: event.at,
   kind,
-  words: eventWords(event.at, translateServerText(event.message, event.message_key)),
+  words: describeEvent(event.at, translateServerText(event.message, event.message_key)),
 });
 
 /** Return, at their ends, the stops of playbacks whose alarm is not recorded. */
@@ -87,7 +87,7 @@ export function stopsOfRuns(runs: Run[], alarms: Pick<DeviceEvent, "run_id">[]):
   return runs.flatMap(({ id, stop, started_at, ended_at }) => {
     if (!stop || alarms.some(({ run_id }) => run_id === id)) return [];
     const at = ended_at ?? started_at;
-    const words = eventWords(at, translateServerText(stop.message, stop.message_key));
+    const words = describeEvent(at, translateServerText(stop.message, stop.message_key));
     return [{ id: `stop ${id}`, at, kind: "stop" as const, words }];
   });
 }
@@ -112,7 +112,7 @@ function Playback(props: { run: Run; runIndex: number; chosen: boolean; x: TimeS
       replace
       tabIndex={-1}
     >
-      <title>{runWords(run, runIndex)}</title>
+      <title>{describeRun(run, runIndex)}</title>
       <rect
         className={classes.playback}
         data-outcome={run.outcome}
@@ -149,13 +149,13 @@ function describe(session: Session, marks: Mark[]) {
     ...session.runs.map((run, runIndex) => ({
       key: run.id,
       at: run.started_at,
-      words: runWords(run, runIndex),
+      words: describeRun(run, runIndex),
     })),
     ...marks.map(({ id, at, words }) => ({ key: id, at, words })),
   ].sort((a, b) => Date.parse(a.at) - Date.parse(b.at));
 }
 
-const runWords = (run: Run, runIndex: number) =>
+const describeRun = (run: Run, runIndex: number) =>
   t("sessions:timeline.playback", {
     at: formatClock(new Date(run.started_at)),
     number: runIndex + 1,
@@ -163,5 +163,5 @@ const runWords = (run: Run, runIndex: number) =>
     outcome: t(`sessions:outcomes.${run.outcome}`),
   });
 
-const eventWords = (at: string, what: string) =>
+const describeEvent = (at: string, what: string) =>
   t("sessions:timeline.event", { at: formatClock(new Date(at)), what });

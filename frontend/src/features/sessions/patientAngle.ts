@@ -8,7 +8,7 @@ type Motion = NonNullable<Run["comparison"]>["motions"][number];
  * Return "5° ± 13° to 92° ± 12°", or null if only the apparatus angle is known. `lowest`: the playback of the
  * lower end; `highest`: the playback of the upper end.
  */
-export function patientAngleWords(lowest: Motion, highest = lowest): string | null {
+export function describePatientAngle(lowest: Motion, highest = lowest): string | null {
   const { patient_min_deg, patient_min_uncertainty_deg } = lowest;
   const { patient_max_deg, patient_max_uncertainty_deg } = highest;
   if (typeof patient_min_deg !== "number" || typeof patient_max_deg !== "number") return null;

@@ -1,5 +1,5 @@
 import type { Run, Session } from "../../lib/api/client";
-import { patientAngleWords } from "./patientAngle";
+import { describePatientAngle } from "./patientAngle";
 
 type ShoulderRuns = Pick<Session, "side" | "runs">;
 
@@ -68,7 +68,7 @@ export function widestRange(session: ShoulderRuns): Reached | null {
       reached: wider(before?.reached, [played_min_deg, played_max_deg]),
       requested: wider(before?.requested, requested),
       ends: [lowest, highest],
-      patient: patientAngleWords(lowest, highest),
+      patient: describePatientAngle(lowest, highest),
     });
   }
   const span = ({ reached: [from, to] }: Reached) => to - from;

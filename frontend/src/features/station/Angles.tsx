@@ -43,7 +43,7 @@ export function Angles() {
             {t("station:angles.measured")}
           </Text>
           <Text fw={600} data-testid="torque">
-            {torqueWords(alive ? torque : null)}
+            {describeTorque(alive ? torque : null)}
           </Text>
         </Group>
       </Group>
@@ -56,7 +56,7 @@ export function Angles() {
   );
 }
 
-function torqueWords(torque: Live["torque"] | null): string {
+function describeTorque(torque: Live["torque"] | null): string {
   return torque === "on"
     ? t("station:angles.torqueOn")
     : torque === "off"
@@ -109,7 +109,7 @@ function Axis({ axis, motion }: { axis: number; motion: string }) {
           {formatDegrees(info.max_deg, 0)}
         </Text>
         <Text size="xs" style={{ whiteSpace: "nowrap" }} data-testid={`torque-${axis + 1}`}>
-          {torqueWords(torque)}
+          {describeTorque(torque)}
         </Text>
       </div>
     </div>

@@ -42,10 +42,10 @@ export function LeaseBar() {
   );
 }
 
-const sinceWords = ({ since }: Lease) => (since ? formatClock(new Date(since)) : "");
+const describeSince = ({ since }: Lease) => (since ? formatClock(new Date(since)) : "");
 
 function OwnLease(props: { lease: Lease; releasing: boolean; onRelease: () => void }) {
-  const since = sinceWords(props.lease);
+  const since = describeSince(props.lease);
   const from = props.lease.taken_from;
   return (
     <Group justify="space-between">
@@ -69,7 +69,9 @@ function OtherLease(props: { lease: Lease; holder: string; onTakeOver: () => voi
     <Alert color="indigo" variant="light" icon={<IconEye />} role="status">
       <Group justify="space-between">
         <div>
-          <Text fw={600}>{t("station:lease.otherOperator", { who: holder, since: sinceWords(lease) })}</Text>
+          <Text fw={600}>
+            {t("station:lease.otherOperator", { who: holder, since: describeSince(lease) })}
+          </Text>
           <Text>
             {lease.unreachable_since
               ? t("station:lease.unreachable", { since: formatClock(new Date(lease.unreachable_since)) })

@@ -14,7 +14,7 @@ import { store } from "../../lib/live/store";
 import { translateServerText } from "../../lib/serverText";
 import { CommandButton } from "./CommandButton";
 import { EndRangeCounter } from "./EndRangeCounter";
-import { pathWords, ReversalNotice } from "./ReversalNotice";
+import { describePath, ReversalNotice } from "./ReversalNotice";
 import { RESISTANCE_LEVELS } from "./resistanceLevels";
 import { StretchStatus } from "./StretchStatus";
 
@@ -86,7 +86,7 @@ function RunningPlayback({ mode, run }: RunState) {
     <>
       <Group justify="space-between">
         <Text fz={28} fw={700} role="status">
-          {pathWords(mode, run)}
+          {describePath(mode, run)}
         </Text>
         <Text fz={28} data-testid="left">
           {t("station:play.remaining", { left: formatSpan(run.left_s) })}

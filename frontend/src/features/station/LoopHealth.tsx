@@ -4,7 +4,7 @@ import { t } from "../../lib/i18n";
 import { useAlive, useLive } from "../../lib/live/hooks";
 
 /** Return the timing of the control loop in one line. */
-export function loopWords(loop: Schemas["LoopLive"]): string {
+export function describeLoop(loop: Schemas["LoopLive"]): string {
   return [
     t("station:loop.summary", {
       hz: loop.cycle_hz,
@@ -26,7 +26,7 @@ export function LoopHealth() {
   if (!alive || !loop) return null;
   return (
     <Text size="xs" c="dimmed" data-testid="loop">
-      {loopWords(loop)}
+      {describeLoop(loop)}
     </Text>
   );
 }

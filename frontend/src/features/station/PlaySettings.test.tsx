@@ -3,7 +3,7 @@ import { cleanup, fireEvent, render, screen } from "@testing-library/react";
 import { useState } from "react";
 import { afterEach, describe, expect, it, vi } from "vitest";
 import { arePlayable, PlaySettings } from "./PlaySettings";
-import { AS_TAUGHT, lastSettings, type Settings, settingsWords } from "./playSettingsModel";
+import { AS_TAUGHT, describeSettings, lastSettings, type Settings } from "./playSettingsModel";
 
 afterEach(cleanup);
 
@@ -81,8 +81,8 @@ describe("playback settings", () => {
     expect(screen.getByTestId("settings").textContent).toContain(
       "80 % of the range, 50 % of the speed, 10 repetitions, pause of 2 s at each end, as last time.",
     );
-    expect(settingsWords(AS_TAUGHT)).toBeNull();
-    expect(settingsWords({ ...AS_TAUGHT, pause_s: 5 })).toBeNull();
+    expect(describeSettings(AS_TAUGHT)).toBeNull();
+    expect(describeSettings({ ...AS_TAUGHT, pause_s: 5 })).toBeNull();
   });
 });
 
@@ -91,9 +91,9 @@ describe("the method", () => {
     const onChange = show(AS_TAUGHT);
     fireEvent.click(screen.getByRole("radio", { name: "Learned" }));
     expect(onChange).toHaveBeenCalledWith({ ...AS_TAUGHT, method: "learned" });
-    expect(settingsWords({ ...AS_TAUGHT, method: "learned" })).toBe("learned from earlier playbacks");
-    expect(settingsWords({ ...AS_TAUGHT, method: "paper" })).toBe("as in the paper, at 10 Hz");
-    expect(settingsWords({ ...AS_TAUGHT, method: null })).toBeNull();
+    expect(describeSettings({ ...AS_TAUGHT, method: "learned" })).toBe("learned from earlier playbacks");
+    expect(describeSettings({ ...AS_TAUGHT, method: "paper" })).toBe("as in the paper, at 10 Hz");
+    expect(describeSettings({ ...AS_TAUGHT, method: null })).toBeNull();
   });
 
   it("is smooth for runs from before methods existed", () => {

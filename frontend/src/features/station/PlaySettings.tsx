@@ -1,7 +1,7 @@
 import { SegmentedControl, SimpleGrid, Stack, Text } from "@mantine/core";
 import { t } from "../../lib/i18n";
 import { isWithin, Stepper, type Steps } from "../../ui/Stepper";
-import { type Settings, settingsWords } from "./playSettingsModel";
+import { describeSettings, type Settings } from "./playSettingsModel";
 
 type Field = Steps & { name: Exclude<keyof Settings, "method"> };
 
@@ -64,7 +64,7 @@ export function PlaySettings(props: {
   const { value, last, onChange } = props;
   const asLast =
     last !== null && value.method === last.method && FIELDS.every(({ name }) => value[name] === last[name]);
-  const words = arePlayable(value) ? (settingsWords(value) ?? t("station:settings.asTaught")) : null;
+  const words = arePlayable(value) ? (describeSettings(value) ?? t("station:settings.asTaught")) : null;
   return (
     <Stack gap="xs">
       <SimpleGrid cols={{ base: 1, sm: 2 }}>

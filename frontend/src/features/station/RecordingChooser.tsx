@@ -2,12 +2,12 @@ import { Select, Text } from "@mantine/core";
 import { useQuery, useQueryClient } from "@tanstack/react-query";
 import { useState } from "react";
 import { api, type Schemas, type Session } from "../../lib/api/client";
-import { formatSpan, sideWord } from "../../lib/format";
+import { formatSide, formatSpan } from "../../lib/format";
 import { t } from "../../lib/i18n";
 import { useLive } from "../../lib/live/hooks";
 import { useMaxResistanceLevel, useRecordings } from "../../lib/patientQueries";
-import { Margin } from "../../ui/Margin";
 import { ProblemNote } from "../../ui/ProblemNote";
+import { ReachMargin } from "../../ui/ReachMargin";
 import { SimulatedBadge } from "../../ui/SimulatedBadge";
 import { MeasureEndFeel } from "../end-feel/lazyEndFeel";
 import { StageWarning } from "../patients/StageWarning";
@@ -45,7 +45,7 @@ function options({ planned, recorded, session, side }: Options) {
     value: recording.id,
     label: t("station:play.recordingOption", {
       name: recording.name,
-      side: sideWord(recording.side),
+      side: formatSide(recording.side),
       lasts: formatSpan(recording.duration_s),
     }),
     disabled: recording.side !== side,
@@ -153,7 +153,7 @@ function ChosenRecording({ recordingId }: { recordingId: string }) {
   return (
     <>
       <SimulatedBadge simulated={recording.data?.simulated} />
-      {recording.data?.margin && <Margin margin={recording.data.margin} />}
+      {recording.data?.margin && <ReachMargin margin={recording.data.margin} />}
     </>
   );
 }

@@ -6,7 +6,7 @@ import { translateServerText } from "../../lib/serverText";
 import { InlineSlot } from "../../ui/InlineSlot";
 
 /** Return the state on the recording's path in words that can be read from two metres. */
-export function pathWords(mode: Live["mode"], run: Schemas["RunLive"]): string {
+export function describePath(mode: Live["mode"], run: Schemas["RunLive"]): string {
   if (mode === "playing")
     return run.reversing ? t("station:reversal.reversing") : t("station:reversal.playing");
   if (run.reversing) return t("station:reversal.heldAfterReversal");

@@ -1,8 +1,8 @@
 import { describe, expect, it } from "vitest";
 import type { Schemas } from "../../lib/api/client";
 import { describeMode } from "../../safety/modes";
-import { loopWords } from "./LoopHealth";
-import { pathWords } from "./ReversalNotice";
+import { describeLoop } from "./LoopHealth";
+import { describePath } from "./ReversalNotice";
 
 const run = { at_start: false, reversing: false, reversals: 0 } as Schemas["RunLive"];
 const stop = { causes: [], arm_held: false } as Schemas["StopLive"];
@@ -24,7 +24,7 @@ describe("the state on the path", () => {
     // The arm was moved back to the start, so the text must differ from that of a loaded run.
     ["paused", { at_start: true, reversing: true }, "Moved back, holding"],
   ] as const)("%s with %o", (mode, part, words) => {
-    expect(pathWords(mode, { ...run, ...part })).toBe(words);
+    expect(describePath(mode, { ...run, ...part })).toBe(words);
   });
 });
 
@@ -46,15 +46,15 @@ describe("the apparatus state", () => {
 
 describe("the control loop's timing", () => {
   it("is one line", () => {
-    expect(loopWords(loop)).toBe(
+    expect(describeLoop(loop)).toBe(
       "Control loop at 100 Hz: no cycle missed · 99.9 % of cycles began within 0.21 ms · real-time priority granted · memory locked",
     );
   });
 
   it("names missing grants and missed cycles", () => {
-    const words = loopWords({ ...loop, overruns: 1, real_time: false, memory_locked: false });
+    const words = describeLoop({ ...loop, overruns: 1, real_time: false, memory_locked: false });
     expect(words).toContain("1 cycle missed");
     expect(words).toContain("real-time priority not granted · memory not locked");
-    expect(loopWords({ ...loop, overruns: 2 })).toContain("2 cycles missed");
+    expect(describeLoop({ ...loop, overruns: 2 })).toContain("2 cycles missed");
   });
 });

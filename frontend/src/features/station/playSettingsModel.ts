@@ -19,7 +19,7 @@ export const AS_TAUGHT: Settings = {
 };
 
 /** Return the differences from the taught motion in words, or null if there are none. */
-export function settingsWords(settings: RunSettings): string | null {
+export function describeSettings(settings: RunSettings): string | null {
   const words: string[] = [];
   if (settings.range_percent !== 100)
     words.push(t("station:settings.ofTheRange", { percent: settings.range_percent }));

@@ -10,7 +10,7 @@ import { DateField } from "../../ui/DateField";
 import { ProblemNote } from "../../ui/ProblemNote";
 import { useHasPermission } from "../auth/hooks";
 import { ChartCard } from "./ChartCard";
-import { spanWords, stopsFigure, stopsTable, usageFigure, usageTable } from "./charts";
+import { describeSpan, stopsFigure, stopsTable, usageFigure, usageTable } from "./charts";
 import { AMOUNTS, daysOf, type FiguresSearch, RANGES, SUBJECTS, type Subject, spanOf } from "./figuresSearch";
 import { Outcomes } from "./Outcomes";
 import { StopLinks } from "./StopLinks";
@@ -171,7 +171,7 @@ function Usage({ search }: { search: FiguresSearch }) {
           name="usage"
           title={t("clinic:subjects.usage.title")}
           summary={t("clinic:figures.usageSummary", {
-            days: spanWords(daysOf(search, new Date())),
+            days: describeSpan(daysOf(search, new Date())),
             sessions: sum("sessions"),
             hours: sum("hours").toFixed(1),
             repetitions: sum("repetitions"),
@@ -199,7 +199,7 @@ function Stops({ search }: { search: FiguresSearch }) {
             name="stops"
             title={t("clinic:subjects.stops.title")}
             summary={t("clinic:figures.stopsSummary", {
-              days: spanWords(daysOf(search, new Date())),
+              days: describeSpan(daysOf(search, new Date())),
               sessions: stops.data?.sessions ?? 0,
             })}
             figure={stopsFigure(rows)}

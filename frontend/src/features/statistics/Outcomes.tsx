@@ -7,7 +7,7 @@ import { t } from "../../lib/i18n";
 import { Metric, Metrics } from "../../ui/Metric";
 import { ProblemNote } from "../../ui/ProblemNote";
 import { ChartCard } from "./ChartCard";
-import { groupWords, outcomeFigure, outcomeTable, shownGroups } from "./charts";
+import { describeGroup, outcomeFigure, outcomeTable, shownGroups } from "./charts";
 import { type FiguresSearch, MEASURES, type Measure, spanOf } from "./figuresSearch";
 import { changeOfAll, hasPoints, wholePercent, withUnit } from "./outcomeFormat";
 
@@ -76,7 +76,7 @@ function Shown({ found, measure }: { found: Found; measure: Measure }) {
         <Text size="sm">
           {t("clinic:figures.hiddenGroups", {
             count: found.least_patients,
-            groups: formatList(hidden.map(groupWords)),
+            groups: formatList(hidden.map(describeGroup)),
           })}
         </Text>
       )}

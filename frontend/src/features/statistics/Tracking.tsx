@@ -7,8 +7,8 @@ import { DataTable } from "../../ui/DataTable";
 import { ProblemNote } from "../../ui/ProblemNote";
 import type { Column } from "../../ui/tableRows";
 import { ChartCard } from "./ChartCard";
-import { spanWords, trackingFigure, trackingTable } from "./charts";
-import { driftWords } from "./drift";
+import { describeSpan, trackingFigure, trackingTable } from "./charts";
+import { describeDrift } from "./drift";
 import { daysOf, type FiguresSearch, spanOf } from "./figuresSearch";
 
 /** Shows the tracking error of the stations by week, and whether it increases. */
@@ -29,8 +29,8 @@ export function Tracking({ search }: { search: FiguresSearch }) {
             name="tracking"
             title={t("clinic:subjects.tracking.title")}
             summary={t("clinic:figures.trackingSummary", {
-              days: spanWords(daysOf(search, new Date())),
-              drift: driftWords(drift),
+              days: describeSpan(daysOf(search, new Date())),
+              drift: describeDrift(drift),
             })}
             figure={trackingFigure(rows)}
             table={trackingTable(rows)}
@@ -69,7 +69,7 @@ const DRIFT_COLUMNS: Column<Station>[] = [
   {
     key: "drift",
     head: t("clinic:figures.drift"),
-    value: stateWords,
+    value: describeState,
     cell: (station) => (
       <Badge
         miw="max-content"
@@ -77,7 +77,7 @@ const DRIFT_COLUMNS: Column<Station>[] = [
         color={station.drifting ? "grape" : "gray"}
         tt="none"
       >
-        {stateWords(station)}
+        {describeState(station)}
       </Badge>
     ),
   },
@@ -100,7 +100,7 @@ const DRIFT_COLUMNS: Column<Station>[] = [
     head: t("clinic:figures.driftChange"),
     right: true,
     value: ({ change_deg }) => change_deg?.value ?? null,
-    cell: ({ change_deg }) => changeWords(change_deg),
+    cell: ({ change_deg }) => describeChange(change_deg),
   },
   {
     key: "playbacks",
@@ -111,12 +111,12 @@ const DRIFT_COLUMNS: Column<Station>[] = [
   },
 ];
 
-function stateWords(station: Station): string {
+function describeState(station: Station): string {
   if (station.drifting) return t("clinic:figures.drifting");
   return station.change_deg ? t("clinic:figures.steady") : t("clinic:figures.unknown");
 }
 
-function changeWords(change: Schemas["Estimate"] | null): string {
+function describeChange(change: Schemas["Estimate"] | null): string {
   if (!change) return "–";
   const range = t("common:format.range", { from: formatDeg(change.low, 2), to: formatDeg(change.high, 2) });
   return `${formatDeg(change.value, 2)} (${range})`;

@@ -182,7 +182,7 @@ export function stopsTable(rows: Schemas["StopCount"][]): Table {
 const STAGES: Partial<Record<string, string>> = t("episodes:stages", { returnObjects: true });
 
 /** Return a group of patients in words. */
-export function groupWords({ by, name }: Schemas["OutcomeGroup"]): string {
+export function describeGroup({ by, name }: Schemas["OutcomeGroup"]): string {
   if (by === "all") return t("clinic:figures.everyone");
   if (by === "stage")
     return name === ""
@@ -195,7 +195,7 @@ export function groupWords({ by, name }: Schemas["OutcomeGroup"]): string {
 export const shownGroups = (groups: Schemas["OutcomeGroup"][], measure: Measure) =>
   groups.flatMap((group) => {
     const change = group.changes.find((candidate) => candidate.measure === measure);
-    return change ? [{ name: groupWords(group), change }] : [];
+    return change ? [{ name: describeGroup(group), change }] : [];
   });
 
 type Shown = ReturnType<typeof shownGroups>[number];
@@ -271,7 +271,7 @@ export function outcomeTable(groups: Schemas["OutcomeGroup"][]): Table {
           weeks_to_important: weeks,
         }) => [
           t(`clinic:measures.${measure}`),
-          groupWords(group),
+          describeGroup(group),
           patients,
           shoulders,
           first,
@@ -292,5 +292,5 @@ export function outcomeTable(groups: Schemas["OutcomeGroup"][]): Table {
 }
 
 /** Return the first and last day of the rows in words. */
-export const spanWords = (days: { from: string; to: string }) =>
+export const describeSpan = (days: { from: string; to: string }) =>
   t("common:format.range", { from: formatDay(days.from), to: formatDay(days.to) });

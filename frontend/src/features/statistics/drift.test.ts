@@ -1,6 +1,6 @@
 import { expect, it } from "vitest";
 import type { Schemas } from "../../lib/api/client";
-import { driftWords } from "./drift";
+import { describeDrift } from "./drift";
 
 const KNOWN = {
   station: "Kata 1",
@@ -13,8 +13,8 @@ const KNOWN = {
 const UNKNOWN = { ...KNOWN, station: "Kata 2", playbacks: 0, rmse_deg: null, change_deg: null };
 
 it("calls the tracking error steady only if it is known", () => {
-  expect(driftWords([])).toBe("Too few playbacks");
-  expect(driftWords([UNKNOWN])).toBe("Too few playbacks");
-  expect(driftWords([UNKNOWN, KNOWN])).toBe("Steady");
-  expect(driftWords([KNOWN, { ...KNOWN, station: "Kata 3", drifting: true }])).toBe("Kata 3: rising");
+  expect(describeDrift([])).toBe("Too few playbacks");
+  expect(describeDrift([UNKNOWN])).toBe("Too few playbacks");
+  expect(describeDrift([UNKNOWN, KNOWN])).toBe("Steady");
+  expect(describeDrift([KNOWN, { ...KNOWN, station: "Kata 3", drifting: true }])).toBe("Kata 3: rising");
 });

@@ -31,7 +31,7 @@ export function CareTimeline({ episode, assessments }: { episode: Episode; asses
       <Title order={2} size="h4">
         {title}
       </Title>
-      <Text size="sm">{timelineWords(sessions, episode)}</Text>
+      <Text size="sm">{describeTimeline(sessions, episode)}</Text>
       {/* The tab of sessions has the same links, so screen readers and the tab key skip these. */}
       <svg className={ui.chart} width={width} height={HEIGHT} viewBox={`0 0 ${width} ${HEIGHT}`} aria-hidden>
         <Stages episode={episode} until={episode.closed_at ?? now} x={x} right={right} />
@@ -64,7 +64,7 @@ export function CareTimeline({ episode, assessments }: { episode: Episode; asses
 }
 
 /** Return the content of the figure in words. */
-function timelineWords(sessions: Schemas["SessionSummary"][], episode: Episode): string {
+function describeTimeline(sessions: Schemas["SessionSummary"][], episode: Episode): string {
   const stops = sessions.filter((session) => session.stops > 0).length;
   const stage = episode.stage
     ? [t(`episodes:stageList.since.${episode.stage.stage}`, { day: formatDayOf(episode.stage.since) })]

@@ -6,7 +6,7 @@ import { t } from "../../../lib/i18n";
 import { programmesOf } from "../../../lib/patientQueries";
 import { PageLink } from "../../../ui/links";
 import { ProblemNote } from "../../../ui/ProblemNote";
-import { itemWords, versionWords } from "../../programmes/describeProgramme";
+import { describeItem, describeVersion } from "../../programmes/describeProgramme";
 import { Regularity, useAdherence } from "../../programmes/Programmes";
 import classes from "./summary.module.css";
 
@@ -36,11 +36,11 @@ export function ProgrammeSummary({ patientId, episodeId }: { patientId: string; 
           </Text>
           {present.current.items.map((item) => (
             <Text key={item.position} size="sm">
-              {t("programmes:programme.item", { recording: item.recording_name, played: itemWords(item) })}
+              {t("programmes:programme.item", { recording: item.recording_name, played: describeItem(item) })}
             </Text>
           ))}
           <Text size="sm" c="dimmed">
-            {versionWords(present.current)}
+            {describeVersion(present.current)}
           </Text>
           <Regularity episodeId={present.episode_id} />
           <WeekBars episodeId={present.episode_id} />
@@ -59,7 +59,7 @@ function WeekBars({ episodeId }: { episodeId: string }) {
   const share = (sessions: number) => `${(100 * sessions) / most}%`;
   return (
     <>
-      <div className={classes.weeks} role="img" aria-label={weeksWords(weeks)}>
+      <div className={classes.weeks} role="img" aria-label={describeWeeks(weeks)}>
         {weeks.map((week) => (
           <div key={week.begins_on} className={classes.week} style={{ height: share(week.sessions) }}>
             {week.sessions_wished !== null && (
@@ -78,7 +78,7 @@ function WeekBars({ episodeId }: { episodeId: string }) {
   );
 }
 
-const weeksWords = (weeks: Schemas["AdherenceWeek"][]) =>
+const describeWeeks = (weeks: Schemas["AdherenceWeek"][]) =>
   t("patients:summary.weeks", {
     list: weeks.map((week) =>
       week.sessions_wished === null ? `${week.sessions}` : `${week.sessions}/${week.sessions_wished}`,

@@ -1,11 +1,11 @@
 import { Group, SegmentedControl, Table, Text, Title } from "@mantine/core";
 import { useState } from "react";
 import type { Assessment, Schemas } from "../../../lib/api/client";
-import { formatMeasured, sideWord } from "../../../lib/format";
+import { formatMeasured, formatSide } from "../../../lib/format";
 import { t } from "../../../lib/i18n";
 import { KINDS, type Kind, type Side } from "../../assessments/draft";
 import { EDGE, type RomRow, radarPoint, romRows } from "./romRadar";
-import { motionWord } from "./SinceLastMonth";
+import { describeMotion } from "./SinceLastMonth";
 import classes from "./summary.module.css";
 
 const [WIDTH, HEIGHT, RADIUS] = [340, 240, 98];
@@ -62,22 +62,22 @@ function RomTable({ rows, affected }: { rows: RomRow[]; affected: Side }) {
       <Table.Thead>
         <Table.Tr>
           <Table.Th>{t("patients:summary.motion")}</Table.Th>
-          <Table.Th ta="right">{t("patients:summary.affected", { side: sideWord(affected) })}</Table.Th>
+          <Table.Th ta="right">{t("patients:summary.affected", { side: formatSide(affected) })}</Table.Th>
           <Table.Th ta="right">{t("patients:summary.first")}</Table.Th>
-          <Table.Th ta="right">{sideWord(other)}</Table.Th>
+          <Table.Th ta="right">{formatSide(other)}</Table.Th>
           <Table.Th ta="right">{t("patients:summary.reference")}</Table.Th>
         </Table.Tr>
       </Table.Thead>
       <Table.Tbody>
         {rows.map((row) => (
           <Table.Tr key={row.measure.motion}>
-            <Table.Td>{motionWord(row.measure)}</Table.Td>
+            <Table.Td>{describeMotion(row.measure)}</Table.Td>
             <Table.Td ta="right" fw={700}>
-              {angleWords(row.affected)}
+              {describeAngle(row.affected)}
             </Table.Td>
-            <Table.Td ta="right">{angleWords(row.first)}</Table.Td>
-            <Table.Td ta="right">{angleWords(row.other)}</Table.Td>
-            <Table.Td ta="right">{angleWords(row.measure.reference_deg)}</Table.Td>
+            <Table.Td ta="right">{describeAngle(row.first)}</Table.Td>
+            <Table.Td ta="right">{describeAngle(row.other)}</Table.Td>
+            <Table.Td ta="right">{describeAngle(row.measure.reference_deg)}</Table.Td>
           </Table.Tr>
         ))}
       </Table.Tbody>
@@ -85,7 +85,7 @@ function RomTable({ rows, affected }: { rows: RomRow[]; affected: Side }) {
   );
 }
 
-const angleWords = (angle: number | null) => (angle === null ? "–" : `${formatMeasured(angle)}°`);
+const describeAngle = (angle: number | null) => (angle === null ? "–" : `${formatMeasured(angle)}°`);
 
 /** The radar figure. It repeats the table beside it, so it is hidden from screen readers. */
 function Radar({ rows, affected }: { rows: RomRow[]; affected: Side }) {
@@ -126,14 +126,19 @@ function Radar({ rows, affected }: { rows: RomRow[]; affected: Side }) {
         {rows.map((row, n) => {
           const [x, y] = point(row, n, EDGE * row.measure.reference_deg);
           return (
-            <SpokeName key={row.measure.motion} words={motionWord(row.measure)} x={1.06 * x} y={1.1 * y} />
+            <SpokeName
+              key={row.measure.motion}
+              words={describeMotion(row.measure)}
+              x={1.06 * x}
+              y={1.1 * y}
+            />
           );
         })}
       </svg>
       <figcaption className={classes.keys}>
-        <span className={classes.nowKey}>{t("patients:summary.nowKey", { side: sideWord(affected) })}</span>
+        <span className={classes.nowKey}>{t("patients:summary.nowKey", { side: formatSide(affected) })}</span>
         <span className={classes.firstKey}>{t("patients:summary.firstKey")}</span>
-        <span className={classes.otherKey}>{sideWord(other)}</span>
+        <span className={classes.otherKey}>{formatSide(other)}</span>
         <span className={classes.referenceKey}>{t("patients:summary.reference")}</span>
       </figcaption>
     </figure>

@@ -1,7 +1,7 @@
 import { Text, Title } from "@mantine/core";
 import { IconArrowDown, IconArrowRight, IconArrowUp } from "@tabler/icons-react";
 import type { Schemas } from "../../../lib/api/client";
-import { formatDayOf, formatMeasured, roundToTenths, sideWord } from "../../../lib/format";
+import { formatDayOf, formatMeasured, formatSide, roundToTenths } from "../../../lib/format";
 import { t } from "../../../lib/i18n";
 import { Metric, Metrics } from "../../../ui/Metric";
 import { rateSpadiChange } from "../../assessments/describeFindings";
@@ -44,7 +44,10 @@ export function SinceLastMonth(props: {
               angle && (
                 <Metric
                   key={measure.motion}
-                  label={t("patients:summary.active", { motion: motionWord(measure), side: sideWord(side) })}
+                  label={t("patients:summary.active", {
+                    motion: describeMotion(measure),
+                    side: formatSide(side),
+                  })}
                   value={`${formatMeasured(angle.value)}°`}
                   note={<ChangeWords of={angle} words={(change) => `${change}°`} />}
                 />
@@ -56,7 +59,7 @@ export function SinceLastMonth(props: {
             label={t("patients:summary.pain")}
             value={formatMeasured(pain.value)}
             unit={t("patients:summary.of10")}
-            note={<ChangeWords of={pain} words={pointWords} />}
+            note={<ChangeWords of={pain} words={describePoint} />}
           />
         )}
         {spadi && (
@@ -66,7 +69,7 @@ export function SinceLastMonth(props: {
             unit={t("patients:summary.of100")}
             note={
               <>
-                <ChangeWords of={spadi} words={pointWords} />{" "}
+                <ChangeWords of={spadi} words={describePoint} />{" "}
                 {spadi.change !== null && <div>{rateSpadiChange(spadi.change, form)}</div>}
               </>
             }
@@ -78,11 +81,11 @@ export function SinceLastMonth(props: {
 }
 
 /** Return the short name of a motion. */
-export const motionWord = ({ motion }: Pick<Schemas["RomMeasure"], "motion">) =>
+export const describeMotion = ({ motion }: Pick<Schemas["RomMeasure"], "motion">) =>
   t(`patients:summary.motions.${motion}`);
 
 /** Return the change of a score with its unit. */
-const pointWords = (change: string, count: number) => t("patients:summary.points", { change, count });
+const describePoint = (change: string, count: number) => t("patients:summary.points", { change, count });
 
 /** Shows the change with an arrow in the direction of the number. `words` adds the unit. */
 function ChangeWords(props: { of: Change; words: (change: string, size: number) => string }) {

@@ -7,7 +7,7 @@ import { useDatabaseUnavailable, withOfflineCopy } from "../../../lib/offline";
 import { useSetSessionCache } from "../../../lib/useSetSessionCache";
 import { ProblemNote } from "../../../ui/ProblemNote";
 import { useUserName } from "../../auth/hooks";
-import { settingsWords } from "../playSettingsModel";
+import { describeSettings } from "../playSettingsModel";
 
 const NONE = "none";
 
@@ -103,7 +103,7 @@ function PlannedItems({ items }: { items: SessionItem[] }) {
       {t("station:wizard.item", {
         position: item.position,
         name: item.recording_name,
-        settings: settingsWords(item) ?? t("station:wizard.asTaught"),
+        settings: describeSettings(item) ?? t("station:wizard.asTaught"),
       })}
     </Text>
   ));

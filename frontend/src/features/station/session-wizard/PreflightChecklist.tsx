@@ -142,7 +142,7 @@ export function CheckLine(props: { check: Check; children?: ReactNode; below?: R
           <CheckPicture check={check} />
           <div>
             <Text size="lg">{translateServerText(check.sentence, check.sentence_key)}</Text>
-            <Text size="sm">{stateWords(check)}</Text>
+            <Text size="sm">{describeState(check)}</Text>
           </div>
         </Group>
         {children}
@@ -156,7 +156,7 @@ export function CheckLine(props: { check: Check; children?: ReactNode; below?: R
 const howTo = (check: Check["check"]) =>
   check === "pedal" || check === "estop" ? t(`station:howToConfirm.${check}`) : "";
 
-function stateWords(check: Check): string {
+function describeState(check: Check): string {
   if (!check.given)
     return check.detected
       ? t("station:wizard.notDetected") + howTo(check.check)

@@ -5,7 +5,7 @@ import { t } from "../lib/i18n";
 import { translateServerText } from "../lib/serverText";
 
 /** Shows how near a motion comes to the edge of the reachable set, and where. */
-export function Margin({ margin }: { margin: Schemas["ReachMargin"] }) {
+export function ReachMargin({ margin }: { margin: Schemas["ReachMargin"] }) {
   const beyond = margin.margin_deg < 0;
   return (
     <Text data-testid="margin" {...(beyond && { fw: 600 })}>

@@ -19,7 +19,7 @@ const PUBLIC_PATHS = ["/sign-in", "/set-up", "/set-password"];
  * not change, so the user returns to the same page. The hidden page is unmounted, and its data are fetched
  * again.
  */
-export function Gate({ children }: { children: ReactNode }) {
+export function LoginGate({ children }: { children: ReactNode }) {
   const auth = useAuthState();
   const [enrolling, setEnrolling] = useState<string | null>(null);
   const path = useRouterState({ select: (state) => state.location.pathname });

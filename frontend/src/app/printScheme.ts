@@ -1,7 +1,7 @@
 const SCHEME = "data-mantine-color-scheme";
 
 /** Show the light scheme while the page is printed. */
-export function startPaperScheme(): void {
+export function startPrintScheme(): void {
   const root = document.documentElement;
   let onScreen: string | null = null;
   window.addEventListener("beforeprint", () => {

@@ -10,11 +10,11 @@ export const bandRange = (band: Band) => ({
   to: formatDeg(band.to_deg, 0),
 });
 export const bandHead = (band: Band) => t("rhythm:heads.band", bandRange(band));
-export const ratioWords = (band: Band) =>
+export const describeRatio = (band: Band) =>
   band.reason ? t(`rhythm:reasons.${band.reason}`) : formatDeg(band.ratio);
 
 /** Return the published ratio for the direction and plane of a curve. */
-export function referenceWords({ reference }: Schemas["RhythmCurve"]): string {
+export function describeReference({ reference }: Schemas["RhythmCurve"]): string {
   if (!reference) return t("rhythm:noReference");
   const words = { ratio: formatDeg(reference.ratio), source: t(`rhythm:sources.${reference.source}.short`) };
   return reference.ratio_deviation === null

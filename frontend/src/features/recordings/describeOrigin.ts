@@ -7,7 +7,7 @@ export const describeEdits = (recording: Pick<Recording, "done" | "done_keys">):
   recording.done.map((text, index) => translateServerText(text, recording.done_keys[index]));
 
 /** Return the origin and the edits of a recording in words, or null for a taught recording. */
-export function madeOf(recording: Recording, others: Recording[]): string | null {
+export function describeOrigin(recording: Recording, others: Recording[]): string | null {
   if (recording.parent_id === null) return null;
   const parent = others.find((other) => other.id === recording.parent_id);
   const done = describeEdits(recording).at(-1) ?? t("common:made.changed");
