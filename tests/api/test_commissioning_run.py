@@ -261,7 +261,9 @@ def test_a_second_start_discards_no_stop(tmp_path: Path, monkeypatch: pytest.Mon
         assert refusal is not None and refusal.code == "commissioning_runs"
         station.ended.set()
         assert await first is None
-        await asyncio.wait_for(run._following, 10.0)  # type: ignore[arg-type]
+        assert run._following is not None
+        async with asyncio.timeout(_LIMIT_S):
+            await run._following
 
     asyncio.run(start_twice())
     assert json.loads(lines.read_text()) == {"stop": True}
@@ -287,15 +289,18 @@ def test_a_confirmation_of_an_earlier_run_confirms_nothing(tmp_path: Path, monke
         for _ in range(2):
             assert await run.start("full", None, technician, set()) is None
             assert run.progress is not None
-            while run.progress.instruction is None:
-                await asyncio.sleep(0.01)
+            async with asyncio.timeout(_LIMIT_S):
+                while run.progress.instruction is None:  # noqa: ASYNC110
+                    await asyncio.sleep(0.01)
             numbers.append(run.progress.instruction["number"])
             if len(numbers) == 1:
                 run._send({"stop": True})
             else:
                 assert not run.confirm(numbers[0], technician)
                 assert run.confirm(numbers[1], technician)
-            await asyncio.wait_for(run._following, 10.0)  # type: ignore[arg-type]
+            assert run._following is not None
+            async with asyncio.timeout(_LIMIT_S):
+                await run._following
 
     asyncio.run(run_twice())
     lines = [json.loads(line) for line in (tmp_path / "lines").read_text().splitlines()]

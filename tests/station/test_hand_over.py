@@ -65,9 +65,9 @@ def test_a_side_that_cannot_be_stored_is_refused(silent: list[Silent], monkeypat
 
 
 def test_a_configuration_that_cannot_be_stored_allows_no_motion(
-    silent: list[Silent], monkeypatch: pytest.MonkeyPatch
+    tmp_path: Path, silent: list[Silent], monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    at = station()
+    at = station(tmp_path)
     asyncio.run(at.hand_over(stop))
     before = at.config
     monkeypatch.setattr("kata.station.station.write", no_space)
@@ -77,3 +77,11 @@ def test_a_configuration_that_cannot_be_stored_allows_no_motion(
     silent[0].tell(snapshot())
     assert at.config == before
     assert at.live().refusals["load"].code == "file_not_written"
+    at.set_not_commissioned(None)
+    assert at.live().refusals["load"].code == "file_not_written", "the record fits the new configuration only"
+    monkeypatch.undo()
+    asyncio.run(at.hand_over(stop))
+    at.take_back(structs.replace(before, axes=axes))
+    at.set_not_commissioned(None)
+    silent[0].tell(snapshot())
+    assert "load" not in at.live().refusals

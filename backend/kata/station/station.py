@@ -102,7 +102,11 @@ class Station:
         self._on_journal = on_journal
         self._station_file = launch.station_file
         self._unfit: dict[CommandName, Refusal] = {}
-        """Commands that the station refuses because it is not commissioned."""
+        """Commands that the station refuses because it is not commissioned, or because its new configuration could not be stored."""
+        self._not_stored: Refusal | None = None
+        """Why the configuration of the last commissioning could not be stored. The device process then has the former one, although the
+        commissioning record fits the new one.
+        """
         self._setting_side = asyncio.Lock()
         self._stop_user: Callable[[], Awaitable[Refusal | None]] | None = None
         """Stops the program that uses the drives instead of the device process; None while the device process uses them."""
@@ -118,9 +122,10 @@ class Station:
         self.set_not_commissioned(not_commissioned)
 
     def set_not_commissioned(self, refusal: Refusal | None) -> None:
-        """Refuse every motion for a patient with ``refusal``; None allows motions again."""
+        """Refuse every motion for a patient with ``refusal``; None allows motions again, unless a new configuration could not be stored."""
         commands: tuple[CommandName, ...] = ("load", "teach")
-        self._unfit = dict.fromkeys(commands, refusal) if refusal else {}
+        unfit = self._not_stored or refusal
+        self._unfit = dict.fromkeys(commands, unfit) if unfit else {}
         self._subscriptions.note_change()
 
     def start(self) -> None:
@@ -204,9 +209,10 @@ class Station:
 
     def take_back(self, config: StationConfig | None = None) -> None:
         """Start the device process again after :meth:`hand_over`. ``config``: the new configuration; None: unchanged."""
-        if config is not None and (refusal := self._store(msgspec.structs.replace(config, side=self.config.side))):
-            # The next device process has the former configuration.
-            self.set_not_commissioned(refusal)
+        if config is not None:
+            self._not_stored = self._store(msgspec.structs.replace(config, side=self.config.side))
+            if self._not_stored:
+                self.set_not_commissioned(self._not_stored)
         self._stop_user = None
         self._tracker.has_run = False  # A planned restart is no control program that does not answer.
         self._process.start()

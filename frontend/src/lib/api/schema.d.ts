@@ -4767,7 +4767,7 @@ export interface components {
         CommissioningInstruction: {
             /**
              * Number
-             * @description Number of the instruction within this run.
+             * @description Number of the instruction. It is used once while the service runs.
              */
             number: number;
             /**
