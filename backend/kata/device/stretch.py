@@ -106,9 +106,9 @@ class TorqueStretch(EndFeelTest):
             return False
         movement.ramp_s = TURN_BACK_RAMP_S
         if self._phase == "out":
-            self._approach(movement, expected_nm)
-            # A hold would begin before the arm is weighed. The torque at the shoulder is then unknown.
-            unweighed = self._phase == "hold" and movement.position_s <= self._weighed_s[1]
+            begins_hold = self._approach(movement, expected_nm)
+            # The arm must be weighed before a hold. Without its weight the torque at the shoulder is unknown.
+            unweighed = begins_hold and movement.position_s <= self._weighed_s[1]
             return unweighed or expected_nm >= self._limit_nm
         self._hold_left_s -= self._cycle_s
         mean_nm = sum(self._recent) / len(self._recent)
@@ -156,13 +156,15 @@ class TorqueStretch(EndFeelTest):
             repetitions_left=self.repetitions_left,
         )
 
-    def _approach(self, movement: Movement, expected_nm: float) -> None:
-        """Slow the way out down near the target. Begin to hold there."""
+    def _approach(self, movement: Movement, expected_nm: float) -> bool:
+        """Slow the way out down near the target. Begin to hold there. Return True if the hold begins."""
         left_nm = self._torque_nm - _AIM_NM - expected_nm
-        if left_nm <= 0.0:
+        begins_hold = left_nm <= 0.0
+        if begins_hold:
             self._phase = "hold"
         ramp_nm = max(_RAMP_SHARE * self._chosen_nm, _RAMP_LEAST_NM)
         movement.top_override = min(max(left_nm / ramp_nm, _SLOWEST_OUT), 1.0)
+        return begins_hold
 
     def _hold(self, movement: Movement, mean_nm: float) -> None:
         """Move slowly towards the torque that is held. The arm may move back faster than out."""
