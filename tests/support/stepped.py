@@ -4,6 +4,7 @@ The drives here follow their setpoint at once; the simulator models real drives.
 """
 
 import copy
+import gc
 from collections.abc import Collection, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -32,6 +33,8 @@ from kata.motion.trajectory import Trajectory
 from kata.system.realtime import Granted
 
 NEVER_NS = 2**62
+WITHOUT_COLLECTION = mock.patch.object(gc, "collect", lambda: 0)
+"""The loop collects garbage when it opens a port, which here would walk through all objects of the tests."""
 REST_DEG = (15.0, 109.0, 10.0, 0.0, 0.0)
 
 
@@ -241,8 +244,7 @@ class Stepped:
             Granted(scheduling=False, memory_lock=False),
             now_ns=self._now_ns,
         )
-        # The loop collects garbage when it opens a port, which here would walk through all objects of the tests.
-        with mock.patch("kata.device.loop.gc.collect"):
+        with WITHOUT_COLLECTION:
             self.loop._open()
         if settle:
             self.forward(0.2)
