@@ -33,7 +33,13 @@ from kata.motion.trajectory import Trajectory
 from kata.system.realtime import Granted
 
 NEVER_NS = 2**62
-WITHOUT_COLLECTION = mock.patch.object(gc, "collect", lambda: 0)
+
+
+def _collect_nothing() -> int:
+    return 0
+
+
+WITHOUT_COLLECTION = mock.patch.object(gc, "collect", _collect_nothing)
 """The loop collects garbage when it opens a port, which here would walk through all objects of the tests."""
 REST_DEG = (15.0, 109.0, 10.0, 0.0, 0.0)
 
