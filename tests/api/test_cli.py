@@ -12,12 +12,12 @@ import pytest
 
 from kata.database.engine import Database
 from tests.support.databases import upgraded_file
-from tests.support.kata_command import kata
+from tests.support.kata_command import kata, kata_here
 from tests.support.processes import descendants, is_running
 
 
 def test_serve_requires_the_choice_of_an_apparatus(tmp_path: Path) -> None:
-    done = kata("serve", "--data", tmp_path, folder=tmp_path)
+    done = kata_here("serve", "--data", tmp_path)
     assert done.returncode == 1
     assert "--station FILE.toml" in done.stderr
 
@@ -31,8 +31,9 @@ def test_serve_requires_the_choice_of_an_apparatus(tmp_path: Path) -> None:
     ],
 )
 def test_serve_reports_a_wrong_station_file(tmp_path: Path, text: str, sentence: str) -> None:
-    (tmp_path / "station.toml").write_text(text)
-    done = kata("serve", "--station", "station.toml", "--data", tmp_path, "--port", "0", folder=tmp_path)
+    file = tmp_path / "station.toml"
+    file.write_text(text)
+    done = kata_here("serve", "--station", file, "--data", tmp_path, "--port", "0")
     assert done.returncode == 1
     assert sentence in done.stderr
     assert "Traceback" not in done.stderr
@@ -41,7 +42,7 @@ def test_serve_reports_a_wrong_station_file(tmp_path: Path, text: str, sentence:
 def test_serve_reports_a_port_in_use(tmp_path: Path) -> None:
     with socket.create_server(("127.0.0.1", 0)) as taken:
         port = str(taken.getsockname()[1])
-        done = kata("serve", "--simulate", "--data", tmp_path, "--port", port, folder=tmp_path)
+        done = kata_here("serve", "--simulate", "--data", tmp_path, "--port", port)
     assert done.returncode == 1
     assert f"Cannot listen on 127.0.0.1:{port}" in done.stderr
     assert "Traceback" not in done.stderr

@@ -6,6 +6,7 @@ import subprocess
 import sys
 import time
 from collections.abc import Callable
+from contextlib import closing
 from pathlib import Path
 from typing import Any
 
@@ -13,9 +14,11 @@ import httpx2
 
 from benchmarks import postgresql
 from kata.auth.login_session import COOKIE
+from kata.database.engine import Database
 from tests.support.login import signed_in_at
 from tests.support.ports import free_port
-from tests.support.preflight import BY_HAND, TEACHING_CHECKED, confirmation
+from tests.support.preflight import BY_HAND, confirmation
+from tests.support.recordings import lifted, store
 from tests.support.station_commands import operate
 
 LIMIT_S = 60.0
@@ -26,6 +29,7 @@ class Served:
 
     def __init__(self, folder: Path, database_url: str = "") -> None:
         cookie = signed_in_at(folder, database_url=database_url)
+        self.database_url = database_url or f"sqlite:///{folder / 'kata.db'}"
         port = free_port()
         command = [sys.executable, "-m", "kata", "serve", "--simulate", "--data", str(folder), "--port", str(port)]
         environment = os.environ | ({"KATA_DATABASE_URL": database_url} if database_url else {})
@@ -80,18 +84,12 @@ def try_estop(served: Served, patient_id: str) -> None:
     served.until(lambda: "estop" not in still_open())
 
 
-def taught(served: Served) -> tuple[str, str]:
-    """Return the ids of a new patient and a recording."""
+def prepare(served: Served) -> tuple[str, str]:
+    """Test the emergency stop, and return the ids of a new patient and a recording."""
     patient_id = served.call("POST", "patients", {"clinic_number": "1", "name": "N", "affected_side": "right"})["id"]
     try_estop(served, patient_id)
-    teaching = {"patient_id": patient_id, "fixtures": ["arm_fixer_1"]} | TEACHING_CHECKED
-    served.call("POST", "station/teach", teaching)
-    served.call("POST", "simulator/guide", {"motion_id": "built-in-1"})
-    served.until(lambda: served.call("GET", "simulator")["hand"]["phase"] == "away")
-    served.call("POST", "station/finish-teaching")
-    recordings = f"patients/{patient_id}/recordings"
-    served.until(lambda: served.call("GET", recordings)["items"])
-    return patient_id, served.call("GET", recordings)["items"][0]["id"]
+    with closing(Database(served.database_url)) as database:
+        return patient_id, str(store(database, patient_id, lifted(), fixtures=["arm_fixer_1"]))
 
 
 def play(served: Served, session_id: str, **what: Any) -> str:
@@ -109,7 +107,7 @@ def play(served: Served, session_id: str, **what: Any) -> str:
 
 def test_measured_samples_survive_a_killed_service(tmp_path: Path) -> None:
     first = Served(tmp_path)
-    patient_id, recording_id = taught(first)
+    patient_id, recording_id = prepare(first)
     session = first.call("POST", "sessions", {"patient_id": patient_id})
     run_id = play(first, session["id"], recording_id=recording_id)
     first.end(signal.SIGKILL)
@@ -128,7 +126,7 @@ def test_measured_samples_survive_a_killed_service(tmp_path: Path) -> None:
 
 def test_service_killed_during_an_outage_recovers_its_session(server: postgresql.Server, tmp_path: Path) -> None:
     first = Served(tmp_path, server.url)
-    patient_id, recording_id = taught(first)
+    patient_id, recording_id = prepare(first)
     items = {"name": "Morning", "items": [{"load_level": 25, "recording_id": recording_id}]}
     version_id = first.call("POST", f"patients/{patient_id}/programmes", items)["current"]["id"]
     first.until(lambda: "kata_ready_patients 1.0" in first.metrics())

@@ -2,10 +2,13 @@
 
 import json
 from pathlib import Path
+from typing import NoReturn
 
 import pytest
 
+from kata.clinic import texts
 from kata.database.engine import Database
+from kata.errors import ProblemError
 from kata.motion.builtin import built_in_motions
 from kata.motion.taught import Taught
 from tests.support.kata_command import kata, kata_here
@@ -48,6 +51,19 @@ def test_demo_reports_errors_in_a_file(tmp_path: Path) -> None:
         assert "Traceback" not in done.stderr
 
 
+def test_demo_reports_a_refusal(tmp_path: Path, motion: Taught, monkeypatch: pytest.MonkeyPatch) -> None:
+    async def refused(*_: object) -> NoReturn:
+        raise ProblemError(422, "unplayable", texts.RUN_NOT_PLAYABLE(reason="motor 3 would move at 90 deg/s"))
+
+    monkeypatch.setattr("kata.cli.demo._demonstrated", refused)
+    done = kata_here("demo", "--taught", write_csv(motion, tmp_path / "fast.csv"), "--data", tmp_path)
+    assert done.returncode == 1
+    assert "cannot be played with these settings: motor 3 would move at" in done.stderr
+    assert "Traceback" not in done.stderr
+
+
+# The refusal itself is tested with the API.
+@pytest.mark.campaign
 def test_demo_reports_a_motion_too_fast_for_the_apparatus(tmp_path: Path) -> None:
     slow = built_in_motions()[3]
     fast = Taught("fast", slow.times_s / 8, slow.poses_deg)

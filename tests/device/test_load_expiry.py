@@ -4,6 +4,7 @@ import tempfile
 from pathlib import Path
 from typing import Final
 
+import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 from msgspec import structs
@@ -67,6 +68,7 @@ def test_suspension_of_the_computer_counts(tmp_path: Path) -> None:
     assert stepped.mode == "idle"
 
 
+@pytest.mark.no_cover
 @given(
     st.lists(
         st.tuples(st.sampled_from([1.0, 300.0, 599.0, 601.0, 7200.0]), st.booleans(), st.booleans()),

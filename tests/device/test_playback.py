@@ -137,6 +137,7 @@ def test_remaining_time_counts_down_to_zero(playing: Stepped) -> None:
     assert left[-1] < 0.2
 
 
+@pytest.mark.no_cover
 @pytest.mark.parametrize(
     ("rate_hz", "between_s"),
     [(10, 0.1), (50, 0.02), (100, 0.01)],

@@ -15,7 +15,7 @@ from kata.motion.linkage import Floats
 from kata.motion.method import Method, reference
 from kata.motion.path import PathPoint
 from kata.motion.trajectory import Trajectory
-from tests.support.playback import METHODS, MOVING, load, place_s, sent, station, until_place
+from tests.support.playback import MOVING, load, place_s, sent, station, until_place
 from tests.support.stepped import REST_DEG, Stepped
 
 SECONDS = 4.0
@@ -248,7 +248,9 @@ def playing(folder: Path, method: Method = "smooth", **settings: float) -> Stepp
     return stepped
 
 
-@pytest.mark.parametrize("method", METHODS)
+@pytest.mark.parametrize(
+    "method", ["paper", *(pytest.param(method, marks=pytest.mark.no_cover) for method in ("smooth", "learned"))]
+)
 def test_less_makes_the_strokes_smaller_and_they_grow_again(tmp_path: Path, method: Method) -> None:
     stepped = playing(tmp_path, method)
     until_place(stepped, 3.0)
@@ -299,6 +301,7 @@ def test_reduced_range_reduces_the_learned_correction(tmp_path: Path) -> None:
     assert sent(stepped)[-1] - middle_deg[MOVING] == pytest.approx(2.0 * run.range_override.share, abs=0.05)
 
 
+@pytest.mark.no_cover
 def test_reduced_playback_is_marked_and_neither_compared_nor_learned(tmp_path: Path) -> None:
     stepped = playing(tmp_path)
     until_place(stepped, 3.0)
@@ -313,6 +316,7 @@ def test_reduced_playback_is_marked_and_neither_compared_nor_learned(tmp_path: P
     assert np.any(recorded.path_s[recorded.phase == journal.PHASE_PLAYING] > lessened.max())
 
 
+@pytest.mark.no_cover
 def test_reduction_requested_in_a_pause_applies_on_resume(tmp_path: Path) -> None:
     stepped = playing(tmp_path)
     until_place(stepped, 2.0)
@@ -329,6 +333,7 @@ def test_reduction_requested_in_a_pause_applies_on_resume(tmp_path: Path) -> Non
     assert stepped.causes() == []
 
 
+@pytest.mark.no_cover
 def test_going_back_from_less_begins_where_the_arm_is(tmp_path: Path) -> None:
     stepped = playing(tmp_path, lag_s=0.08)
     until_place(stepped, 1.9)

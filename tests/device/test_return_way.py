@@ -107,6 +107,7 @@ def check_returned(station: Stepped, motion: Motion) -> None:
     assert np.abs(written[-1] - motion.here_deg).max() < 1.0
 
 
+@pytest.mark.no_cover
 @pytest.mark.parametrize(("seed", "paused_at", "reduced"), [(2, 0.91, False), (36, None, False), (175, None, True)])
 def test_arm_returns_where_the_straight_way_leaves_the_limits(
     tmp_path: Path, seed: int, paused_at: float | None, reduced: bool
@@ -119,13 +120,14 @@ def test_arm_returns_where_the_straight_way_leaves_the_limits(
     check_returned(station, motion)
 
 
+@pytest.mark.no_cover
 @given(
     st.integers(0, 2**32 - 1),
     st.sampled_from(["smooth", "smooth", "paper"]),
     st.one_of(st.none(), st.floats(0.0, 1.0)),
     st.booleans(),
 )
-@examples(few=6, many=1_000)
+@examples(few=3, many=1_000)
 def test_arm_returns_from_every_place_of_a_recording(
     tmp_path_factory: pytest.TempPathFactory, seed: int, method: str, paused_at: float | None, reduced: bool
 ) -> None:
@@ -140,8 +142,9 @@ def test_arm_returns_from_every_place_of_a_recording(
         check_returned(station, motion)
 
 
+@pytest.mark.no_cover
 @given(st.integers(0, 2**32 - 1), st.floats(0.0, 1.0))
-@examples(few=5, many=1_000)
+@examples(few=3, many=1_000)
 def test_range_is_only_reduced_to_shares_within_the_limits(seed: int, place: float) -> None:
     motion = around_a_corner(np.random.default_rng(seed))
     reference = build(motion.load(), CONFIG) if motion else None
@@ -243,6 +246,7 @@ def _returned(folder: Path, motion: Motion, paused_before_end_s: float) -> Float
     return np.array(station.apparatus.written[before - 1 :])
 
 
+@pytest.mark.no_cover
 def test_return_along_recording_keeps_approach_speed(tmp_path: Path) -> None:
     setpoints_deg = _returned(tmp_path, _motion(1), 0.4)
     # Over 0.2 s, because the feed-forward changes within some setpoints where the arm starts and turns.
@@ -250,6 +254,7 @@ def test_return_along_recording_keeps_approach_speed(tmp_path: Path) -> None:
     assert fastest_deg_s < 1.05 * CONFIG.approach_speed_deg_s
 
 
+@pytest.mark.no_cover
 def test_return_along_recording_repeats_no_repetition(tmp_path: Path) -> None:
     motion = _motion(2)
     setpoints_deg = _returned(tmp_path, motion, 0.4)

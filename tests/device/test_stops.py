@@ -54,6 +54,7 @@ def test_port_lost_between_two_cycles_is_noticed_in_the_next(playing: Stepped) -
     assert playing.causes() == ["bus_lost"]
 
 
+@pytest.mark.no_cover
 def test_release_alone_starts_nothing_and_acknowledgement_alone_starts_nothing(playing: Stepped) -> None:
     playing.apparatus.estop_open = True
     playing.forward(0.2)

@@ -30,10 +30,16 @@ def lifted(top_deg: float = 90.0) -> Callable[[Floats], Floats]:
 def taught(client: TestClient, patient: dict[str, Any], at: Callable[[Floats], Floats], **given: Any) -> dict[str, Any]:
     """Create a recording of a right shoulder as if it had been taught."""
     app: Any = client.app
-    database: Database = app.state.services.database
+    recording_id = store(app.state.services.database, patient["id"], at, **given)
+    made: dict[str, Any] = client.get(f"/api/recordings/{recording_id}").json()
+    return made
+
+
+def store(database: Database, patient_id: str, at: Callable[[Floats], Floats], **given: Any) -> UUID:
+    """Write a recording of a right shoulder to the database, and return its id."""
     times_s = np.arange(0, LASTS_S + 0.005, 0.01)
     angles_deg = motor_angles_deg(at(times_s), "right")
-    common = {"patient_id": UUID(patient["id"]), "name": "Lift", "side": "right"} | given
+    common = {"patient_id": UUID(patient_id), "name": "Lift", "side": "right"} | given
     with database.write() as session:
         teaching = TeachingRow(id=uuid4(), started_at=datetime.now(UTC), **common)
         session.add(teaching)
@@ -45,5 +51,4 @@ def taught(client: TestClient, patient: dict[str, Any], at: Callable[[Floats], F
         session.add(row)
         session.flush()
         SAMPLES.store(session, row.id, pack({"time_s": times_s, "angle_deg": angles_deg}, SAMPLE_COLUMNS), None)
-    made: dict[str, Any] = client.get(f"/api/recordings/{row.id}").json()
-    return made
+    return row.id

@@ -2,7 +2,6 @@
 
 from pathlib import Path
 from typing import Any
-from unittest import mock
 
 import msgspec
 import numpy as np
@@ -15,7 +14,7 @@ from kata.device.loop import ControlLoop
 from kata.motion.linkage import Floats
 from kata.system.realtime import Granted
 from kata.testing.world import RecordingWorld
-from tests.support.stepped import NEVER_NS, SteppedServiceLink
+from tests.support.stepped import NEVER_NS, WITHOUT_COLLECTION, SteppedServiceLink
 
 START_DEG = np.array([17.0, 107.0, 12.0, 2.0, -2.0])
 """Close to the arm's rest pose."""
@@ -58,8 +57,7 @@ class SimulatedLoop:
 
     def tick(self) -> None:
         """Run a cycle at its deadline and sleep until the next."""
-        # The loop collects garbage when it opens a port, which here would walk through all objects of the tests.
-        with mock.patch("kata.device.loop.gc.collect"):
+        with WITHOUT_COLLECTION:
             assert self.loop.tick()
 
     def run(self, seconds: float) -> None:

@@ -4,6 +4,7 @@ The drives here follow their setpoint at once; the simulator models real drives.
 """
 
 import copy
+import gc
 from collections.abc import Collection, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -32,6 +33,14 @@ from kata.motion.trajectory import Trajectory
 from kata.system.realtime import Granted
 
 NEVER_NS = 2**62
+
+
+def _collect_nothing() -> int:
+    return 0
+
+
+WITHOUT_COLLECTION = mock.patch.object(gc, "collect", _collect_nothing)
+"""The loop collects garbage when it opens a port, which here would walk through all objects of the tests."""
 REST_DEG = (15.0, 109.0, 10.0, 0.0, 0.0)
 
 
@@ -241,8 +250,7 @@ class Stepped:
             Granted(scheduling=False, memory_lock=False),
             now_ns=self._now_ns,
         )
-        # The loop collects garbage when it opens a port, which here would walk through all objects of the tests.
-        with mock.patch("kata.device.loop.gc.collect"):
+        with WITHOUT_COLLECTION:
             self.loop._open()
         if settle:
             self.forward(0.2)
