@@ -16,6 +16,7 @@ from kata.audit.chain import Head
 from kata.clinic.event_spool import EventSpool
 from kata.database.engine import Database
 from tests.support.audit_tampering import cut, cut_anchor, guards_down
+from tests.support.databases import SQLITE_FIRST
 
 LIMIT_S = 30.0
 
@@ -107,6 +108,7 @@ def critical_messages(database: Database, tmp_path: Path, caplog: pytest.LogCapt
     return run
 
 
+@SQLITE_FIRST
 def test_service_reports_a_cut_of_database_and_anchor(
     database: Database, tmp_path: Path, critical_messages: Callable[[], list[str]]
 ) -> None:
@@ -122,6 +124,7 @@ def test_service_reports_a_cut_of_database_and_anchor(
     assert f"the anchor has the head {rows}:" in message
 
 
+@SQLITE_FIRST
 def test_anchor_restored_from_its_copy_continues_the_trail(
     tmp_path: Path, critical_messages: Callable[[], list[str]]
 ) -> None:

@@ -29,6 +29,7 @@ from kata.clinic.patients.tables import PatientRow
 from kata.clinic.stations.tables import StationRow
 from kata.database.base import utc_now
 from kata.database.engine import Database
+from tests.support.databases import SQLITE_FIRST
 
 SATO = Actor(uuid4(), uuid4(), "Sato", "therapist", frozenset())
 
@@ -111,6 +112,7 @@ class TestWhatIsWritten:
         assert context.audited == {"done"}
         assert verified(chained).intact
 
+    @SQLITE_FIRST
     def test_rolled_back_change_leaves_no_audit_row_and_no_gap(self, chained: Database) -> None:
         def half_done() -> None:
             with chained.write() as session:
@@ -160,6 +162,7 @@ class TestWhatIsWritten:
             context.account_id = whose
             assert entries.entry("sign_in_by_password", "done").account_id == SATO.account_id
 
+    @SQLITE_FIRST
     def test_unrequested_change_is_recorded_as_the_programs(self, chained: Database) -> None:
         with request("turn") as context, by_program("import_journal"), chained.write() as session:
             session.add(new_patient())
@@ -195,6 +198,7 @@ class TestWhatIsWritten:
             session.execute(update(PatientRow).values(notes=""))
         assert json.loads(rows(chained)[0].detail) == {"added": {"patients": 9}, "changed_many": ["patients"]}
 
+    @SQLITE_FIRST
     def test_texts_that_no_column_holds_are_cut_and_not_refused(self, chained: Database) -> None:
         with request("odd\0" + "x" * 80, subject="\ud800" + "s" * 200), chained.write() as session:
             entries.add_entry(session, entries.entry("odd\0" + "x" * 80))
@@ -204,6 +208,7 @@ class TestWhatIsWritten:
 
 
 class TestOneChain:
+    @SQLITE_FIRST
     def test_concurrent_writers_make_one_chain_without_gaps(self, database: Database) -> None:
         """Write from two engines on one database, four threads each, like two services."""
         other = Database(database.url.render_as_string(hide_password=False))
@@ -254,6 +259,7 @@ class TestOneChain:
 
 
 class TestQueue:
+    @SQLITE_FIRST
     def test_views_are_deduplicated_per_minute_person_action_and_object(
         self, database: Database, tmp_path: Path
     ) -> None:
@@ -298,6 +304,7 @@ class TestQueue:
             views.add(view, b"/api/patients/%d?" % number)
         assert [(view, b"/api/patients/%d?" % number) in views for number in (1, 2, 3)] == [True, False, True]
 
+    @SQLITE_FIRST
     def test_views_wait_for_a_full_disk_and_device_commands_continue(
         self, database: Database, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
     ) -> None:
@@ -323,6 +330,7 @@ class TestQueue:
         assert sorted(actions[2:-1]) == sorted(f"look {n}" for n in range(20))
         assert verified(database, tmp_path).intact
 
+    @SQLITE_FIRST
     def test_audit_writers_do_not_wait_during_outages_and_keep_order(
         self, database: Database, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
     ) -> None:
@@ -344,6 +352,7 @@ class TestQueue:
         assert answer == ["service_started", *(f"look {n}" for n in range(20)), "service_ended"]
         assert verified(database, tmp_path).intact
 
+    @SQLITE_FIRST
     def test_temporarily_unwritable_database_loses_no_audit_rows(
         self, database: Database, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
     ) -> None:
@@ -362,6 +371,7 @@ class TestQueue:
 
 
 class TestAnchor:
+    @SQLITE_FIRST
     def test_anchor_follows_every_commit_and_records_the_trail_length(self, database: Database, tmp_path: Path) -> None:
         with trail_of(database, tmp_path) as audit_log:
             assert audit_log.until_written()
@@ -374,6 +384,7 @@ class TestAnchor:
         assert [row.anchored for row in rows(database)] == [0, 1, 2, 3, 4]
         assert verified(database, tmp_path).intact
 
+    @SQLITE_FIRST
     def test_crash_between_commit_and_anchor_is_reported_at_next_start(
         self, database: Database, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, caplog: pytest.LogCaptureFixture
     ) -> None:
@@ -390,6 +401,7 @@ class TestAnchor:
         assert verified(database, tmp_path).intact
         assert not [record for record in caplog.records if record.levelno >= logging.CRITICAL]
 
+    @SQLITE_FIRST
     def test_anchor_line_torn_by_a_power_cut_is_written_past(self, database: Database, tmp_path: Path) -> None:
         with trail_of(database, tmp_path):
             pass
@@ -400,6 +412,7 @@ class TestAnchor:
         assert [line.line for line in anchor.read(tmp_path / "audit.anchor")] == [1, 2, 3, 4]
         assert verified(database, tmp_path).intact
 
+    @SQLITE_FIRST
     def test_unwritable_anchor_disk_delays_no_change(
         self, database: Database, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, caplog: pytest.LogCaptureFixture
     ) -> None:
@@ -416,6 +429,7 @@ class TestAnchor:
         assert "anchor cannot be written" in caplog.text
         assert verified(database, tmp_path).intact
 
+    @SQLITE_FIRST
     def test_service_reports_a_truncated_trail_in_log_and_trail(
         self, database: Database, tmp_path: Path, caplog: pytest.LogCaptureFixture
     ) -> None:
@@ -433,6 +447,7 @@ class TestAnchor:
         assert [row.action for row in rows(database)][3] == "audit_broken"
         assert not verified(database, tmp_path).intact
 
+    @SQLITE_FIRST
     def test_restoring_a_backup_is_recorded_and_is_no_damage(self, database: Database, tmp_path: Path) -> None:
         with trail_of(database, tmp_path) as audit_log:
             for n in range(4):

@@ -1,5 +1,6 @@
 """The data of before an update: saved, put back, and whole when a put-back is killed at any change."""
 
+import shutil
 import signal
 import sqlite3
 import subprocess
@@ -28,6 +29,7 @@ from tests.support.login import signed_in
 from tests.support.patients import add_patient, clinic_numbers
 
 SATO: Final = Actor(uuid4(), uuid4(), "Sato", "therapist", frozenset())
+_CHANGES: Final = range(1, 12)
 _PUT_BACK_KILLED: Final = """
 import os, signal, sys
 from pathlib import Path
@@ -41,30 +43,38 @@ def kill(event, arguments):
     global changes
     if event in ("os.rename", "os.link", "sqlite3.connect", "os.remove"):
         changes += 1
-        if changes == int(sys.argv[2]):
+        if changes == last:
             os.kill(os.getpid(), signal.SIGKILL)
 
 
-settings = Settings(data=Path(sys.argv[1]), database_url="")
-sys.addaudithook(kill)
-put_back(settings)
+for last, folder in enumerate(sys.argv[1:], start=1):
+    if not (child := os.fork()):
+        sys.addaudithook(kill)
+        put_back(Settings(data=Path(folder), database_url=""))
+        os._exit(0)
+    print(os.waitstatus_to_exitcode(os.waitpid(child, 0)[1]))
 """
+"""Puts the data of each folder back, in processes that share their imports. The process of folder n is killed before its change n."""
+
+
+def saved_clinic(folder: Path) -> Settings:
+    """Return the settings of a clinic with a patient, whose data of before an update were saved."""
+    upgraded_file(folder / "kata.db")
+    made = Settings(data=folder, database_url="")
+    with opened(made) as database:
+        add_patient(database, "K-1")
+        signed_in(database)
+    (folder / "journal").mkdir()
+    (folder / "journal" / "run-1.journal").write_bytes(b"measured")
+    (folder / "spool").mkdir()
+    (folder / "spool" / "1.spool").write_bytes(b"waiting")
+    assert save(made)
+    return made
 
 
 @pytest.fixture
 def settings(tmp_path: Path) -> Settings:
-    """Return the settings of a clinic with a patient, whose data of before an update were saved."""
-    upgraded_file(tmp_path / "kata.db")
-    made = Settings(data=tmp_path, database_url="")
-    with opened(made) as database:
-        add_patient(database, "K-1")
-        signed_in(database)
-    (tmp_path / "journal").mkdir()
-    (tmp_path / "journal" / "run-1.journal").write_bytes(b"measured")
-    (tmp_path / "spool").mkdir()
-    (tmp_path / "spool" / "1.spool").write_bytes(b"waiting")
-    assert save(made)
-    return made
+    return saved_clinic(tmp_path)
 
 
 @contextmanager
@@ -145,13 +155,27 @@ def test_a_postgresql_database_is_not_touched(tmp_path: Path) -> None:
     assert not put_back(settings)
 
 
-@pytest.mark.parametrize("change", range(1, 12))
-def test_a_killed_put_back_leaves_one_whole_database(settings: Settings, change: int) -> None:
-    before = schema(settings)
-    migrate(settings)
-    command = [sys.executable, "-c", _PUT_BACK_KILLED, str(settings.data), str(change)]
-    done = subprocess.run(command, capture_output=True, text=True, timeout=120, check=False)
-    assert done.returncode in (0, -signal.SIGKILL), done.stderr
+@pytest.fixture(scope="module")
+def killed(tmp_path_factory: pytest.TempPathFactory) -> tuple[str, list[Settings], list[int]]:
+    """Return the schema before the update, the clinics whose put-back was killed, and the exit codes of the processes."""
+    saved = saved_clinic(tmp_path_factory.mktemp("saved"))
+    before = schema(saved)
+    migrate(saved)
+    top = tmp_path_factory.mktemp("killed")
+    clinics = [Settings(data=shutil.copytree(saved.data, top / str(n)), database_url="") for n in _CHANGES]
+    command = [sys.executable, "-c", _PUT_BACK_KILLED, *(str(clinic.data) for clinic in clinics)]
+    done = subprocess.run(command, capture_output=True, text=True, timeout=120, check=True)
+    return before, clinics, [int(code) for code in done.stdout.split()]
+
+
+@pytest.mark.parametrize("change", _CHANGES)
+def test_a_killed_put_back_leaves_one_whole_database(
+    killed: tuple[str, list[Settings], list[int]], change: int
+) -> None:
+    before, clinics, codes = killed
+    settings = clinics[change - 1]
+    assert codes[change - 1] in (0, -signal.SIGKILL)
+    assert codes[0] == -signal.SIGKILL
     assert schema(settings) in (before, "newer")
     put_back(settings)
     assert schema(settings) == before

@@ -13,6 +13,7 @@ from kata.clinic.patients import service as patients
 from kata.clinic.patients.schemas import PatientCreate
 from kata.database.engine import Database
 from kata.errors import ProblemError
+from tests.support.databases import SQLITE_FIRST
 
 DAY = datetime(2026, 3, 2, 9, 30, tzinfo=UTC)
 SPADI = [8, 7, 6, 5, 4, 3, 3, 3, 3, 3, 3, 3, 3]
@@ -35,6 +36,7 @@ def episode_id(database: Database) -> UUID:
         return row.episode.id
 
 
+@SQLITE_FIRST
 def test_assessment_is_saved_unchanged(database: Database, episode_id: UUID) -> None:
     entries = [
         rom(31.5, motion="external_rotation", position="abducted_90", kind="passive"),
@@ -121,6 +123,7 @@ def test_next_page_continues_where_the_list_ended(database: Database, episode_id
         assert [row.id for row in rows] == [made[2], made[1]]
 
 
+@SQLITE_FIRST
 def test_an_assessment_never_becomes_empty(database: Database, episode_id: UUID) -> None:
     with database.write() as session:
         row = service.create(session, episode_id, found())
@@ -131,6 +134,7 @@ def test_an_assessment_never_becomes_empty(database: Database, episode_id: UUID)
         assert service.get(session, row.id).pain_rest == 3
 
 
+@SQLITE_FIRST
 def test_unknown_measures_of_another_version_are_tolerated(database: Database, episode_id: UUID) -> None:
     with database.write() as session:
         row = service.create(session, episode_id, found(rom=[rom(95)]))
@@ -142,6 +146,7 @@ def test_unknown_measures_of_another_version_are_tolerated(database: Database, e
     assert [(entry.motion, entry.angle_deg) for entry in stored.rom] == [("flexion", 95), ("extension", 95)]
 
 
+@SQLITE_FIRST
 def test_missing_record_is_not_found(database: Database) -> None:
     with pytest.raises(ProblemError) as raised, database.write() as session:
         service.create(session, uuid4(), found())

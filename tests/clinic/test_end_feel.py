@@ -18,6 +18,7 @@ from kata.errors import ProblemError
 from kata.reporting import charts, rendering
 from kata.reporting import session as session_report
 from kata.reporting.phrases import Language
+from tests.support.databases import SQLITE_FIRST
 from tests.support.end_feel_runs import CHOSEN_NM, NM_DEG, ONSET_DEG, SPEED_DEG_S, STATION, begin, ended, row_of
 from tests.support.fhir_bundle import exported, judged, of_kind
 from tests.support.imported_runs import STARTED, Clinic, pose
@@ -47,6 +48,7 @@ def played(clinic: Clinic, recording: UUID, **given: tuple[float, ...]) -> EndFe
     return ended(clinic, begin(clinic, recording, "test"), TURNS_DEG, shoulder=True, **given)
 
 
+@SQLITE_FIRST
 def test_known_capsule_gives_range_onset_and_stiffness(clinic: Clinic, recording: UUID, baseline: UUID) -> None:
     row = played(clinic, recording)
     assert (row.motor, row.motion, row.outward, row.unmeasured) == (3, 4, 1, None)
@@ -63,12 +65,14 @@ def test_patient_who_pushes_in_one_repetition_has_no_figures(clinic: Clinic, rec
     assert row.disagreement_nm is not None and row.disagreement_nm > 0.2
 
 
+@SQLITE_FIRST
 def test_test_without_a_baseline_of_today_is_refused(clinic: Clinic, recording: UUID) -> None:
     with pytest.raises(ProblemError) as refused:
         begin(clinic, recording, "test")
     assert refused.value.code == "no_baseline_today"
 
 
+@SQLITE_FIRST
 def test_baseline_of_another_speed_does_not_count(clinic: Clinic, recording: UUID, baseline: UUID) -> None:
     with clinic.database.read() as session:
         today = utc_now().replace(hour=0, minute=0, second=0, microsecond=0)
@@ -99,6 +103,7 @@ def test_test_goes_no_farther_than_its_baseline(clinic: Clinic, recording: UUID)
     assert row_of(clinic, begin(clinic, recording, "test")).further_deg == 5.0
 
 
+@SQLITE_FIRST
 def test_end_feel_run_counts_no_repetitions_and_no_errors(clinic: Clinic, recording: UUID, baseline: UUID) -> None:
     row = played(clinic, recording)
     with clinic.database.read() as session:
@@ -126,6 +131,7 @@ def test_curves_hold_earlier_tests_and_figures(clinic: Clinic, recording: UUID, 
         assert len(found.figure.data) == 4
 
 
+@SQLITE_FIRST
 def test_guide_shows_baselines_and_tests_of_the_session(clinic: Clinic, recording: UUID, baseline: UUID) -> None:
     run_id = played(clinic, recording).run_id
     with clinic.database.read() as session:
@@ -138,6 +144,7 @@ def test_guide_shows_baselines_and_tests_of_the_session(clinic: Clinic, recordin
         assert elsewhere.baseline_run_id is None
 
 
+@SQLITE_FIRST
 def test_curve_as_csv_has_units_and_every_place(clinic: Clinic, recording: UUID, baseline: UUID) -> None:
     row = played(clinic, recording)
     with clinic.database.read() as session:
@@ -150,6 +157,7 @@ def test_curve_as_csv_has_units_and_every_place(clinic: Clinic, recording: UUID,
             end_feel_results.as_csv(session, begin_without_curve(clinic, recording))
 
 
+@SQLITE_FIRST
 def test_observation_has_method_and_components(clinic: Clinic, recording: UUID, baseline: UUID, tmp_path: Path) -> None:
     row = played(clinic, recording)
     bundle = exported(clinic.database, clinic.patient_id, tmp_path / "bundle.json")
@@ -166,6 +174,7 @@ def test_observation_has_method_and_components(clinic: Clinic, recording: UUID, 
     assert judged({"bundle": bundle}) == {"bundle": []}
 
 
+@SQLITE_FIRST
 def test_observation_without_figures_says_why(clinic: Clinic, recording: UUID, baseline: UUID, tmp_path: Path) -> None:
     played(clinic, recording, bursts_nm=(0.0, 1.5, 0.0))
     bundle = exported(clinic.database, clinic.patient_id, tmp_path / "bundle.json")
@@ -179,6 +188,7 @@ def test_observation_without_figures_says_why(clinic: Clinic, recording: UUID, b
     assert judged({"bundle": bundle}) == {"bundle": []}
 
 
+@SQLITE_FIRST
 @pytest.mark.parametrize(("language", "words"), [("en", "End-feel test"), ("ja", "エンドフィール検査")])
 def test_session_report_has_figures_of_the_test(
     clinic: Clinic, recording: UUID, baseline: UUID, language: Language, words: str
@@ -192,6 +202,7 @@ def test_session_report_has_figures_of_the_test(
     assert page.count("<circle") == 2
 
 
+@SQLITE_FIRST
 @pytest.mark.parametrize("outward", [1, -1])
 def test_reports_curve_has_dots_at_onset_and_range(
     clinic: Clinic, recording: UUID, baseline: UUID, outward: Literal[1, -1]

@@ -34,10 +34,12 @@ from kata.interop.codes import (
 )
 from kata.interop.fhir_import import FhirImportError, read_patients
 from kata.messages import key_of
+from tests.support.databases import SQLITE_FIRST
 from tests.support.fhir_bundle import Json, everything, exported, judged, of_kind
 from tests.support.fhir_patient import KANA, NAME, NUMBER, treated
 
 
+@SQLITE_FIRST
 def test_a_patient_with_fifty_sessions_is_accepted_by_both_validators(database: Database, tmp_path: Path) -> None:
     patient_id = treated(database)
     bundle = exported(database, patient_id, tmp_path / "bundle.json")
@@ -52,6 +54,7 @@ def test_a_patient_with_fifty_sessions_is_accepted_by_both_validators(database: 
     assert kinds["Observation"] == 50 * 2 + 50 * 2 + 25 + 5 * (64 + 4 + 1 + 1) + 2 + 2
 
 
+@SQLITE_FIRST
 def test_same_record_makes_the_same_bundle_with_resolvable_references(database: Database, tmp_path: Path) -> None:
     patient_id = treated(database, sessions=3)
     bundle = exported(database, patient_id, tmp_path / "bundle.json")
@@ -189,6 +192,7 @@ def test_statement_of_an_older_version_stays_final(database: Database, tmp_path:
     assert _changes(second, _said(exported(database, patient_id, tmp_path / "bundle.json"))) == _AMENDMENTS
 
 
+@SQLITE_FIRST
 def test_renamed_code_amends_nothing(database: Database, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     patient_id = treated(database, sessions=1)
     first = _said(exported(database, patient_id, tmp_path / "bundle.json"))
@@ -216,6 +220,7 @@ def test_values_of_an_open_session_are_preliminary_and_become_final(database: Da
     assert "amended" not in {now for _, _, now in changes}
 
 
+@SQLITE_FIRST
 def test_every_code_of_our_own_is_declared_in_the_bundle(database: Database, tmp_path: Path) -> None:
     bundle = exported(database, treated(database, sessions=1), tmp_path / "bundle.json")
     (declared,) = of_kind(bundle, "CodeSystem")
@@ -301,6 +306,7 @@ def test_run_names_its_following_error_and_its_change_by_settings(database: Data
         }
 
 
+@SQLITE_FIRST
 def test_goniometer_readings_and_the_patients_angles_name_their_method(database: Database, tmp_path: Path) -> None:
     bundle = exported(database, treated(database, sessions=2), tmp_path / "bundle.json")
     observations = of_kind(bundle, "Observation")
@@ -323,6 +329,7 @@ def test_goniometer_readings_and_the_patients_angles_name_their_method(database:
         assert len(angle["derivedFrom"]) == 3
 
 
+@SQLITE_FIRST
 def test_bundle_repeats_the_values_of_the_record(database: Database, tmp_path: Path) -> None:
     bundle = exported(database, treated(database, sessions=11), tmp_path / "bundle.json")
     (who,) = of_kind(bundle, "Patient")
@@ -422,6 +429,7 @@ def test_patient_with_almost_no_data_is_accepted(database: Database, tmp_path: P
     assert judged({"bundle": exported(database, patient_id, tmp_path / "bundle.json")}) == {"bundle": []}
 
 
+@SQLITE_FIRST
 def test_bundle_has_no_empty_or_double_values_or_zoneless_times(database: Database, tmp_path: Path) -> None:
     """No element is empty or has two values, and every time has its zone."""
     parts = everything(exported(database, treated(database, sessions=1), tmp_path / "bundle.json"))
@@ -433,6 +441,7 @@ def test_bundle_has_no_empty_or_double_values_or_zoneless_times(database: Databa
         assert all(re.search(r"(Z|[+-]\d\d:\d\d)$", value) for value in times), part
 
 
+@SQLITE_FIRST
 def test_pain_scores_of_one_moment_differ_and_name_the_shoulder(database: Database, tmp_path: Path) -> None:
     bundle = exported(database, treated(database, sessions=1), tmp_path / "bundle.json")
     pains = [resource for resource in of_kind(bundle, "Observation") if resource["code"]["coding"][0]["code"] == PAIN]
@@ -445,6 +454,7 @@ def test_pain_scores_of_one_moment_differ_and_name_the_shoulder(database: Databa
     assert set(during["effectivePeriod"]) == {"start", "end"}, "nobody noted the moment"
 
 
+@SQLITE_FIRST
 def test_our_own_wording_of_the_spadi_is_not_exported(database: Database, tmp_path: Path) -> None:
     bundle = exported(database, treated(database, sessions=1), tmp_path / "bundle.json")
     written = json.dumps(bundle, ensure_ascii=False)
@@ -454,6 +464,7 @@ def test_our_own_wording_of_the_spadi_is_not_exported(database: Database, tmp_pa
     assert [item["linkId"] for item in questions["item"]] == [str(number) for number in range(1, 14)]
 
 
+@SQLITE_FIRST
 def test_clinic_sets_identifier_system_and_profiles_and_reimports_them(database: Database, tmp_path: Path) -> None:
     system = "urn:oid:1.2.392.100495.20.3.51.11311234567"
     profile = "http://jpfhir.jp/fhir/core/StructureDefinition/JP_Patient"
@@ -469,6 +480,7 @@ def test_clinic_sets_identifier_system_and_profiles_and_reimports_them(database:
     assert [path for path in left_out if "meta" in path] == []
 
 
+@SQLITE_FIRST
 def test_observations_that_claim_jp_core_have_its_category(database: Database, tmp_path: Path) -> None:
     profile = "http://jpfhir.jp/fhir/core/StructureDefinition/JP_Observation_Common"
     bundle = exported(
@@ -678,6 +690,7 @@ def incoming(**change: Any) -> Json:
     } | change
 
 
+@SQLITE_FIRST
 def test_exported_patient_is_imported_as_the_same_person(database: Database, tmp_path: Path) -> None:
     bundle = exported(database, treated(database, sessions=1), tmp_path / "bundle.json")
     ((found,), left_out) = read_patients(bundle, "left")

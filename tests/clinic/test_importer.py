@@ -39,6 +39,7 @@ from kata.motion.edit import AS_TAUGHT, PlaybackSettings
 from kata.motion.ilc import Correction
 from kata.motion.method import Method
 from kata.plotting import figures
+from tests.support.databases import SQLITE_FIRST
 from tests.support.figure_worker import SharedFigureWorker, calculate_or_die
 from tests.support.imported_runs import STARTED, Clinic, pose
 from tests.support.paths import ROOT
@@ -68,6 +69,7 @@ def test_each_take_becomes_a_recording(clinic: Clinic) -> None:
     assert (clinic.folder / "imported" / path.name).exists()
 
 
+@SQLITE_FIRST
 def test_a_journal_found_again_after_a_crash_changes_nothing(clinic: Clinic) -> None:
     path = clinic.journal("teaching", clinic.begin_teaching(), [2.0], end=JournalEnd(reason="finished"))
     original = path.read_bytes()
@@ -79,6 +81,7 @@ def test_a_journal_found_again_after_a_crash_changes_nothing(clinic: Clinic) -> 
     assert list(clinic.folder.glob("*.journal")) == []
 
 
+@SQLITE_FIRST
 def test_a_run_is_completed_and_compared(clinic: Clinic) -> None:
     run_id = clinic.begin_run(clinic.recording())
     clinic.journal("run", run_id, [2.0], error_deg=0.5, end=JournalEnd(reason="completed"))
@@ -177,6 +180,7 @@ if __name__ == "__main__":
     assert done.stdout.strip() == "True []", done.stderr
 
 
+@SQLITE_FIRST
 def test_end_range_time_is_stored_if_the_load_is_known(clinic: Clinic) -> None:
     weightless = StationConfig(arm=ArmLoad(inertia=(1e-6,) + (0.0,) * 9))
     clinic.journal("teaching", clinic.begin_teaching(), [4.0], at=pose, end=JournalEnd(reason="finished"))
@@ -232,6 +236,7 @@ def test_prescribed_band_and_torque_are_counted_and_stored(clinic: Clinic) -> No
     ]
 
 
+@SQLITE_FIRST
 def test_run_is_compared_with_body_motions_and_table_2(clinic: Clinic) -> None:
     finished = JournalEnd(reason="finished")
     clinic.journal("teaching", clinic.begin_teaching(), [4.0], at=pose, end=finished)
@@ -262,6 +267,7 @@ def test_run_is_compared_with_body_motions_and_table_2(clinic: Clinic) -> None:
     assert (scapula.taught_min_deg, scapula.taught_max_deg) == pytest.approx((0.0, 10.0), abs=1e-3)
 
 
+@SQLITE_FIRST
 def test_run_is_compared_with_its_requested_motion(clinic: Clinic) -> None:
     asked = PlaybackSettings(speed_percent=50.0, repetitions=2, pause_s=1.0, range_percent=80.0)
     run_id = clinic.begin_run(clinic.recording(), asked)
@@ -293,6 +299,7 @@ def test_run_is_compared_with_its_requested_motion(clinic: Clinic) -> None:
     assert trace(run_figures, motor=1, name="Error") == pytest.approx(0.5, abs=0.01)
 
 
+@SQLITE_FIRST
 def test_learned_run_teaches_only_the_next_of_its_kind(clinic: Clinic) -> None:
     """Each run falls short by a degree, so the correction grows by what the previous run has taught."""
     clinic.journal("teaching", clinic.begin_teaching(), [4.0], at=pose, end=JournalEnd(reason="finished"))
@@ -360,6 +367,7 @@ def test_damaged_correction_is_learned_again(clinic: Clinic) -> None:
         assert stored_corrections.correction(session, run_id) is None
 
 
+@SQLITE_FIRST
 def test_playback_that_lasts_too_long_is_refused(clinic: Clinic) -> None:
     run_id = clinic.begin_run(clinic.recording(), PlaybackSettings(speed_percent=10.0, repetitions=200))
     with clinic.database.read() as session, pytest.raises(ProblemError) as caught:
@@ -397,6 +405,7 @@ def test_long_recording_is_saved_with_an_overview_for_plotting(clinic: Clinic, m
     assert [len(numbers(line["y"])) for line in drawn] == [201, 51]
 
 
+@SQLITE_FIRST
 def test_a_run_imported_twice_is_compared_once(clinic: Clinic) -> None:
     run_id = clinic.begin_run(clinic.recording())
     path = clinic.journal("run", run_id, [2.0], error_deg=0.5, end=JournalEnd(reason="completed"))
@@ -409,6 +418,7 @@ def test_a_run_imported_twice_is_compared_once(clinic: Clinic) -> None:
     assert list(clinic.folder.glob("*.journal")) == []
 
 
+@SQLITE_FIRST
 def test_stopped_run_keeps_its_cause(clinic: Clinic) -> None:
     run_id = clinic.begin_run(clinic.recording())
     end = JournalEnd(reason="stopped", cause_code="estop_pressed", cause_message="The emergency stop was pressed.")
@@ -444,6 +454,7 @@ def test_stopped_run_is_found_by_its_cause_and_session(clinic: Clinic) -> None:
     assert (found("Sato"), found("Ito")) == ([visit.id], [])
 
 
+@SQLITE_FIRST
 def test_run_of_a_dead_process_is_interrupted_with_its_samples(clinic: Clinic) -> None:
     run_id = clinic.begin_run(clinic.recording())
     path = clinic.journal("run", run_id, [1.0])
@@ -484,6 +495,7 @@ def test_journal_still_being_written_is_waited_for(clinic: Clinic) -> None:
         assert runs.get(session, run_id).outcome == "stopped"
 
 
+@SQLITE_FIRST
 def test_folder_used_by_another_process_is_left_alone(clinic: Clinic, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("kata.clinic.importer._JOURNAL_LOCK_LIMIT_S", 0.0)
     run_id = clinic.begin_run(clinic.recording())
@@ -493,6 +505,7 @@ def test_folder_used_by_another_process_is_left_alone(clinic: Clinic, monkeypatc
         assert runs.get(session, run_id).ended_at is None
 
 
+@SQLITE_FIRST
 def test_run_without_a_journal_is_interrupted_at_next_start(clinic: Clinic) -> None:
     run_id = clinic.begin_run(clinic.recording())
     clinic.importer.run_at_start()
@@ -500,6 +513,7 @@ def test_run_without_a_journal_is_interrupted_at_next_start(clinic: Clinic) -> N
         assert runs.get(session, run_id).outcome == "interrupted"
 
 
+@SQLITE_FIRST
 def test_unreadable_or_unknown_journals_are_set_aside(clinic: Clinic) -> None:
     (clinic.folder / "run-broken.journal").write_bytes(b"\0" * 100)
     stranger = clinic.journal("teaching", uuid4(), [1.0], end=JournalEnd(reason="finished"))
@@ -530,6 +544,7 @@ def test_journal_without_a_header_reports_that_nothing_was_measured(clinic: Clin
     assert {path.name for path in (clinic.folder / "unreadable").iterdir()} == names
 
 
+@SQLITE_FIRST
 def test_failed_journal_does_not_block_the_next_one(clinic: Clinic, monkeypatch: pytest.MonkeyPatch) -> None:
     bad = clinic.journal("run", clinic.begin_run(clinic.recording()), [1.0])
     clinic.journal("teaching", clinic.begin_teaching(), [1.0], end=JournalEnd(reason="finished"))
@@ -566,6 +581,7 @@ def test_a_recording_that_lacks_a_minute_is_not_played(clinic: Clinic, monkeypat
     assert caught.value.code == "unreadable_samples"
 
 
+@SQLITE_FIRST
 def test_figure_has_angles_on_the_left_and_error_right(clinic: Clinic) -> None:
     run_id = clinic.begin_run(clinic.recording())
     clinic.journal("run", run_id, [2.0], error_deg=-0.5, end=JournalEnd(reason="completed"))
@@ -612,6 +628,7 @@ def test_journal_waits_for_a_run_not_stored_yet(clinic: Clinic) -> None:
     assert (clinic.folder / "unreadable" / lost.name).exists()
 
 
+@SQLITE_FIRST
 def test_loaded_run_ends_when_its_device_process_ended(clinic: Clinic) -> None:
     recording_id = clinic.recording()
     lost = clinic.begin_run(recording_id)
@@ -628,6 +645,7 @@ def test_loaded_run_ends_when_its_device_process_ended(clinic: Clinic) -> None:
         assert runs.get(session, goes_on).outcome == "loaded"
 
 
+@SQLITE_FIRST
 def test_run_ends_although_the_database_answers_later(clinic: Clinic, monkeypatch: pytest.MonkeyPatch) -> None:
     lost = clinic.begin_run(clinic.recording())
 
@@ -643,6 +661,7 @@ def test_run_ends_although_the_database_answers_later(clinic: Clinic, monkeypatc
         assert runs.get(session, lost).outcome == "interrupted"
 
 
+@SQLITE_FIRST
 def test_run_with_a_waiting_journal_is_not_interrupted(clinic: Clinic) -> None:
     has_undelivered = [True]
     importer = Importer(

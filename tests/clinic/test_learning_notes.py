@@ -9,6 +9,7 @@ from kata.clinic.sessions import correction_learning, runs, stored_corrections
 from kata.clinic.sessions.schemas import LearningNote
 from kata.database.engine import Database
 from kata.device.journal import JournalEnd
+from tests.support.databases import SQLITE_FIRST
 from tests.support.imported_runs import Clinic, pose
 
 
@@ -54,6 +55,7 @@ def test_run_that_did_not_reach_its_end_says_so(clinic: Clinic, recording_id: UU
     assert note.message == "nothing was learned: the playback did not reach its end"
 
 
+@SQLITE_FIRST
 def test_other_methods_report_nothing(clinic: Clinic, recording_id: UUID) -> None:
     run_id = clinic.begin_run(recording_id)
     clinic.journal("run", run_id, [4.0], at=pose, error_deg=-0.5, end=JournalEnd(reason="returned"))

@@ -30,6 +30,7 @@ from kata.clinic.sessions.tables import SessionRow, SessionStopRow
 from kata.database.engine import Database
 from kata.database.upgrade import migrations
 from kata.errors import ProblemError
+from tests.support.databases import SQLITE_FIRST
 
 MONDAY = datetime(2026, 11, 16, 9, tzinfo=UTC)
 
@@ -85,6 +86,7 @@ def test_patients_from_before_the_search_are_found_as_well(database: Database) -
         )
 
 
+@SQLITE_FIRST
 @pytest.mark.parametrize("words", ["sato mai", "1968-05", "%", "_", "/", "\\", "サトウ イトウ"])
 def test_unmatched_search_words_find_no_patient(database: Database, words: str) -> None:
     sign_up(database, "A17", "Satō Ken", kana="サトウ ケン", birth_date="1968-04-12")
@@ -102,6 +104,7 @@ def test_hidden_record_is_found_by_whole_number_in_any_width(database: Database,
         assert [row.clinic_number for row in rows] == ["A-17"]
 
 
+@SQLITE_FIRST
 def test_voiced_kana_is_a_different_letter(database: Database) -> None:
     sign_up(database, "1", "N", kana="カトウ")
     sign_up(database, "2", "N", kana="ガトウ")
@@ -129,6 +132,7 @@ def test_patients_come_in_the_order_of_their_names_each_once(database: Database)
     assert found(database, archived=True) == ["4"]
 
 
+@SQLITE_FIRST
 def test_new_patient_moves_no_one_between_pages(database: Database) -> None:
     for number, name in enumerate(["B", "D", "F", "H"]):
         sign_up(database, str(number), name)
@@ -187,6 +191,7 @@ def test_break_glass_accesses_are_paged_unreviewed_ones_first(database: Database
     assert {entry[2] for entry in seen} == {"Sato Ken"}
 
 
+@SQLITE_FIRST
 @pytest.mark.parametrize(
     "cursor",
     ["", "x", "%%%%", urlsafe_b64encode(b"[]").decode(), urlsafe_b64encode(b'["a", "b"]').decode(),
@@ -320,6 +325,7 @@ def test_unsigned_sessions_are_found_after_their_end(database: Database) -> None
     assert listed(database, unsigned=True, stop="estop_pressed") == [stopped]
 
 
+@SQLITE_FIRST
 def test_page_of_patients_loads_episodes_in_one_query(database: Database) -> None:
     both = sign_up(database, "K-1")
     with database.write() as session:
@@ -343,6 +349,7 @@ def test_simultaneous_sessions_are_listed_once_each(database: Database) -> None:
         assert set(keys_found) == keys
 
 
+@SQLITE_FIRST
 def test_session_list_loads_its_rows_in_one_query(database: Database) -> None:
     patient = sign_up(database, "K-1", "Satō Ken")
     for hour in range(5):

@@ -17,6 +17,7 @@ from kata.device.config import StationConfig
 from kata.device.journal import JournalEnd
 from kata.motion.edit import AS_TAUGHT
 from kata.motion.method import Method
+from tests.support.databases import SQLITE_FIRST
 from tests.support.imported_runs import Clinic, pose
 
 
@@ -51,6 +52,7 @@ def fetched(clinic: Clinic) -> CachedPatient:
         return prefetch.fetch(session, "Station 1", [clinic.patient_id], utc_now().date(), {})[clinic.patient_id]
 
 
+@SQLITE_FIRST
 @pytest.mark.parametrize("method", get_args(Method))
 def test_copy_has_the_correction_that_a_method_needs(clinic: Clinic, recording_id: UUID, method: Method) -> None:
     run_id = played(clinic, recording_id)

@@ -39,6 +39,7 @@ from kata.reporting import episode as episode_report
 from kata.reporting import rehabilitation_plan, rendering
 from kata.reporting import session as session_report
 from kata.reporting.phrases import Language
+from tests.support.databases import SQLITE_FIRST
 from tests.support.reports import how
 
 MONDAY = datetime(2026, 11, 16, 9, 0, tzinfo=UTC)
@@ -122,6 +123,7 @@ def refused(status: int, code: str) -> Any:
     return pytest.raises(ProblemError, check=lambda error: (error.status, error.code) == (status, code))
 
 
+@SQLITE_FIRST
 def test_every_change_is_a_version_and_notes_remain(clinic: Clinic) -> None:
     lift, turn = clinic.recording("Lift"), clinic.recording("Turn")
     made = clinic.programme(lift, turn, timer_minutes=20, sessions_per_week=3, note="After the injection.")
@@ -144,6 +146,7 @@ def test_every_change_is_a_version_and_notes_remain(clinic: Clinic) -> None:
     assert detail.side == "right"
 
 
+@SQLITE_FIRST
 def test_second_of_two_editors_is_refused_and_nothing_is_lost(clinic: Clinic) -> None:
     lift = clinic.recording()
     made = clinic.programme(lift)
@@ -155,6 +158,7 @@ def test_second_of_two_editors_is_refused_and_nothing_is_lost(clinic: Clinic) ->
         service.update(session, made.id, ProgrammeUpdate(name="Evening", updated_at=made.created_at))
 
 
+@SQLITE_FIRST
 def test_one_of_two_simultaneous_saves_is_refused(clinic: Clinic) -> None:
     """The second request reads before the first has committed, and writes after it."""
     lift = clinic.recording()
@@ -223,6 +227,7 @@ def test_no_more_resistance_is_prescribed_than_the_doctor_allows(clinic: Clinic)
     clinic.programme(lift)
 
 
+@SQLITE_FIRST
 def test_a_closed_episode_and_an_archived_patient_take_no_programme(clinic: Clinic) -> None:
     lift = clinic.recording()
     made = clinic.programme(lift)
@@ -336,6 +341,7 @@ def test_when_the_timer_has_run_out_nothing_is_left() -> None:
     assert [planned.left_s(20.0, played_s) for played_s in (0.0, 1199.0, 1200.0, 1500.0)] == [1200.0, 1.0, 0.0, 0.0]
 
 
+@SQLITE_FIRST
 def test_a_sessions_plan_is_that_of_its_version(clinic: Clinic) -> None:
     lift, turn = clinic.recording("Lift"), clinic.recording("Turn")
     made = clinic.programme(lift, turn, timer_minutes=2)
@@ -354,6 +360,7 @@ def test_a_sessions_plan_is_that_of_its_version(clinic: Clinic) -> None:
     assert not plan.ended
 
 
+@SQLITE_FIRST
 @pytest.mark.parametrize(("played_s", "over"), [(119.9, False), (120.0, True)])
 def test_when_its_time_is_over_no_further_item_is_begun(clinic: Clinic, played_s: float, over: bool) -> None:
     lift = clinic.recording("Lift")
@@ -485,6 +492,7 @@ def test_counted_end_range_time_is_beside_the_prescribed_one(clinic: Clinic) -> 
     assert [item.end_range for item in plan.items] == [PRESCRIBED, PRESCRIBED, None]
 
 
+@SQLITE_FIRST
 def test_reports_print_prescribed_and_counted_minutes(clinic: Clinic) -> None:
     episode_id, visit_id = with_end_range_times(clinic)
     with clinic.database.read() as session:
@@ -500,6 +508,7 @@ def test_reports_print_prescribed_and_counted_minutes(clinic: Clinic) -> None:
         assert of_week in text_of(rendering.episode_page(care, options).html)
 
 
+@SQLITE_FIRST
 def test_exports_have_prescribed_and_counted_end_range_times(clinic: Clinic) -> None:
     _, visit_id = with_end_range_times(clinic)
     names = ExportSettings(zone=ZoneInfo("Asia/Tokyo"))
@@ -534,6 +543,7 @@ def test_exports_have_prescribed_and_counted_end_range_times(clinic: Clinic) -> 
     assert of_week["effectivePeriod"] == {"start": "2026-11-16", "end": "2026-11-22"}
 
 
+@SQLITE_FIRST
 def test_a_programme_ends_with_its_episode(clinic: Clinic) -> None:
     episode_id, _ = with_end_range_times(clinic)
     with clinic.database.write() as session:
@@ -551,6 +561,7 @@ def test_a_programme_ends_with_its_episode(clinic: Clinic) -> None:
     assert {item["detail"]["status"] for plan in plans for item in plan["activity"]} == {"completed"}
 
 
+@SQLITE_FIRST
 @pytest.mark.parametrize(
     ("now", "zone", "status"),
     [
@@ -568,6 +579,7 @@ def test_a_week_is_preliminary_until_its_local_end(
     assert _week_status(clinic, zone) == status
 
 
+@SQLITE_FIRST
 @pytest.mark.parametrize(
     ("now", "is_open", "preliminary"),
     [
@@ -601,6 +613,7 @@ def test_the_table_marks_sessions_and_weeks_that_are_not_over(
     assert zones == {"session": "UTC", "week": "Asia/Tokyo"}
 
 
+@SQLITE_FIRST
 def test_the_week_of_an_open_session_is_preliminary(clinic: Clinic, monkeypatch: pytest.MonkeyPatch) -> None:
     _, visit_id = with_end_range_times(clinic)
     monkeypatch.setattr(adherence, "utc_now", lambda: MONDAY + 30 * DAY)
@@ -649,6 +662,7 @@ def reached(seconds: float | None) -> list[MotionTrackingRow]:
     ]
 
 
+@SQLITE_FIRST
 def test_many_sessions_are_no_more_questions_to_the_database(clinic: Clinic) -> None:
     """Load no samples and no single runs, which would be slow with hundreds of sessions."""
     lift = clinic.recording()

@@ -25,6 +25,7 @@ from kata.clinic.sessions.tables import MotionTrackingRow, RunRow, SessionRow
 from kata.database.engine import Database
 from kata.errors import ProblemError
 from kata.plotting.placed_texts import with_texts
+from tests.support.databases import SQLITE_FIRST
 
 DAY = datetime(2026, 3, 2, 9, 30, tzinfo=UTC)
 ALARM_COLOURS = {"#ff0000", "#ffff00", "#00ffff", "red", "yellow", "cyan"}
@@ -118,6 +119,7 @@ def fill(database: Database) -> Callable[[Callable[[Episode], None]], UUID]:
 Fill = Callable[[Callable[[Episode], None]], UUID]
 
 
+@SQLITE_FIRST
 def test_range_of_motion_is_compared_with_baseline_other_side_reference(database: Database, fill: Fill) -> None:
     def how(episode: Episode) -> None:
         episode.assess(0, rom=[rom(90), rom(100, kind="passive"), rom(165, side="right")])
@@ -150,6 +152,7 @@ def test_range_of_motion_is_compared_with_baseline_other_side_reference(database
     assert len(table.rows) == 6
 
 
+@SQLITE_FIRST
 def test_assessment_pain_and_session_pain_are_separate(database: Database, fill: Fill) -> None:
     def how(episode: Episode) -> None:
         episode.treat(0, pain_before=6, pain_after=5)
@@ -177,6 +180,7 @@ def test_assessment_pain_and_session_pain_are_separate(database: Database, fill:
     assert len(table.rows) == 3
 
 
+@SQLITE_FIRST
 def test_the_spadi_shows_where_a_change_begins_to_matter(database: Database, fill: Fill) -> None:
     def how(episode: Episode) -> None:
         episode.assess(0, spadi=[6] * 5 + [3] * 8)
@@ -201,6 +205,7 @@ def test_the_spadi_shows_where_a_change_begins_to_matter(database: Database, fil
     assert [row[-2:] for row in table.rows] == [[0, "no"], [None, ""], [-10, "possibly better"], [-20, "better"]]
 
 
+@SQLITE_FIRST
 def test_other_questionnaires_show_where_a_change_matters(database: Database, fill: Fill) -> None:
     def how(episode: Episode) -> None:
         given: list[dict[str, list[int | None]]] = [
@@ -271,6 +276,7 @@ def test_change_within_the_important_range_is_never_certain() -> None:
     assert [numbers.verdict(given, change) for change in (-10, -13, -13.1)] == ["possibly better"] * 2 + ["better"]
 
 
+@SQLITE_FIRST
 def test_narrow_screen_has_one_panel_below_the_other(database: Database, fill: Fill) -> None:
     """Titles of two panels would overlap on a telephone."""
 
@@ -294,6 +300,7 @@ def test_lower_scores_are_better_and_relevance_begins_at_eight(change: float | N
     assert numbers.verdict(SPADI, change) == verdict
 
 
+@SQLITE_FIRST
 def test_errors_are_reported_by_recording_and_method(database: Database, fill: Fill) -> None:
     def how(episode: Episode) -> None:
         lift, other = episode.record("Lift"), episode.record("Lift")
@@ -314,6 +321,7 @@ def test_errors_are_reported_by_recording_and_method(database: Database, fill: F
     assert table.rows[-1] == [DAY + timedelta(days=7), "Lift", "learned", 1, 0.5, 1.5]
 
 
+@SQLITE_FIRST
 def test_learned_values_are_reported_as_at_the_sessions_end(database: Database, fill: Fill) -> None:
     def how(episode: Episode) -> None:
         lift = episode.record("Lift")
@@ -326,6 +334,7 @@ def test_learned_values_are_reported_as_at_the_sessions_end(database: Database, 
     assert numbers.correction(lines).rows[1] == [DAY + timedelta(days=7), "Lift", 0.75]
 
 
+@SQLITE_FIRST
 def test_end_range_time_adds_up_by_week_beside_the_gain(database: Database, fill: Fill) -> None:
     def held(recording: UUID, **seconds: float | None) -> RunRow:
         short_run = run(recording, 1.0, 1.0)
@@ -375,6 +384,7 @@ def test_end_range_time_of_the_other_shoulder_is_left_out(database: Database, fi
     assert [point.minutes for point in found.points] == [1.0]
 
 
+@SQLITE_FIRST
 def test_playback_of_an_unknown_method_is_drawn(database: Database, fill: Fill) -> None:
     """Versions before methods stored errors, too."""
 
@@ -386,6 +396,7 @@ def test_playback_of_an_unknown_method_is_drawn(database: Database, fill: Fill) 
     assert numbers.tracking(tracked).rows[0][1:4] == ["Lift", None, 1]
 
 
+@SQLITE_FIRST
 def test_week_without_visits_is_included(database: Database, fill: Fill) -> None:
     def how(episode: Episode) -> None:
         lift = episode.record("Lift")
@@ -399,6 +410,7 @@ def test_week_without_visits_is_included(database: Database, fill: Fill) -> None
     assert numbers.adherence(weeks).rows[2] == ["2026-03-16", 0, None, 0, 0]
 
 
+@SQLITE_FIRST
 def test_session_of_monday_morning_is_in_the_clinics_week(database: Database, fill: Fill) -> None:
     """Nine o'clock on Monday in Tokyo is midnight in UTC."""
 
@@ -469,6 +481,7 @@ def test_nothing_yet_is_an_empty_chart_and_an_empty_table(database: Database, fi
         assert tabulate(found).rows == []
 
 
+@SQLITE_FIRST
 def test_missing_episode_is_not_found(database: Database) -> None:
     with pytest.raises(ProblemError) as problem, database.read() as session:
         service.timeline_of(session, uuid4())

@@ -30,6 +30,7 @@ from kata.reporting.content import DatedValue, EpisodeContent, Limit, Rehabilita
 from kata.reporting.letterhead import Letterhead, LetterheadError
 from kata.reporting.phrases import LANGUAGES, PHRASES, STOP_REASONS_JA, Language, Phrases
 from kata.reporting.rendering import PrintOptions, ReportPage
+from tests.support.databases import SQLITE_FIRST
 from tests.support.paths import ROOT
 from tests.support.reports import AT, CLINIC, contents, how
 from tests.support.treatment import Texts, treat
@@ -339,6 +340,7 @@ def test_run_with_damaged_samples_is_reported_without_curves(
     assert len(page.all("svg")) == 5 * (len(visit.runs) - 1)
 
 
+@SQLITE_FIRST
 def test_every_database_gives_the_same_report(database: Database) -> None:
     visit, care = contents(database, sessions=2)
     assert [run.outcome for run in visit.runs] == ["completed", "stopped", "completed"]

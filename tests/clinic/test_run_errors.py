@@ -25,6 +25,7 @@ from kata.device.journal import (
 from kata.motion.edit import PlaybackSettings
 from kata.motion.linkage import Floats
 from kata.plotting import figures
+from tests.support.databases import SQLITE_FIRST
 from tests.support.imported_runs import STARTED, Clinic, pose
 
 
@@ -84,6 +85,7 @@ def reduced_from(first: int) -> Callable[[Journal, Floats], Journal]:
     return change
 
 
+@SQLITE_FIRST
 def test_run_with_reduced_range_is_partial_and_not_in_progress(clinic: Clinic) -> None:
     run = lifted(clinic)(reduced_from(30))
     assert run.comparison
@@ -126,6 +128,7 @@ def test_former_run_with_reduced_range_is_partial(clinic: Clinic) -> None:
 # -- the start ------------------------------------------------------------------------------------------------------
 
 
+@SQLITE_FIRST
 def test_start_is_apart_with_its_sign(clinic: Clinic) -> None:
     def change(journal: Journal, angles: Floats) -> Journal:
         error = -2.0 * np.exp(-journal.path_s / 0.05) + np.where(journal.path_s > 2.0, 0.5, 0.0)
@@ -151,6 +154,7 @@ def slow_start(journal: Journal, angles: Floats) -> Journal:
     return replace(journal, t_ns=np.round(times_s * 1e9).astype(np.int64), phase=phase)
 
 
+@SQLITE_FIRST
 def test_wall_clock_shows_the_start_ramp_and_no_pause(clinic: Clinic) -> None:
     run = lifted(clinic)(slow_start)
     assert run.clock_offset_s == pytest.approx(RAMP_S, abs=1e-3)
@@ -161,6 +165,7 @@ def test_wall_clock_shows_the_start_ramp_and_no_pause(clinic: Clinic) -> None:
     assert figures_["wall_rmse_deg"] == pytest.approx(62.8 * RAMP_S / np.sqrt(2) / np.sqrt(2), rel=0.15)
 
 
+@SQLITE_FIRST
 def test_figure_offers_the_wall_clock(clinic: Clinic) -> None:
     run = lifted(clinic)(slow_start)
     with clinic.database.read() as session:
@@ -180,6 +185,7 @@ def test_figure_offers_the_wall_clock(clinic: Clinic) -> None:
 # -- following, and change by settings ------------------------------------------------------------------------------
 
 
+@SQLITE_FIRST
 def test_half_the_range_follows_and_is_half_changed(clinic: Clinic) -> None:
     run = lifted(clinic)(lambda journal, _: journal, PlaybackSettings(range_percent=50.0, repetitions=2, pause_s=0.5))
     figures_ = third(run)
@@ -192,12 +198,14 @@ def test_half_the_range_follows_and_is_half_changed(clinic: Clinic) -> None:
     assert arm.change_deg == pytest.approx(-40.0, abs=0.1)
 
 
+@SQLITE_FIRST
 def test_run_as_taught_is_not_changed(clinic: Clinic) -> None:
     run = lifted(clinic)(lambda journal, angles: replace(journal, measured_deg=(angles + 0.5).astype(np.float32)))
     assert third(run)["change_deg"] == 0.0
     assert third(run)["peak_deg"] == pytest.approx(0.5, abs=1e-3)
 
 
+@SQLITE_FIRST
 def test_reduce_range_is_a_change_too(clinic: Clinic) -> None:
     # Half of the 80 deg at the top, and the 5 deg.
     assert third(lifted(clinic)(reduced_from(30)))["change_deg"] == pytest.approx(-35.0, abs=0.1)

@@ -27,6 +27,7 @@ from kata.interop.codes import ExportSettings
 from kata.interop.motion_csv import parse_motion
 from kata.reporting import session as session_report
 from kata.reporting.rendering import session_page
+from tests.support.databases import SQLITE_FIRST
 from tests.support.imported_runs import Clinic, pose
 from tests.support.reports import how
 
@@ -69,6 +70,7 @@ def marks(clinic: Clinic, recording_id: UUID) -> bool:
         return recordings.get(session, recording_id).simulated
 
 
+@SQLITE_FIRST
 def test_derived_recording_keeps_the_mark_on_a_real_station(clinic: Clinic) -> None:
     parent = taught(clinic)
     started(clinic.database, utc_now(), simulated=False)
@@ -79,6 +81,7 @@ def test_derived_recording_keeps_the_mark_on_a_real_station(clinic: Clinic) -> N
     assert (marks(clinic, parent), marks(clinic, child)) == (True, True)
 
 
+@SQLITE_FIRST
 @pytest.mark.parametrize("simulated", [True, False])
 def test_session_run_report_and_bundle_have_the_mark(clinic: Clinic, tmp_path: Path, simulated: bool) -> None:
     recording_id = taught(clinic)
@@ -115,6 +118,7 @@ def test_session_run_report_and_bundle_have_the_mark(clinic: Clinic, tmp_path: P
     assert device["type"]["coding"][0]["code"] == ("simulated-apparatus" if simulated else "apparatus")
 
 
+@SQLITE_FIRST
 def test_files_of_samples_have_the_mark_and_keep_it(clinic: Clinic, tmp_path: Path) -> None:
     recording_id = taught(clinic)
     with clinic.database.read() as session:
@@ -138,6 +142,7 @@ def test_files_of_samples_have_the_mark_and_keep_it(clinic: Clinic, tmp_path: Pa
         assert row.simulated
 
 
+@SQLITE_FIRST
 def test_real_samples_have_no_mark(database: Database, tmp_path: Path) -> None:
     clinic = Clinic(tmp_path, database)
     started(database, LONG_AGO, simulated=False)
@@ -148,6 +153,7 @@ def test_real_samples_have_no_mark(database: Database, tmp_path: Path) -> None:
     assert not parse_motion((tmp_path / "a.csv").read_bytes(), "right", STATION).simulated
 
 
+@SQLITE_FIRST
 def test_correction_of_a_simulated_apparatus_is_not_played_really(clinic: Clinic) -> None:
     recording_id = taught(clinic)
     visit, run_id = played(clinic, recording_id)

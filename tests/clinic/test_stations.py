@@ -19,6 +19,7 @@ from kata.database.engine import Database
 from kata.device.config import StationConfig
 from kata.device.journal import JournalEnd
 from kata.errors import ProblemError
+from tests.support.databases import SQLITE_FIRST
 from tests.support.imported_runs import Clinic, pose
 
 NOW = datetime(2026, 3, 1, 9, 0, tzinfo=UTC)
@@ -88,6 +89,7 @@ def test_recording_knows_its_station_and_learning_belongs_to_it(database: Databa
         assert stored_corrections.correction(session, at["Station 1"]) is not None
 
 
+@SQLITE_FIRST
 def test_starting_station_interrupts_no_run_of_another_station(database: Database, tmp_path: Path) -> None:
     clinic, run_id = _with_a_run(database, tmp_path)
     Importer(database, tmp_path, StationConfig(name="Station 1"), clinic.saved.append).run_at_start()
@@ -98,6 +100,7 @@ def test_starting_station_interrupts_no_run_of_another_station(database: Databas
         assert runs.get(session, run_id).outcome == "interrupted"
 
 
+@SQLITE_FIRST
 def test_interrupted_run_is_completed_by_a_journal_found_later(database: Database, tmp_path: Path) -> None:
     """A session continues at another station while its first station restarts."""
     clinic, run_id = _with_a_run(database, tmp_path)

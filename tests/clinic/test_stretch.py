@@ -15,6 +15,7 @@ from kata.errors import ProblemError
 from kata.reporting import rendering
 from kata.reporting import session as session_report
 from kata.reporting.phrases import Language
+from tests.support.databases import SQLITE_FIRST
 from tests.support.end_feel_runs import STATION, begin, ended, row_of, stretched
 from tests.support.fhir_bundle import exported, of_kind
 from tests.support.imported_runs import Clinic, pose
@@ -40,12 +41,14 @@ def held(clinic: Clinic, recording: UUID) -> UUID:
     return run_id
 
 
+@SQLITE_FIRST
 def test_held_time_and_reduced_torque_are_stored(clinic: Clinic, recording: UUID) -> None:
     row = row_of(clinic, held(clinic, recording))
     assert (row.kind, row.hold_s, row.repetitions) == ("stretch", 30.0, 3)
     assert (row.held_s, row.target_nm, row.range_deg, row.unmeasured) == (84.2, 1.6, None, None)
 
 
+@SQLITE_FIRST
 def test_way_of_a_stretch_ends_at_the_largest_angle(clinic: Clinic, recording: UUID) -> None:
     row = row_of(clinic, begin(clinic, recording, "stretch", largest_deg=80.0))
     assert row.largest_deg == pytest.approx(80.0, abs=0.11)
@@ -55,18 +58,21 @@ def test_way_of_a_stretch_ends_at_the_largest_angle(clinic: Clinic, recording: U
     assert far.largest_deg is not None and far.largest_deg > 80.0
 
 
+@SQLITE_FIRST
 def test_angle_at_which_the_arm_is_not_weighed_is_refused(clinic: Clinic, recording: UUID) -> None:
     with pytest.raises(ProblemError) as refused:
         begin(clinic, recording, "stretch", largest_deg=20.0)
     assert refused.value.code == "largest_angle_too_small"
 
 
+@SQLITE_FIRST
 def test_stretch_without_a_baseline_of_today_is_not_loaded(clinic: Clinic) -> None:
     with pytest.raises(ProblemError) as refused:
         begin(clinic, clinic.recording(4.0, pose), "stretch")
     assert refused.value.code == "no_baseline_today"
 
 
+@SQLITE_FIRST
 def test_journal_without_an_end_counts_no_time(clinic: Clinic, recording: UUID) -> None:
     run_id = begin(clinic, recording, "stretch")
     row = stretched(clinic, run_id, JournalEnd(reason="stopped"))
@@ -86,6 +92,7 @@ def test_guide_and_record_show_the_stretch(clinic: Clinic, recording: UUID) -> N
         assert session.get_one(RunRow, run_id).repetitions_done == 0
 
 
+@SQLITE_FIRST
 @pytest.mark.parametrize(("language", "words"), [("en", "stretch, held for 84 s"), ("ja", "ストレッチ、保持84秒")])
 def test_session_report_states_the_held_time(clinic: Clinic, recording: UUID, language: Language, words: str) -> None:
     held(clinic, recording)

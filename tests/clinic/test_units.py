@@ -35,6 +35,7 @@ from kata.database.engine import Database
 from kata.interop import sample_table
 from kata.messages import Text
 from kata.reporting.phrases import PHRASES
+from tests.support.databases import SQLITE_FIRST
 from tests.support.fhir_bundle import Json, everything, exported, of_kind
 from tests.support.fhir_patient import treated
 from tests.support.paths import ROOT
@@ -199,6 +200,7 @@ def test_columns_of_samples_have_their_unit() -> None:
         assert unit.lower() == name.rpartition("_")[2], name
 
 
+@SQLITE_FIRST
 def test_fhir_quantities_have_unit_side_and_time(database: Database, tmp_path: Path) -> None:
     bundle = exported(database, treated(database, sessions=2), tmp_path / "bundle.json")
     quantities = [element for element in everything(bundle) if isinstance(element.get("value"), int | float)]

@@ -5,9 +5,17 @@ from contextlib import contextmanager
 from functools import cache
 from pathlib import Path
 from tempfile import TemporaryDirectory
+from typing import Final
+
+import pytest
 
 from kata.database.engine import Database
 from kata.database.upgrade import upgrade
+
+SQLITE_FIRST: Final = pytest.mark.parametrize(
+    "database", ["sqlite", pytest.param("postgresql", marks=pytest.mark.campaign)], indirect=True
+)
+"""Runs a test on SQLite in every run, and on PostgreSQL in the campaign. Other tests send each of its SQL statements to PostgreSQL."""
 
 
 def upgraded_file(file: Path) -> str:
