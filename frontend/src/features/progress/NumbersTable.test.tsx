@@ -19,7 +19,7 @@ describe("the numbers behind a chart", () => {
             columns: [
               { name: "Session", kind: "moment", digits: 0 },
               { name: "Recording", kind: "text", digits: 0 },
-              { name: "RMSE, deg", kind: "number", digits: 2 },
+              { name: "RMSE, °", kind: "number", digits: 2 },
               { name: "Change", kind: "number", digits: 0 },
             ],
             rows: [
@@ -39,7 +39,7 @@ describe("the numbers behind a chart", () => {
     expect(within(table).getAllByRole("columnheader").map(text)).toEqual([
       "Session",
       "Recording",
-      "RMSE, deg",
+      "RMSE, °",
       "Change",
     ]);
     expect(within(table).getAllByRole("cell").map(text)).toEqual([
