@@ -28,7 +28,7 @@ _SENTENCES: Final = {
     "greater_than_equal": "must be {ge:g} or more",
     "less_than": "must be less than {lt:g}",
     "less_than_equal": "must be {le:g} or less",
-    "angle_implausible": "must be between {lowest:g} and {highest:g} degrees for this motion",
+    "angle_implausible": "must be between {lowest:g}° and {highest:g}° for this motion",
     "position_of_another_motion": "must be {allowed:name} for this motion",
     "measured_twice": "must contain each side, motion, kind and position once",
     "nothing_found": "must contain at least one finding",
@@ -306,8 +306,8 @@ NAMES: Final[dict[str, Template]] = {
 """Name of a field by its identifier without the unit."""
 
 _UNITS: Final = {
-    "_deg_s": "degrees per second",
-    "_deg": "degrees",
+    "_deg_s": "°/s",
+    "_deg": "°",
     "_percent": "percent",
     "_minutes": "minutes",
     "_ms": "milliseconds",

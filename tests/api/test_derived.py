@@ -109,7 +109,7 @@ def test_stretch_goes_beyond_the_end_and_holds_there(client: TestClient, recordi
 def test_retouch_lowers_a_peak_between_two_marks(client: TestClient, recording: dict[str, Any]) -> None:
     point = {"motor": 3, "at_s": 4.0, "change_deg": -8}
     made = derive(client, recording, do="retouch", start_s=2, end_s=6, points=[point])
-    assert made["done"] == ["motor 3 changed by up to -8.0 deg between 2.0 s and 6.0 s"]
+    assert made["done"] == ["motor 3 changed by up to -8.0° between 2.0 s and 6.0 s"]
     (_, before), (times_s, after) = samples(client, recording), samples(client, made)
     outside = (times_s <= 2.0) | (times_s >= 6.0)
     assert after[outside] == pytest.approx(before[outside], abs=1e-3)
@@ -122,9 +122,9 @@ def test_retouch_lowers_a_peak_between_two_marks(client: TestClient, recording: 
     [
         (
             {"motor": 5, "at_s": 2.4, "change_deg": 30},
-            r"motor 5 would move at \d+ deg/s at 2\.\d s; its limit is 100 deg/s",
+            r"motor 5 would move at \d+°/s at 2\.\d s; its limit is 100°/s",
         ),
-        ({"motor": 4, "at_s": 2.4, "change_deg": -30}, r"motor 4 would go to -\d+\.\d deg at 2\.\d s; its range is"),
+        ({"motor": 4, "at_s": 2.4, "change_deg": -30}, r"motor 4 would go to -\d+\.\d° at 2\.\d s; its range is"),
     ],
 )
 def test_retouch_beyond_a_limit_is_refused_with_its_place(
@@ -171,7 +171,7 @@ def test_derived_recording_loads_like_any_recording(client: TestClient, patient:
     until_mode(client, "idle")
     load(client, patient, made)
     live = until_mode(client, "ready")
-    assert live["run"]["recording_name"] == "Lift, warm-up from 6 deg less, 3 deg more per repetition"
+    assert live["run"]["recording_name"] == "Lift, warm-up from 6° less, 3° more per repetition"
     assert live["run"]["duration_s"] == pytest.approx(made["duration_s"], abs=0.01)
     assert client.post("/api/station/unload").status_code == 200
     until_mode(client, "idle")
@@ -185,8 +185,8 @@ def test_derived_recording_beyond_limits_is_refused_with_motor_and_time(
     edit = {"do": "stretch", "further_deg": 10, "back_deg": 5, "hold_s": 0}
     for path in (url, f"{url}/preview"):
         refusal = problem(client.post(path, json=edit), 422, "unplayable")
-        assert "motor 3 would go to 128.0 deg at " in refusal["detail"]
-        assert "its range is 0 to 120 deg" in refusal["detail"]
+        assert "motor 3 would go to 128.0° at " in refusal["detail"]
+        assert "its range is 0 to 120°" in refusal["detail"]
         assert refusal["next_step"]
     assert [row["id"] for row in listed(client, recording)] == [recording["id"]]
 
@@ -213,7 +213,7 @@ def test_mirrored_recording_beyond_limits_is_refused_with_motor_and_time(
         ({"do": "trim", "start_s": 5, "end_s": 9}, "within the motion's 8.0 s"),
         ({"do": "trim", "start_s": 5, "end_s": 5.2}, "at least 0.5 s"),
         ({"do": "hold", "at_s": 8.5, "hold_s": 1}, "the motion lasts 8.0 s"),
-        ({"do": "warm_up", "less_deg": 100, "step_deg": 10}, "the motion covers only 80.0 deg"),
+        ({"do": "warm_up", "less_deg": 100, "step_deg": 10}, "the motion covers only 80.0°"),
         ({"do": "warm_up", "less_deg": 79, "step_deg": 0.5, "pause_s": 120}, "longer than an hour"),
     ],
 )

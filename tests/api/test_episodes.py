@@ -188,7 +188,7 @@ def test_a_recording_beyond_the_doctors_limit_is_not_loaded(
     wanted = {"session_id": visit["id"], "recording_id": recording["id"], "load_level": 12}
 
     refusal = problem(client.post("/api/station/load", json=wanted), 422, "beyond_doctors_limit")
-    assert "Dr. Mori allows no more than 60 deg" in refusal["detail"]
+    assert "Dr. Mori allows no more than 60°" in refusal["detail"]
     problem(client.post("/api/station/load", json=wanted | {"load_level": 13}), 422, "level_not_allowed")
     assert client.get(f"/api/sessions/{visit['id']}").json()["runs"] == []
 
@@ -209,7 +209,7 @@ def test_the_device_is_given_the_doctors_speed_limit(
     until_mode(client, "idle")
     wanted = {"session_id": visit["id"], "recording_id": recording["id"], "load_level": 12}
     refusal = problem(client.post("/api/station/load", json=wanted), 422, "too_fast_for_doctor")
-    assert "Dr. Mori allows no more than 1 deg/s" in refusal["detail"]
+    assert "Dr. Mori allows no more than 1°/s" in refusal["detail"]
 
     assert client.patch(f"/api/episodes/{episode['id']}", json={"max_speed_deg_s": 140.0}).status_code == 200
     go_through_checklist(client, visit["id"], recording["id"])

@@ -132,7 +132,7 @@ def test_programme_beyond_a_doctors_limits_is_reported_and_not_saved(client: Tes
     within, beyond, stronger = client.post(url, json={"items": items}).json()["items"]
     assert (within["problem"], beyond["duration_s"], stronger["duration_s"]) == (None, None, None)
     assert beyond["problem"].startswith("Item 2 cannot be played with these settings: Motion 4 (abduction")
-    assert "Dr. Mori allows no more than 70 deg." in beyond["problem"]
+    assert "Dr. Mori allows no more than 70°." in beyond["problem"]
     assert "has resistance level 13; Dr. Mori allows at most 12." in stronger["problem"]
 
     refusal = problem(post(client, lift, less, whole), 422, "beyond_doctors_limit")

@@ -200,4 +200,4 @@ def test_guided_recording_beyond_a_limit_is_refused(client: TestClient) -> None:
     teach_other_side(client, played, SOUND)
     path = f"/api/recordings/{played.recording_id}/derived"
     refused = problem(client.post(path, json={"do": "guide"}), 422, "unplayable")
-    assert re.search(r"motor 2 would go to 1\d\d\.\d deg at \d\.\d s; its range is 88 to 129 deg", refused["detail"])
+    assert re.search(r"motor 2 would go to 1\d\d\.\d° at \d\.\d s; its range is 88 to 129°", refused["detail"])

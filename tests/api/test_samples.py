@@ -116,7 +116,7 @@ def test_spreadsheet_variants_of_a_csv_are_understood(client: TestClient, patien
         ({(5, 1): "0.02"}, "line 5, column time_s", "the time must increase, but 0.02 s follows 0.02 s"),
         ({(402, 1): "5.5"}, "line 402, column time_s", "there is a gap of 1.5 s before this row"),
         ({(402, 1): "4000"}, "line 402, column time_s", "from this row on, the motion is longer than an hour"),
-        ({(9, 5): "195"}, "line 9, column shoulder_flexion", "195 deg is outside the apparatus' range of -20 to 190"),
+        ({(9, 5): "195"}, "line 9, column shoulder_flexion", "195° is outside the apparatus' range of -20 to 190"),
         ({(200, 4): "60"}, "line 200, column shoulder_abduction", "motor 3 would jerk at"),
         ({(1, 5): "Shoulder_flexion (rad)"}, "line 1, column Shoulder_flexion (rad)", "the unit is wrong"),
         ({(1, 1): "time_ms"}, "line 1, column time_ms", "the unit is wrong; the column must be called time_s"),
@@ -191,7 +191,7 @@ def test_an_angle_that_nothing_can_have_is_refused(client: TestClient, patient: 
         {
             "pointer": "line 9, column motor_3_deg",
             "field": "line 9, column motor_3_deg",
-            "detail": "1e+300 deg is more than a whole turn",
+            "detail": "1e+300° is more than a whole turn",
             "field_key": {
                 "code": "line_and_column",
                 "params": {"line": 9, "column": {"code": "", "params": {}, "text": "motor_3_deg"}},

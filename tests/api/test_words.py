@@ -144,10 +144,8 @@ def test_error_names_the_field_and_its_bound(client: TestClient, patient: dict[s
     assert (wrong["field_key"]["code"], outer["code"], inner["code"]) == (
         "field_within", "field_numbered", "field_with_unit",
     )  # fmt: skip
-    assert inner["params"]["unit"] == {"code": "unit_deg", "params": {}, "text": "degrees"}
-    assert (
-        refusal["detail"] == "Please check what was entered: doctor's limits 1, highest (degrees) must be 190 or less."
-    )
+    assert inner["params"]["unit"] == {"code": "unit_deg", "params": {}, "text": "°"}
+    assert refusal["detail"] == "Please check what was entered: doctor's limits 1, highest (°) must be 190 or less."
     assert refusal["detail_key"]["code"] == "invalid_input"
 
 

@@ -84,7 +84,7 @@ def test_draft_keeps_the_other_shoulder_apart() -> None:
     reached = [compared(played_min_deg=0.0, played_max_deg=high) for high in (90.0, 150.0)]
     text = draft(session(run(side="left", comparison=reached[0]), run("Lift", side="right", comparison=reached[1])))
     assert "Lift, right shoulder: 1 of 1 repetition." in text
-    assert "shoulder 0 to 90 deg." in text and "150" not in text
+    assert "shoulder 0 to 90°." in text and "150" not in text
 
 
 def test_draft_of_a_simulated_session_says_so() -> None:
@@ -122,10 +122,10 @@ def test_draft_reports_when_nothing_was_played() -> None:
             {"least_range_percent": 70.0},
             "The range was reduced in Abduction: part of it was played with 70 % of the range.",
         ),
-        ({"comparison": compared()}, "Tracking error at most 2.4 deg (motor 4, RMSE 0.5 deg)."),
+        ({"comparison": compared()}, "Tracking error at most 2.4° (motor 4, RMSE 0.5°)."),
         (
             {"comparison": compared(played_min_deg=4.6, played_max_deg=98.6)},
-            "Apparatus angle reached (not the patient's angle: the arm can slip in its cuff): abduction / adduction of the shoulder 5 to 99 deg.",
+            "Apparatus angle reached (not the patient's angle: the arm can slip in its cuff): abduction / adduction of the shoulder 5 to 99°.",
         ),
     ],
 )
@@ -144,7 +144,7 @@ def test_planned_repetitions_come_from_the_programme_and_omissions_are_named() -
 def test_the_widest_range_of_all_runs_counts() -> None:
     first = run(comparison=compared(played_min_deg=10, played_max_deg=80))
     second = run(comparison=compared(played_min_deg=5, played_max_deg=70))
-    assert "slip in its cuff): abduction / adduction of the shoulder 5 to 80 deg." in draft(session(first, second))
+    assert "slip in its cuff): abduction / adduction of the shoulder 5 to 80°." in draft(session(first, second))
 
 
 def test_each_end_of_patients_angle_is_of_its_furthest_run() -> None:
@@ -157,7 +157,7 @@ def test_each_end_of_patients_angle_is_of_its_furthest_run() -> None:
         )  # fmt: skip
 
     text = draft(session(estimated(-40, 10), estimated(-10, 60)))
-    assert "abduction / adduction of the shoulder -45 ± 4 to 55 ± 6 deg." in text
+    assert "abduction / adduction of the shoulder -45° ± 4° to 55° ± 6°." in text
 
 
 def test_run_of_another_recording_is_not_the_planned_item() -> None:

@@ -99,9 +99,9 @@ def test_recording_beyond_a_limit_is_refused_with_both_angles(
     refused = refusal(clinic, moving)
     assert (refused.status, refused.code) == (422, "beyond_doctors_limit")
     assert refused.message.startswith(f"Motion {motion} ({BASIC_MOTIONS[motion - 1].name.lower()}) would go to ")
-    assert f"no {'more' if top_deg > 0 else 'less'} than {beyond:g} deg." in refused.message
+    assert f"no {'more' if top_deg > 0 else 'less'} than {beyond:g}°." in refused.message
     said_deg, said_s = (
-        float(refused.message.split(" deg at ")[0].split()[-1]),
+        float(refused.message.split("° at ")[0].split()[-1]),
         float(refused.message.split(" s; ")[0].split()[-1]),
     )
     assert said_deg == pytest.approx(top_deg, abs=0.2)
@@ -125,7 +125,7 @@ def test_horizontal_flexion_is_limited_once_the_arm_is_raised(clinic: Clinic) ->
 
 def test_refused_value_never_reads_like_an_allowed_one(clinic: Clinic) -> None:
     clinic.allow(limits=[{"motion": 4, "highest_deg": 70.0}])
-    assert "70.1 deg" in refusal(clinic, moved(3, 70.02)).message
+    assert "70.1°" in refusal(clinic, moved(3, 70.02)).message
 
 
 def test_device_receives_the_limits_of_single_motors(clinic: Clinic) -> None:
@@ -165,7 +165,7 @@ def test_a_motion_faster_than_the_doctor_allows_is_refused(clinic: Clinic, metho
     refused = refusal(clinic, lift, method=method)
     assert (refused.status, refused.code) == (422, "too_fast_for_doctor")
     assert re.fullmatch(
-        r"Motor 3 would move at 31\.[34] deg/s at (0\.9|1\.0|2\.9|3\.0) s; Dr\. Mori allows no more than 31 deg/s\.",
+        r"Motor 3 would move at 31\.[34]°/s at (0\.9|1\.0|2\.9|3\.0) s; Dr\. Mori allows no more than 31°/s\.",
         refused.message,
     )
 
@@ -216,8 +216,8 @@ def test_limits_have_no_hole_where_motor_4_changes_its_motion(clinic: Clinic, ab
 def test_refusal_of_a_raised_arm_names_elevation_and_limit(clinic: Clinic) -> None:
     clinic.allow(limits=[{"motion": 4, "highest_deg": 90.0}, {"motion": 5, "highest_deg": 90.0}])
     assert re.fullmatch(
-        r"The elevation of the upper arm would be 13[01]\.\d deg at \d\.\d s; "
-        r"Dr\. Mori allows no more than 90\.0 deg in this pose\.",
+        r"The elevation of the upper arm would be 13[01]\.\d° at \d\.\d s; "
+        r"Dr\. Mori allows no more than 90\.0° in this pose\.",
         refusal(clinic, at_abduction(46.0, 160.0)).message,
     )
 

@@ -109,7 +109,7 @@ def check(seed: int, last: str) -> tuple[CommissioningRecord, SimulatedTechnicia
 def test_a_factory_new_apparatus_is_commissioned(seed: int) -> None:
     _, technician = check(seed, "lags")
     shown = {(instruction.kind, instruction.number): str(instruction.text) for instruction in technician.instructions}
-    assert "scapula rotation -8 deg, abduction 60 deg" in shown["fit_pose", 2]
+    assert "scapula rotation -8°, abduction 60°" in shown["fit_pose", 2]
     for kind in ("connect_only", "sweep_axis"):
         assert "lift the arm forward (flexion)" in shown[kind, 4], "instructions name motions of motors"
 
@@ -372,7 +372,7 @@ def test_the_record_is_printed() -> None:
         page = commissioning_page(record, how)
         assert "&lt;Station 3&gt;" in page.html and "<Station 3>" not in page.html
         assert record.digest in page.html and record.configuration_digest in page.html
-        assert "Motor 2 moved 0.0 of 3.0 deg" in page.html
+        assert "Motor 2 moved 0.0 of 3.0°" in page.html
         pdf = commissioning_pdf(record, how)
         assert pdf.startswith(b"%PDF") and len(pdf) > 5_000
 

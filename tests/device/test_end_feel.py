@@ -350,8 +350,7 @@ def up_and_down() -> bytes:
 def test_another_way_is_refused(speed_deg_s: float, changes: dict[str, object]) -> None:
     refusal = checked(TEST, speed_deg_s, **changes)
     assert (
-        refusal is not None
-        and "motor 4 must move in one direction, by at least 10 deg, at 2 to 10 deg/s" in refusal.message
+        refusal is not None and "motor 4 must move in one direction, by at least 10°, at 2 to 10°/s" in refusal.message
     )
 
 

@@ -49,7 +49,7 @@ def test_every_method_refuses_recordings_beyond_the_range_by_motor(loading: Load
     refusal = loading(message(far, method=method)).refusal
     assert refusal is not None
     assert refusal.code == "unplayable"
-    assert "motor 3 would go to 127.0 deg at 1.5 s; its range is 0 to 120 deg" in refusal.message
+    assert "motor 3 would go to 127.0° at 1.5 s; its range is 0 to 120°" in refusal.message
 
 
 @pytest.mark.parametrize("method", ["paper", "smooth"])
@@ -60,7 +60,7 @@ def test_recording_slightly_beyond_patient_limits_is_refused(loading: Loading, m
     assert loading(message(up, method=method)).refusal is None
     refusal = loading(message(up, method=method, limits_deg=tuple(limits))).refusal
     assert refusal is not None
-    assert "motor 3 would go to 40.0 deg at 1.5 s; its range is 5 to 40 deg" in refusal.message
+    assert "motor 3 would go to 40.0° at 1.5 s; its range is 5 to 40°" in refusal.message
 
 
 def test_half_an_axis_acceleration_is_reserved_for_feed_forward(loading: Loading) -> None:
@@ -117,9 +117,9 @@ def test_learned_correction_is_sent_with_the_recording(loading: Loading) -> None
         ({"method": "smooth"}, "belongs to the learned method"),
         ({"method": "paper"}, "belongs to the learned method"),
         ({"correction_deg": correction()[:-8]}, "is incomplete"),
-        ({"correction_deg": correction(MAX_CORRECTION_DEG + 0.001)}, "exceeds 3 deg"),
-        ({"correction_deg": correction(-MAX_CORRECTION_DEG - 0.001)}, "exceeds 3 deg"),
-        ({"correction_deg": correction(math.nan)}, "exceeds 3 deg"),
+        ({"correction_deg": correction(MAX_CORRECTION_DEG + 0.001)}, "exceeds 3°"),
+        ({"correction_deg": correction(-MAX_CORRECTION_DEG - 0.001)}, "exceeds 3°"),
+        ({"correction_deg": correction(math.nan)}, "exceeds 3°"),
         ({"correction_step_s": 0.0}, "differ in length"),
         ({"correction_step_s": -0.02}, "differ in length"),
         ({"correction_step_s": math.nan}, "differ in length"),
@@ -156,15 +156,15 @@ def test_a_recording_faster_than_the_patient_may_go_is_refused(loading: Loading,
     refusal = loading(message(up, method=method, max_speed_deg_s=30.0)).refusal
     assert refusal is not None
     assert refusal.code == "unplayable"
-    assert "motor 3 would move at 31 deg/s" in refusal.message
-    assert "its limit is 30 deg/s" in refusal.message
+    assert "motor 3 would move at 31°/s" in refusal.message
+    assert "its limit is 30°/s" in refusal.message
 
 
 @pytest.mark.parametrize("limit_deg_s", [0.0, -1.0, math.nan, math.inf])
 def test_invalid_speed_limit_is_refused(loading: Loading, limit_deg_s: float) -> None:
     refusal = loading(message(max_speed_deg_s=limit_deg_s)).refusal
     assert refusal is not None
-    assert "speed limit must be above 0 deg/s" in refusal.message
+    assert "speed limit must be above 0°/s" in refusal.message
 
 
 def test_a_recording_too_short_to_judge_is_refused(loading: Loading) -> None:
@@ -194,8 +194,8 @@ def test_a_jump_at_the_very_end_is_refused(loading: Loading) -> None:
         ({"limits_deg": ((math.nan, 90.0),) * 5}, "a lower and a higher angle"),
         ({"limits_deg": ((90.0, -90.0),) * 5}, "a lower and a higher angle"),
         ({"limits_deg": ((-90.0, 90.0),) * 4}, "for some motors only"),
-        ({"max_speed_deg_s": math.nan}, "above 0 deg/s"),
-        ({"max_speed_deg_s": 0.0}, "above 0 deg/s"),
+        ({"max_speed_deg_s": math.nan}, "above 0°/s"),
+        ({"max_speed_deg_s": 0.0}, "above 0°/s"),
         ({"repetition_s": math.nan}, "must be 0 s or longer"),
         ({"repetition_s": -1.0}, "must be 0 s or longer"),
         ({"load_level": 26}, "must be 1 to 25"),
@@ -213,7 +213,7 @@ def test_a_patients_speed_limit_is_held(loading: Loading) -> None:
     assert loading(message(up, max_speed_deg_s=10.5)).refusal is None
     refusal = loading(message(up, max_speed_deg_s=9.5)).refusal
     assert refusal is not None
-    assert "motor 3 would move at 10 deg/s" in refusal.message
+    assert "motor 3 would move at 10°/s" in refusal.message
 
 
 def carrying(weight_nm: float) -> StationConfig:

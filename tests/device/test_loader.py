@@ -100,7 +100,7 @@ def test_angles_near_the_end_of_the_float_range_are_refused(loading: Loading) ->
         refusal = loading.load(message(angles(motor2=np.where(TIMES_S == 1.0, extreme, 109.0))))
         assert isinstance(refusal, Refusal)
         assert refusal.code == "unplayable"
-        assert "no motor goes beyond 3600 deg" in refusal.message
+        assert "no motor goes beyond 3600°" in refusal.message
     assert isinstance(loading.load(message()), Reference)
 
 

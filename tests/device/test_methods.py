@@ -430,8 +430,8 @@ def test_paper_start_too_far_away_is_refused_before_torque(tmp_path: Path, away_
         return
     assert refusal is not None
     assert refusal.code == "too_far_from_start"
-    assert refusal.message.startswith("Motor 4 is 8 deg from the start of the recording")
-    assert "8 deg" in refusal.next_step
+    assert refusal.message.startswith("Motor 4 is 8° from the start of the recording")
+    assert "8°" in refusal.next_step
     assert not stepped.torque
     stepped.forward(0.1)
     assert stepped.snapshot.refusals["approach"] == refusal
@@ -484,7 +484,7 @@ def test_paper_method_leaves_a_hold_or_is_refused(
         refusal = station.send(recording)
         assert refusal is not None
         assert refusal.code == "unusable"
-        assert f"motor {motor} moves by 8.1 deg in one step at 2." in refusal.message
+        assert f"motor {motor} moves by 8.1° in one step at 2." in refusal.message
         return
     station.play(recording, 3.5)
     assert station.causes() == []

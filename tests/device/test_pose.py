@@ -65,7 +65,7 @@ def built(load: Load) -> Trajectory:
 def test_load_beyond_the_reachable_set_is_refused_with_its_place() -> None:
     refusal = build(asked(swing([0, 0, 90, 95, 0], [0, 0, 90, 185, 0]), None), LAGGING)
     assert not isinstance(refusal, Reference)
-    assert "motor 4 would go to 185.0 deg at 2.0 s; in this pose the plane of elevation would be 185" in refusal.message
+    assert "motor 4 would go to 185.0° at 2.0 s; in this pose the plane of elevation would be 185" in refusal.message
 
 
 @pytest.mark.parametrize("abduction_deg", [44.0, 46.0])

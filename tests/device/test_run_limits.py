@@ -242,7 +242,7 @@ def test_torque_is_refused_when_the_arm_exceeds_range_plus_tolerance(
     assert stepped.torque == (not refused)
     assert stepped.causes() == []
     if refusal:
-        assert refusal.message == f"Motor 1 is at {angle_deg:.0f} deg, outside its range."
+        assert refusal.message == f"Motor 1 is at {angle_deg:.0f}°, outside its range."
 
 
 # -- the patient's speed limit ----------------------------------------------------------------------------------------

@@ -124,7 +124,7 @@ def test_walk_finds_a_number_without_a_unit(browser: Browser) -> None:
         <ol><li>Lift to 94</li></ol><nav><button><b>1</b> Play</button>Angle 93</nav><p>Playbacks that were stopped: 0.</p><h3>Pain, 0 to 10</h3><table><tbody><tr><td>4</td></tr></tbody></table>
         <figure><figcaption>Motor 1, ° over s</figcaption><svg width="9" height="9"><text y="9">15</text></svg></figure>
         <figure><figcaption>Motor 1</figcaption><svg width="9" height="9"><text y="9">16</text></svg></figure>
-        <div class="js-plotly-plot"><span class="xtick">17</span><span class="ytitle">Angle, deg</span></div>
+        <div class="js-plotly-plot"><span class="xtick">17</span><span class="ytitle">Angle, °</span></div>
         <div class="js-plotly-plot"><span class="xtick">18</span><span class="ytitle">Angle</span></div></main>
         <div role="dialog"><p>Level 12 of 25</p><p>Flexion 91</p><p>Motors 3 and 4</p></div>"""
     )
@@ -143,7 +143,7 @@ def test_walk_reads_the_axes_of_a_drawn_figure(browser: Browser) -> None:
         "xaxis3": {"domain": [0.6, 1], "title": {"text": ""}, "ticksuffix": "%"},
         "yaxis": {"domain": [0.6, 1], "title": {"text": ""}},
         "yaxis2": {"domain": [0, 0.4], "title": {"text": ""}},
-        "annotations": [{"text": "Flexion, deg", "y": 1}, {"text": "Extension", "y": 0.4}],
+        "annotations": [{"text": "Flexion, °", "y": 1}, {"text": "Extension", "y": 0.4}],
     }
     page.evaluate("(layout) => { document.querySelector('.js-plotly-plot')._fullLayout = layout; }", layout)
     assert bare_numbers(page) == ['an axis yaxis2 with the titles " |  | Extension"']

@@ -27,7 +27,7 @@ def test_derived_recording_is_previewed_and_saved(page: Page, clinic: Clinic) ->
     panel.get_by_label("Reduction at the start", exact=True).and_(panel.get_by_role("textbox")).fill("180")
     panel.get_by_role("button", name="Preview").click()
     expect(panel.get_by_role("alert")).to_contain_text(
-        "the range cannot be reduced by 180 deg: the motion covers", timeout=LONG_MS
+        "the range cannot be reduced by 180°: the motion covers", timeout=LONG_MS
     )
     expect(keep).to_be_hidden()
 

@@ -93,7 +93,7 @@ def test_the_work_at_a_desk_is_done_by_keyboard_alone(page: Page, clinic: Clinic
     beside = page.get_by_role("region", name="Compare with another session")
     choose(page, beside.get_by_role("combobox", name="Session"), "2026")
     expect(beside.get_by_test_id("beside")).to_contain_text("Resistance level", timeout=LONG_MS)
-    expect(beside.get_by_test_id("beside").get_by_role("row", name="RMSE, deg").first).to_be_visible()
+    expect(beside.get_by_test_id("beside").get_by_role("row", name="RMSE, °").first).to_be_visible()
 
     # Export the record, and request an erasure, which an administrator decides.
     press(page, page.get_by_role("link", name=PATIENT).first)

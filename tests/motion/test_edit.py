@@ -285,14 +285,14 @@ def test_stretch_goes_slowly_up_and_beyond_before_continuing() -> None:
 def test_stretch_beyond_the_limit_is_refused_with_motor_and_place() -> None:
     motion = replace(built_in(5), angles_deg=built_in(5).angles_deg + np.array([0, 0, 0, 35.0, 0]))
     playable(motion)
-    with pytest.raises(TrajectoryError, match=r"motor 4 would go to 195\.0 deg at \d+\.\d s; its range is -20 to 190"):
+    with pytest.raises(TrajectoryError, match=r"motor 4 would go to 195\.0° at \d+\.\d s; its range is -20 to 190"):
         playable(edit.stretch(motion, 10.0))
 
 
 def test_motion_made_too_fast_is_refused_with_motor_and_place() -> None:
     motion = waves([2.0] * 5, [2.0, 2.0, 2.0, 30.0, 2.0], 4.0, 100)
     playable(motion)
-    with pytest.raises(TrajectoryError, match=r"motor 4 would move at 1\d\d deg/s at \d\.\d s; its limit is 100 deg/s"):
+    with pytest.raises(TrajectoryError, match=r"motor 4 would move at 1\d\d°/s at \d\.\d s; its limit is 100°/s"):
         playable(edit.at_speed(motion, 150.0))
 
 

@@ -92,9 +92,9 @@ def test_sound_side_that_was_only_raised_guides_both_ways() -> None:
 @pytest.mark.parametrize(
     ("own", "sound", "message"),
     [
-        (shrugging(35.0), [rhythm(SOUND)], "not raised or lowered by at least 30 deg"),
+        (shrugging(35.0), [rhythm(SOUND)], "not raised or lowered by at least 30°"),
         (shrugging(), [], "none of the newest recordings"),
-        (shrugging(95.0), [rhythm(SOUND, "Short")], "raised to 95 deg, but only to 88 deg in .* Short"),
+        (shrugging(95.0), [rhythm(SOUND, "Short")], "raised to 95°, but only to 88° in .* Short"),
     ],
 )
 def test_motion_that_cannot_be_guided_is_refused(own: Floats, sound: list[GuidingMotion], message: str) -> None:

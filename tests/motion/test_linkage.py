@@ -80,24 +80,24 @@ def test_default_limits_contain_the_image_of_the_scapulas_range() -> None:
 
 def test_out_of_reach_names_the_row_and_the_motor() -> None:
     short = Linkage(q1p1_mm=80.0)
-    with pytest.raises(OutOfReachError, match=r"motor 1 cannot reach .* -20.0 deg .* \(row 1\)") as caught:
+    with pytest.raises(OutOfReachError, match=r"motor 1 cannot reach .* -20.0° .* \(row 1\)") as caught:
         short.inverse_deg([[0.0, 0.0], [-20.0, -20.0]])
     assert (caught.value.motor, caught.value.index) == (1, 1)
 
 
 def test_first_unreachable_row_is_named_whichever_motor_it_concerns() -> None:
-    with pytest.raises(OutOfReachError, match=r"motor 2 .* with upward rotation -44.0 deg \(row 1\)") as caught:
+    with pytest.raises(OutOfReachError, match=r"motor 2 .* with upward rotation -44.0° \(row 1\)") as caught:
         LINKAGE.inverse_deg([[0.0, 0.0], [0.0, -44.0], [150.0, 0.0]])
     assert (caught.value.motor, caught.value.index) == (2, 1)
 
 
 def test_unreachable_pose_is_reported_as_requested_on_both_sides() -> None:
-    with pytest.raises(OutOfReachError, match=r"upward rotation 44.0 deg"):
+    with pytest.raises(OutOfReachError, match=r"upward rotation 44.0°"):
         motor_angles_deg([0.0, 44.0, 0.0, 0.0, 0.0], "left")
 
 
 def test_motor_angles_that_no_pose_has_are_named() -> None:
-    with pytest.raises(OutOfReachError, match=r"motor 1 at 170.0 deg and motor 2 at 100.0 deg \(row 2\)") as caught:
+    with pytest.raises(OutOfReachError, match=r"motor 1 at 170.0° and motor 2 at 100.0° \(row 2\)") as caught:
         LINKAGE.forward_deg([[10.0, 100.0], [15.0, 109.0], [170.0, 100.0]])
     assert (caught.value.motor, caught.value.index) == (None, 2)
 

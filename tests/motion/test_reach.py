@@ -116,7 +116,7 @@ def test_refusal_names_motor_angle_time_and_limit() -> None:
     with pytest.raises(TrajectoryError) as refused:
         CONFIG.check_reference("smooth", path, "right")
     assert str(refused.value) == (
-        "motor 4 would go to 185.0 deg at 4.0 s; in this pose the plane of elevation would be 185.0 deg, and its limit is 130.0 deg"
+        "motor 4 would go to 185.0° at 4.0 s; in this pose the plane of elevation would be 185.0°, and its limit is 130.0°"
     )
     assert refused.value.motor == 4
     assert refused.value.at_s == pytest.approx(4.0, abs=0.02)

@@ -71,7 +71,7 @@ def test_edit_names_marks_and_part() -> None:
 
 
 def test_part_far_from_a_mark_is_refused() -> None:
-    with pytest.raises(EditError, match=r"motor 3 of the new part is 25 deg from the mark at 2\.0 s"):
+    with pytest.raises(EditError, match=r"motor 3 of the new part is 25° from the mark at 2\.0 s"):
         retaught(LIFT, START_S, END_S, new_part(off_deg=MAX_GAP_DEG + 5.0), "Part")
 
 

@@ -77,9 +77,9 @@ def test_nothing_changes_outside_marks_or_in_other_motors(start: float, end: flo
 
 def test_retouch_names_motors_largest_change_and_marks() -> None:
     one = retouched(MOTION, 1.0, 3.0, [ChangePoint(3, 1.5, 2.0), ChangePoint(3, 2.0, -5.0)])
-    assert one.done == ("motor 3 changed by up to -5.0 deg between 1.0 s and 3.0 s",)
+    assert one.done == ("motor 3 changed by up to -5.0° between 1.0 s and 3.0 s",)
     two = retouched(MOTION, 1.0, 3.0, [ChangePoint(4, 1.5, 2.0), ChangePoint(3, 1.5, 1.0)])
-    assert two.done == ("motors 3, 4 changed by up to 2.0 deg between 1.0 s and 3.0 s",)
+    assert two.done == ("motors 3, 4 changed by up to 2.0° between 1.0 s and 3.0 s",)
 
 
 def test_shortest_part_is_accepted_despite_rounding() -> None:

@@ -62,7 +62,7 @@ def test_limits_are_checked_after_mirroring() -> None:
     Trajectory(times_s, taught).check(_limits(), 0.0)
 
     # when it is mirrored, then the other side's motor 2 would have to go beyond its upper end, and that is refused.
-    with pytest.raises(TrajectoryError, match=r"motor 2 would go to 13\d\.\d deg .* its range is 88 to 129 deg"):
+    with pytest.raises(TrajectoryError, match=r"motor 2 would go to 13\d\.\d° .* its range is 88 to 129°"):
         Trajectory(times_s, mirrored_deg(taught, "right", "left")).check(_limits(), 0.0)
 
 

@@ -39,7 +39,7 @@ def test_spreadsheet_byte_order_mark_and_line_ends_are_accepted() -> None:
         (f"{HEADER}\n0,0,0,0,0,0\n1,0,0\n", "line 3, column shoulder_abduction: '' is not a number"),
         (f"{HEADER}\n0,0,0,0,0,0\n1,0,nan,0,0,0\n", "line 3, column scapula_upward_rotation: 'nan' is not a number"),
         (f"{HEADER}\n1,0,0,0,0,0\n1,0,0,0,0,0\n", "line 3, column time_s: the time must increase, but 1 s follows 1 s"),
-        (f"{HEADER}\n0,0,0,0,0,0\n1,0,0,0,195,0\n", "line 3, column shoulder_flexion: 195 deg is outside"),
+        (f"{HEADER}\n0,0,0,0,0,0\n1,0,0,0,195,0\n", "line 3, column shoulder_flexion: 195° is outside"),
         (f"{HEADER}\n0,0,0,0,0,0\n", "the motion is too short"),
         (f"{HEADER}\n0,0,0,0,0,0\n0.1,0,0,0,0,0\n", "the motion is too short"),
     ],

@@ -100,9 +100,9 @@ def test_recording_beyond_a_limit_is_refused_with_motor_time_values() -> None:
     trajectory = Trajectory(times, rows)
 
     trajectory.check([AxisLimits(-100.0, 100.0, 200.0)] * 5, tolerance_deg=4.0)
-    with pytest.raises(TrajectoryError, match=r"motor 4 would go to 103.0 deg at 1.0 s; its range is -100 to 100 deg"):
+    with pytest.raises(TrajectoryError, match=r"motor 4 would go to 103.0° at 1.0 s; its range is -100 to 100°"):
         trajectory.check([AxisLimits(-100.0, 100.0, 200.0)] * 5, tolerance_deg=2.0)
-    with pytest.raises(TrajectoryError, match=r"motor 4 would move at 16\d deg/s at 0.0 s; its limit is 150 deg/s"):
+    with pytest.raises(TrajectoryError, match=r"motor 4 would move at 16\d°/s at 0.0 s; its limit is 150°/s"):
         trajectory.check([AxisLimits(-110.0, 110.0, 150.0)] * 5, tolerance_deg=2.0)
 
 

@@ -67,6 +67,13 @@ def test_no_text_has_a_word_that_the_glossary_excludes() -> None:
     assert [(word, key) for word in sorted(excluded) for key, text in texts.items() if word in text] == []
 
 
+def test_every_text_writes_angles_with_the_degree_sign() -> None:
+    """The page once used "deg" and the sign side by side. Both languages use the sign, also for speeds and stiffness."""
+    assert sum("°" in english for _, english, _ in PAIRS) > 100
+    written = [(key, text) for key, *both in PAIRS for text in both if re.search(r"\bdeg\b", _PARAMETER.sub("", text))]
+    assert written == []
+
+
 def test_a_range_has_the_wave_dash_of_jis() -> None:
     """The wave dash of JIS X 0208 is U+301C. U+FF5E looks the same, but a search for one does not find the other."""
     texts = files("*.json", "*.toml", "*.md", "*.html", "*.py", "*.ts", "*.tsx", "*.js", "*.css", "*.svg", "*.yml")

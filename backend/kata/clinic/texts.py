@@ -24,23 +24,23 @@ LOAD_LEVEL_ABOVE_LIMIT: Final = message(
 CHOOSE_LOAD_LEVEL: Final = message("choose_load_level", "Choose level {highest:d} or lower.")
 MOTION_BEYOND_HIGHEST: Final = message(
     "motion_beyond_highest",
-    "Motion {number:d} ({motion:text}) would go to {angle_deg:.1f} deg at {at_s:.1f} s; {doctor:name} allows no more than {highest_deg:g} deg.",
+    "Motion {number:d} ({motion:text}) would go to {angle_deg:.1f}° at {at_s:.1f} s; {doctor:name} allows no more than {highest_deg:g}°.",
 )
 MOTION_BELOW_LOWEST: Final = message(
     "motion_below_lowest",
-    "Motion {number:d} ({motion:text}) would go to {angle_deg:.1f} deg at {at_s:.1f} s; {doctor:name} allows no less than {lowest_deg:g} deg.",
+    "Motion {number:d} ({motion:text}) would go to {angle_deg:.1f}° at {at_s:.1f} s; {doctor:name} allows no less than {lowest_deg:g}°.",
 )
 ARM_BEYOND_HIGHEST: Final = message(
     "arm_beyond_highest",
-    "The {quantity:text} would be {angle_deg:.1f} deg at {at_s:.1f} s; {doctor:name} allows no more than {highest_deg:.1f} deg in this pose.",
+    "The {quantity:text} would be {angle_deg:.1f}° at {at_s:.1f} s; {doctor:name} allows no more than {highest_deg:.1f}° in this pose.",
 )
 ARM_BELOW_LOWEST: Final = message(
     "arm_below_lowest",
-    "The {quantity:text} would be {angle_deg:.1f} deg at {at_s:.1f} s; {doctor:name} allows no less than {lowest_deg:.1f} deg in this pose.",
+    "The {quantity:text} would be {angle_deg:.1f}° at {at_s:.1f} s; {doctor:name} allows no less than {lowest_deg:.1f}° in this pose.",
 )
 MOTOR_FASTER_THAN_ALLOWED: Final = message(
     "motor_faster_than_allowed",
-    "Motor {motor:d} would move at {speed_deg_s:.1f} deg/s at {at_s:.1f} s; {doctor:name} allows no more than {limit_deg_s:g} deg/s.",
+    "Motor {motor:d} would move at {speed_deg_s:.1f}°/s at {at_s:.1f} s; {doctor:name} allows no more than {limit_deg_s:g}°/s.",
 )
 CHOOSE_LOWER_SPEED: Final = message("choose_lower_speed", "Choose a lower speed, or another recording.")
 CHOOSE_LESS_RANGE: Final = message("choose_less_range", "Reduce the range, or make a recording with a smaller range.")
@@ -93,11 +93,11 @@ ITEM_NOT_PLAYABLE: Final = message(
 )
 ITEM_WITHOUT_END: Final = message(
     "item_without_end",
-    "end-range time of “{motion:text}” is prescribed, but the recording does not move it by {least_deg:.0f} deg",
+    "end-range time of “{motion:text}” is prescribed, but the recording does not move it by {least_deg:.0f}°",
 )
 ITEM_BEFORE_END: Final = message(
     "item_before_end",
-    "“{motion:text}” ends {short_deg:.0f} deg before the recorded end, outside the prescribed band of {band_deg:g} deg",
+    "“{motion:text}” ends {short_deg:.0f}° before the recorded end, outside the prescribed band of {band_deg:g}°",
 )
 END_RANGE_LEVEL_TOO_LOW: Final = message(
     "end_range_level_too_low",
@@ -325,7 +325,7 @@ ANSWERS_DO_NOT_FIT: Final = message("answers_do_not_fit", "The answers do not ma
 RELOAD_QUESTIONNAIRE: Final = message("reload_questionnaire", "Reload the page.")
 NO_PATIENT_MODE: Final = message("no_patient_mode", "No questionnaire is open on this browser.")
 FIGURE_NO: Final = message("figure_no", "no")
-FIGURE_NAMED_ANGLE_HOVER: Final = message("figure_named_angle_hover", "%{{customdata}}: %{{y:.2f}} deg")
+FIGURE_NAMED_ANGLE_HOVER: Final = message("figure_named_angle_hover", "%{{customdata}}: %{{y:.2f}}°")
 FIGURE_REFERENCE: Final = message("figure_reference", "Reference")
 FIGURE_BASELINE: Final = message("figure_baseline", "Baseline")
 FIGURE_BASELINE_OF: Final = message("figure_baseline_of", "Baseline, {kind:text}")
@@ -334,7 +334,7 @@ FIGURE_KIND_ACTIVE: Final = message("figure_kind_active", "active")
 FIGURE_KIND_PASSIVE: Final = message("figure_kind_passive", "passive")
 FIGURE_ACTIVE: Final = message("figure_active", "Active")
 FIGURE_PASSIVE: Final = message("figure_passive", "Passive")
-FIGURE_MEASURE_DEG: Final = message("figure_measure_deg", "{measure:text}, deg")
+FIGURE_MEASURE_DEG: Final = message("figure_measure_deg", "{measure:text}, °")
 FIGURE_PAIN: Final = message("figure_pain", "Pain")
 FIGURE_PAIN_SCALE: Final = message("figure_pain_scale", "Pain, 0 to 10")
 FIGURE_OF_10: Final = message("figure_of_10", "{score:text}, 0 to 10")
@@ -373,9 +373,9 @@ FIGURE_T_SCORE_NOTE: Final = message(
     "figure_t_score_note",
     "A T-score: 50 points are the mean of the reference population, 10 points its standard deviation.",
 )
-FIGURE_MEAN_RMSE: Final = message("figure_mean_rmse", "Mean RMSE, deg")
-FIGURE_LARGEST_ERROR: Final = message("figure_largest_error", "Largest error, deg")
-FIGURE_CORRECTION: Final = message("figure_correction", "Learned correction (RMS), deg")
+FIGURE_MEAN_RMSE: Final = message("figure_mean_rmse", "Mean RMSE, °")
+FIGURE_LARGEST_ERROR: Final = message("figure_largest_error", "Largest error, °")
+FIGURE_CORRECTION: Final = message("figure_correction", "Learned correction (RMS), °")
 FIGURE_WEEK: Final = message("figure_week", "Week")
 FIGURE_WEEK_FROM: Final = message("figure_week_from", "Week from")
 FIGURE_WEEK_HOVER: Final = message("figure_week_hover", "Week from %{{x|%d %b %Y}}: %{{y}}")
@@ -392,9 +392,9 @@ FIGURE_PAIN_AFTER: Final = message("figure_pain_after", "After the session")
 FIGURE_MOTION: Final = message("figure_motion", "Motion")
 FIGURE_KIND: Final = message("figure_kind", "Kind")
 FIGURE_ASSESSED: Final = message("figure_assessed", "Assessed")
-FIGURE_CHANGE_DEG: Final = message("figure_change_deg", "Change from baseline, deg")
-FIGURE_OTHER_SIDE_DEG: Final = message("figure_other_side_deg", "Other side (newest), deg")
-FIGURE_REFERENCE_DEG: Final = message("figure_reference_deg", "Reference, deg")
+FIGURE_CHANGE_DEG: Final = message("figure_change_deg", "Change from baseline, °")
+FIGURE_OTHER_SIDE_DEG: Final = message("figure_other_side_deg", "Other side (newest), °")
+FIGURE_REFERENCE_DEG: Final = message("figure_reference_deg", "Reference, °")
 FIGURE_WHEN: Final = message("figure_when", "When")
 FIGURE_CHANGE_POINTS: Final = message("figure_change_points", "Change from baseline, points")
 FIGURE_IMPORTANT_CHANGE: Final = message("figure_important_change", "Important change")
@@ -450,8 +450,8 @@ FIXTURE_ARM_FIXER_1: Final = message("fixture_arm_fixer_1", "arm fixer 1")
 FIXTURE_ARM_FIXER_2: Final = message("fixture_arm_fixer_2", "arm fixer 2")
 FIXTURE_ELBOW_FIXER_1: Final = message("fixture_elbow_fixer_1", "elbow fixer 1")
 FIXTURE_ELBOW_FIXER_2: Final = message("fixture_elbow_fixer_2", "elbow fixer 2")
-FIGURE_MEASURED_ANGLE_HOVER: Final = message("figure_measured_angle_hover", "%{{customdata}}: %{{y:.1~f}} deg")
-FIGURE_ANGLE_LEVEL_HOVER: Final = message("figure_angle_level_hover", "%{{y:.1~f}} deg")
+FIGURE_MEASURED_ANGLE_HOVER: Final = message("figure_measured_angle_hover", "%{{customdata}}: %{{y:.1~f}}°")
+FIGURE_ANGLE_LEVEL_HOVER: Final = message("figure_angle_level_hover", "%{{y:.1~f}}°")
 FIGURE_PAIN_HOVER: Final = message("figure_pain_hover", "%{{customdata}}: %{{y}} of 10")
 FIGURE_POINTS_HOVER: Final = message("figure_points_hover", "%{{customdata}}: %{{y:.1~f}} points")
 FIGURE_POINTS_LEVEL_HOVER: Final = message("figure_points_level_hover", "%{{y:.1~f}} points")
@@ -546,14 +546,14 @@ CHOOSE_TIME_ZONE: Final = message("choose_time_zone", "Choose a time zone from t
 END_FEEL_NOT_FOUND: Final = message("end_feel_not_found", "There is no end-feel test with this id.")
 END_FEEL_TOO_SHORT: Final = message(
     "end_feel_too_short",
-    "This recording moves no motor of the shoulder joint by {least_deg:.0f} deg, so its end-feel cannot be measured.",
+    "This recording moves no motor of the shoulder joint by {least_deg:.0f}°, so its end-feel cannot be measured.",
 )
 CHOOSE_WIDER_MOTION: Final = message(
     "choose_wider_motion", "Choose a recording of motion 3, 4, 5 or 6 with more range."
 )
 STRETCH_ANGLE_TOO_SMALL: Final = message(
     "stretch_angle_too_small",
-    "The arm is weighed before it is stretched: motor {motor:d} must be allowed to reach {least_deg:.0f} deg.",
+    "The arm is weighed before it is stretched: motor {motor:d} must be allowed to reach {least_deg:.0f}°.",
 )
 CHOOSE_LARGER_ANGLE: Final = message("choose_larger_angle", "Choose a larger angle.")
 NO_BASELINE_TODAY: Final = message(
@@ -567,20 +567,20 @@ FIGURE_WAY_OUT: Final = message("figure_way_out", "Way out")
 FIGURE_WAY_BACK: Final = message("figure_way_back", "Way back")
 FIGURE_EARLIER_TEST: Final = message("figure_earlier_test", "Earlier test, {day:name}")
 FIGURE_OTHER_SIDE: Final = message("figure_other_side", "Other side")
-FIGURE_APPARATUS_ANGLE: Final = message("figure_apparatus_angle", "Apparatus angle, deg")
+FIGURE_APPARATUS_ANGLE: Final = message("figure_apparatus_angle", "Apparatus angle, °")
 FIGURE_SHOULDER_TORQUE: Final = message("figure_shoulder_torque", "Torque between apparatus and shoulder, Nm")
-FIGURE_TORQUE_HOVER: Final = message("figure_torque_hover", "%{{x:.1f}} deg: %{{y:.2f}} Nm")
+FIGURE_TORQUE_HOVER: Final = message("figure_torque_hover", "%{{x:.1f}}°: %{{y:.2f}} Nm")
 END_FEEL_NO_CURVE: Final = message("end_feel_no_curve", "This test has no curve.")
 MEASURE_AGAIN: Final = message("measure_again", "Measure again.")
 FIGURE_END_FEEL_LINE: Final = message("figure_end_feel_line", "{motion:text}, {side:text}, {torque_nm:.1f} Nm")
 FIGURE_SIDE: Final = message("figure_side", "Side")
 FIGURE_CHOSEN_TORQUE: Final = message("figure_chosen_torque", "Chosen torque, Nm")
-FIGURE_END_FEEL_RANGE: Final = message("figure_end_feel_range", "Range at 60 % of the torque, deg")
-FIGURE_END_FEEL_INTERVAL: Final = message("figure_end_feel_interval", "95 % interval, ± deg")
-FIGURE_END_FEEL_ONSET: Final = message("figure_end_feel_onset", "Onset at 25 % of the torque, deg")
-FIGURE_END_FEEL_STIFFNESS: Final = message("figure_end_feel_stiffness", "Stiffness, Nm/deg")
+FIGURE_END_FEEL_RANGE: Final = message("figure_end_feel_range", "Range at 60 % of the torque, °")
+FIGURE_END_FEEL_INTERVAL: Final = message("figure_end_feel_interval", "95 % interval, ± °")
+FIGURE_END_FEEL_ONSET: Final = message("figure_end_feel_onset", "Onset at 25 % of the torque, °")
+FIGURE_END_FEEL_STIFFNESS: Final = message("figure_end_feel_stiffness", "Stiffness, Nm/°")
 FIGURE_END_RANGE: Final = message("figure_end_range", "End-range time, min")
 FIGURE_END_RANGE_SO_FAR: Final = message("figure_end_range_so_far", "Week so far, min")
 FIGURE_END_RANGE_IN_WEEK: Final = message("figure_end_range_in_week", "End-range time in each week, min")
-FIGURE_GAIN_OF_RANGE: Final = message("figure_gain_of_range", "Gain of passive range, deg")
+FIGURE_GAIN_OF_RANGE: Final = message("figure_gain_of_range", "Gain of passive range, °")
 FIGURE_MINUTES_HOVER: Final = message("figure_minutes_hover", "%{{y:.1f}} min")

@@ -29,7 +29,7 @@ STEP_AXES_DOES: Final = message(
 STEP_TORQUE: Final = message("step_torque", "Check the sign of torque")
 STEP_TORQUE_DOES: Final = message(
     "step_torque_does",
-    "Each motor moves by 3 deg with half of its torque. Then all motors hold, and the technician pushes one after the other. Torque, push "
+    "Each motor moves by 3° with half of its torque. Then all motors hold, and the technician pushes one after the other. Torque, push "
     "and motion must have matching signs.",
 )
 STEP_ZERO: Final = message("step_zero", "Find the zero of each motor")
@@ -52,7 +52,7 @@ STEP_STOPS_DOES: Final = message(
 STEP_GAINS: Final = message("step_gains", "Tune the position gains of each motor")
 STEP_GAINS_DOES: Final = message(
     "step_gains_does",
-    "Each motor moves by one step of 2 deg, with the test weight and empty. Kata measures rise time, overshoot and the remaining error, "
+    "Each motor moves by one step of 2°, with the test weight and empty. Kata measures rise time, overshoot and the remaining error, "
     "and proposes other gains where a figure is poor. The technician may try other gains.",
 )
 STEP_LAGS: Final = message("step_lags", "Identify lag and friction of each motor")
@@ -74,9 +74,7 @@ CONNECT_ONLY: Final = message(
     "Connect only the drive of motor {motor:d} to the bus and to power. Its positive direction: {motion:text}.",
 )
 CONNECT_ALL: Final = message("connect_all", "Connect all five drives, the emergency stop and the pedal.")
-MOVE_AXIS: Final = message(
-    "move_axis", "Move motor {motor:d} by hand in its positive direction by 20 deg: {motion:text}."
-)
+MOVE_AXIS: Final = message("move_axis", "Move motor {motor:d} by hand in its positive direction by 20°: {motion:text}.")
 RAISE_SCAPULA_FORWARD: Final = message("raise_scapula_forward", "turn the scapula board inwards (adduction)")
 ROTATE_SCAPULA_DOWN: Final = message("rotate_scapula_down", "turn the scapula board downwards (downward rotation)")
 LIFT_ARM_SIDEWAYS: Final = message("lift_arm_sideways", "lift the arm sideways (abduction)")
@@ -101,8 +99,8 @@ SUPPORT_ARM: Final = message(
 )
 FIT_POSE: Final = message(
     "fit_pose",
-    "Lock the apparatus in reference pose {pose:d} with the fixture: scapula abduction {scapula_abduction:.0f} deg, scapula rotation "
-    "{scapula_rotation:.0f} deg, abduction {abduction:.0f} deg, flexion {flexion:.0f} deg, rotation {rotation:.0f} deg. "
+    "Lock the apparatus in reference pose {pose:d} with the fixture: scapula abduction {scapula_abduction:.0f}°, scapula rotation "
+    "{scapula_rotation:.0f}°, abduction {abduction:.0f}°, flexion {flexion:.0f}°, rotation {rotation:.0f}°. "
     "Take your hands away before you confirm: the motors press against the fixture.",
 )
 FREE_ARM: Final = message("free_arm", "Remove the fixture and put the test weight into the arm fixer.")
@@ -170,7 +168,7 @@ USB_PEDAL_NOT_SEEN: Final = message(
 )
 AXIS_STUCK: Final = message(
     "axis_stuck",
-    "Motor {motor:d} moved {moved_deg:.1f} of {wanted_deg:.1f} deg. Something blocks it, or its torque is too low.",
+    "Motor {motor:d} moved {moved_deg:.1f} of {wanted_deg:.1f}°. Something blocks it, or its torque is too low.",
 )
 AXIS_REVERSED: Final = message(
     "axis_reversed",
@@ -180,7 +178,7 @@ TORQUE_SIGN_WRONG: Final = message("torque_sign_wrong", "Motor {motor:d} reports
 PUSH_NOT_SEEN: Final = message("push_not_seen", "No push was detected at motor {motor:d}.")
 POSE_DIFFERS: Final = message(
     "pose_differs",
-    "Motor {motor:d} is {off_deg:.1f} deg from reference pose {pose:d}. Check that the fixture sits correctly.",
+    "Motor {motor:d} is {off_deg:.1f}° from reference pose {pose:d}. Check that the fixture sits correctly.",
 )
 GRAVITY_CONTRADICTS: Final = message(
     "gravity_contradicts",
@@ -188,14 +186,14 @@ GRAVITY_CONTRADICTS: Final = message(
 )
 RANGE_TOO_SMALL: Final = message(
     "range_too_small",
-    "Motor {motor:d} moved by only {span_deg:.0f} deg; the apparatus needs {needed_deg:.0f} deg. Something blocks it.",
+    "Motor {motor:d} moved by only {span_deg:.0f}°; the apparatus needs {needed_deg:.0f}°. Something blocks it.",
 )
 RANGE_AMBIGUOUS: Final = message(
     "range_ambiguous",
-    "The range of motor {motor:d} is {span_deg:.0f} deg: after power-up its position would be ambiguous.",
+    "The range of motor {motor:d} is {span_deg:.0f}°: after power-up its position would be ambiguous.",
 )
 POSITION_AFTER_RESTART: Final = message(
-    "position_after_restart", "After its restart, motor {motor:d} reports a position that differs by {off_deg:.1f} deg."
+    "position_after_restart", "After its restart, motor {motor:d} reports a position that differs by {off_deg:.1f}°."
 )
 TORQUE_STAYS_ON: Final = message("torque_stays_on", "Motor {motor:d} still has torque after torque-off.")
 WATCHDOG_SILENT: Final = message(
@@ -209,12 +207,12 @@ MOTOR_UNSTABLE: Final = message(
 )
 STEADY_ERROR_LARGE: Final = message(
     "steady_error_large",
-    "Motor {motor:d} stays {error_deg:.1f} deg away from its goal. Its gains are too low, or it is stiff.",
+    "Motor {motor:d} stays {error_deg:.1f}° away from its goal. Its gains are too low, or it is stiff.",
 )
 NOT_IDENTIFIABLE: Final = message("not_identifiable", "Lag and friction cannot be identified: {reason:name}.")
 POOR_FIT: Final = message(
     "poor_fit",
-    "Lag and friction of motor {motor:d} explain only {explained_percent:.0f} % of its motion ({residual_deg:.1f} deg remain). Check the motor for play and stiffness.",
+    "Lag and friction of motor {motor:d} explain only {explained_percent:.0f} % of its motion ({residual_deg:.1f}° remain). Check the motor for play and stiffness.",
 )
 LAG_UNCERTAIN: Final = message(
     "lag_uncertain",
@@ -223,7 +221,7 @@ LAG_UNCERTAIN: Final = message(
 MOTION_FAILED: Final = message("motion_failed", "Motion {motion:d} was not played to its end: {reason:name}")
 TRACKING_POOR: Final = message(
     "tracking_poor",
-    "The error of motor {motor:d} reached {peak_deg:.1f} deg in motion {motion:d}; the limit is {limit_deg:.0f} deg.",
+    "The error of motor {motor:d} reached {peak_deg:.1f}° in motion {motion:d}; the limit is {limit_deg:.0f}°.",
 )
 NOT_COMMISSIONED: Final = message("not_commissioned", "The station is not commissioned: {reason:text}.")
 RUN_COMMISSION: Final = message(

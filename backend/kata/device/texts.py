@@ -147,7 +147,7 @@ NOT_PLAYABLE_PAPER_RATE: Final = message(
 )
 NOT_PLAYABLE_PAPER_STEP: Final = message(
     "not_playable_paper_step",
-    "motor {motor:d} moves by {step_deg:.1f} deg in one step at {at_s:.1f} s; the paper's method allows {largest_deg:.0f} deg",
+    "motor {motor:d} moves by {step_deg:.1f}° in one step at {at_s:.1f} s; the paper's method allows {largest_deg:.0f}°",
 )
 NOT_PLAYABLE_LOAD_LEVEL: Final = message("not_playable_load_level", "its resistance level must be 1 to {levels:d}")
 NOT_PLAYABLE_SOME_LIMITS: Final = message("not_playable_some_limits", "it has limits for some motors only")
@@ -159,14 +159,14 @@ NOT_PLAYABLE_CORRECTION_LENGTH: Final = message(
     "not_playable_correction_length", "its learned correction and the recording differ in length"
 )
 NOT_PLAYABLE_CORRECTION_LARGE: Final = message(
-    "not_playable_correction_large", "its learned correction exceeds {largest_deg:g} deg"
+    "not_playable_correction_large", "its learned correction exceeds {largest_deg:g}°"
 )
 NOT_PLAYABLE_END_FEEL_CUT: Final = message(
     "not_playable_end_feel_cut", "the settings of its end-feel test are incomplete"
 )
 NOT_PLAYABLE_END_FEEL_WAY: Final = message(
     "not_playable_end_feel_way",
-    "in an end-feel test motor {motor:d} must move in one direction, by at least {least_deg:g} deg, at {slowest:g} to {fastest:g} deg/s",
+    "in an end-feel test motor {motor:d} must move in one direction, by at least {least_deg:g}°, at {slowest:g} to {fastest:g}°/s",
 )
 NOT_PLAYABLE_END_FEEL_TORQUE: Final = message(
     "not_playable_end_feel_torque",
@@ -212,7 +212,7 @@ NOT_PLAYABLE_PATIENT_SPEED_LOW: Final = message(
     "not_playable_patient_speed_low", "the patient's speed limit is below the lowest speed of the apparatus"
 )
 NOT_PLAYABLE_PATIENT_SPEED_ZERO: Final = message(
-    "not_playable_patient_speed_zero", "the patient's speed limit must be above 0 deg/s"
+    "not_playable_patient_speed_zero", "the patient's speed limit must be above 0°/s"
 )
 REFERENCE_TOO_SHORT: Final = message(
     "reference_too_short", "it lasts {duration_ms:.0f} ms; it must last at least {shortest_ms:.0f} ms"
@@ -281,20 +281,20 @@ PAUSE_OR_STOP: Final = message("pause_or_stop", "Pause, or stop.")
 STILL_STOPPING: Final = message("still_stopping", "The arm is slowing down.")
 WAY_LEAVES_LIMITS: Final = message(
     "way_leaves_limits",
-    "The straight way to the start of the recording leads {outwards_deg:.1f} deg beyond the limits of the arm's pose.",
+    "The straight way to the start of the recording leads {outwards_deg:.1f}° beyond the limits of the arm's pose.",
 )
 MOVE_CLOSER_BY_HAND: Final = message(
     "move_closer_by_hand", "Move the arm by hand closer to the start of the recording."
 )
 MOTOR_DID_NOT_ANSWER: Final = message("motor_did_not_answer", "Motor {motor:d} did not answer just now.")
-OUTSIDE_RANGE: Final = message("outside_range", "Motor {motor:d} is at {angle_deg:.0f} deg, outside its range.")
+OUTSIDE_RANGE: Final = message("outside_range", "Motor {motor:d} is at {angle_deg:.0f}°, outside its range.")
 MOVE_BACK_BY_HAND: Final = message("move_back_by_hand", "Move the arm back by hand.")
 TOO_FAR_FROM_START: Final = message(
     "too_far_from_start",
-    "Motor {motor:d} is {distance_deg:.0f} deg from the start of the recording; this method would move there in one step.",
+    "Motor {motor:d} is {distance_deg:.0f}° from the start of the recording; this method would move there in one step.",
 )
 MOVE_WITHIN_OR_OTHER_METHOD: Final = message(
-    "move_within_or_other_method", "Move the arm to within {within_deg:g} deg by hand, or choose another method."
+    "move_within_or_other_method", "Move the arm to within {within_deg:g}° by hand, or choose another method."
 )
 MOTOR_CANNOT_BE_SET_UP: Final = message("motor_cannot_be_set_up", "A motor cannot be set up: {reason:text}.")
 HAVE_IT_CHECKED: Final = message("have_it_checked", "Have the apparatus checked.")

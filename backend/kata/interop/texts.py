@@ -25,7 +25,7 @@ MOTION_LONGER_THAN_AN_HOUR: Final = message(
 GAP_BEFORE: Final = message(
     "gap_before", "there is a gap of {gap_s:.1f} s before this row; the longest allowed gap is {longest_s:g} s"
 )
-MORE_THAN_A_TURN: Final = message("more_than_a_turn", "{angle_deg:g} deg is more than a whole turn")
+MORE_THAN_A_TURN: Final = message("more_than_a_turn", "{angle_deg:g}° is more than a whole turn")
 LOOKS_LIKE_RADIANS: Final = message(
     "looks_like_radians", "the largest angle is {angle_deg:g}; this looks like radians, but degrees are needed"
 )

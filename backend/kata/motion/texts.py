@@ -23,7 +23,7 @@ TIME_MUST_INCREASE: Final = message(
 )
 ANGLE_OUT_OF_APPARATUS: Final = message(
     "angle_out_of_apparatus",
-    "{angle_deg:g} deg is outside the apparatus' range of {lowest_deg:g} to {highest_deg:g} deg",
+    "{angle_deg:g}° is outside the apparatus' range of {lowest_deg:g} to {highest_deg:g}°",
 )
 FILE_UNREADABLE: Final = message("file_unreadable", "{file:name}: {error:name}")
 FILE_NOT_TEXT: Final = message("file_not_text", "{file:name} is not a text file")
@@ -42,7 +42,7 @@ TRIM_TOO_SHORT: Final = message(
     "the part from {start_s:g} s to {end_s:g} s must last at least {least_s:g} s and lie within the motion's {duration_s:.1f} s",
 )
 LESS_THAN_RANGE: Final = message(
-    "less_than_range", "the range cannot be reduced by {deg:g} deg: the motion covers only {reach_deg:.1f} deg"
+    "less_than_range", "the range cannot be reduced by {deg:g}°: the motion covers only {reach_deg:.1f}°"
 )
 NO_MOTOR_LEFT: Final = message("no_motor_left", "at least one of motors {first:d} to {last:d} must move")
 HOLD_OUTSIDE_MOTION: Final = message(
@@ -56,14 +56,14 @@ REPETITIONS_TOO_LONG: Final = message(
     "{repetitions:d} repetitions of {duration_s:.0f} s with a pause of {pause_s:g} s last longer than an hour",
 )
 WARM_UP_REFUSED: Final = message(
-    "warm_up_refused", "a warm-up by {step_deg:g} deg per repetition with a pause of {pause_s:g} s is not allowed"
+    "warm_up_refused", "a warm-up by {step_deg:g}° per repetition with a pause of {pause_s:g} s is not allowed"
 )
 STRETCH_REFUSED: Final = message(
     "stretch_refused",
-    "a stretch by {further_deg:g} deg from {back_deg:g} deg before the end, held for {hold_s:g} s, is not allowed",
+    "a stretch by {further_deg:g}° from {back_deg:g}° before the end, held for {hold_s:g} s, is not allowed",
 )
 STRETCH_BEYOND_RANGE: Final = message(
-    "stretch_beyond_range", "motor {motor:d} moves by less than {back_deg:g} deg before the end of its range"
+    "stretch_beyond_range", "motor {motor:d} moves by less than {back_deg:g}° before the end of its range"
 )
 RETOUCH_MARKS_REFUSED: Final = message(
     "retouch_marks_refused",
@@ -75,14 +75,14 @@ RETOUCH_POINTS_TOO_CLOSE: Final = message(
     "must be between the marks",
 )
 GUIDED_NOT_RAISED: Final = message(
-    "guided_not_raised", "the arm is not raised or lowered by at least {least_deg:g} deg, so it has no rhythm"
+    "guided_not_raised", "the arm is not raised or lowered by at least {least_deg:g}°, so it has no rhythm"
 )
 GUIDED_OTHER_PLANE: Final = message(
     "guided_other_plane", "none of the newest recordings of the unaffected side raises the arm in this plane"
 )
 GUIDED_TOO_HIGH: Final = message(
     "guided_too_high",
-    "the arm is raised to {highest_deg:.0f} deg, but only to {sound_deg:.0f} deg in the unaffected side's recording {recording:name}",
+    "the arm is raised to {highest_deg:.0f}°, but only to {sound_deg:.0f}° in the unaffected side's recording {recording:name}",
 )
 RETAUGHT_MARKS_REFUSED: Final = message(
     "retaught_marks_refused",
@@ -90,7 +90,7 @@ RETAUGHT_MARKS_REFUSED: Final = message(
 )
 RETAUGHT_TOO_FAR: Final = message(
     "retaught_too_far",
-    "motor {motor:d} of the new part is {distance_deg:.0f} deg from the mark at {at_s:.1f} s; at most {most_deg:g} deg can be blended",
+    "motor {motor:d} of the new part is {distance_deg:.0f}° from the mark at {at_s:.1f} s; at most {most_deg:g}° can be blended",
 )
 RANGE_PERCENT_REFUSED: Final = message(
     "range_percent_refused", "{percent:g} % of the range is not allowed; it must be {lowest:g} to {highest:g} %"
@@ -100,11 +100,11 @@ SPEED_PERCENT_REFUSED: Final = message(
 )
 SCAPULA_UNREACHABLE: Final = message(
     "scapula_unreachable",
-    "motor {motor:d} cannot reach scapular abduction {abduction_deg:.1f} deg with upward rotation {rotation_deg:.1f} deg",
+    "motor {motor:d} cannot reach scapular abduction {abduction_deg:.1f}° with upward rotation {rotation_deg:.1f}°",
 )
 NO_SCAPULA_POSITION: Final = message(
     "no_scapula_position",
-    "no position of the scapula matches motor 1 at {angle_1_deg:.1f} deg and motor 2 at {angle_2_deg:.1f} deg",
+    "no position of the scapula matches motor 1 at {angle_1_deg:.1f}° and motor 2 at {angle_2_deg:.1f}°",
 )
 MOTION_TOO_SHORT: Final = message(
     "motion_too_short", "the motion is too short: at least {least_s:g} s and two rows are needed"
@@ -119,16 +119,16 @@ RECORDING_TOO_SHORT: Final = message(
 )
 ANGLE_IMPLAUSIBLE: Final = message(
     "angle_implausible",
-    "motor {motor:d} would go to {angle_deg:.3g} deg; no motor goes beyond {largest_deg:g} deg",
+    "motor {motor:d} would go to {angle_deg:.3g}°; no motor goes beyond {largest_deg:g}°",
 )
 MOTOR_OUT_OF_RANGE: Final = message(
     "motor_out_of_range",
-    "motor {motor:d} would go to {angle_deg:.1f} deg at {at_s:.1f} s; its range is {lowest_deg:g} to {highest_deg:g} deg",
+    "motor {motor:d} would go to {angle_deg:.1f}° at {at_s:.1f} s; its range is {lowest_deg:g} to {highest_deg:g}°",
 )
 POSE_OUT_OF_REACH: Final = message(
     "pose_out_of_reach",
-    "motor {motor:d} would go to {angle_deg:.1f} deg at {at_s:.1f} s; in this pose the {quantity:text} would be {value_deg:.1f} deg, and its "
-    "limit is {limit_deg:.1f} deg",
+    "motor {motor:d} would go to {angle_deg:.1f}° at {at_s:.1f} s; in this pose the {quantity:text} would be {value_deg:.1f}°, and its "
+    "limit is {limit_deg:.1f}°",
 )
 SCAPULA_ABDUCTION: Final = message("scapula_abduction", "abduction of the scapula")
 SCAPULA_ROTATION: Final = message("scapula_rotation", "upward rotation of the scapula")
@@ -138,7 +138,7 @@ PLANE_OF_ELEVATION: Final = message("plane_of_elevation", "plane of elevation")
 FLEXION_OF_MOTOR_4: Final = message("flexion_of_motor_4", "angle of motor 4")
 MOTOR_TOO_FAST: Final = message(
     "motor_too_fast",
-    "motor {motor:d} would move at {speed_deg_s:.0f} deg/s at {at_s:.1f} s; its limit is {limit_deg_s:g} deg/s",
+    "motor {motor:d} would move at {speed_deg_s:.0f}°/s at {at_s:.1f} s; its limit is {limit_deg_s:g}°/s",
 )
 MOTOR_WOULD_JERK: Final = message("motor_would_jerk", "motor {motor:d} would jerk at {at_s:.1f} s")
 WOULD_LAST_TOO_LONG: Final = message(
@@ -156,20 +156,18 @@ DONE_REPETITIONS: Final = message("done_repetitions", "{repetitions:d} repetitio
 DONE_REPETITIONS_WITH_PAUSE: Final = message(
     "done_repetitions_with_pause", "{repetitions:d} repetitions with a pause of {pause_s:g} s at each end"
 )
-DONE_WARM_UP: Final = message(
-    "done_warm_up", "warm-up from {less_deg:g} deg less, {step_deg:g} deg more per repetition"
-)
+DONE_WARM_UP: Final = message("done_warm_up", "warm-up from {less_deg:g}° less, {step_deg:g}° more per repetition")
 DONE_STRETCHED: Final = message(
     "done_stretched",
-    "stretched {further_deg:g} deg beyond the end of motor {motor:d}'s range, from {back_deg:g} deg before it",
+    "stretched {further_deg:g}° beyond the end of motor {motor:d}'s range, from {back_deg:g}° before it",
 )
 DONE_RETOUCHED_MOTOR: Final = message(
     "done_retouched_motor",
-    "motor {motor:d} changed by up to {change_deg:.1f} deg between {start_s:.1f} s and {end_s:.1f} s",
+    "motor {motor:d} changed by up to {change_deg:.1f}° between {start_s:.1f} s and {end_s:.1f} s",
 )
 DONE_RETOUCHED_MOTORS: Final = message(
     "done_retouched_motors",
-    "motors {motors:name} changed by up to {change_deg:.1f} deg between {start_s:.1f} s and {end_s:.1f} s",
+    "motors {motors:name} changed by up to {change_deg:.1f}° between {start_s:.1f} s and {end_s:.1f} s",
 )
 DONE_GUIDED: Final = message("done_guided", "scapula guided by the unaffected side, {recording:name}")
 DONE_RETAUGHT: Final = message("done_retaught", "{start_s:.1f} s to {end_s:.1f} s taught again, {recording:name}")

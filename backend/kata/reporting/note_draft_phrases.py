@@ -36,17 +36,17 @@ PHRASES: Final[dict[str, tuple[str, str]]] = {
         "Apparatus angle reached (not the patient's angle: the arm can slip in its cuff): {motions}.",
         "到達した装置角度(患者の角度ではない。腕は固定具の中で滑ることがある)：{motions}。",
     ),
-    "reached_motion": ("{name} {low} to {high} deg", "{name} {low}〜{high}°"),
+    "reached_motion": ("{name} {low} to {high}°", "{name} {low}〜{high}°"),
     "patient_reached": (
         "Patient's angle, estimated from goniometer readings: {motions}.",
         "角度計の測定値から推定した患者の角度：{motions}。",
     ),
     "patient_reached_motion": (
-        "{name} {low} ± {low_u} to {high} ± {high_u} deg",
-        "{name} {low} ± {low_u} 〜 {high} ± {high_u}°",
+        "{name} {low}° ± {low_u}° to {high}° ± {high_u}°",
+        "{name} {low}° ± {low_u}° 〜 {high}° ± {high_u}°",
     ),
     "tracking": (
-        "Tracking error at most {peak:.1f} deg (motor {motor}, RMSE {rmse:.1f} deg).",
+        "Tracking error at most {peak:.1f}° (motor {motor}, RMSE {rmse:.1f}°).",
         "追従誤差は最大{peak:.1f}°(モータ{motor}、RMSE {rmse:.1f}°)。",
     ),
     "less": (

@@ -11,6 +11,7 @@ import { readAuditFilters } from "../features/administration/auditFilters";
 import { LoginGate } from "../features/auth/LoginGate";
 import { OPENID_PATH } from "../features/auth/openId";
 import { readCommissioningSearch } from "../features/commissioning/commissioningTabs";
+import { readPatientsSearch } from "../features/patients/patientsSearch";
 import { readPatientTab } from "../features/patients/patientTabs";
 import { readFilters } from "../features/sessions/sessionFilters";
 import { readSessionView } from "../features/sessions/sessionTabs";
@@ -77,8 +78,7 @@ const patientsRoute = createRoute({
   getParentRoute: () => rootRoute,
   path: "/patients",
   component: lazyRouteComponent(() => import("../features/patients/PatientsPage"), "PatientsPage"),
-  // The search opens the page with the form for a new patient.
-  validateSearch: (search): { register?: true } => (search.register === true ? { register: true } : {}),
+  validateSearch: readPatientsSearch,
 });
 const patientRoute = createRoute({
   getParentRoute: () => rootRoute,

@@ -84,7 +84,7 @@ describe("a server text on a Japanese page", () => {
   it("is translated inside a figure, and user texts are not", async () => {
     const { translatePlaced } = await load("ja");
     const figure = {
-      data: [{ name: "Teaching", hovertemplate: "%{y:.2f} deg" }, { name: "Abduction" }],
+      data: [{ name: "Teaching", hovertemplate: "%{y:.2f}°" }, { name: "Abduction" }],
       layout: { xaxis: { title: { text: "Time, s" } } },
       texts: [
         { code: "figure_teaching", params: {}, places: ["/data/0/name"] },

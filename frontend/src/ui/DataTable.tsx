@@ -1,11 +1,12 @@
 import { Button, Checkbox, Group, Popover, Stack, Table, Text, UnstyledButton } from "@mantine/core";
 import { useLocalStorage } from "@mantine/hooks";
-import { IconArrowDown, IconArrowUp, IconColumns, IconDownload } from "@tabler/icons-react";
+import { IconArrowDown, IconArrowUp, IconColumns } from "@tabler/icons-react";
 import { useMutation } from "@tanstack/react-query";
 import { type ReactNode, useState } from "react";
 import { saveFile, toCsv } from "../lib/csv";
 import { t } from "../lib/i18n";
 import type { SavedRows } from "../lib/usePagedQuery";
+import { CsvButton } from "./CsvButton";
 import { ProblemNote } from "./ProblemNote";
 import { type Column, type Sorting, shownTable, sortedRows, turned } from "./tableRows";
 import classes from "./ui.module.css";
@@ -88,14 +89,6 @@ export function DataTable<Row>(props: DataTableProps<Row>) {
         </Table>
       </Table.ScrollContainer>
     </Stack>
-  );
-}
-
-function CsvButton({ onSave, loading = false }: { onSave: () => void; loading?: boolean }) {
-  return (
-    <Button variant="default" leftSection={<IconDownload size={20} />} loading={loading} onClick={onSave}>
-      {t("ui:table.csv")}
-    </Button>
   );
 }
 

@@ -20,7 +20,7 @@ it("breaks a Japanese name, but never before a punctuation mark", () => {
 });
 
 it("changes no figure whose texts fit", () => {
-  const title = { text: "Flexion, deg", x: 0, xref: "paper" };
+  const title = { text: "Flexion, °", x: 0, xref: "paper" };
   const wide = figure(
     [
       { name: LONG, y: [1] },

@@ -11,7 +11,7 @@ from kata.types import Schema
 class ProgressColumn(Schema):
     """One column of a table."""
 
-    name: str = Field(examples=["Angle, deg"])
+    name: str = Field(examples=["Angle, °"])
     kind: Literal["text", "moment", "number"] = Field(description="moment: UTC, to be shown in local time.")
     digits: int = Field(0, ge=0, le=3, description="Decimal digits of a number.")
 

@@ -153,9 +153,9 @@ describe("the words of a station's file", () => {
 
   it("name what a record contains, with its varying parts", () => {
     expect(describeRecordedValue("motion 3, weight: peak error deg")).toBe(
-      "Motion 3, with the test weight: peak error, deg",
+      "Motion 3, with the test weight: peak error, °",
     );
-    expect(describeRecordedValue("weight at 60 deg, Nm")).toBe("Weight at 60 deg, Nm");
+    expect(describeRecordedValue("weight at 60 deg, Nm")).toBe("Weight at 60°, Nm");
     expect(describeRecordedValue("of a later version")).toBe("of a later version");
   });
 });

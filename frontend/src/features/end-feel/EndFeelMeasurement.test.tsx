@@ -116,7 +116,7 @@ it("loads a stretch with its hold time, repetitions and largest angle", async ()
   fireEvent.change(screen.getByLabelText("Hold time, s"), { target: { value: "" } });
   expect((button as HTMLButtonElement).disabled).toBe(true);
   fireEvent.change(screen.getByLabelText("Hold time, s"), { target: { value: "20" } });
-  fireEvent.change(screen.getByLabelText("Largest angle, deg"), { target: { value: "90" } });
+  fireEvent.change(screen.getByLabelText("Largest angle, °"), { target: { value: "90" } });
   await hold(name);
   await waitFor(() => expect(load).toHaveBeenCalledTimes(1));
   expect(load.mock.calls[0]?.[0]).toMatchObject({

@@ -65,7 +65,7 @@ describe("changing an episode", () => {
     type("Diagnosis", "Fracture");
     choose("Coded diagnosis (ICD-10)", "Fracture of the upper end of the humerus (S42.2)");
     choose("Certainty of the diagnosis", "Provisional");
-    type("Maximum speed", "25 deg/s");
+    type("Maximum speed", "25°/s");
     press("Save");
     await waitFor(() => expect(onDone).toHaveBeenCalled());
     expect(update.mock.calls).toEqual([
@@ -134,10 +134,10 @@ describe("changing an episode", () => {
       }),
     );
     show(edit());
-    type("Maximum speed", "200 deg/s");
+    type("Maximum speed", "200°/s");
     press("Save");
     expect(await screen.findByText("At most 150.")).toBeTruthy();
-    expect(screen.getByLabelText("Maximum speed")).toHaveProperty("value", "200 deg/s");
+    expect(screen.getByLabelText("Maximum speed")).toHaveProperty("value", "200°/s");
   });
 
   it("shows why saving failed and keeps the input", async () => {
@@ -167,7 +167,7 @@ describe("an episode on the patient's page", () => {
   it("shows the doctor's limits and a missing stage", () => {
     show(<EpisodeCard episode={EPISODE} onSaved={onDone} />);
     expect(screen.getByTestId("limits").textContent).toBe(
-      "Limits set by Dr. MoriAbduction / adduction of the shoulder: at most 90 degResistance level: at most 12 of 25Motor speed: at most 40 deg/s",
+      "Limits set by Dr. MoriAbduction / adduction of the shoulder: at most 90°Resistance level: at most 12 of 25Motor speed: at most 40°/s",
     );
     expect(screen.getByText("No stage recorded")).toBeTruthy();
   });
@@ -204,7 +204,7 @@ describe("an episode on the patient's page", () => {
 
 describe("words", () => {
   it.each([
-    [{ motion: 4, lowest_deg: 0, highest_deg: 90 }, "Abduction / adduction of the shoulder: 0 to 90 deg"],
-    [{ motion: 1, lowest_deg: -10 }, "Abduction / adduction of the scapula: at least −10 deg"],
+    [{ motion: 4, lowest_deg: 0, highest_deg: 90 }, "Abduction / adduction of the shoulder: 0 to 90°"],
+    [{ motion: 1, lowest_deg: -10 }, "Abduction / adduction of the scapula: at least −10°"],
   ])("of a limit", (limit, words) => expect(describeLimit(limit)).toBe(words));
 });

@@ -51,7 +51,7 @@ export type StageName = NonNullable<Episode["stage"]>["stage"];
 /** Return a whole angle with a typographic minus sign. */
 export const minus = (value: number) => String(value).replace("-", "−");
 
-/** Return "Abduction / adduction of the shoulder: 0 to 90 deg", or a text with only one end. */
+/** Return "Abduction / adduction of the shoulder: 0 to 90°", or a text with only one end. */
 export function describeLimit({ motion, lowest_deg, highest_deg }: Episode["limits"][number]): string {
   const name =
     MOTIONS.find((known) => known.motion === motion)?.name ?? t("episodes:limits.unknownMotion", { motion });

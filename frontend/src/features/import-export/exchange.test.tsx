@@ -66,7 +66,7 @@ describe("a motion from a CSV file", () => {
     );
     expect(text.textContent).toContain("Ignored columns: remark.");
     expect(text.textContent).toContain(
-      "Smallest margin to the limit of what the arm can reach: 12.5 deg at 3.2 s",
+      "Smallest margin to the limit of what the arm can reach: 12.5° at 3.2 s",
     );
     expect(text.textContent).toContain("Simulated apparatus");
     expect(preview).toHaveBeenCalledWith("p", "left", expect.any(File));

@@ -1,5 +1,5 @@
 import { Button, Group, Modal, Skeleton, Stack, Switch, Text, TextInput, Title } from "@mantine/core";
-import { useDebouncedValue } from "@mantine/hooks";
+import { useDebouncedCallback } from "@mantine/hooks";
 import { IconSearch, IconUserPlus } from "@tabler/icons-react";
 import { useNavigate, useSearch } from "@tanstack/react-router";
 import { useState } from "react";
@@ -17,16 +17,17 @@ import { RequirePermission } from "../auth/RequirePermission";
 import { ImportPatients } from "../import-export/ImportPatients";
 import { OpenErasures } from "../import-export/OpenErasures";
 import { PatientForm } from "./PatientForm";
+import { LONGEST_SEARCH, type PatientsSearch, readPatientsSearch } from "./patientsSearch";
+
+const SEARCH_DELAY_MS = 200;
 
 export function PatientsPage() {
   useTitle(t("patients:patients.title"));
-  const { register = false } = useSearch({ from: "/patients" });
+  const { register = false, search: words = "", archived = false } = useSearch({ from: "/patients" });
   const navigate = useNavigate({ from: "/patients" });
-  const [search, setSearch] = useState("");
-  const [archived, setArchived] = useState(false);
-  const [words] = useDebouncedValue(search, 200);
-  const showForm = (shown: boolean) =>
-    void navigate({ search: shown ? { register: true } : {}, replace: !shown });
+  const change = (changed: { [name in keyof PatientsSearch]: unknown }, replace = true) =>
+    navigate({ search: (before) => readPatientsSearch({ ...before, ...changed }), replace });
+  const showForm = (shown: boolean) => void change({ register: shown }, !shown);
   const patients = usePagedQuery(["patients", words, archived], (after, limit) =>
     api.patients(words, archived, after, limit),
   );
@@ -50,20 +51,12 @@ export function PatientsPage() {
         <OpenErasures />
       </RequirePermission>
       <Group align="end">
-        <TextInput
-          label={t("patients:patients.search")}
-          description={t("patients:patients.searchHint")}
-          leftSection={<IconSearch size={18} />}
-          w={460}
-          maxLength={100}
-          value={search}
-          onChange={(event) => setSearch(event.currentTarget.value)}
-        />
+        <SearchField words={words} onChange={(search) => change({ search })} />
         <Switch
           size="md"
           label={t("patients:patients.archived")}
           checked={archived}
-          onChange={(event) => setArchived(event.currentTarget.checked)}
+          onChange={(event) => void change({ archived: event.currentTarget.checked })}
         />
       </Group>
       <ProblemNote error={patients.error} />
@@ -98,6 +91,31 @@ export function PatientsPage() {
         </Modal>
       </RequirePermission>
     </Stack>
+  );
+}
+
+/** The text to search for. It is in the address after a pause in typing. */
+function SearchField({ words, onChange }: { words: string; onChange: (words: string) => Promise<void> }) {
+  // Null: the text of the address.
+  const [typed, setTyped] = useState<string | null>(null);
+  const search = useDebouncedCallback(async (given: string) => {
+    await onChange(given);
+    setTyped((now) => (now === given ? null : now));
+  }, SEARCH_DELAY_MS);
+  return (
+    <TextInput
+      label={t("patients:patients.search")}
+      description={t("patients:patients.searchHint")}
+      leftSection={<IconSearch size={18} />}
+      w={460}
+      maw="100%"
+      maxLength={LONGEST_SEARCH}
+      value={typed ?? words}
+      onChange={(event) => {
+        setTyped(event.currentTarget.value);
+        search(event.currentTarget.value);
+      }}
+    />
   );
 }
 

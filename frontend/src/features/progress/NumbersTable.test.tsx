@@ -1,6 +1,7 @@
 import { MantineProvider } from "@mantine/core";
 import { cleanup, fireEvent, render, screen, within } from "@testing-library/react";
-import { afterEach, describe, expect, it } from "vitest";
+import { afterEach, describe, expect, it, vi } from "vitest";
+import * as csv from "../../lib/csv";
 import { formatDayOf, formatMoment } from "../../lib/format";
 import { withLocalDays } from "./days";
 import { NumbersTable } from "./NumbersTable";
@@ -10,16 +11,17 @@ afterEach(cleanup);
 const AT = "2026-03-02T09:30:00Z";
 
 describe("the numbers behind a chart", () => {
-  it("are shown on request with names, digits and local time", () => {
+  it("can be saved, and are shown on request with names, digits and local time", () => {
     render(
       <MantineProvider env="test">
         <NumbersTable
+          name="tracking"
           title="Tracking"
           table={{
             columns: [
               { name: "Session", kind: "moment", digits: 0 },
               { name: "Recording", kind: "text", digits: 0 },
-              { name: "RMSE, deg", kind: "number", digits: 2 },
+              { name: "RMSE, °", kind: "number", digits: 2 },
               { name: "Change", kind: "number", digits: 0 },
             ],
             rows: [
@@ -31,6 +33,12 @@ describe("the numbers behind a chart", () => {
         />
       </MantineProvider>,
     );
+    const saved = vi.spyOn(csv, "saveFile").mockImplementation(() => undefined);
+    fireEvent.click(screen.getByRole("button", { name: "Save as CSV" }));
+    const header = '\ufeffSession,Recording,"RMSE, °",Change';
+    expect(saved.mock.calls).toEqual([
+      ["tracking.csv", `${header}\r\n${AT},Lift,1.234,-3\r\n${AT},Turn,0,\r\n`],
+    ]);
     const button = screen.getByRole("button", { name: "Show numbers" });
     expect(button.getAttribute("aria-expanded")).toBe("false");
     expect(screen.queryByRole("table")).toBeNull();
@@ -39,7 +47,7 @@ describe("the numbers behind a chart", () => {
     expect(within(table).getAllByRole("columnheader").map(text)).toEqual([
       "Session",
       "Recording",
-      "RMSE, deg",
+      "RMSE, °",
       "Change",
     ]);
     expect(within(table).getAllByRole("cell").map(text)).toEqual([

@@ -1,23 +1,23 @@
 import { Button, Group, ScrollArea, Table } from "@mantine/core";
 import { useDisclosure } from "@mantine/hooks";
 import { IconTable } from "@tabler/icons-react";
-import type { ReactNode } from "react";
 import type { Schemas } from "../../lib/api/client";
 import { formatDeg, formatMoment } from "../../lib/format";
 import { t } from "../../lib/i18n";
 import { translatePlaced } from "../../lib/serverText";
+import { SaveTableButton } from "../../ui/CsvButton";
 
 type Column = Schemas["ProgressColumn"];
 
-/** Shows a chart's data as a table, for accessibility. `actions` are beside the button that opens it. */
-export function NumbersTable(props: { title: string; table: Schemas["ProgressTable"]; actions?: ReactNode }) {
-  const { title, actions } = props;
+/** Shows a chart's numbers as a table on request, and saves them as a file. `name`: the file's name without its ending. */
+export function NumbersTable(props: { name: string; title: string; table: Schemas["ProgressTable"] }) {
+  const { name, title } = props;
   const table = translatePlaced(props.table);
   const [shown, rows] = useDisclosure(false);
   return (
     <>
       <Group>
-        {actions}
+        <SaveTableButton name={name} table={table} />
         <Button
           variant="default"
           leftSection={<IconTable size={20} />}

@@ -61,7 +61,7 @@ export function ProgressChart({ chart, episodeId }: { chart: Chart; episodeId: s
               </Text>
             </Text>
           ))}
-          <NumbersTable title={title} table={chartData.table} />
+          <NumbersTable name={chart} title={title} table={chartData.table} />
         </>
       )}
     </Stack>

@@ -104,14 +104,12 @@ describe("an edited recording", () => {
 
   it("shows a refusal and saves nothing", async () => {
     preview.mockRejectedValue(
-      new ProblemError({ detail: "motor 3 would go to 128.0 deg at 4.0 s.", next_step: "Choose less." }),
+      new ProblemError({ detail: "motor 3 would go to 128.0° at 4.0 s.", next_step: "Choose less." }),
     );
     choose("Stretch at the end of the range");
     press("Beyond the end of the range: increase");
     press("Preview");
-    expect((await screen.findByRole("alert")).textContent).toContain(
-      "motor 3 would go to 128.0 deg at 4.0 s.",
-    );
+    expect((await screen.findByRole("alert")).textContent).toContain("motor 3 would go to 128.0° at 4.0 s.");
     expect(preview.mock.calls[0]?.[1]).toEqual({ do: "stretch", further_deg: 4, back_deg: 5, hold_s: 10 });
     expect(saveButton()).toBeNull();
   });
@@ -161,7 +159,7 @@ describe("a retouch", () => {
     const point = await screen.findByRole("slider", { name: "Point 1" });
     fireEvent.keyDown(point, { key: "ArrowDown", shiftKey: true });
     fireEvent.keyDown(point, { key: "ArrowRight" });
-    expect(point.getAttribute("aria-valuetext")).toBe("4.1 s, change −5.0 deg");
+    expect(point.getAttribute("aria-valuetext")).toBe("4.1 s, change −5.0°");
     press("Change: decrease");
     fireEvent.keyDown(screen.getByRole("slider", { name: "To" }), { key: "ArrowLeft" });
     const points = [{ motor: 3, at_s: 4.1, change_deg: -5.5 }];

@@ -71,7 +71,7 @@ it("shows ratios, reasons and the published ratio of each direction", async () =
   expect(screen.getByText(/not of bones/)).toBeTruthy();
   expect(screen.getByText(/no motion of the unaffected side has been taught/)).toBeTruthy();
   fireEvent.click(screen.getByRole("button", { name: "Show numbers" }));
-  expect(screen.getByRole("columnheader", { name: "Taught, raising, deg" })).toBeTruthy();
+  expect(screen.getByRole("columnheader", { name: "Taught, raising, °" })).toBeTruthy();
 });
 
 it("says where the scapula is ahead of the unaffected side", async () => {

@@ -51,7 +51,7 @@ function Shown({ rhythm }: { rhythm: Rhythm }) {
       <Plot figure={rhythmFigure(rhythm)} label={t("rhythm:figure")} />
       <Ratios curves={rhythm.curves} />
       <Sources curves={rhythm.curves} />
-      <NumbersTable title={t("rhythm:title")} table={rhythmTable(rhythm)} />
+      <NumbersTable name="rhythm" title={t("rhythm:title")} table={rhythmTable(rhythm)} />
     </>
   );
 }

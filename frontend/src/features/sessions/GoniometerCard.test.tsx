@@ -52,7 +52,7 @@ it("says that only the apparatus angle is known without a reading", () => {
 it("sends what was read, with the apparatus angle that is measured now", async () => {
   const add = vi.spyOn(api, "addGoniometerReading").mockResolvedValue(session({}));
   show();
-  fireEvent.change(field("Goniometer, deg"), { target: { value: "82" } });
+  fireEvent.change(field("Goniometer, °"), { target: { value: "82" } });
   fireEvent.click(screen.getByRole("button", { name: "Add the reading" }));
   await waitFor(() => expect(add).toHaveBeenCalled());
   expect(add.mock.calls[0]).toEqual(["s", { motion: 4, patient_deg: 82, apparatus_deg: null, read_by: "" }]);
@@ -61,9 +61,9 @@ it("sends what was read, with the apparatus angle that is measured now", async (
 it("wants the apparatus angle after the session's end", () => {
   show({ ended_at: "2026-11-02T09:30:00Z" });
   const add = () => screen.getByRole<HTMLButtonElement>("button", { name: "Add the reading" });
-  fireEvent.change(field("Goniometer, deg"), { target: { value: "82" } });
+  fireEvent.change(field("Goniometer, °"), { target: { value: "82" } });
   expect(add().disabled).toBe(true);
-  fireEvent.change(field("Apparatus angle, deg"), { target: { value: "90" } });
+  fireEvent.change(field("Apparatus angle, °"), { target: { value: "90" } });
   expect(add().disabled).toBe(false);
 });
 

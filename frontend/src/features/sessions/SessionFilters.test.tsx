@@ -37,6 +37,22 @@ describe("the filters of the sessions", () => {
     expect(onChange.mock.calls).toEqual([[{ therapist: "Sato" }], [{}]]);
   });
 
+  it("are counted on the button that unfolds them on a telephone", () => {
+    show({ therapist: "Sato", to: "2026-11-01" });
+    const button = screen.getByRole("button", { name: "Filters (2)" });
+    const fields = screen.getByLabelText("From").closest(".mantine-SimpleGrid-root");
+    expect(button.className).toContain("mantine-hidden-from-sm");
+    expect([button.getAttribute("aria-expanded"), fields?.className]).toEqual([
+      "false",
+      expect.stringContaining("mantine-visible-from-sm"),
+    ]);
+    fireEvent.click(button);
+    expect([button.getAttribute("aria-expanded"), fields?.className]).toEqual([
+      "true",
+      expect.not.stringContaining("mantine-visible-from-sm"),
+    ]);
+  });
+
   it("shows a value from the address without sessions", () => {
     show({ station: "Station 9" });
     expect(screen.getByRole("combobox", { name: "Station" })).toHaveProperty("value", "Station 9");

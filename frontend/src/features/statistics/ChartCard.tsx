@@ -1,12 +1,10 @@
-import { Button, Card, Stack, Text, Title } from "@mantine/core";
-import { IconDownload } from "@tabler/icons-react";
+import { Card, Stack, Text, Title } from "@mantine/core";
 import type { Schemas } from "../../lib/api/client";
-import { saveFile, toCsv } from "../../lib/csv";
 import { t } from "../../lib/i18n";
 import { Plot } from "../../ui/Plot";
 import { NumbersTable } from "../progress/NumbersTable";
 
-/** A chart with its summary in words, its numbers, and a button that saves it as a file. */
+/** A chart with its summary in words and its numbers. `name`: of the file with the numbers. */
 export function ChartCard(props: {
   name: string;
   title: string;
@@ -23,19 +21,7 @@ export function ChartCard(props: {
         </Title>
         <Text size="sm">{summary}</Text>
         {figure && <Plot figure={figure} label={t("clinic:figures.figure", { title, summary })} />}
-        <NumbersTable
-          title={title}
-          table={table}
-          actions={
-            <Button
-              variant="default"
-              leftSection={<IconDownload size={20} />}
-              onClick={() => saveFile(`${name}.csv`, toCsv(table))}
-            >
-              {t("clinic:figures.csv")}
-            </Button>
-          }
-        />
+        <NumbersTable name={name} title={title} table={table} />
       </Stack>
     </Card>
   );

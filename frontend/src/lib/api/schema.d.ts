@@ -8971,7 +8971,7 @@ export interface components {
         ProgressColumn: {
             /**
              * Name
-             * @example Angle, deg
+             * @example Angle, °
              */
             name: string;
             /**

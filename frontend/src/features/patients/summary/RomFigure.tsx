@@ -3,6 +3,7 @@ import { useState } from "react";
 import type { Assessment, Schemas } from "../../../lib/api/client";
 import { formatMeasured, formatSide } from "../../../lib/format";
 import { t } from "../../../lib/i18n";
+import { SaveTableButton } from "../../../ui/CsvButton";
 import { KINDS, type Kind, type Side } from "../../assessments/draft";
 import { EDGE, type RomRow, radarPoint, romRows } from "./romRadar";
 import { describeMotion } from "./SinceLastMonth";
@@ -51,8 +52,31 @@ export function RomFigure(props: {
           <RomTable rows={rows} affected={affected} />
         </div>
       )}
+      {rows.length > 0 && <SaveTableButton name="range-of-motion" table={savedTable(rows, affected)} />}
     </section>
   );
+}
+
+/** Return the shown angles in degrees, for a file. */
+function savedTable(rows: RomRow[], affected: Side): Schemas["ProgressTable"] {
+  const heads = [
+    t("patients:summary.motion"),
+    t("patients:summary.affected", { side: sideWord(affected) }),
+    t("patients:summary.first"),
+    sideWord(affected === "left" ? "right" : "left"),
+    t("patients:summary.reference"),
+  ];
+  return {
+    columns: heads.map((head, place) => ({ name: place ? `${head} (°)` : head, kind: "text", digits: 0 })),
+    rows: rows.map((row) => [
+      motionWord(row.measure),
+      row.affected,
+      row.first,
+      row.other,
+      row.measure.reference_deg,
+    ]),
+    texts: [],
+  };
 }
 
 function RomTable({ rows, affected }: { rows: RomRow[]; affected: Side }) {

@@ -3,6 +3,7 @@ import { QueryClient, QueryClientProvider } from "@tanstack/react-query";
 import { cleanup, fireEvent, render, screen, within } from "@testing-library/react";
 import { afterEach, describe, expect, it, vi } from "vitest";
 import { type Assessment, api, type Schemas } from "../../../lib/api/client";
+import * as csv from "../../../lib/csv";
 import { timeScale } from "../../../ui/timeScale";
 import { ASSESSMENT, FORM } from "../../assessments/examples";
 import { readPatientTab } from "../patientTabs";
@@ -102,6 +103,12 @@ describe("the range of motion", () => {
     show(figure);
     expect(cells("Flexion")).toEqual(["Flexion", "105°", "80°", "175°", "180°"]);
     expect(cells("External rotation")).toEqual(["External rotation", "−5°", "–", "–", "60°"]);
+    const saved = vi.spyOn(csv, "saveFile").mockImplementation(() => undefined);
+    fireEvent.click(screen.getByRole("button", { name: "Save as CSV" }));
+    const [name, text] = saved.mock.calls[0] ?? [];
+    expect(name).toBe("range-of-motion.csv");
+    expect(text).toContain('"Left, now (°)",First (°),Right (°),Reference (°)');
+    expect(text).toContain("External rotation,-5,,,60\r\n");
   });
 
   it("shows passive angles on request", () => {
@@ -123,6 +130,10 @@ it("trends say in words what they draw, oldest first", () => {
   show(<Trends assessments={rows} side="left" />);
   const pain = within(screen.getByRole("region", { name: "Left shoulder: Pain, 0 to 10" }));
   expect(pain.getByRole("img").getAttribute("aria-label")).toContain("from 7 to 2 in 2 assessments");
+  fireEvent.click(screen.getByRole("button", { name: "Show numbers" }));
+  const table = within(screen.getByRole("table", { name: "Numbers: Left shoulder: Pain and SPADI" }));
+  const cells = table.getAllByRole("cell").map((cell) => cell.textContent);
+  expect([cells[1], cells[4]]).toEqual(["7.0", "2.0"]);
 });
 
 it("the timeline has only the sessions of its shoulder", async () => {
