@@ -210,9 +210,9 @@ def test_arm_moves_with_the_patients_effort_and_rests_without(self_paced: Steppe
     assert angle_deg(self_paced) == pytest.approx(0.0, abs=0.01)
     assert self_paced.mode == "playing"
     helped(self_paced, 0.8, 1.0)
-    assert 0.0 < pacing(self_paced).pace < 1.0
+    assert 0.0 < pacing(self_paced).pace_percent < 100.0
     helped(self_paced, 0.9, 3.0)
-    assert pacing(self_paced).pace == 1.0
+    assert pacing(self_paced).pace_percent == 100.0
     assert pacing(self_paced).effort_nm == pytest.approx(3.0)
     helped(self_paced, 1.0, 0.0)
     let_go_deg = angle_deg(self_paced)
@@ -260,7 +260,7 @@ def test_resistance_moves_a_self_paced_arm_back(self_paced: Stepped) -> None:
     self_paced.apparatus.torques_nm[AXIS] = 0.0
     self_paced.until("paused")
     assert angle_deg(self_paced) < resisted_deg - 3.0
-    assert pacing(self_paced).pace == 0.0
+    assert pacing(self_paced).pace_percent == 0.0
     assert self_paced.send(Return()) is None
     self_paced.until("returning")
 
@@ -269,10 +269,10 @@ def test_arm_slows_down_towards_the_end_of_the_range(self_paced: Stepped) -> Non
     helped(self_paced, 1.0, 2.0)
     while angle_deg(self_paced) < FAR_DEG - 9.0:
         helped(self_paced, 0.2, 1.4)
-    before = pacing(self_paced).pace
-    assert before < 1.0
+    before = pacing(self_paced).pace_percent
+    assert before < 100.0
     helped(self_paced, 0.4, 3.0)
-    assert 0.0 < pacing(self_paced).pace <= before + 1e-9
+    assert 0.0 < pacing(self_paced).pace_percent <= before + 1e-9
 
 
 def message(**changes: object) -> Load:

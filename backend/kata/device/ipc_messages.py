@@ -362,8 +362,8 @@ class StretchState(_Message, frozen=True, kw_only=True, tag="stretch"):
 class SelfPacingState(_Message, frozen=True, kw_only=True, tag="self_pacing"):
     """Pace, effort and work of a self-paced run."""
 
-    pace: float
-    """Share of the recording's speed, from 0 to 1."""
+    pace_percent: float
+    """Share of the recording's speed, from 0 to 100."""
     effort_nm: float
     """Mean torque of the patient along the path over the last half second, forwards."""
     threshold_nm: float

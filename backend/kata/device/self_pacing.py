@@ -135,7 +135,7 @@ class SelfPacing:
     def state(self) -> SelfPacingState:
         """Return effort, pace and work for the snapshot."""
         return SelfPacingState(
-            pace=self._pace,
+            pace_percent=100.0 * self._pace,
             effort_nm=self._controller.mean_effort_nm,
             threshold_nm=self._threshold_nm,
             work_j=self.work_j,
