@@ -39,7 +39,15 @@ def test_unchanged_limits_allow_the_motion(now: DoctorLimits | None) -> None:
     checked(now)
 
 
-@pytest.mark.parametrize("now", [LOWER, replace(LOADED, max_speed_deg_s=20.0), replace(LOADED, max_load_level=3)])
+@pytest.mark.parametrize(
+    "now",
+    [
+        LOWER,
+        replace(LOADED, max_speed_deg_s=20.0),
+        replace(LOADED, max_load_level=3),
+        replace(LOADED, self_paced_permitted=True),
+    ],
+)
 def test_changed_limits_refuse_the_motion(now: DoctorLimits) -> None:
     with pytest.raises(ProblemError) as refused:
         checked(now)

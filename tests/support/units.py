@@ -19,6 +19,7 @@ SUFFIXES: Final = {
     "_hz": ("Hz",),
     "_v": ("V",),
     "_c": ("°C",),
+    "_j": ("J",),
     "_percent": ("%",),
     "_years": ("years", "歳"),
     "_points": ("points", "点"),

@@ -168,6 +168,11 @@ class LoadRequest(PlaybackSettings):
         description="paper: 10 Hz, each sample held until the next, as in Sun et al. (2025). smooth: interpolated. learned: smooth, with a "
         "correction from earlier runs of this recording with these settings on this station.",
     )
+    self_paced: StrictBool = Field(
+        False,
+        description="True: the patient's effort sets the pace, up to the recording's speed. Needs the doctor's permission in the episode, the "
+        "method smooth, and a station whose load is identified.",
+    )
 
 
 class LeaseRequest(Schema):
@@ -321,11 +326,13 @@ async def load(
         arm_limits=started_run.allowed.arm,
         max_speed_deg_s=started_run.allowed.max_speed_deg_s,
         method=body.method,
+        self_paced=body.self_paced,
         correction_deg=learned.angles_deg.astype("<f8").tobytes() if learned else b"",
         correction_step_s=learned.step_s if learned else 0.0,
         repetition_s=motion.duration_s / body.repetitions,
     )
-    changes = (*motion.done, *_METHOD_TEXTS[body.method, learned is not None], *_learning_notes(learned))
+    own_pace = (texts.PATIENT_SETS_PACE(),) if body.self_paced else ()
+    changes = (*motion.done, *_METHOD_TEXTS[body.method, learned is not None], *_learning_notes(learned), *own_pace)
     return await send_load(station, stores, operator, started_run, command, changes)
 
 
@@ -446,7 +453,13 @@ def _run_request(requested: LoadRequest) -> runs.RunRequest:
     settings = runs.settings_of(requested)
     position = requested.programme_position
     return runs.RunRequest(
-        requested.session_id, requested.recording_id, requested.load_level, settings, requested.method, position
+        requested.session_id,
+        requested.recording_id,
+        requested.load_level,
+        settings,
+        requested.method,
+        position,
+        requested.self_paced,
     )
 
 
@@ -471,6 +484,7 @@ def _begin_run(
         contraindications.require_none(session, recording.patient_id, side)
         allowed = doctors_limits.allowed(session, recording.patient_id, side)
         taught = runs.taught(session, recording.id)
+    allowed.check_self_paced(self_paced=requested.self_paced)
     motion = runs.with_settings(taught, request.settings)
     limits = allowed.check(motion, requested.load_level, requested.method)
     with writing(database, event_spool, "run") as (session, began):

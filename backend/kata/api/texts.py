@@ -62,6 +62,7 @@ RECORD_RESTRICTED: Final = message("record_restricted", "This record is restrict
 OPEN_IN_EMERGENCY: Final = message(
     "open_in_emergency", "In an emergency you can open the record: enter the reason. An administrator reviews it."
 )
+PATIENT_SETS_PACE: Final = message("patient_sets_pace", "the patient's effort sets the pace")
 PLAYED_PAPER: Final = message("played_paper", "as in the paper, at 10 Hz")
 PLAYED_LEARNED_NOTHING: Final = message("played_learned_nothing", "learned method, no earlier playbacks yet")
 PLAYED_LEARNED: Final = message("played_learned", "learned from earlier playbacks")

@@ -65,6 +65,13 @@ CERTAINTY_WITHOUT_DIAGNOSIS: Final = message(
     "certainty_without_diagnosis", "A certainty was entered without a diagnosis."
 )
 WRITE_DIAGNOSIS: Final = message("write_diagnosis", "Choose or write the diagnosis, or clear the certainty.")
+SELF_PACE_NOT_PERMITTED: Final = message(
+    "self_pace_not_permitted", "The doctor has not permitted that the patient sets the pace for this shoulder."
+)
+ASK_DOCTOR_OR_OWN_PACE: Final = message(
+    "ask_doctor_or_own_pace",
+    "Play the recording with its own pace. The doctor's permission is recorded in the episode, with the doctor's limits.",
+)
 LIMITS_WITHOUT_DOCTOR: Final = message("limits_without_doctor", "The name of the doctor who set the limits is missing.")
 WRITE_DOCTOR_NAME: Final = message("write_doctor_name", "Enter the doctor's name.")
 ONSET_BEFORE_BIRTH: Final = message(

@@ -177,6 +177,8 @@ class Load(_Message, frozen=True, kw_only=True, tag="load"):
     """The patient's speed limit for every axis, also for approach and return. None: only the station's limits apply."""
     end_feel: EndFeel | None = None
     """An end-feel test, whose way out is the recording. None: the recording is played."""
+    self_paced: bool = False
+    """True if the patient's effort sets the pace. Only for ``smooth``, on a station with an identified load."""
 
 
 class Unload(_Message, frozen=True, kw_only=True, tag="unload"):
@@ -357,6 +359,19 @@ class StretchState(_Message, frozen=True, kw_only=True, tag="stretch"):
     """Number of repetitions that have not ended."""
 
 
+class SelfPacingState(_Message, frozen=True, kw_only=True, tag="self_pacing"):
+    """Pace, effort and work of a self-paced run."""
+
+    pace_percent: float
+    """Share of the recording's speed, from 0 to 100."""
+    effort_nm: float
+    """Mean torque of the patient along the path over the last half second, forwards."""
+    threshold_nm: float
+    """Effort that does not move the arm."""
+    work_j: float
+    """Work of the patient along the path since the start."""
+
+
 class RunState(_Message, frozen=True, kw_only=True, tag="run"):
     """The loaded recording and the place on its path."""
 
@@ -375,6 +390,7 @@ class RunState(_Message, frozen=True, kw_only=True, tag="run"):
     range_percent: float
     """Share of the range that is played. It is below 100 after a request to reduce the range."""
     stretch: StretchState | None = None
+    self_pacing: SelfPacingState | None = None
 
 
 class TeachingState(_Message, frozen=True, kw_only=True, tag="teaching_state"):

@@ -18,7 +18,7 @@ from kata.device.ipc_messages import Event, Mode, PedalState, RunState, Teaching
 from kata.device.journal import JournalEnd, JournalHeader, JournalWriter
 from kata.device.latched_stop import LatchedStop
 from kata.device.movement import Movement
-from kata.device.run import Run, stretch_of
+from kata.device.run import Run, run_state, stretch_of
 from kata.device.teaching import Teaching
 from kata.messages import key_of
 from kata.motion.approach import MinimumJerkMove
@@ -141,7 +141,7 @@ class MachineState:
         if run is None:
             return None
         at_start = self.mode == "paused" and run.position_s == 0.0
-        return run.state(self._movement, at_start=at_start, returning=self.mode == "returning")
+        return run_state(run, self._movement, at_start=at_start, returning=self.mode == "returning")
 
     def teaching_state(self) -> TeachingState | None:
         """Return the active teaching and its takes."""
@@ -295,6 +295,8 @@ class MachineState:
         assert self._run is not None
         if stretch := stretch_of(self._run):
             end = msgspec.structs.replace(end, held_s=stretch.held_s, target_nm=stretch.target_nm)
+        if pacing := self._run.self_pacing:
+            end = msgspec.structs.replace(end, work_j=pacing.work_j, mean_effort_nm=pacing.mean_effort_nm)
         self._run.journal.finish(end)
         self._run = None
         self._movement = None

@@ -164,7 +164,7 @@ class StateMachine(MachineState):
         assert movement is not None and run is not None
         self._check_resistance(run, movement, state)
         if self.mode == "playing":
-            run.watch_end_feel(movement, state)
+            run.watch_torque(movement, state)
         elif self.mode == "paused":
             run.watch_paused_test(movement, state)
         self._follow_path(state)

@@ -99,6 +99,8 @@ def build(load: Load, config: StationConfig) -> Reference | Refusal:
 
     A recording of an hour at 100 Hz takes 1.4 s. Extreme float values may raise any arithmetic error.
     """
+    if load.self_paced and (refusal := _self_paced_refusal(load, config)):
+        return refusal
     try:
         trajectory = _trajectory(load, config)
         _check_end_feel(load, config, trajectory)
@@ -276,6 +278,17 @@ def _check_end_feel(load: Load, config: StationConfig, trajectory: Trajectory) -
         raise TrajectoryError(
             texts.NOT_PLAYABLE_END_FEEL_TORQUE(motor=test.motor, needed_nm=needed_nm, limit_nm=limit_nm)
         )
+
+
+def _self_paced_refusal(load: Load, config: StationConfig) -> Refusal | None:
+    """Refuse a self-paced run if the patient's effort cannot be known, or with another method."""
+    if not config.servo_model.load.known:
+        reason = texts.SELF_PACED_WITHOUT_LOAD()
+    elif load.method != "smooth" or load.end_feel:
+        reason = texts.SELF_PACED_WITH_METHOD()
+    else:
+        return None
+    return Refusal.of(code="not_self_paced", message=reason, next_step=texts.PLAY_WITHOUT_SELF_PACE())
 
 
 def _check_stretch(test: EndFeel) -> None:

@@ -18,6 +18,7 @@ from kata.device.movement import CREEP, RAMP_S, Movement
 from kata.device.range_override import RangeOverride
 from kata.device.resistance import SLOW_DEG_S, ResistanceMonitor, YieldOffset
 from kata.device.run_limits import WAY_TOLERANCE_DEG, RunLimits
+from kata.device.self_pacing import SelfPacing
 from kata.device.setpoint_gate import largest_step_deg
 from kata.device.setpoint_limiters import LimitedFeedForward, SetpointBrake, clip
 from kata.device.stretch import TorqueStretch
@@ -102,6 +103,7 @@ class Run:
         asked = self.load.end_feel
         kind = TorqueStretch if asked and asked.hold_s else EndFeelTest
         self.end_feel = kind(asked, self.trajectory, self.config) if asked else None
+        self.self_pacing = SelfPacing(self.trajectory, self.config) if self.load.self_paced else None
         thresholds_nm = self.config.resistance_thresholds_nm(self.load.load_level)
         self._monitor = ResistanceMonitor(thresholds_nm)
         slowest_deg_s = min(axis.max_speed_deg_s for axis in self.config.axes)
@@ -287,10 +289,15 @@ class Run:
         if self.end_feel and movement.position_s > 0.0:
             self.end_feel.note_hold(state, movement)
 
-    def watch_end_feel(self, movement: Movement, state: CycleState) -> None:
-        """Take the arm back along its path if the test's torque is met on the way out."""
+    def watch_torque(self, movement: Movement, state: CycleState) -> None:
+        """Take the arm back along its path if an end-feel test's torque is met on the way out. Let the patient's effort set the pace of a
+        self-paced run.
+        """
         if self.end_feel and self.end_feel.must_move_back(state, movement):
             self.end_feel.turn_back(movement)
+        if self.self_pacing:
+            limits_deg = (self._lowest_deg, self._highest_deg)
+            self.self_pacing.set_pace(movement, state, self.range_override.share, limits_deg)
 
     def retreat_in_test(self) -> None:
         """Let the next setpoint retreat faster than the path if the patient pushes more than the test's torque. It never goes beyond the
@@ -305,7 +312,7 @@ class Run:
         """Turn at an end of the path if the test is not over. Return False if the run has ended."""
         return self.end_feel is not None and self.end_feel.turn_at_end(movement)
 
-    # -- journal and snapshot -------------------------------------------------------------------------------------
+    # -- journal -------------------------------------------------------------------------------------
 
     def record(self, t_ns: int, state: CycleState, phase: int, path_s: float, setpoint_deg: tuple[float, ...]) -> None:
         """Write the sample for the last setpoint, measured at ``t_ns``, to the journal."""
@@ -321,27 +328,29 @@ class Run:
             )
         )
 
-    def state(self, movement: Movement | None, *, at_start: bool, returning: bool) -> RunState:
-        """Return the run for the snapshot."""
-        duration = self.trajectory.duration_s
-        left = duration - self.position_s
-        if movement and movement.path is not self.trajectory:
-            left = movement.path.duration_s - movement.position_s
-        elif movement and returning:
-            left = movement.position_s / movement.top_override
-        return RunState(
-            run_id=self.load.run_id,
-            recording_id=self.load.recording_id,
-            position_s=self.position_s,
-            duration_s=duration,
-            left_s=left,
-            at_start=at_start,
-            load_level=self.load.load_level,
-            reversals=len(self.resisted_at_s),
-            reversing=self.resisting_axis is not None,
-            range_percent=100.0 * self.range_override.share,
-            stretch=stretch.state() if (stretch := stretch_of(self)) else None,
-        )
+
+def run_state(run: Run, movement: Movement | None, *, at_start: bool, returning: bool) -> RunState:
+    """Return the run for the snapshot."""
+    duration = run.trajectory.duration_s
+    left = duration - run.position_s
+    if movement and movement.path is not run.trajectory:
+        left = movement.path.duration_s - movement.position_s
+    elif movement and returning:
+        left = movement.position_s / movement.top_override
+    return RunState(
+        run_id=run.load.run_id,
+        recording_id=run.load.recording_id,
+        position_s=run.position_s,
+        duration_s=duration,
+        left_s=left,
+        at_start=at_start,
+        load_level=run.load.load_level,
+        reversals=len(run.resisted_at_s),
+        reversing=run.resisting_axis is not None,
+        range_percent=100.0 * run.range_override.share,
+        stretch=stretch.state() if (stretch := stretch_of(run)) else None,
+        self_pacing=run.self_pacing.state() if run.self_pacing else None,
+    )
 
 
 def stretch_of(run: Run) -> TorqueStretch | None:

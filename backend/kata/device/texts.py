@@ -180,6 +180,14 @@ NOT_PLAYABLE_STRETCH_HOLD: Final = message(
     "not_playable_stretch_hold",
     "a stretch holds its torque for {least_s:g} to {most_s:g} s, at most {repetitions:d} times",
 )
+SELF_PACED_WITHOUT_LOAD: Final = message(
+    "self_paced_without_load",
+    "The patient cannot set the pace: the load of the station is not identified, so the patient's effort is unknown.",
+)
+SELF_PACED_WITH_METHOD: Final = message(
+    "self_paced_with_method", "The patient can set the pace of a playback with the smooth method only."
+)
+PLAY_WITHOUT_SELF_PACE: Final = message("play_without_self_pace", "Play the recording with its own pace.")
 STRETCH_IS_LEAST: Final = message(
     "stretch_is_least", "The torque of the stretch is at its minimum, {target_nm:.1f} Nm."
 )

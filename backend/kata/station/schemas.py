@@ -194,6 +194,17 @@ class StretchLive(_Schema):
     repetitions_left: int = Field(ge=0, description="Number of repetitions that have not ended.")
 
 
+class SelfPacingLive(_Schema):
+    """Pace, effort and work of a self-paced run."""
+
+    pace_percent: float = Field(ge=0, le=100, description="Pace, percent of the recording's speed.")
+    effort_nm: float = Field(
+        description="Mean torque of the patient along the path over the last half second, forwards, newton metres."
+    )
+    threshold_nm: float = Field(ge=0, description="Effort that does not move the arm, newton metres.")
+    work_j: float = Field(description="Work of the patient along the path since the start, joules.")
+
+
 class RunLive(_Schema):
     """The loaded recording and the arm's position in it."""
 
@@ -222,6 +233,7 @@ class RunLive(_Schema):
     )
     resistance_key: OptionalKey = None
     stretch: StretchLive | None = Field(None, description="Null: the run is no stretch.")
+    self_pacing: SelfPacingLive | None = Field(None, description="Null: the run is not self-paced.")
     end_range: EndRangeLive | None = Field(None, description="Null: no end-range time is prescribed for this run.")
 
 

@@ -68,6 +68,17 @@ class DoctorLimits:
     max_speed_deg_s: float | None
     """Highest speed of every motor (:attr:`kata.device.ipc_messages.Load.max_speed_deg_s`)."""
     motions: tuple[MotionLimit, ...]
+    self_paced_permitted: bool = False
+
+    def check_self_paced(self, *, self_paced: bool) -> None:
+        """Refuse a self-paced run without the doctor's permission.
+
+        :raises ProblemError: 422.
+        """
+        if self_paced and not self.self_paced_permitted:
+            raise ProblemError(
+                422, "self_pace_not_permitted", texts.SELF_PACE_NOT_PERMITTED(), texts.ASK_DOCTOR_OR_OWN_PACE()
+            )
 
     def check(self, motion: Motion, load_level: int, method: Method) -> MotorLimits:
         """Refuse a run that exceeds the limits. This needs no database, and takes seconds for a motion of an hour.
@@ -153,6 +164,7 @@ def of_episode(episode: EpisodeRow) -> DoctorLimits:
         max_load_level=episode.max_load_level,
         max_speed_deg_s=episode.max_speed_deg_s,
         motions=motions,
+        self_paced_permitted=episode.self_paced_permitted,
     )
 
 

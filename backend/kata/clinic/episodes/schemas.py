@@ -3,7 +3,7 @@
 from typing import Annotated, Final, Literal, Self
 from uuid import UUID
 
-from pydantic import Field, StringConstraints, model_validator
+from pydantic import Field, StrictBool, StringConstraints, model_validator
 from pydantic_core import PydanticCustomError
 
 from kata.clinic.episodes.diagnoses import DiagnosisCode, Verification
@@ -65,6 +65,9 @@ _SPEED: Final = (
     "Highest speed that the doctor allows, degrees a second. No motor moves faster, also during approach and return. Null: the station's "
     "limit."
 )
+_SELF_PACED: Final = (
+    "True if the doctor permits that the patient's effort sets the pace of a playback. It needs the name of the doctor."
+)
 _CODE: Final = "ICD-10 code of the diagnosis that the clinician chose. Empty: none was chosen."
 _VERIFICATION: Final = "How certain the diagnosis is. Empty: not stated."
 _DOCTOR: Final = "Name of the doctor who set the limits. Required if there are limits."
@@ -90,6 +93,7 @@ class EpisodeCreate(_EpisodeFields):
     limits: Limits = Field(default_factory=list)
     max_load_level: ResistanceLevel | None = Field(None, description=_LEVEL)
     max_speed_deg_s: SpeedLimit | None = Field(None, description=_SPEED, examples=[20.0])
+    self_paced_permitted: StrictBool = Field(False, description=_SELF_PACED)
     limits_by: Doer = Field("", description=_DOCTOR, examples=["Dr. Mori"])
 
 
@@ -104,6 +108,7 @@ class EpisodeUpdate(_EpisodeFields):
     limits: Limits | None = None
     max_load_level: ResistanceLevel | None = Field(None, description=_LEVEL)
     max_speed_deg_s: SpeedLimit | None = Field(None, description=_SPEED)
+    self_paced_permitted: StrictBool | None = Field(None, description=_SELF_PACED)
     limits_by: Doer | None = Field(None, description=_DOCTOR)
     updated_at: Moment | None = None
 
@@ -143,6 +148,7 @@ class Episode(Schema):
     limits: Limits
     max_load_level: ResistanceLevel | None = Field(description=_LEVEL)
     max_speed_deg_s: SpeedLimit | None = Field(description=_SPEED)
+    self_paced_permitted: bool = Field(description=_SELF_PACED)
     limits_by: str = Field(description=_DOCTOR)
     opened_at: Moment
     closed_at: Moment | None

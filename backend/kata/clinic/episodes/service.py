@@ -173,7 +173,8 @@ def _must_go_on(row: EpisodeRow) -> None:
 
 
 def _check(row: EpisodeRow, patient: PatientRow) -> None:
-    if (row.limits or row.max_load_level or row.max_speed_deg_s) and not row.limits_by:
+    limited = row.limits or row.max_load_level or row.max_speed_deg_s or row.self_paced_permitted
+    if limited and not row.limits_by:
         raise ProblemError(
             422,
             "limits_by_nobody",

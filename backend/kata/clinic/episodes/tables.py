@@ -4,7 +4,7 @@ from datetime import date, datetime
 from typing import Any
 from uuid import UUID
 
-from sqlalchemy import JSON, ForeignKey, String, Text
+from sqlalchemy import JSON, ForeignKey, String, Text, false
 from sqlalchemy.orm import Mapped, mapped_column, relationship
 
 from kata.database.base import Base, UtcDateTime
@@ -30,8 +30,10 @@ class EpisodeRow(Base):
     max_load_level: Mapped[int | None]
     max_speed_deg_s: Mapped[float | None]
     """Highest speed of every motor, also during approach and return. None: the station's own limit."""
+    self_paced_permitted: Mapped[bool] = mapped_column(default=False, server_default=false())
+    """True if the doctor permits that the patient's effort sets the pace of a playback."""
     limits_by: Mapped[str] = mapped_column(String(100), default="")
-    """Name of the doctor who set the limits."""
+    """Name of the doctor who set the limits and gave the permission."""
     opened_at: Mapped[datetime] = mapped_column(UtcDateTime)
     closed_at: Mapped[datetime | None] = mapped_column(UtcDateTime)
     closing_note: Mapped[str] = mapped_column(Text, default="")

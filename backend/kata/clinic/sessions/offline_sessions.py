@@ -202,6 +202,7 @@ class OfflineSessions:
                 raise planned.timer_over(cached.timer.minutes)
         contraindications.check(cached.banner.contraindications_of(recording.side))
         motion = runs.with_settings(recording.taught, request.settings)
+        recording.allowed.check_self_paced(self_paced=request.self_paced)
         limits = recording.allowed.check(motion, request.load_level, request.method)
         checked = self._checked(cached, clinic_session, recording, apparatus)
         checks.require_all(checked)
@@ -220,6 +221,7 @@ class OfflineSessions:
             corrected_by=corrected_by,
             allowed=serialize_limits(recording.allowed),
             station=self._station,
+            self_paced=request.self_paced,
         )
         new_answers = tuple(
             CheckAnswered(request.session_id, answer.check, answer.subject, answer.at, answer.by)

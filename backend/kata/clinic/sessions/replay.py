@@ -110,12 +110,19 @@ class RunStarted(msgspec.Struct, frozen=True, tag="begun"):
     allowed: str
     """The doctor's limits with which the run was checked (:func:`serialize_limits`)."""
     station: str
+    self_paced: bool = False
 
     @property
     def row(self) -> RunRow:
         """Return the run's row in the database."""
         request = runs.RunRequest(
-            self.session_id, self.recording_id, self.load_level, self.settings, self.method, self.programme_position
+            self.session_id,
+            self.recording_id,
+            self.load_level,
+            self.settings,
+            self.method,
+            self.programme_position,
+            self.self_paced,
         )
         row = runs.new(self.id, self.started_at, request)
         row.corrected_by = self.corrected_by
@@ -164,6 +171,8 @@ def serialize_limits(allowed: DoctorLimits) -> str:
     if allowed.max_speed_deg_s is not None:
         # Omitted if there is no limit, so that events from the spool of an older version compare equal.
         limits["max_speed_deg_s"] = allowed.max_speed_deg_s
+    if allowed.self_paced_permitted:
+        limits["self_paced_permitted"] = True
     return msgspec.json.encode(limits).decode()
 
 

@@ -73,6 +73,8 @@ class RunRequest:
     method: Method = "smooth"
     programme_position: int | None = None
     """Position in the session's programme; None for a run that was not planned."""
+    self_paced: bool = False
+    """True if the patient's effort sets the pace."""
 
 
 def begin(
@@ -141,6 +143,7 @@ def new(id_: UUID, started_at: datetime, request: RunRequest) -> RunRow:
         load_level=request.load_level,
         **asdict(request.settings),
         method=request.method,
+        self_paced=request.self_paced,
         samples=None,
     )
 
@@ -226,6 +229,8 @@ def complete(
     row.stop_message = journal.end.cause_message if journal.end else None
     row.stop_key = msgspec.to_builtins(journal.end.cause_key) if journal.end else None
     row.rate_hz = journal.rate_hz
+    if journal.end:
+        row.work_j, row.mean_effort_nm = journal.end.work_j, journal.end.mean_effort_nm
     if row.end_feel:
         _complete_end_feel(session, row, journal)
     elif results := results or (calculate(playback) if playback else None):
@@ -377,6 +382,9 @@ def as_run(row: RunRow, recording_name: str | None = None, angles: PatientAngles
         learning=[LearningNote.model_validate(note) for note in row.learning or ()],
         load_level=row.load_level,
         **asdict(settings_of(row)),
+        self_paced=row.self_paced,
+        work_j=row.work_j,
+        mean_effort_nm=row.mean_effort_nm,
         programme_position=row.programme_position,
         repetitions_done=row.repetitions_done,
         reversals=row.reversals,

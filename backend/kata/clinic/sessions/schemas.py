@@ -239,6 +239,19 @@ class Run(PlaybackSettings):
     load_level: ResistanceLevel | None = Field(
         description="Resistance at which the arm is taken back; null for a run of a version without levels."
     )
+    self_paced: bool = Field(False, description="True if the patient's effort set the pace.")
+    work_j: float | None = Field(
+        None,
+        description="Work of the patient along the path, joules. Below 0: the patient resisted more than helped. Null for a run that was not "
+        "self-paced or has not ended.",
+        examples=[4.2],
+    )
+    mean_effort_nm: float | None = Field(
+        None,
+        description="Mean torque of the patient along the path while the arm moved, forwards, newton metres. Null as for `work_j`, and if the "
+        "arm did not move.",
+        examples=[1.8],
+    )
     programme_position: int | None = Field(
         ge=1, description="Position in the session's programme; null for a run that was not planned."
     )

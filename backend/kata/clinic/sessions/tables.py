@@ -4,7 +4,7 @@ from datetime import datetime
 from typing import Any, Final
 from uuid import UUID
 
-from sqlalchemy import JSON, ForeignKey, Index, LargeBinary, String, Text, text
+from sqlalchemy import JSON, ForeignKey, Index, LargeBinary, String, Text, false, text
 from sqlalchemy.orm import Mapped, column_property, mapped_column, relationship
 
 from kata.clinic.episodes.tables import EpisodeRow
@@ -188,6 +188,12 @@ class RunRow(Base):
     """
     method: Mapped[str | None] = mapped_column(String(16))
     """Playback method (:data:`kata.motion.method.Method`); None for a run of a version without methods."""
+    self_paced: Mapped[bool] = mapped_column(default=False, server_default=false())
+    """True if the patient's effort set the pace."""
+    work_j: Mapped[float | None]
+    mean_effort_nm: Mapped[float | None]
+    """Work and mean effort of the patient along the path. None for other runs, for an interrupted run, and the effort also if the arm did not
+    move."""
     corrected_by: Mapped[UUID | None]
     """Run whose correction was used, if any. This is no foreign key, because SQLite could not drop it again."""
     samples: Mapped[int | None]

@@ -89,3 +89,7 @@ class JournalEnd(msgspec.Struct, frozen=True, kw_only=True):
     """Time for which a stretch held at least 60 % of its torque; None: the run was no stretch."""
     target_nm: float | None = None
     """Torque of the stretch after all requests to reduce it."""
+    work_j: float | None = None
+    """Work of the patient along the path of a self-paced run; None: the run was not self-paced."""
+    mean_effort_nm: float | None = None
+    """Mean effort while the patient moved the arm; None: the patient did not move it, or the run was not self-paced."""

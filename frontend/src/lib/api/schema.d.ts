@@ -5864,6 +5864,11 @@ export interface components {
              */
             max_speed_deg_s: number | null;
             /**
+             * Self Paced Permitted
+             * @description True if the doctor permits that the patient's effort sets the pace of a playback. It needs the name of the doctor.
+             */
+            self_paced_permitted: boolean;
+            /**
              * Limits By
              * @description Name of the doctor who set the limits. Required if there are limits.
              */
@@ -5984,6 +5989,12 @@ export interface components {
              */
             max_speed_deg_s?: number | null;
             /**
+             * Self Paced Permitted
+             * @description True if the doctor permits that the patient's effort sets the pace of a playback. It needs the name of the doctor.
+             * @default false
+             */
+            self_paced_permitted: boolean;
+            /**
              * Limits By
              * @description Name of the doctor who set the limits. Required if there are limits.
              * @default
@@ -6024,6 +6035,11 @@ export interface components {
              * @description Highest speed that the doctor allows, degrees a second. No motor moves faster, also during approach and return. Null: the station's limit.
              */
             max_speed_deg_s?: number | null;
+            /**
+             * Self Paced Permitted
+             * @description True if the doctor permits that the patient's effort sets the pace of a playback. It needs the name of the doctor.
+             */
+            self_paced_permitted?: boolean | null;
             /**
              * Limits By
              * @description Name of the doctor who set the limits. Required if there are limits.
@@ -6852,6 +6868,12 @@ export interface components {
              * @enum {string}
              */
             method: "paper" | "smooth" | "learned";
+            /**
+             * Self Paced
+             * @description True: the patient's effort sets the pace, up to the recording's speed. Needs the doctor's permission in the episode, the method smooth, and a station whose load is identified.
+             * @default false
+             */
+            self_paced: boolean;
         };
         /**
          * LoginResult
@@ -10025,6 +10047,24 @@ export interface components {
              */
             load_level: number | null;
             /**
+             * Self Paced
+             * @description True if the patient's effort set the pace.
+             * @default false
+             */
+            self_paced: boolean;
+            /**
+             * Work J
+             * @description Work of the patient along the path, joules. Below 0: the patient resisted more than helped. Null for a run that was not self-paced or has not ended.
+             * @example 4.2
+             */
+            work_j?: number | null;
+            /**
+             * Mean Effort Nm
+             * @description Mean torque of the patient along the path while the arm moved, forwards, newton metres. Null as for `work_j`, and if the arm did not move.
+             * @example 1.8
+             */
+            mean_effort_nm?: number | null;
+            /**
              * Programme Position
              * @description Position in the session's programme; null for a run that was not planned.
              */
@@ -10175,6 +10215,8 @@ export interface components {
             resistance_key?: components["schemas"]["TextKey"] | null;
             /** @description Null: the run is no stretch. */
             stretch?: components["schemas"]["StretchLive"] | null;
+            /** @description Null: the run is not self-paced. */
+            self_pacing?: components["schemas"]["SelfPacingLive"] | null;
             /** @description Null: no end-range time is prescribed for this run. */
             end_range?: components["schemas"]["EndRangeLive"] | null;
         };
@@ -10353,6 +10395,32 @@ export interface components {
              * @example 2026-11-21T09:30:00.125Z
              */
             seen_at: string;
+        };
+        /**
+         * SelfPacingLive
+         * @description Pace, effort and work of a self-paced run.
+         */
+        SelfPacingLive: {
+            /**
+             * Pace Percent
+             * @description Pace, percent of the recording's speed.
+             */
+            pace_percent: number;
+            /**
+             * Effort Nm
+             * @description Mean torque of the patient along the path over the last half second, forwards, newton metres.
+             */
+            effort_nm: number;
+            /**
+             * Threshold Nm
+             * @description Effort that does not move the arm, newton metres.
+             */
+            threshold_nm: number;
+            /**
+             * Work J
+             * @description Work of the patient along the path since the start, joules.
+             */
+            work_j: number;
         };
         /**
          * Session
