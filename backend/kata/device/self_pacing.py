@@ -11,7 +11,7 @@ from typing import Final
 import numpy as np
 
 from kata.device.config import StationConfig
-from kata.device.config_rules import TURN_S
+from kata.device.config_rules import REVERSAL_RAMP_S
 from kata.device.cycle_state import CycleState
 from kata.device.ipc_messages import SelfPacingState
 from kata.device.movement import Movement
@@ -158,7 +158,7 @@ class SelfPacing:
         self._cycles += 1
         if self._cycles % self._cycles_between_steps:
             return
-        movement.ramp_s = TURN_S
+        movement.ramp_s = REVERSAL_RAMP_S
         way = self._way(movement.position_s, share)
         if way is None:
             # The arm does not move, so the recording's clock passes a rest at its own speed.

@@ -61,15 +61,15 @@ export function RomFigure(props: {
 function savedTable(rows: RomRow[], affected: Side): Schemas["ProgressTable"] {
   const heads = [
     t("patients:summary.motion"),
-    t("patients:summary.affected", { side: sideWord(affected) }),
+    t("patients:summary.affected", { side: formatSide(affected) }),
     t("patients:summary.first"),
-    sideWord(affected === "left" ? "right" : "left"),
+    formatSide(affected === "left" ? "right" : "left"),
     t("patients:summary.reference"),
   ];
   return {
     columns: heads.map((head, place) => ({ name: place ? `${head} (°)` : head, kind: "text", digits: 0 })),
     rows: rows.map((row) => [
-      motionWord(row.measure),
+      describeMotion(row.measure),
       row.affected,
       row.first,
       row.other,
