@@ -106,10 +106,10 @@ class TorqueStretch(EndFeelTest):
             return False
         movement.ramp_s = TURN_S
         if self._phase == "out":
-            self._approach(movement, expected_nm)
-            # A hold would begin before the arm is weighed. The torque at the shoulder is then unknown.
-            unweighed = self._phase == "hold" and movement.position_s <= self._weighed_s[1]
-            return unweighed or expected_nm >= self._limit_nm
+            begins = self._approach(movement, expected_nm)
+            # Before the arm is weighed, the torque at the shoulder is unknown.
+            unweighed = movement.position_s <= self._weighed_s[1]
+            return (begins and unweighed) or expected_nm >= self._limit_nm
         self._hold_left_s -= self._cycle_s
         mean_nm = sum(self._recent) / len(self._recent)
         self._hold(movement, mean_nm)
@@ -156,13 +156,14 @@ class TorqueStretch(EndFeelTest):
             repetitions_left=self.repetitions_left,
         )
 
-    def _approach(self, movement: Movement, expected_nm: float) -> None:
-        """Slow the way out down near the target. Begin to hold there."""
+    def _approach(self, movement: Movement, expected_nm: float) -> bool:
+        """Slow the way out down near the target. Begin to hold there. Return True if the hold begins."""
         left_nm = self._torque_nm - _AIM_NM - expected_nm
-        if left_nm <= 0.0:
+        if begins := left_nm <= 0.0:
             self._phase = "hold"
         ramp_nm = max(_RAMP_SHARE * self._chosen_nm, _RAMP_LEAST_NM)
         movement.top_override = min(max(left_nm / ramp_nm, _SLOWEST_OUT), 1.0)
+        return begins
 
     def _hold(self, movement: Movement, mean_nm: float) -> None:
         """Move slowly towards the torque that is held. The arm may move back faster than out."""
