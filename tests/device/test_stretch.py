@@ -323,6 +323,12 @@ def test_level_must_carry_arm_and_torque() -> None:
     assert refusal is not None and "the arm and the test need 4.5 Nm of motor 4" in refusal.message
 
 
+@pytest.mark.parametrize("weighed_s", [(0.0, 0.0), (4.0, 0.6), (-1.0, 4.0), (0.6, float("nan")), (0.6, 12.5)])
+def test_stretch_without_a_part_to_weigh_the_arm_is_refused(weighed_s: tuple[float, float]) -> None:
+    refusal = checked(msgspec.structs.replace(STRETCH, weighed_s=weighed_s))
+    assert refusal is not None and refusal.code == "unplayable"
+
+
 def test_arm_that_was_not_weighed_is_not_held(stepped: Stepped) -> None:
     """The patient pushes slowly from the start on, so that the torque is reached before the arm is weighed. Without its weight the torque at
     the shoulder is unknown. A hold would lead the arm out by 20 deg when the patient relaxes.

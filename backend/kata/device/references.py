@@ -270,7 +270,7 @@ def _check_end_feel(load: Load, config: StationConfig, trajectory: Trajectory) -
                 motor=test.motor, least_deg=_SHORTEST_WAY_DEG, slowest=SLOWEST_DEG_S, fastest=FASTEST_DEG_S
             )
         )
-    _check_stretch(test)
+    _check_stretch(test, trajectory.duration_s)
     limit_nm = config.resistance_thresholds_nm(load.load_level)[axis]
     left_nm = test.torque_nm if test.hold_s else _LEAST_LEFT_NM
     needed_nm = max(test.torque_nm, float(np.max(expected_nm * outward)) + left_nm)
@@ -291,7 +291,7 @@ def _self_paced_refusal(load: Load, config: StationConfig) -> Refusal | None:
     return Refusal.of(code="not_self_paced", message=reason, next_step=texts.PLAY_WITHOUT_SELF_PACE())
 
 
-def _check_stretch(test: EndFeel) -> None:
+def _check_stretch(test: EndFeel, duration_s: float) -> None:
     """Refuse a stretch whose torque could not be known at rest, or that is held too long or too often.
 
     :raises TrajectoryError: naming the reason.
@@ -304,7 +304,8 @@ def _check_stretch(test: EndFeel) -> None:
                 least_s=SHORTEST_HOLD_S, most_s=LONGEST_HOLD_S, repetitions=MOST_REPETITIONS
             )
         )
-    if not (test.back_nm and test.arm_nm):
+    begin_s, end_s = test.weighed_s
+    if not (test.back_nm and test.arm_nm and 0.0 <= begin_s < end_s < duration_s):
         raise TrajectoryError(texts.NOT_PLAYABLE_STRETCH_BASELINE(motor=test.motor))
 
 

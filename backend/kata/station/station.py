@@ -48,6 +48,11 @@ _LOAD_LIMIT_S: Final = 35.0
 """Longest wait for the reply to a Load. The device checks the recording first, for at most 30 s."""
 NO_ANSWER: Final = "no_answer"
 """Code of a refusal after a timeout. The device may have carried out the command."""
+_NO_ANSWER: Final = Refusal.of(
+    code=NO_ANSWER,
+    message=texts.NO_ANSWER(),
+    next_step=texts.LOOK_BEFORE_TRYING_AGAIN(),
+)
 _NOT_NOW: Final = Refusal.of(
     code="not_idle",
     message=texts.TURN_ONLY_WHEN_IDLE(),
@@ -104,9 +109,7 @@ class Station:
         self._unfit: dict[CommandName, Refusal] = {}
         """Commands that the station refuses because it is not commissioned, or because its new configuration could not be stored."""
         self._not_stored: Refusal | None = None
-        """Why the configuration of the last commissioning could not be stored. The device process then has the former one, although the
-        commissioning record fits the new one.
-        """
+        """Why the last commissioning's configuration could not be stored. The device process then has the former one."""
         self._setting_side = asyncio.Lock()
         self._stop_user: Callable[[], Awaitable[Refusal | None]] | None = None
         """Stops the program that uses the drives instead of the device process; None while the device process uses them."""
@@ -175,11 +178,7 @@ class Station:
                 refusal = await reply
         except TimeoutError:
             self._occupy(occupation)
-            refusal = Refusal.of(
-                code=NO_ANSWER,
-                message=texts.NO_ANSWER(),
-                next_step=texts.LOOK_BEFORE_TRYING_AGAIN(),
-            )
+            refusal = _NO_ANSWER
         return refusal
 
     def refusal(self, name: CommandName) -> Refusal | None:
