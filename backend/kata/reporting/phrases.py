@@ -561,6 +561,11 @@ class Phrases:
         """Return a time of day."""
         return self._local(when).strftime("%H:%M")
 
+    def clock_of(self, when: datetime, began: datetime) -> str:
+        """Return a time of day, after its date if that is not the day of ``began``. Called by the template ``session.html``."""
+        is_other_day = self._local(when).date() != self._local(began).date()
+        return f"{self.short_day(when)} {self.clock(when)}" if is_other_day else self.clock(when)
+
     def moment(self, when: datetime) -> str:
         """Return date and time."""
         return f"{self.day(when)} {self.clock(when)}"
