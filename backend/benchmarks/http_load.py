@@ -100,6 +100,7 @@ LISTS: Final = (
     RequestKind("/api/events", {"station": "{station}"}),
     RequestKind("/api/notifications", administrator=True),
     RequestKind("/api/worklist"),
+    RequestKind("/api/statistics/adherence"),
     RequestKind("/api/statistics/usage", {"by": "week"}, administrator=True),
     RequestKind(
         "/api/statistics/usage", {"by": "day", "since": "{years_ago}", "station": "{station}"}, administrator=True

@@ -311,6 +311,25 @@ def test_sessions_before_a_programme_do_not_follow_it(database: Database) -> Non
     assert due.last_session_at == NOW - timedelta(days=20)
 
 
+def test_patients_are_listed_by_adherence_without_restricted_records(database: Database) -> None:
+    """Each patient came once in four weeks. Twice as many sessions were prescribed to the second patient."""
+    followed(database, last_day=2)
+    followed(database, last_day=1)
+    followed(database, restricted=True)
+    with database.write() as session:
+        for version in session.scalars(select(ProgrammeVersionRow)):
+            version.made_at = NOW - timedelta(days=60)
+        last = select(SessionRow).where(SessionRow.started_at == NOW - timedelta(days=1))
+        second = session.scalars(last).one()
+        of_second = select(ProgrammeVersionRow).join(ProgrammeRow).where(ProgrammeRow.episode_id == second.episode_id)
+        session.scalars(of_second).one().sessions_per_week = 2
+        patient_id = second.patient_id
+    with database.read() as session:
+        found = worklist.lowest_adherence(session, THERAPIST, NOW)
+    assert [(row.held, row.prescribed) for row in found.rows] == [(1, 8), (1, 4)]
+    assert (found.count, found.rows[0].patient.id) == (2, patient_id)
+
+
 def test_stage_of_the_first_day_is_in_the_clinics_zone(database: Database) -> None:
     """An assessment on Tuesday morning in Tokyo is on Monday in UTC. The stage was recorded on Tuesday."""
     with database.write() as session:

@@ -8,7 +8,7 @@ from fastapi import APIRouter, Depends, Query
 from kata.clinic import texts
 from kata.clinic.profile.zone import TheZone
 from kata.clinic.statistics import outcomes, usage, worklist
-from kata.clinic.statistics.schemas import Outcomes, Period, Stops, TrackingQuality, Usage, Worklist
+from kata.clinic.statistics.schemas import Outcomes, PatientAdherences, Period, Stops, TrackingQuality, Usage, Worklist
 from kata.clinic.statistics.usage import Span
 from kata.database.base import utc_now
 from kata.dependencies import PROBLEMS, TheActor, TheDatabase
@@ -106,3 +106,13 @@ def get_outcomes(database: TheDatabase, span: TheSpan) -> Outcomes:
     with database.read() as session:
         followed = worklist.adherence(worklist.followed(session, now), now)
         return outcomes.outcomes(session, span, followed)
+
+
+@router.get("/api/statistics/adherence", summary="Get the patients by adherence")
+def get_patient_adherence(database: TheDatabase, actor: TheActor) -> PatientAdherences:
+    """Return how each patient followed the present programme in the last four weeks, the lowest share first.
+
+    Patients whose records you may not see are left out.
+    """
+    with database.read() as session:
+        return worklist.lowest_adherence(session, actor, utc_now())

@@ -190,6 +190,20 @@ class ProgrammeAdherence(Schema):
     )
 
 
+class PatientAdherence(DuePatient):
+    """How one patient followed the present programme in the last four weeks."""
+
+    prescribed: int = Field(ge=0, description="Sessions prescribed in this time, counted from the programme's date on.")
+    held: int = Field(ge=0, description="Sessions held in this time, also more than prescribed.")
+
+
+class PatientAdherences(Schema):
+    """The followed programmes, the lowest share of held sessions first."""
+
+    rows: list[PatientAdherence] = Field(description="At most 500.")
+    count: int = Field(ge=0, description="Number of followed programmes.")
+
+
 class Outcomes(Schema):
     """Outcomes of the patients whose last assessment is in the chosen time. Restricted records are counted, because no patient is named."""
 

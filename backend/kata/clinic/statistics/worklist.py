@@ -1,5 +1,6 @@
 """The work of the day: sessions, patients who are due, unsigned notes, and changes of the therapist's patients."""
 
+import math
 from collections import defaultdict
 from dataclasses import dataclass
 from datetime import datetime, timedelta, tzinfo
@@ -19,12 +20,20 @@ from kata.clinic.restricted import service as restricted
 from kata.clinic.sessions import lists
 from kata.clinic.sessions.schemas import SessionPatient
 from kata.clinic.sessions.tables import SessionRow
-from kata.clinic.statistics.schemas import DuePatient, PatientChange, ProgrammeAdherence, Worklist
+from kata.clinic.statistics.schemas import (
+    DuePatient,
+    PatientAdherence,
+    PatientAdherences,
+    PatientChange,
+    ProgrammeAdherence,
+    Worklist,
+)
 
 RECENT: Final = timedelta(weeks=4)
 """A patient without a session or a new programme in this time is no longer expected, and the clinic must call. The value is our choice."""
 _MOST: Final = 50
 _MOST_UNSIGNED: Final = 1000
+_MOST_FOLLOWED: Final = 500
 _CHANGED: Final = 12
 """Number of the most recent patients whose changes are shown."""
 _WEEK: Final = timedelta(weeks=1)
@@ -137,6 +146,37 @@ def adherence(programmes: list[FollowedProgramme], now: datetime) -> ProgrammeAd
         prescribed=sum(prescribed),
         held=sum(min(programme.held, limit) for programme, limit in zip(programmes, prescribed, strict=True)),
     )
+
+
+def lowest_adherence(session: Session, actor: Actor, now: datetime) -> PatientAdherences:
+    """Return the patients with a followed programme, the lowest share of held sessions first.
+
+    Patients whose records the actor may not see are left out. A programme without a prescribed session so far comes last.
+    """
+    programmes = followed(session, now, restricted.hidden(actor))
+    prescribed = {programme.episode_id: programme.prescribed(now) for programme in programmes}
+
+    def share(programme: FollowedProgramme) -> float:
+        limit = prescribed[programme.episode_id]
+        return min(1.0, programme.held / limit) if limit else math.inf
+
+    listed = sorted(programmes, key=lambda programme: (share(programme), programme.due_at))[:_MOST_FOLLOWED]
+    patients = _patients(session, [programme.patient_id for programme in listed])
+    therapists = _therapists(session, listed)
+    rows = [
+        PatientAdherence(
+            patient=patients[programme.patient_id],
+            due_at=programme.due_at,
+            last_session_at=programme.last_session_at,
+            sessions_per_week=programme.sessions_per_week,
+            therapist=therapists.get(programme.episode_id, ""),
+            prescribed=prescribed[programme.episode_id],
+            held=programme.held,
+        )
+        for programme in listed
+        if programme.patient_id in patients
+    ]
+    return PatientAdherences(rows=rows, count=len(programmes))
 
 
 def _due_patients(

@@ -50,8 +50,8 @@ export function AdherenceTile() {
   const share = adherence && adherence.prescribed > 0 ? adherence.held / adherence.prescribed : null;
   return (
     <MetricLink
-      to="/"
-      hash="due"
+      to="/clinic/$subject"
+      params={{ subject: "adherence" }}
       label={t("clinic:tiles.adherence")}
       value={
         data &&

@@ -5,6 +5,7 @@ import { cleanup, render, screen } from "@testing-library/react";
 import type { ReactNode } from "react";
 import { afterEach, expect, it, vi } from "vitest";
 import { api, type Schemas } from "../../lib/api/client";
+import { AdherenceTile } from "./outcomeTiles";
 import { BackupTile, UnsignedTile } from "./serviceTiles";
 
 const GOOD = { at: "2026-11-20T02:00:00Z", failure: "" };
@@ -42,4 +43,12 @@ it("the tile of unsigned notes leads to their sessions", async () => {
   show(UnsignedTile);
   const tile = await screen.findByRole("link", { name: /Unsigned notes.*3/ });
   expect(tile.getAttribute("href")).toBe("/sessions?note=unsigned");
+});
+
+it("the tile of adherence leads to the patients behind its figure", async () => {
+  const adherence = { programmes: 12, overdue: 2, prescribed: 80, held: 60 };
+  vi.spyOn(api, "outcomes").mockResolvedValue({ adherence, groups: [], least_patients: 10 } as never);
+  show(AdherenceTile);
+  const tile = await screen.findByRole("link", { name: /75 %/ });
+  expect(tile.getAttribute("href")).toBe("/clinic/adherence");
 });

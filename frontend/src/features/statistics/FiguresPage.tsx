@@ -13,11 +13,13 @@ import { ChartCard } from "./ChartCard";
 import { describeSpan, stopsFigure, stopsTable, usageFigure, usageTable } from "./charts";
 import { AMOUNTS, daysOf, type FiguresSearch, RANGES, SUBJECTS, type Subject, spanOf } from "./figuresSearch";
 import { Outcomes } from "./Outcomes";
+import { PatientAdherence } from "./PatientAdherence";
 import { StopLinks } from "./StopLinks";
 import { Tracking } from "./Tracking";
 
 const NEEDS = {
   outcomes: "read_records",
+  adherence: "read_records",
   usage: "see_operation",
   stops: "see_operation",
   tracking: "see_operation",
@@ -31,7 +33,7 @@ export function FiguresEntry() {
 }
 
 /**
- * The figures of the clinic: outcomes, use, stops and tracking error. The address contains time, filters and
+ * The figures of the clinic: outcomes, adherence, use, stops and tracking error. The address contains time, filters and
  * choices.
  */
 export function FiguresPage() {
@@ -44,7 +46,13 @@ export function FiguresPage() {
     see_operation: useHasPermission("see_operation"),
   };
   const shown = SUBJECTS.filter((name) => permitted[NEEDS[name]]);
-  const Figures = { outcomes: Outcomes, usage: Usage, stops: Stops, tracking: Tracking }[subject];
+  const Figures = {
+    outcomes: Outcomes,
+    adherence: PatientAdherence,
+    usage: Usage,
+    stops: Stops,
+    tracking: Tracking,
+  }[subject];
   return (
     <Stack>
       <Title order={1} size="h2">
@@ -72,7 +80,8 @@ export function FiguresPage() {
       </Group>
       {shown.includes(subject) ? (
         <>
-          <Choices subject={subject} search={search} />
+          {/* Adherence is always that of the last four weeks. */}
+          {subject !== "adherence" && <Choices subject={subject} search={search} />}
           <Text size="sm">{t(`clinic:subjects.${subject}.shows`)}</Text>
           <Figures search={search} />
         </>

@@ -1,7 +1,7 @@
 import type { Schemas, SpanQuery } from "../../lib/api/client";
 import { addDays, dayOf, isDay, midnight } from "../../lib/days";
 
-export const SUBJECTS = ["outcomes", "usage", "stops", "tracking"] as const;
+export const SUBJECTS = ["outcomes", "adherence", "usage", "stops", "tracking"] as const;
 export type Subject = (typeof SUBJECTS)[number];
 export const RANGES = ["weeks4", "months3", "year", "months12", "months24"] as const;
 export const AMOUNTS = ["sessions", "hours", "repetitions"] as const;

@@ -10,5 +10,6 @@ export const clinicApi = {
     unwrap(client.GET("/api/statistics/tracking", { params: { query: span } })),
   stopCounts: (span: SpanQuery) => unwrap(client.GET("/api/statistics/stops", { params: { query: span } })),
   outcomes: (span: SpanQuery) => unwrap(client.GET("/api/statistics/outcomes", { params: { query: span } })),
+  patientAdherence: () => unwrap(client.GET("/api/statistics/adherence")),
   operation: () => unwrap(client.GET("/api/operation")),
 };

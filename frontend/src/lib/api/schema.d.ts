@@ -2276,6 +2276,28 @@ export interface paths {
         patch?: never;
         trace?: never;
     };
+    "/api/statistics/adherence": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        /**
+         * Get the patients by adherence
+         * @description Return how each patient followed the present programme in the last four weeks, the lowest share first.
+         *
+         *     Patients whose records you may not see are left out.
+         */
+        get: operations["get_patient_adherence"];
+        put?: never;
+        post?: never;
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
     "/api/me/language": {
         parameters: {
             query?: never;
@@ -8086,6 +8108,62 @@ export interface components {
              * @description True if only the care team sees the record. Other users need a break-glass access.
              */
             restricted: boolean;
+        };
+        /**
+         * PatientAdherence
+         * @description How one patient followed the present programme in the last four weeks.
+         */
+        PatientAdherence: {
+            patient: components["schemas"]["SessionPatient"];
+            /**
+             * Due At
+             * Format: date-time
+             * @description Last session plus a week divided by the sessions per week. UTC.
+             * @example 2026-11-21T09:30:00Z
+             */
+            due_at: string;
+            /**
+             * Last Session At
+             * @description Null if there has been no session in the last four weeks.
+             */
+            last_session_at: string | null;
+            /**
+             * Sessions Per Week
+             * @description Prescribed sessions per week.
+             * @example 2
+             */
+            sessions_per_week: number;
+            /**
+             * Therapist
+             * @description Therapist of the last session; empty if unknown.
+             */
+            therapist: string;
+            /**
+             * Prescribed
+             * @description Sessions prescribed in this time, counted from the programme's date on.
+             */
+            prescribed: number;
+            /**
+             * Held
+             * @description Sessions held in this time, also more than prescribed.
+             */
+            held: number;
+        };
+        /**
+         * PatientAdherences
+         * @description The followed programmes, the lowest share of held sessions first.
+         */
+        PatientAdherences: {
+            /**
+             * Rows
+             * @description At most 500.
+             */
+            rows: components["schemas"]["PatientAdherence"][];
+            /**
+             * Count
+             * @description Number of followed programmes.
+             */
+            count: number;
         };
         /**
          * PatientAnswers
@@ -23197,6 +23275,71 @@ export interface operations {
             };
             /** @description The request is invalid; see its errors. */
             422: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description The screen is locked: give the password first. Stop works nevertheless. */
+            423: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Too many attempts: wait for the seconds in Retry-After. */
+            429: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description The apparatus' control program or the database does not answer. */
+            503: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    get_patient_adherence: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["PatientAdherences"];
+                };
+            };
+            /** @description No user is signed in at this browser. */
+            401: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Not allowed for this account, or the request came from another site's page. */
+            403: {
                 headers: {
                     [name: string]: unknown;
                 };

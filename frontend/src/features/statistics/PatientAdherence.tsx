@@ -1,0 +1,102 @@
+import { Skeleton, Stack, Text } from "@mantine/core";
+import { useQuery } from "@tanstack/react-query";
+import { api, type Schemas } from "../../lib/api/client";
+import { formatDayOf } from "../../lib/format";
+import { t } from "../../lib/i18n";
+import { DataTable } from "../../ui/DataTable";
+import { PageLink } from "../../ui/links";
+import { ProblemNote } from "../../ui/ProblemNote";
+import type { Column } from "../../ui/tableRows";
+import { wholePercent } from "./outcomeFormat";
+
+type Row = Schemas["PatientAdherence"];
+
+/** Lists the patients with a followed programme, the lowest share of held sessions first. */
+export function PatientAdherence() {
+  const adherence = useQuery({ queryKey: ["patient-adherence"], queryFn: api.patientAdherence });
+  const { rows, count } = adherence.data ?? { rows: [], count: 0 };
+  return (
+    <Stack>
+      <ProblemNote error={adherence.error} />
+      {adherence.isPending && <Skeleton h={400} />}
+      {adherence.data && rows.length === 0 && <Text>{t("clinic:figures.noProgrammes")}</Text>}
+      {rows.length > 0 && (
+        <DataTable
+          name="adherence"
+          label={t("clinic:subjects.adherence.title")}
+          columns={COLUMNS}
+          rows={rows}
+          rowKey={({ patient, due_at }) => `${patient.id} ${due_at}`}
+          more={rows.length < count}
+        />
+      )}
+    </Stack>
+  );
+}
+
+/** Return held of prescribed sessions, at most 1. Null: none has been prescribed yet. */
+export const shareOf = ({ held, prescribed }: Pick<Row, "held" | "prescribed">): number | null =>
+  prescribed > 0 ? Math.min(1, held / prescribed) : null;
+
+const percentOf = (row: Row): number | null => {
+  const share = shareOf(row);
+  return share === null ? null : Math.round(100 * share);
+};
+
+const COLUMNS: Column<Row>[] = [
+  {
+    key: "patient",
+    head: t("clinic:figures.patient"),
+    always: true,
+    value: ({ patient }) => patient.name,
+    cell: ({ patient }) => (
+      <PageLink to="/patients/$patientId" params={{ patientId: patient.id }} search={{ tab: "programmes" }}>
+        {patient.name}
+      </PageLink>
+    ),
+  },
+  {
+    key: "share",
+    head: t("clinic:figures.heldShare"),
+    right: true,
+    value: percentOf,
+    cell: (row) => {
+      const share = shareOf(row);
+      return share === null ? "–" : t("clinic:tiles.percent", { value: wholePercent(share) });
+    },
+  },
+  {
+    key: "held",
+    head: t("clinic:figures.held"),
+    right: true,
+    total: true,
+    value: ({ held }) => held,
+    cell: ({ held }) => held,
+  },
+  {
+    key: "prescribed",
+    head: t("clinic:figures.prescribed"),
+    right: true,
+    total: true,
+    value: ({ prescribed }) => prescribed,
+    cell: ({ prescribed }) => prescribed,
+  },
+  {
+    key: "last",
+    head: t("clinic:figures.lastSession"),
+    value: ({ last_session_at }) => last_session_at,
+    cell: ({ last_session_at }) => (last_session_at ? formatDayOf(last_session_at) : "–"),
+  },
+  {
+    key: "due",
+    head: t("clinic:figures.nextDue"),
+    value: ({ due_at }) => due_at,
+    cell: ({ due_at }) => formatDayOf(due_at),
+  },
+  {
+    key: "therapist",
+    head: t("sessions:sessions.therapist"),
+    value: ({ therapist }) => therapist,
+    cell: ({ therapist }) => therapist || "–",
+  },
+];
