@@ -50,7 +50,7 @@ TIMED := tests/integration $(addprefix tests/api/test_,cli.py contraindications.
 # Tests of the device that reach every line and branch of the modules that coverage counts. Counting takes more than twice the time: the
 # others run without it, and so do the long ones of these modules that reach no further line, which are marked no_cover.
 UNCOUNTED := $(addprefix tests/device/test_,config.py config_effective.py documentation.py end_of_the_process.py ipc.py journal.py \
-	latency_histogram.py limits_at_speed.py loader.py log_thread.py matrix.py methods.py pose.py power.py reconnect.py setpoint_gate.py \
+	latency_histogram.py limits_at_speed.py loader.py log_thread.py matrix.py power.py reconnect.py setpoint_gate.py \
 	start_of_torque.py station_file.py suspended_computer.py weakened_drive.py)
 COUNTED := $(filter-out $(UNCOUNTED),$(wildcard tests/device/test_*.py))
 # One of the others needs Schemathesis, whose import takes two seconds in each process.

@@ -25,7 +25,7 @@ def test_bus_with_one_other_library(tmp_path: Path, monkeypatch: pytest.MonkeyPa
         "ceiling_ratio_115200",
         "ceiling_ratio_1000000",
         "cpu_percent_115200",
-        "latency_0.25_0_inputs_lost_1000000",
+        "latency_0.25_0.25_inputs_lost_1000000",
         "modbus_ceiling_ratio_115200",
         "silent_servo_lost_ms",
         "noise_wasted_bytes",

@@ -53,6 +53,7 @@ def begin(
 # -- ahead of the drives ----------------------------------------------------------------------------------------------
 
 
+@pytest.mark.no_cover
 def test_setpoints_lead_the_reference_by_the_drive_lag(tmp_path: Path) -> None:
     config = station(lag_s=0.08, lag2_s2=0.003, friction_deg=0.4)
     stepped, trajectory = begin(tmp_path, config, "smooth")
@@ -69,6 +70,7 @@ def test_setpoints_lead_the_reference_by_the_drive_lag(tmp_path: Path) -> None:
     assert stepped.causes() == []
 
 
+@pytest.mark.no_cover
 @pytest.mark.parametrize("method", ["smooth", "learned"])
 def test_journal_contains_the_setpoints_that_were_sent(tmp_path: Path, method: Method) -> None:
     """The drives in this test follow at once, so they are as far ahead as the setpoint."""
@@ -82,6 +84,7 @@ def test_journal_contains_the_setpoints_that_were_sent(tmp_path: Path, method: M
     assert np.abs(feed_forward).max() == pytest.approx(0.08 * 30 * np.pi / 2, abs=0.3)
 
 
+@pytest.mark.no_cover
 def test_lead_vanishes_at_rest_and_resuming_has_no_jump(tmp_path: Path) -> None:
     config = station(lag_s=0.1, lag2_s2=0.004, friction_deg=0.5)
     stepped, trajectory = begin(tmp_path, config, "smooth")
@@ -121,6 +124,7 @@ def test_speed_override_counts_in_feed_forward(tmp_path: Path) -> None:
     assert feed_forward == pytest.approx(0.1 * pace_then * trajectory.motion_at(place).speed_deg_s[MOVING], abs=0.1)
 
 
+@pytest.mark.no_cover
 def test_nothing_is_sent_beyond_a_limit_for_being_ahead(tmp_path: Path) -> None:
     limits = [(-180.0, 180.0)] * 5
     limits[MOVING] = (-1.0, 60.1)
@@ -136,6 +140,7 @@ def test_nothing_is_sent_beyond_a_limit_for_being_ahead(tmp_path: Path) -> None:
     assert sent(stepped).min() == -1.0
 
 
+@pytest.mark.no_cover
 @pytest.mark.parametrize("rate_hz", [50, 100, 200])
 @pytest.mark.parametrize("direction", [1, -1])
 def test_a_fast_setpoint_brakes_before_a_limit(tmp_path: Path, rate_hz: int, direction: int) -> None:
@@ -158,6 +163,7 @@ def test_a_fast_setpoint_brakes_before_a_limit(tmp_path: Path, rate_hz: int, dir
     assert np.abs(np.diff(sent(stepped), 2)).max() < 0.98 * second_difference
 
 
+@pytest.mark.no_cover
 @pytest.mark.parametrize("rate_hz", [50, 100])
 def test_reversing_a_fast_arm_does_not_drop_it_for_jerk(tmp_path: Path, rate_hz: int) -> None:
     """The slowest drives that may be configured, the highest speed, the fastest reversal."""
@@ -187,6 +193,7 @@ def test_the_last_look_still_refuses_a_reference_that_jerks(tmp_path: Path) -> N
     assert "setpoint_acceleration" in stepped.causes() or "setpoint_step" in stepped.causes()
 
 
+@pytest.mark.no_cover
 def test_approach_and_return_use_feed_forward_and_end_exactly(tmp_path: Path) -> None:
     config = station(lag_s=0.1)
     stepped, trajectory = begin(tmp_path, config, "smooth", rows(from_deg=20.0))
@@ -205,6 +212,7 @@ def test_approach_and_return_use_feed_forward_and_end_exactly(tmp_path: Path) ->
     assert stepped.apparatus.angles_deg == pytest.approx(REST_DEG, abs=0.01)
 
 
+@pytest.mark.no_cover
 def test_recording_cut_at_full_speed_joins_the_return_without_jumps(tmp_path: Path) -> None:
     """The setpoint is still ahead there: the return begins at the setpoint, without adding the feed-forward again."""
     angles = np.tile(np.array(REST_DEG), (len(TIMES_S), 1))
@@ -243,6 +251,7 @@ def learned(deg: float) -> Correction:
     return Correction(0.02, np.full((201, 5), deg))
 
 
+@pytest.mark.no_cover
 def test_learned_correction_applies_at_full_speed_and_not_at_rest(tmp_path: Path) -> None:
     stepped, trajectory = begin(tmp_path, station(), "learned", correction=learned(1.5))
     assert sent(stepped)[-1] == pytest.approx(trajectory.at(0.0)[MOVING], abs=1e-6)
@@ -269,6 +278,7 @@ def test_learned_correction_is_read_at_the_setpoints_place(tmp_path: Path) -> No
     assert sent(stepped)[-1] - trajectory.at(place)[MOVING] == pytest.approx(place * 2.0 / 4.0, abs=1e-6)
 
 
+@pytest.mark.no_cover
 def test_learned_correction_of_forward_motion_is_not_added_on_return(tmp_path: Path) -> None:
     stepped, trajectory = begin(tmp_path, station(), "learned", correction=learned(1.5), load_level=10)
     stepped.send(Play())
@@ -283,6 +293,7 @@ def test_learned_correction_of_forward_motion_is_not_added_on_return(tmp_path: P
     assert sent(stepped)[-1] == pytest.approx(trajectory.at(place_s(stepped) + 0.01 - 0.005)[MOVING], abs=1e-6)
 
 
+@pytest.mark.no_cover
 def test_a_correction_that_jumps_is_followed_in_small_steps(tmp_path: Path) -> None:
     """Its share of the highest acceleration: a step differs by at most 0.288 deg from the one before, at 100 Hz."""
     jumping = Correction(0.02, np.tile(np.where(np.arange(201) % 40 < 20, 3.0, -3.0)[:, None], 5))
@@ -320,6 +331,7 @@ def test_paper_method_steps_to_the_first_sample_without_an_approach(paper: Stepp
     assert paper.causes() == []
 
 
+@pytest.mark.no_cover
 @pytest.mark.parametrize("cycles_before", [0, 3, 7])
 def test_paper_method_sends_only_one_sample_per_100_ms(paper: Stepped, cycles_before: int) -> None:
     """The same samples at any start time: no lead, no feed-forward, nothing between samples."""
@@ -344,6 +356,7 @@ def test_paper_method_sends_only_one_sample_per_100_ms(paper: Stepped, cycles_be
     assert paper.causes() == []
 
 
+@pytest.mark.no_cover
 def test_ten_hertz_station_plays_the_paper_method_at_its_rate(tmp_path: Path) -> None:
     stepped, _ = begin(tmp_path, station(rate_hz=10), "paper")
     stepped.send(Play())
@@ -352,6 +365,7 @@ def test_ten_hertz_station_plays_the_paper_method_at_its_rate(tmp_path: Path) ->
     assert stepped.causes() == []
 
 
+@pytest.mark.no_cover
 def test_pause_in_the_paper_method_holds_and_resumes(paper: Stepped) -> None:
     paper.send(Play())
     until_place(paper, 1.0)
@@ -373,6 +387,7 @@ def test_pause_in_the_paper_method_holds_and_resumes(paper: Stepped) -> None:
     assert np.abs(np.diff(sent(paper))).max() < 5.1
 
 
+@pytest.mark.no_cover
 @pytest.mark.parametrize("before_playing", [True, False])
 def test_the_way_back_in_the_papers_way_is_gentle(paper: Stepped, before_playing: bool) -> None:
     if not before_playing:
@@ -398,6 +413,7 @@ def test_stop_in_the_paper_method_ramps_down_before_torque_off(paper: Stepped) -
     assert paper.causes() == ["operator_stop"]
 
 
+@pytest.mark.no_cover
 def test_resistance_in_the_papers_way_takes_the_arm_back(tmp_path: Path) -> None:
     stepped, _ = begin(tmp_path, station(), "paper", load_level=10)
     stepped.send(Play())
@@ -437,6 +453,7 @@ def test_paper_start_too_far_away_is_refused_before_torque(tmp_path: Path, away_
     assert stepped.snapshot.refusals["approach"] == refusal
 
 
+@pytest.mark.no_cover
 @given(st.floats(5.0, 100.0), st.floats(-9.0, 9.0), st.integers(0, 60), st.sampled_from([-2.0, 2.0]))
 @examples(few=60, many=2_000)
 def test_paper_method_begins_or_is_refused(
@@ -467,6 +484,7 @@ def test_paper_method_begins_or_is_refused(
     assert not OF_OUR_OWN.intersection(stepped.causes())
 
 
+@pytest.mark.no_cover
 @pytest.mark.parametrize(("step_deg", "refused"), [(7.9, False), (8.1, True)])
 @pytest.mark.parametrize("motor", [3, 4, 5])
 @pytest.mark.parametrize("protocol", ["dynamixel", "modbus"])
@@ -490,6 +508,7 @@ def test_paper_method_leaves_a_hold_or_is_refused(
     assert station.causes() == []
 
 
+@pytest.mark.no_cover
 @pytest.mark.parametrize("method", ["smooth", "learned"])
 def test_other_methods_start_from_any_arm_position(tmp_path: Path, method: Method) -> None:
     stepped, trajectory = begin(tmp_path, station(), method, rows(from_deg=40.0))
@@ -510,6 +529,7 @@ def test_the_last_look_knows_the_rate_of_the_run(paper: Stepped) -> None:
     assert not paper.torque
 
 
+@pytest.mark.no_cover
 @pytest.mark.parametrize("method", METHODS)
 def test_each_method_comes_to_its_end(tmp_path: Path, method: Method) -> None:
     stepped, _ = begin(tmp_path, station(lag_s=0.06, friction_deg=0.3), method)
@@ -582,6 +602,7 @@ def do(stepped: Stepped, act: Act) -> None:
         stepped.send(COMMANDS[act])
 
 
+@pytest.mark.no_cover
 @given(
     samples(),
     st.sampled_from(METHODS),
@@ -637,6 +658,7 @@ def test_whatever_load_accepts_plays_without_a_fault_of_our_own(
 OF_OUR_OWN = {fault.code for fault in FAULTS if fault.code.startswith("setpoint_")} | {"unexpected_error"}
 
 
+@pytest.mark.no_cover
 @pytest.mark.parametrize("lag", [(0.0, 0.0, 0.0), (0.3, 0.01, 0.6), (0.127, 0.02, 0.0)])
 @pytest.mark.parametrize("after_s", [0.18, 0.4])
 @pytest.mark.parametrize("act", ["push", "pause", "reduce_range", "return", "wait"])

@@ -65,7 +65,7 @@ def rig(shared_rig: SharedRig) -> Iterator[Rig]:
     rig = shared_rig.started()
     rig.events.clear()
     yield rig
-    if rig.snapshot.mode not in ("idle", "stopped"):
+    if rig.snapshot.mode not in ("idle", "stopped") or not rig.answered:
         shared_rig.close()
         return
     rig.heartbeats, rig.believed = True, None

@@ -72,6 +72,11 @@ class Rig:
     def snapshot(self) -> Snapshot:
         return self.snapshots[-1]
 
+    @property
+    def answered(self) -> bool:
+        """True if every command has been answered."""
+        return len(self._replies) == self._requests
+
     def pump(self) -> None:
         """Send a heartbeat and receive messages for 20 ms."""
         if self.heartbeats:
