@@ -31,6 +31,8 @@ from tests.support.station_api import until
 
 RUN: Final = "/api/station/commissioning/run"
 _LIMIT_S: Final = 120.0
+_POLL_S: Final = 0.05
+"""Interval of requests for the state. Each takes the service several milliseconds of processor time."""
 
 
 def state(client: TestClient) -> dict[str, Any]:
@@ -48,7 +50,7 @@ def do(client: TestClient, last: str, limit_s: float = _LIMIT_S) -> dict[str, An
             return now
         if now["instruction"] and now["instruction"]["press"]:
             client.post(f"{RUN}/confirm", json={"number": now["instruction"]["number"]})
-        time.sleep(0.02)
+        time.sleep(_POLL_S)
     raise AssertionError("the step did not end")
 
 
@@ -92,7 +94,7 @@ def review(client: TestClient, load: str) -> dict[str, Any]:
                 found: dict[str, Any] = instruction
                 return found
             client.post(f"{RUN}/confirm", json={"number": instruction["number"]})
-        time.sleep(0.02)
+        time.sleep(_POLL_S)
     raise AssertionError("no review was shown")
 
 

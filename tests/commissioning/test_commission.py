@@ -171,14 +171,6 @@ def test_a_motion_is_played_for_acceptance(monkeypatch: pytest.MonkeyPatch) -> N
     assert all(abs(float(value.after or 0)) < 1.0 for value in step.values)
 
 
-def test_a_motor_that_follows_badly_is_not_accepted(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(acceptance, "BASIC_MOTIONS", BASIC_MOTIONS[3:4])
-    monkeypatch.setattr(acceptance, "built_in_motions", lambda: built_in_motions()[3:4])
-    monkeypatch.setattr(acceptance, "LIMITS_DEG", {4: 0.01})
-    (step,) = set_up_by_hand().steps
-    assert step.fault_key is not None and step.fault_key.code == "tracking_poor"
-
-
 def test_lag_and_friction_are_refused_where_the_fit_is_poor() -> None:
     times = np.arange(0, 20, 0.01)
     setpoints = excitation([15.0, 109.0, 8.0, 0.0, 0.0], 20.0, 0.01)

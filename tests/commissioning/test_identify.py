@@ -70,6 +70,9 @@ def test_patients_are_refused_until_the_motions_have_passed(station: Path, monke
     before = station.read_bytes()
     assert not cli.identify(station, "Mori", write=True)
     assert station.read_bytes() == before
+    record = read_record(record_path(station))
+    assert record is not None and record.steps[-1].fault_key is not None
+    assert record.steps[-1].fault_key.code == "tracking_poor"
     missing = commissioning_status(station, config.read(station)).missing
     assert missing is not None and missing.key.code == "commissioning_unfinished"
 

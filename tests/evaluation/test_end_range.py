@@ -22,7 +22,6 @@ from kata.station.live_end_range import LiveEndRange
 MOTOR, ABDUCTION = 3, 4
 """Motor, and number of its motion in Table 2."""
 START_DEG = STARTS_DEG[MOTOR]
-HOLDS = 3
 
 
 @dataclass(frozen=True)
@@ -33,10 +32,11 @@ class Holding:
     held_s: float
     held_nm: float
     """Torque of the capsule at the end."""
+    holds: int
 
 
-LONG = Holding(moved_s=3.0, held_s=10.0, held_nm=1.6)
-SLOW = Holding(moved_s=6.0, held_s=6.0, held_nm=1.2)
+LONG = Holding(moved_s=3.0, held_s=10.0, held_nm=1.6, holds=1)
+SLOW = Holding(moved_s=6.0, held_s=6.0, held_nm=1.2, holds=3)
 """A larger part of the counted time is near the prescribed torque, so that an error of the torque changes it more."""
 
 
@@ -71,7 +71,7 @@ class Counted:
 def held(end_deg: float, holding: Holding) -> Motion:
     """Return a motion that holds its end several times."""
     times, angles = [0.0], [START_DEG]
-    for _ in range(HOLDS):
+    for _ in range(holding.holds):
         for lasts_s in (1.0, holding.moved_s, holding.held_s, holding.moved_s):
             times.append(times[-1] + lasts_s)
         angles += [START_DEG, end_deg, end_deg, START_DEG]
@@ -111,7 +111,7 @@ def counted(case: EndFeelCase, prescribed: EndRangePrescription, holding: Holdin
 def test_live_and_stored_time_are_within_two_percent() -> None:
     prescribed = EndRangePrescription(motion=ABDUCTION, minutes=5.0, band_deg=8.0, torque_nm=0.7)
     found = counted(EndFeelCase("simple", 0, "healthy", MOTOR), prescribed, LONG)
-    assert found.true_s > HOLDS * LONG.held_s
+    assert found.true_s > LONG.holds * LONG.held_s
     assert found.stored_s == pytest.approx(found.true_s, rel=0.02)
     assert found.live_s == pytest.approx(found.stored_s, rel=0.02)
     assert found.live_s == pytest.approx(found.true_s, rel=0.02)
@@ -123,6 +123,6 @@ def test_slow_movements_near_the_torque_are_within_two_percent() -> None:
     """On the plant whose arm is a rigid body, as the identified load assumes."""
     prescribed = EndRangePrescription(motion=ABDUCTION, minutes=5.0, band_deg=10.0, torque_nm=0.5)
     found = counted(EndFeelCase("mujoco", 0, "frozen", MOTOR), prescribed, SLOW)
-    assert found.true_s > HOLDS * SLOW.held_s
+    assert found.true_s > SLOW.holds * SLOW.held_s
     assert found.stored_s == pytest.approx(found.true_s, rel=0.02)
     assert found.live_s == pytest.approx(found.true_s, rel=0.03)
