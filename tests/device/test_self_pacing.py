@@ -275,7 +275,7 @@ def test_arm_slows_down_towards_the_end_of_the_range(self_paced: Stepped) -> Non
     assert 0.0 < pacing(self_paced).pace_percent <= before + 1e-9
 
 
-def test_recorded_rest_passes_and_the_next_movement_waits_for_the_patient(tmp_path: Path) -> None:
+def test_recorded_rest_passes_without_effort(tmp_path: Path) -> None:
     """Setpoints are sent in every second cycle here."""
     stepped = Stepped(tmp_path, msgspec.structs.replace(StationConfig(), arm=IDENTIFIED, rate_hz=50))
     times = np.arange(0.0, 3.001, 0.02)
