@@ -275,6 +275,27 @@ def test_arm_slows_down_towards_the_end_of_the_range(self_paced: Stepped) -> Non
     assert 0.0 < pacing(self_paced).pace_percent <= before + 1e-9
 
 
+def test_recorded_rest_passes_without_effort(tmp_path: Path) -> None:
+    """Setpoints are sent in every second cycle here."""
+    stepped = Stepped(tmp_path, msgspec.structs.replace(StationConfig(), arm=IDENTIFIED, rate_hz=50))
+    times = np.arange(0.0, 3.001, 0.02)
+    angles = np.tile(np.array(REST_DEG), (len(times), 1))
+    angles[:, AXIS] = FULL_DEG_S * np.maximum(times - 1.0, 0.0)
+    assert stepped.send(msgspec.structs.replace(LOAD, self_paced=True), Trajectory(times, angles)) is None
+    assert stepped.send(Approach()) is None
+    stepped.until("paused")
+    assert stepped.send(Play()) is None
+    stepped.forward(0.3)
+    assert pacing(stepped).pace_percent == 100.0
+    stepped.forward(1.7)
+    run = stepped.snapshot.run
+    assert run is not None and 0.6 < run.position_s < 1.1
+    assert angle_deg(stepped) == pytest.approx(0.0, abs=0.3)
+    assert pacing(stepped).pace_percent == 0.0
+    helped(stepped, 1.0, 3.0)
+    assert angle_deg(stepped) > 3.0
+
+
 def message(**changes: object) -> Load:
     angles = way()
     load = msgspec.structs.replace(LOAD, times_s=TIMES_S.tobytes(), angles_deg=angles.tobytes(), self_paced=True)

@@ -78,6 +78,12 @@ export function useMaxResistanceLevel(patientId: string, episodeId: string | nul
   return episodes.data?.items.find((episode) => episode.id === episodeId)?.max_load_level ?? null;
 }
 
+/** Return true if the doctor permits in an episode that the patient sets the pace of a playback. */
+export function useSelfPacedPermitted(patientId: string, episodeId: string | null): boolean {
+  const episodes = useEpisodes(patientId);
+  return episodes.data?.items.find((episode) => episode.id === episodeId)?.self_paced_permitted ?? false;
+}
+
 /** Query the patient's newest session, or a selection of it; null without a session. */
 export function useNewestSession<Selected = Session | null>(
   patientId: string | null,

@@ -19,6 +19,7 @@ const EPISODE: Episode = {
   limits: [{ motion: 4, lowest_deg: null, highest_deg: 90 }],
   max_load_level: 12,
   max_speed_deg_s: 40,
+  self_paced_permitted: false,
   limits_by: "Dr. Mori",
   opened_at: "2026-06-01T09:30:00Z",
   closed_at: null,
@@ -66,6 +67,7 @@ describe("changing an episode", () => {
     choose("Coded diagnosis (ICD-10)", "Fracture of the upper end of the humerus (S42.2)");
     choose("Certainty of the diagnosis", "Provisional");
     type("Maximum speed", "25°/s");
+    fireEvent.click(screen.getByLabelText("The patient may set the pace of a playback"));
     press("Save");
     await waitFor(() => expect(onDone).toHaveBeenCalled());
     expect(update.mock.calls).toEqual([
@@ -83,6 +85,7 @@ describe("changing an episode", () => {
           ],
           max_load_level: 12,
           max_speed_deg_s: 25,
+          self_paced_permitted: true,
           limits_by: "Dr. Mori",
           updated_at: EPISODE.updated_at,
         },

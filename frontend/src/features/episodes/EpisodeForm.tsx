@@ -1,6 +1,7 @@
 import {
   Alert,
   Button,
+  Checkbox,
   Group,
   NumberInput,
   Select,
@@ -96,6 +97,7 @@ type Draft = {
   limits: ReturnType<typeof byMotion>;
   max_load_level: number | null;
   max_speed_deg_s: number | null;
+  self_paced_permitted: boolean;
   limits_by: string;
 };
 
@@ -108,6 +110,7 @@ const toDraft = (episode: Episode | undefined): Draft => ({
   limits: byMotion(episode),
   max_load_level: episode?.max_load_level ?? null,
   max_speed_deg_s: episode?.max_speed_deg_s ?? null,
+  self_paced_permitted: episode?.self_paced_permitted ?? false,
   limits_by: episode?.limits_by ?? "",
 });
 
@@ -166,6 +169,13 @@ function LimitFields(props: {
           onChange={(event) => onChange({ limits_by: event.currentTarget.value })}
         />
       </Group>
+      <Checkbox
+        label={t("episodes:form.selfPaced")}
+        description={t("episodes:form.selfPacedHint")}
+        checked={draft.self_paced_permitted}
+        error={fields.self_paced_permitted}
+        onChange={(event) => onChange({ self_paced_permitted: event.currentTarget.checked })}
+      />
     </>
   );
 }

@@ -194,6 +194,7 @@ function DoctorsLimits({ episode }: { episode: Episode }) {
       {episode.max_speed_deg_s !== null && (
         <Text>{t("episodes:care.speedAtMost", { degPerSecond: episode.max_speed_deg_s })}</Text>
       )}
+      {episode.self_paced_permitted && <Text>{t("episodes:care.selfPaced")}</Text>}
     </div>
   );
 }

@@ -1,6 +1,6 @@
 import { Badge, Group, Text, Title } from "@mantine/core";
 import type { Run } from "../../lib/api/client";
-import { formatClock, formatList } from "../../lib/format";
+import { formatClock, formatDeg, formatList } from "../../lib/format";
 import { t } from "../../lib/i18n";
 import { translateServerText } from "../../lib/serverText";
 import { InlineSlot } from "../../ui/InlineSlot";
@@ -55,6 +55,13 @@ function describeDone(run: Run): string {
   if (run.reversals) words.push(t("sessions:session.reversals", { count: run.reversals }));
   if (run.least_range_percent !== null)
     words.push(t("sessions:session.smallestRange", { percent: run.least_range_percent }));
+  if (run.self_paced && typeof run.work_j === "number")
+    words.push(
+      t("sessions:session.selfPaced", {
+        effort: formatDeg(run.mean_effort_nm ?? null, 1),
+        work: formatDeg(run.work_j, 1),
+      }),
+    );
   if (typeof run.compared_percent === "number")
     words.push(t("sessions:compared.share", { percent: Math.floor(run.compared_percent) }));
   return formatList(words);

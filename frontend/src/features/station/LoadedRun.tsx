@@ -16,6 +16,7 @@ import { CommandButton } from "./CommandButton";
 import { EndRangeCounter } from "./EndRangeCounter";
 import { describePath, ReversalNotice } from "./ReversalNotice";
 import { RESISTANCE_LEVELS } from "./resistanceLevels";
+import { SelfPacedStatus } from "./SelfPaced";
 import { StretchStatus } from "./StretchStatus";
 
 type RunState = { mode: Live["mode"]; run: Schemas["RunLive"] };
@@ -88,9 +89,11 @@ function RunningPlayback({ mode, run }: RunState) {
         <Text fz={28} fw={700} role="status">
           {describePath(mode, run)}
         </Text>
-        <Text fz={28} data-testid="left">
-          {t("station:play.remaining", { left: formatSpan(run.left_s) })}
-        </Text>
+        {!run.self_pacing && (
+          <Text fz={28} data-testid="left">
+            {t("station:play.remaining", { left: formatSpan(run.left_s) })}
+          </Text>
+        )}
       </Group>
       <Progress size={20} value={share} aria-label={t("station:play.progress")} transitionDuration={100} />
       {run.range_percent < 99.5 && (
@@ -98,6 +101,7 @@ function RunningPlayback({ mode, run }: RunState) {
           {t("station:play.reducedRange", { percent: Math.round(run.range_percent) })}
         </Text>
       )}
+      {run.self_pacing && <SelfPacedStatus pacing={run.self_pacing} />}
       {run.stretch && <StretchStatus stretch={run.stretch} />}
       <EndRangeCounter run={run} />
       <ReversalNotice mode={mode} run={run} />

@@ -5,7 +5,7 @@ import { api, type Schemas, type Session } from "../../lib/api/client";
 import { formatSide, formatSpan } from "../../lib/format";
 import { t } from "../../lib/i18n";
 import { useLive } from "../../lib/live/hooks";
-import { useMaxResistanceLevel, useRecordings } from "../../lib/patientQueries";
+import { useMaxResistanceLevel, useRecordings, useSelfPacedPermitted } from "../../lib/patientQueries";
 import { ProblemNote } from "../../ui/ProblemNote";
 import { ReachMargin } from "../../ui/ReachMargin";
 import { SimulatedBadge } from "../../ui/SimulatedBadge";
@@ -16,6 +16,7 @@ import { arePlayable, PlaySettings } from "./PlaySettings";
 import { AS_TAUGHT, lastSettings, type Settings, settingsOf } from "./playSettingsModel";
 import { lastLevel, ResistanceLevel, useLastRuns } from "./ResistanceLevel";
 import { firstResistanceLevel } from "./resistanceLevels";
+import { SelfPacedChoice } from "./SelfPaced";
 import { PreflightChecklist, useChecklist } from "./session-wizard/PreflightChecklist";
 import { isDone, nextItem } from "./session-wizard/steps";
 
@@ -95,6 +96,8 @@ export function RecordingChooser({ session, wanted, level, onLevel }: ChooserPro
   const [settings, setSettings] = useState<Record<string, Settings>>({});
   const settingsOfLast = item ? null : lastSettings(last.data ?? [], recordingId);
   const shownSettings = settings[value ?? ""] ?? (item && settingsOf(item)) ?? settingsOfLast ?? AS_TAUGHT;
+  const permitted = useSelfPacedPermitted(session.patient.id, session.episode_id);
+  const [selfPaced, setSelfPaced] = useState(false);
   const complete = useChecklist(session.id, recordingId).data?.complete;
   const isReady = value !== null && shownLevel !== null && arePlayable(shownSettings) && !last.isPending;
   const load = async () => {
@@ -104,8 +107,11 @@ export function RecordingChooser({ session, wanted, level, onLevel }: ChooserPro
       recording_id: recordingId ?? "",
       programme_position: item?.position ?? null,
       load_level: shownLevel,
+      self_paced: permitted && selfPaced && shownSettings.method === "smooth",
       ...shownSettings,
     });
+    // Each playback begins with its own pace unless the therapist chooses otherwise.
+    setSelfPaced(false);
     // After the load, the next item of the programme is preselected again.
     if (item) setChosen(null);
     if (item) onLevel(null);
@@ -128,6 +134,12 @@ export function RecordingChooser({ session, wanted, level, onLevel }: ChooserPro
         value={shownSettings}
         last={settingsOfLast}
         onChange={(given) => value && setSettings({ ...settings, [value]: given })}
+      />
+      <SelfPacedChoice
+        permitted={permitted}
+        method={shownSettings.method}
+        value={selfPaced}
+        onChange={setSelfPaced}
       />
       <ResistanceLevel value={shownLevel} last={levelOfLast} highest={highest} onChange={onLevel} />
       <StageWarning
