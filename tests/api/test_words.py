@@ -137,7 +137,7 @@ def test_error_names_the_field_and_its_bound(client: TestClient, patient: dict[s
     body = {"side": "left", "limits": [{"motion": 4, "highest_deg": 400}]}
     refusal = problem(client.post(url, json=body), 422, "invalid")
     (wrong,) = refusal["errors"]
-    assert (wrong["pointer"], wrong["field"]) == ("#/limits/0/highest_deg", "doctor's limits 1, highest (degrees)")
+    assert (wrong["pointer"], wrong["field"]) == ("#/limits/0/highest_deg", "doctor's limits 1, highest (°)")
     assert wrong["detail"] == "must be 190 or less"
     assert wrong["detail_key"] == {"code": "invalid_less_than_equal", "params": {"le": 190.0}}
     outer, inner = (wrong["field_key"]["params"][name] for name in ("outer", "inner"))
