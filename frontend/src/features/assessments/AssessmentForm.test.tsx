@@ -113,7 +113,7 @@ describe("entering an assessment", () => {
   it.each(["201", "12o", "-21"])("rejects %s as a flexion at once", (typed) => {
     show();
     type("Flexion, left, active", typed);
-    expect(screen.getByRole("alert").textContent).toBe("Flexion must be between −20 and 200 degrees.");
+    expect(screen.getByRole("alert").textContent).toBe("Flexion must be between −20° and 200°.");
     expect(screen.getByText("Save assessment").closest("button")?.disabled).toBe(true);
     type("Flexion, left, active", "120");
     expect(screen.queryByRole("alert")).toBeNull();
