@@ -4,7 +4,7 @@ import os
 import subprocess
 import sys
 from collections import Counter
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
@@ -62,35 +62,6 @@ def demonstration(tmp_path: Path) -> Iterator[Clinic]:
     subprocess.run(command, check=True, capture_output=True)
     with clinic_in(tmp_path) as clinic:
         yield clinic
-
-
-@pytest.fixture(scope="session")
-def browser_with_3d(launch_browser: Callable[..., Browser]) -> Iterator[Browser]:
-    """Return a browser that draws the apparatus in three dimensions, in software."""
-    launched = launch_browser()
-    yield launched
-    launched.close()
-
-
-@pytest.fixture(scope="session")
-def browser_without_3d(
-    launch_browser: Callable[..., Browser], browser_type_launch_args: dict[str, Any]
-) -> Iterator[Browser]:
-    """Return a browser without WebGL. ``--disable-3d-apis`` does not reach workers, which draw the apparatus."""
-    launched = launch_browser(args=[*browser_type_launch_args["args"], "--disable-software-rasterizer"])
-    yield launched
-    launched.close()
-
-
-@pytest.fixture
-def browser(request: pytest.FixtureRequest) -> Browser:
-    """Return the browser with three dimensions for tests with the mark ``three_dimensions``, else the one without.
-
-    The station page shows a text instead of the picture, whose drawing in software would take half a processor.
-    """
-    has_3d = request.node.get_closest_marker("three_dimensions")
-    browser: Browser = request.getfixturevalue("browser_with_3d" if has_3d else "browser_without_3d")
-    return browser
 
 
 @pytest.fixture(scope="session")

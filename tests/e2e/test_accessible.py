@@ -31,7 +31,6 @@ pytestmark = pytest.mark.shared_clinic("invented")
 _ALL: Final = [pytest.param(scheme, 1, marks=pytest.mark.campaign) for scheme in ("light", "dark")]
 
 
-@pytest.mark.three_dimensions
 @pytest.mark.parametrize(("scheme", "every"), [("light", 2), *_ALL])
 def test_every_page_is_accessible(tab: Page, clinic: Clinic, scheme: Any, every: int) -> None:
     """axe checks every second or every page. It fits a telephone, each number has a unit, and a patient's page names the shoulder."""

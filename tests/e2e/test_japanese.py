@@ -139,7 +139,6 @@ def english_on(page: Page, records: set[str]) -> list[str]:
     return found
 
 
-@pytest.mark.three_dimensions
 @pytest.mark.shared_clinic("invented")
 @pytest.mark.timeout(900)
 @pytest.mark.parametrize("every", [2, pytest.param(1, marks=pytest.mark.campaign)])

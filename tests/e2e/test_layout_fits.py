@@ -96,7 +96,6 @@ def test_archiving_is_taken_back_with_one_press(page: Page) -> None:
     expect(page.get_by_text("Archived", exact=True)).to_be_hidden()
 
 
-@pytest.mark.three_dimensions
 @pytest.mark.parametrize("size", ["desktop", "tablet"])
 def test_live_view_and_controls_fit_on_one_screen(page: Page, clinic: Clinic, size: str) -> None:
     width, height = SIZES[size]

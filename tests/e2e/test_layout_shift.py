@@ -12,7 +12,7 @@ from playwright.sync_api import Page, expect
 
 from tests.support.browser_clinic import LONG_MS, Clinic
 
-pytestmark = [pytest.mark.shared_clinic("invented"), pytest.mark.three_dimensions]
+pytestmark = pytest.mark.shared_clinic("invented")
 
 log = logging.getLogger(__name__)
 LIMIT: Final = 0.1

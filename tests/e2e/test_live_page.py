@@ -19,7 +19,6 @@ GROWTH: Final = 0.1
 MOTION: Final = "5 Flexion / extension of the shoulder"
 
 
-@pytest.mark.three_dimensions
 @pytest.mark.campaign
 @pytest.mark.timeout(7200)
 def test_live_page_keeps_its_memory_flat_for_an_hour(page: Page, clinic: Clinic) -> None:

@@ -89,7 +89,6 @@ def test_banner_covers_nothing_on_paper(tab: Page, clinic: Clinic) -> None:
     expect(banner).to_have_css("position", "static")
 
 
-@pytest.mark.three_dimensions
 def test_three_dimensional_picture_has_no_dark_area_on_paper(tab: Page, clinic: Clinic) -> None:
     tab.add_init_script("localStorage.setItem('kata-scheme', 'dark')")
     tab.goto(clinic.url + addresses(tab, clinic)["session-motion"])

@@ -87,7 +87,6 @@ def test_pages_of_all_sizes_fit_and_have_stop(tab: Page, clinic: Clinic, every: 
     assert found == {}
 
 
-@pytest.mark.three_dimensions
 def test_stop_stays_when_a_script_does_not_load(tab: Page, clinic: Clinic) -> None:
     """A service that is lost while the page loads cannot send the rest of it. The first scripts are taken as loaded.
 

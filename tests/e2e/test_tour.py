@@ -32,7 +32,6 @@ def take(page: Page, name: str, top: Locator | None = None) -> None:
     page.screenshot(path=PICTURES / f"{name}.png")
 
 
-@pytest.mark.three_dimensions
 @pytest.mark.campaign
 @pytest.mark.timeout(600)
 def test_take_the_pictures_of_the_tour(browser: Browser, demonstration: Clinic) -> None:
