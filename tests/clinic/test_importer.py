@@ -601,7 +601,7 @@ def test_figure_has_angles_on_the_left_and_error_right(clinic: Clinic) -> None:
         ("Error", "y2"),
     ]
     assert figure["layout"]["yaxis2"]["side"] == "right"
-    assert "deg" in figure["layout"]["yaxis"]["title"]["text"]
+    assert "°" in figure["layout"]["yaxis"]["title"]["text"]
     assert trace(run_figures, motor=3, name="Error") == pytest.approx(-0.5, abs=1e-3)
 
 

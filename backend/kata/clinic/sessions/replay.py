@@ -94,8 +94,8 @@ class SessionClosed(msgspec.Struct, frozen=True, tag="closed"):
     station: str
 
 
-class RunStarted(msgspec.Struct, frozen=True, tag="begun"):
-    """A run began while the database was unavailable. Its id is generated at the station."""
+class RunStarted(msgspec.Struct, frozen=True, tag="begun", omit_defaults=True):
+    """A run began while the database was unavailable. Its id is generated at the station. The spool omits ``self_paced`` if it is False."""
 
     id: UUID
     session_id: UUID
