@@ -35,7 +35,7 @@ def test_lateness_beyond_all_classes_counts_in_the_last_one() -> None:
 
 
 def test_configuring_drives_makes_no_cycle_late(tmp_path: Path) -> None:
-    """The loop sets its deadlines anew after it has opened the port and configured the drives, which takes many cycles."""
+    """Opening the port and configuring the drives takes many cycles. The next deadline is counted from the end of both."""
     station = SimulatedLoop(tmp_path, simulated("memory"))
     assert station.snapshot.loop.lateness_max_ms == 0
     sleep = station.loop._sleep

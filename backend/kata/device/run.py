@@ -312,7 +312,7 @@ class Run:
         """Turn at an end of the path if the test is not over. Return False if the run has ended."""
         return self.end_feel is not None and self.end_feel.turn_at_end(movement)
 
-    # -- journal -------------------------------------------------------------------------------------
+    # -- journal --------------------------------------------------------------------------------------------------
 
     def record(self, t_ns: int, state: CycleState, phase: int, path_s: float, setpoint_deg: tuple[float, ...]) -> None:
         """Write the sample for the last setpoint, measured at ``t_ns``, to the journal."""

@@ -2,6 +2,7 @@
 
 import math
 from collections import defaultdict
+from collections.abc import Iterator
 from dataclasses import dataclass
 from datetime import datetime, timedelta, tzinfo
 from typing import Any, Final, Literal
@@ -161,20 +162,9 @@ def lowest_adherence(session: Session, actor: Actor, now: datetime) -> PatientAd
         return min(1.0, programme.held / limit) if limit else math.inf
 
     listed = sorted(programmes, key=lambda programme: (share(programme), programme.due_at))[:_MOST_FOLLOWED]
-    patients = _patients(session, [programme.patient_id for programme in listed])
-    therapists = _therapists(session, listed)
     rows = [
-        PatientAdherence(
-            patient=patients[programme.patient_id],
-            due_at=programme.due_at,
-            last_session_at=programme.last_session_at,
-            sessions_per_week=programme.sessions_per_week,
-            therapist=therapists.get(programme.episode_id, ""),
-            prescribed=prescribed[programme.episode_id],
-            held=programme.held,
-        )
-        for programme in listed
-        if programme.patient_id in patients
+        PatientAdherence(**dict(due), prescribed=prescribed[programme.episode_id], held=programme.held)
+        for programme, due in _with_patients(session, listed)
     ]
     return PatientAdherences(rows=rows, count=len(programmes))
 
@@ -186,20 +176,27 @@ def _due_patients(
         (programme for programme in programmes if programme.due_at < before),
         key=lambda due_programme: due_programme.due_at,
     )
-    listed = due_programmes[:_MOST]
-    patients = _patients(session, [programme.patient_id for programme in listed])
-    therapists = _therapists(session, listed)
-    return [
-        DuePatient(
-            patient=patients[programme.patient_id],
-            due_at=programme.due_at,
-            last_session_at=programme.last_session_at,
-            sessions_per_week=programme.sessions_per_week,
-            therapist=therapists.get(programme.episode_id, ""),
-        )
-        for programme in listed
-        if programme.patient_id in patients
-    ], len(due_programmes)
+    return [due for _, due in _with_patients(session, due_programmes[:_MOST])], len(due_programmes)
+
+
+def _with_patients(
+    session: Session, programmes: list[FollowedProgramme]
+) -> Iterator[tuple[FollowedProgramme, DuePatient]]:
+    """Yield each programme with its patient, its last and next session and its therapist."""
+    patients = _patients(session, [programme.patient_id for programme in programmes])
+    therapists = _therapists(session, programmes)
+    for programme in programmes:
+        if programme.patient_id in patients:
+            yield (
+                programme,
+                DuePatient(
+                    patient=patients[programme.patient_id],
+                    due_at=programme.due_at,
+                    last_session_at=programme.last_session_at,
+                    sessions_per_week=programme.sessions_per_week,
+                    therapist=therapists.get(programme.episode_id, ""),
+                ),
+            )
 
 
 def _patients(session: Session, ids: list[UUID]) -> dict[UUID, SessionPatient]:

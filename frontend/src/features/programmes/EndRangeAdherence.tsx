@@ -23,7 +23,7 @@ export function EndRangeAdherence({ weeks }: { weeks: Week[] }) {
         <Text data-testid="end-range">
           {t(present ? "programmes:endRange.thisWeek" : "programmes:endRange.inWeek", {
             day: formatDay(newest.begins_on),
-            motions: newest.end_range.map(describeMotion),
+            motions: newest.end_range.map(describeMotionTime),
           })}
         </Text>
         <Button
@@ -98,7 +98,7 @@ export const describeDone = (counted_s: number | null, prescribed_s: number | nu
     ? describeTime(counted_s)
     : t("programmes:endRange.of", { time: describeTime(counted_s), goal: formatSpan(prescribed_s) });
 
-const describeMotion = (done: Done): string =>
+const describeMotionTime = (done: Done): string =>
   t("programmes:endRange.motionDone", {
     motion: translateServerText(done.name, done.name_key),
     time: describeDone(done.counted_s, done.prescribed_s),
