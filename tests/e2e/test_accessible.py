@@ -116,10 +116,10 @@ def test_numbers_in_printed_reports_have_a_unit(page: Page, clinic: Clinic) -> N
 def test_walk_finds_a_number_without_a_unit(browser: Browser) -> None:
     page = browser.new_page()
     page.set_content(
-        """<main><p>Flexion 95</p><p>Flexion 96 deg</p><p>3 of 10 repetitions</p><p>25 Nov 2026, 10:30</p>
+        """<main><p>Flexion 95</p><p>Flexion 96°</p><p>3 of 10 repetitions</p><p>25 Nov 2026, 10:30</p>
         <p>A change of 17 points (Roe and Doe 2009, Arthritis Rheum 61(5), 623-632; Poe et al. 2008, BMC 9, 161) and 92</p>
-        <table><thead><tr><th>Motion</th><th>Angle, deg</th><th>Result</th></tr></thead>
-        <tbody><tr><th>Lift</th><td>97</td><td>98</td></tr><tr><th>Play, deg</th><td></td><td>90</td></tr></tbody></table>
+        <table><thead><tr><th>Motion</th><th>Angle, °</th><th>Result</th></tr></thead>
+        <tbody><tr><th>Lift</th><td>97</td><td>98</td></tr><tr><th>Play, °</th><td></td><td>90</td></tr></tbody></table>
         <div role="group" aria-labelledby="level"><b id="level">Resistance level</b><div>89</div></div>
         <ol><li>Lift to 94</li></ol><nav><button><b>1</b> Play</button>Angle 93</nav><p>Playbacks that were stopped: 0.</p><h3>Pain, 0 to 10</h3><table><tbody><tr><td>4</td></tr></tbody></table>
         <figure><figcaption>Motor 1, ° over s</figcaption><svg width="9" height="9"><text y="9">15</text></svg></figure>

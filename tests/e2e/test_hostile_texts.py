@@ -229,8 +229,8 @@ MADE_BY_KATA: Final = {
     "AnswerOption.label", "ChangeThreshold.source", "PatientQuestion.text", "PatientQuestionnaire.copyright", "PatientQuestionnaire.title", "Questionnaire.better",
     "ProgressNote.title", "ProgressNote.sentence", "ProgressNote.source",
     "Questionnaire.code", "Questionnaire.copyright", "Questionnaire.scoring_source", "Questionnaire.title", "QuestionnaireScore.code", "QuestionnaireScore.title",
-    # The therapist of a session, which SessionSummary.therapist tries; no programme of the poisoned clinic is due.
-    "DuePatient.therapist", "Operation.version",
+    # The therapist of a session, which SessionSummary.therapist tries; no programme of the poisoned clinic is due or followed.
+    "DuePatient.therapist", "PatientAdherence.therapist", "Operation.version",
     # Steps, values and faults of a commissioning, and what a station's file is accepted with.
     "CommissioningSignature.changed", "CommissioningSignature.public_key", "CommissioningState.reason", "CommissioningStepRun.fault", "CommissioningStepRun.step", "CommissioningValue.after", "CommissioningValue.before",
     "CommissioningValue.name", "CommissioningInstruction.kind", "CommissioningInstruction.text", "CommissioningStepState.does", "CommissioningStepState.title", "SettingChange.name", "SettingChange.unit",
