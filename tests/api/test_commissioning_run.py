@@ -4,6 +4,7 @@ import asyncio
 import contextlib
 import json
 import time
+from datetime import datetime, timedelta
 from pathlib import Path
 from types import SimpleNamespace
 from typing import Any, Final
@@ -24,13 +25,16 @@ from kata.device import texts as device_texts
 from kata.device.config import StationConfig, simulated
 from kata.device.ipc_messages import Refusal
 from kata.simulator.process import SimulatorProcess
+from kata.station.guard import COMMAND_VALID_S, Guard
 from kata.station.lease import PAUSE_AFTER_S, Browser
 from tests.support.open_page import open_page
 from tests.support.service import running
 from tests.support.station_api import until
+from tests.support.station_commands import seen
 
 RUN: Final = "/api/station/commissioning/run"
 _LIMIT_S: Final = 120.0
+_GUARD: Final = Guard(stops=0, expires_ns=2**63)
 _POLL_S: Final = 0.05
 """Interval of requests for the state. Each takes the service several milliseconds of processor time."""
 
@@ -38,6 +42,16 @@ _POLL_S: Final = 0.05
 def state(client: TestClient) -> dict[str, Any]:
     found: dict[str, Any] = client.get(RUN).json()
     return found
+
+
+def start(client: TestClient, kind: str, **more: Any) -> Any:
+    """Start a run as a page does that shows the newest state."""
+    return client.post(RUN, json=seen(client) | {"kind": kind} | more)
+
+
+def confirm(client: TestClient, number: int, **more: Any) -> Any:
+    """Confirm an instruction as a page does that shows the newest state."""
+    return client.post(f"{RUN}/confirm", json=seen(client) | {"number": number} | more)
 
 
 def do(client: TestClient, last: str, limit_s: float = _LIMIT_S) -> dict[str, Any]:
@@ -49,7 +63,7 @@ def do(client: TestClient, last: str, limit_s: float = _LIMIT_S) -> dict[str, An
         if of_step["state"] in ("passed", "failed") or not now["running"]:
             return now
         if now["instruction"] and now["instruction"]["press"]:
-            client.post(f"{RUN}/confirm", json={"number": now["instruction"]["number"]})
+            confirm(client, now["instruction"]["number"])
         time.sleep(_POLL_S)
     raise AssertionError("the step did not end")
 
@@ -61,10 +75,10 @@ def states(run: dict[str, Any]) -> list[str]:
 def test_a_practice_runs_and_stop_ends_it(tmp_path: Path) -> None:
     with running(tmp_path, "technician") as client:
         until(client, lambda live: live["mode"] == "idle")
-        assert client.post(RUN, json={"kind": "full", "begin": "axes"}).json()["code"] == "steps_missing"
-        assert client.post(RUN, json={"kind": "full"}).json()["running"]
-        assert client.post(RUN, json={"kind": "full"}).json()["code"] == "commissioning_runs"
-        assert client.post(f"{RUN}/confirm", json={"number": 99}).json()["code"] == "other_instruction"
+        assert start(client, "full", begin="axes").json()["code"] == "steps_missing"
+        assert start(client, "full").json()["running"]
+        assert start(client, "full").json()["code"] == "commissioning_runs"
+        assert confirm(client, 99).json()["code"] == "other_instruction"
         run = do(client, "inputs")
         assert states(run)[:4] == ["passed", "passed", "passed", "running"]
         assert run["steps"][1]["result"]["values"]
@@ -81,6 +95,27 @@ def test_a_practice_runs_and_stop_ends_it(tmp_path: Path) -> None:
         assert {"start_commissioning", "stop"} <= set(actions)
 
 
+def test_delayed_starts_and_confirmations_are_refused(tmp_path: Path) -> None:
+    """The network delays a request. Meanwhile Stop is pressed, or so much time passes that the technician no longer expects motion."""
+    with running(tmp_path, "technician") as client:
+        until(client, lambda live: live["mode"] == "idle")
+        before = seen(client)
+        client.post("/api/station/stop")
+        client.post("/api/station/acknowledge", json=seen(client))
+        late = client.post(RUN, json=before | {"kind": "full"})
+        assert (late.status_code, late.json()["code"]) == (409, "stopped_meanwhile")
+        until(client, lambda live: live["mode"] == "idle")
+        assert start(client, "full").json()["running"]
+        while not (shown := state(client))["instruction"] or not shown["instruction"]["press"]:
+            time.sleep(_POLL_S)
+        number = shown["instruction"]["number"]
+        old = (datetime.fromisoformat(seen(client)["seen_at"]) - timedelta(seconds=COMMAND_VALID_S + 0.1)).isoformat()
+        late = client.post(f"{RUN}/confirm", json={"number": number, "stops": 0, "seen_at": old})
+        assert (late.status_code, late.json()["code"]) == (409, "expired")
+        assert state(client)["presses"] == 0
+        assert confirm(client, number).json()["presses"] == 1
+
+
 def review(client: TestClient, load: str) -> dict[str, Any]:
     """Confirm instructions until the page shows a review of gains with this load. Return the instruction."""
     end = time.monotonic() + _LIMIT_S
@@ -93,14 +128,13 @@ def review(client: TestClient, load: str) -> dict[str, Any]:
                 assert instruction["review"]["load"] == load
                 found: dict[str, Any] = instruction
                 return found
-            client.post(f"{RUN}/confirm", json={"number": instruction["number"]})
+            confirm(client, instruction["number"])
         time.sleep(_POLL_S)
     raise AssertionError("no review was shown")
 
 
 def answer(client: TestClient, instruction: dict[str, Any], **gains: Any) -> dict[str, Any]:
-    given = {"number": instruction["number"], "gains": gains}
-    found: dict[str, Any] = client.post(f"{RUN}/confirm", json=given).json()
+    found: dict[str, Any] = confirm(client, instruction["number"], gains=gains).json()
     return found
 
 
@@ -108,7 +142,7 @@ def answer(client: TestClient, instruction: dict[str, Any], **gains: Any) -> dic
 def test_gains_are_tried_and_taken_back(tmp_path: Path) -> None:
     with running(tmp_path, "technician") as client:
         until(client, lambda live: live["mode"] == "idle")
-        client.post(RUN, json={"kind": "full"})
+        start(client, "full")
         assert do(client, "range")["steps"][6]["state"] == "passed"
         first = review(client, "weight")
         present = [motor["gains"] for motor in first["review"]["motors"]]
@@ -146,18 +180,18 @@ def test_an_open_session_refuses_commissioning(tmp_path: Path) -> None:
         assert patient.status_code == 201, patient.json()
         opened = client.post("/api/sessions", json={"patient_id": patient.json()["id"]})
         assert opened.status_code in (200, 201), opened.json()
-        assert client.post(RUN, json={"kind": "full"}).json()["code"] == "session_open"
+        assert start(client, "full").json()["code"] == "session_open"
 
 
 def test_a_therapist_may_not_commission(tmp_path: Path) -> None:
     with running(tmp_path, "therapist") as client:
-        assert client.post(RUN, json={"kind": "full"}).status_code == 403
+        assert start(client, "full").status_code == 403
 
 
 def begin_check(client: TestClient, until_asked: str) -> None:
     """Start the periodic check and wait for an instruction. On a busy computer a simulated drive may answer too late; then start again."""
     for _ in range(3):
-        assert client.post(RUN, json={"kind": "check"}).json()["running"]
+        assert start(client, "check").json()["running"]
         while (now := state(client))["running"]:
             if (now["instruction"] or {}).get("kind") == until_asked:
                 return
@@ -198,7 +232,7 @@ def test_commissioning_is_refused_if_its_record_could_not_be_written(
         lambda browser: None,
     )
     monkeypatch.setattr("os.access", lambda path, mode: Path(path) != tmp_path)
-    refusal = asyncio.run(run.start("check", None, Browser(uuid4(), "Test technician"), set()))
+    refusal = asyncio.run(run.start("check", None, Browser(uuid4(), "Test technician"), set(), _GUARD))
     assert refusal is not None and refusal.code == "station_file_not_written"
     assert f"may not write to {tmp_path}" in refusal.message
     assert not run.running
@@ -231,7 +265,7 @@ class _SlowHandOver:
         self.stop: Any = None
         self.ended = asyncio.Event()
 
-    async def hand_over(self, stop: Any) -> Refusal | None:
+    async def hand_over(self, stop: Any, guard: Guard) -> Refusal | None:
         if self.stop is not None:
             return Refusal(code="commissioning_runs", message="", next_step="")
         self.stop = stop
@@ -256,10 +290,10 @@ def test_a_second_start_discards_no_stop(tmp_path: Path, monkeypatch: pytest.Mon
         run = commissioning_run.CommissioningRun(
             station, None, tmp_path, lambda config, name: None, lambda browser: None
         )
-        first = asyncio.create_task(run.start("full", None, technician, set()))
+        first = asyncio.create_task(run.start("full", None, technician, set(), _GUARD))
         await asyncio.sleep(0)
         assert await station.stop() is None
-        refusal = await run.start("full", None, Browser(uuid4(), "Second technician"), set())
+        refusal = await run.start("full", None, Browser(uuid4(), "Second technician"), set(), _GUARD)
         assert refusal is not None and refusal.code == "commissioning_runs"
         station.ended.set()
         assert await first is None
@@ -289,7 +323,7 @@ def test_a_confirmation_of_an_earlier_run_confirms_nothing(tmp_path: Path, monke
         )
         numbers = []
         for _ in range(2):
-            assert await run.start("full", None, technician, set()) is None
+            assert await run.start("full", None, technician, set(), _GUARD) is None
             assert run.progress is not None
             async with asyncio.timeout(_LIMIT_S):
                 while run.progress.instruction is None:  # noqa: ASYNC110
@@ -329,7 +363,7 @@ def test_a_station_adopts_the_finished_configuration(tmp_path: Path, monkeypatch
         with running(tmp_path, "technician", simulate=False, station=station) as client:
             until(client, lambda live: live["mode"] == "idle")
             assert client.get("/api/station/commissioning").json()["state"] == "not_commissioned"
-            client.post(RUN, json={"kind": "full"})
+            start(client, "full")
             until(client, lambda live: live["mode"] == "idle" and live["refusals"].get("teach") is None)
             used = client.app.state.services.station.config  # type: ignore[attr-defined]
             assert used == config.read(station) and used.axes == axes
@@ -342,7 +376,7 @@ def test_gains_are_tuned_again_on_a_commissioned_station(tmp_path: Path) -> None
         former = write_commissioned(simulated(apparatus.port), station)
         with running(tmp_path, "technician", simulate=False, station=station) as client:
             until(client, lambda live: live["mode"] == "idle")
-            assert client.post(RUN, json={"kind": "full", "begin": "gains"}).json()["running"]
+            assert start(client, "full", begin="gains").json()["running"]
             end = time.monotonic() + _LIMIT_S
             while (now := state(client))["running"] and not now["instruction"] and time.monotonic() < end:
                 time.sleep(0.05)
@@ -365,7 +399,7 @@ def test_a_lost_browser_stops_moving_motors(tmp_path: Path, monkeypatch: pytest.
     with running(tmp_path, "technician") as client:
         until(client, lambda live: live["mode"] == "idle")
         run = client.app.state.services.commissioning_run  # type: ignore[attr-defined]
-        client.post(RUN, json={"kind": "full"})
+        start(client, "full")
         do(client, "registers")
         time.sleep(2 * PAUSE_AFTER_S)
         assert run.running, "no motor has torque in this step"
@@ -375,7 +409,7 @@ def test_a_lost_browser_stops_moving_motors(tmp_path: Path, monkeypatch: pytest.
                 time.sleep(0.02)
             time.sleep(2 * PAUSE_AFTER_S)
             assert run.running, "the page shows the live state"
-            client.post(f"{RUN}/confirm", json={"number": instruction["number"]})
+            confirm(client, instruction["number"])
         began = time.monotonic()
         while run.running and time.monotonic() < began + _LIMIT_S:
             time.sleep(0.02)

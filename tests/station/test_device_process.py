@@ -4,8 +4,10 @@ import asyncio
 import socket
 from collections.abc import Awaitable, Callable
 from pathlib import Path
+from types import SimpleNamespace
 
 import msgspec
+import pytest
 
 from kata.device.ipc_messages import Load, LoadPart, Refusal, Reply, Request, Stop, ToDevice, frame, frames, frames_of
 from kata.station.device_process import DeviceLaunch, DeviceProcess
@@ -86,3 +88,24 @@ def test_a_refused_load_is_sent_no_further() -> None:
         assert device.process._sending == {}
 
     with_device(play)
+
+
+def test_closing_while_a_process_starts_leaves_no_socket(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    opened: list[socket.socket] = []
+
+    def noted() -> tuple[socket.socket, socket.socket]:
+        opened.extend(socket.socketpair())
+        return opened[0], opened[1]
+
+    monkeypatch.setattr("kata.station.device_process.socket", SimpleNamespace(socketpair=noted))
+
+    async def close_at_once() -> None:
+        launch = DeviceLaunch(tmp_path / "station.toml", tmp_path, real_time=False)
+        process = DeviceProcess(launch, lambda message: None, lambda: None, str)
+        process.start()
+        while not opened:  # noqa: ASYNC110
+            await asyncio.sleep(0)
+        await process.close()
+
+    asyncio.run(close_at_once())
+    assert [end.fileno() for end in opened] == [-1, -1]

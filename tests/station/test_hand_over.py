@@ -3,6 +3,7 @@
 import asyncio
 import errno
 import os
+import time
 from pathlib import Path
 
 import pytest
@@ -11,11 +12,16 @@ from msgspec import structs
 from kata.device import config
 from kata.device.config import StationConfig
 from kata.device.ipc_messages import Refusal
+from kata.station.guard import Guard
 from tests.support.silent_device import Silent, snapshot, station
 
 
 async def stop() -> Refusal | None:
     return None
+
+
+def guard(stops: int = 0, valid_s: float = 2.0) -> Guard:
+    return Guard(stops, time.monotonic_ns() + int(valid_s * 1e9))
 
 
 async def meanwhile() -> None:
@@ -25,7 +31,7 @@ async def meanwhile() -> None:
 def test_a_planned_restart_is_no_missing_answer(silent: list[Silent]) -> None:
     at = station()
     silent[0].tell(snapshot())
-    asyncio.run(at.hand_over(stop))
+    asyncio.run(at.hand_over(stop, guard()))
     assert at.live().refusals["teach"].code == "commissioning_runs"
     silent[0].running = False
     at.take_back()
@@ -38,10 +44,19 @@ def test_a_planned_restart_is_no_missing_answer(silent: list[Silent]) -> None:
     assert at.live().device == "restarting", "not planned"
 
 
+@pytest.mark.parametrize(("late", "code"), [(guard(stops=1), "stopped_meanwhile"), (guard(valid_s=0.0), "expired")])
+def test_a_late_request_gets_no_drives(late: Guard, code: str, silent: list[Silent]) -> None:
+    at = station()
+    silent[0].tell(snapshot())
+    refusal = asyncio.run(at.hand_over(stop, late))
+    assert refusal is not None and refusal.code == code
+    assert silent[0].running
+
+
 def test_a_new_configuration_keeps_the_side(tmp_path: Path, silent: list[Silent]) -> None:
     at = station(tmp_path)
     at.config = structs.replace(at.config, side="left")
-    asyncio.run(at.hand_over(stop))
+    asyncio.run(at.hand_over(stop, guard()))
     axes = tuple(structs.replace(axis, lag_s=0.07) for axis in at.config.axes)
     at.take_back(structs.replace(at.config, axes=axes, side="right"))
     assert silent[0].starts == 1
@@ -68,7 +83,7 @@ def test_a_configuration_that_cannot_be_stored_allows_no_motion(
     tmp_path: Path, silent: list[Silent], monkeypatch: pytest.MonkeyPatch
 ) -> None:
     at = station(tmp_path)
-    asyncio.run(at.hand_over(stop))
+    asyncio.run(at.hand_over(stop, guard()))
     before = at.config
     monkeypatch.setattr("kata.station.station.write", no_space)
     axes = tuple(structs.replace(axis, lag_s=0.07) for axis in before.axes)
@@ -80,7 +95,7 @@ def test_a_configuration_that_cannot_be_stored_allows_no_motion(
     at.set_not_commissioned(None)
     assert at.live().refusals["load"].code == "file_not_written", "the record fits the new configuration only"
     monkeypatch.undo()
-    asyncio.run(at.hand_over(stop))
+    asyncio.run(at.hand_over(stop, guard()))
     at.take_back(structs.replace(before, axes=axes))
     at.set_not_commissioned(None)
     silent[0].tell(snapshot())

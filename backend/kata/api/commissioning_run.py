@@ -20,6 +20,7 @@ from kata.commissioning.steps import MOVING
 from kata.device import config
 from kata.device.config import StationConfig
 from kata.device.ipc_messages import Refusal
+from kata.station.guard import Guard
 from kata.station.lease import PAUSE_AFTER_S, STOP_AND_RELEASE_AFTER_S, Browser
 from kata.station.station import NO_ANSWER, Station
 
@@ -106,10 +107,13 @@ class CommissioningRun:
         """True if a run is a practice on a simulated apparatus."""
         return self._station.info.simulated
 
-    async def start(self, kind: RunKind, begin: str | None, browser: Browser, before: set[str]) -> Refusal | None:
+    async def start(
+        self, kind: RunKind, begin: str | None, browser: Browser, before: set[str], guard: Guard
+    ) -> Refusal | None:
         """Take the drives from the device process and start the procedure. Return None when it runs.
 
         :param before: steps that have passed before this run.
+        :param guard: a stop that the browser has not seen, and its expiry, refuse the start.
         """
         file, simulated = self.file, self.practises
         if file is None:
@@ -122,7 +126,7 @@ class CommissioningRun:
                 message=texts.STATION_FILE_NOT_WRITTEN(reason=problem),
                 next_step=texts.ALLOW_WRITING_STATION_FILE(),
             )
-        if refusal := await self._station.hand_over(self.stop):
+        if refusal := await self._station.hand_over(self.stop, guard):
             return refusal
         self.progress = RunProgress(kind, browser.name, simulated, before, numbers_before=self._newest_number)
         self._operate(browser)

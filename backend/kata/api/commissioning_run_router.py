@@ -11,13 +11,14 @@ from kata.api.commissioning_run import CommissioningRun, RunKind
 from kata.api.errors import refused
 from kata.api.gains_schemas import GainsAnswer, GainTuningReview
 from kata.api.lease_dependencies import browser
+from kata.api.seen_state import SeenState, guarded
 from kata.api.services import services_of
 from kata.clinic.commissionings.schemas import CommissioningStepRun
 from kata.clinic.sessions import service as sessions
 from kata.commissioning.record import CHECKED, CommissioningRecord, readable_record, record_path
 from kata.commissioning.status import commissioning_status
 from kata.commissioning.steps import STEP_TEXTS, passed_steps
-from kata.dependencies import PROBLEMS, TheDatabase
+from kata.dependencies import PROBLEMS, TheDatabase, TheStation
 from kata.device import config
 from kata.errors import ProblemError
 from kata.station.schemas import OptionalKey, TextKey
@@ -31,7 +32,7 @@ StepKey = Literal[
 _ORDER: Final = [step.key for step in STEP_TEXTS]
 
 
-class CommissioningStart(Schema):
+class CommissioningStart(SeenState):
     """The kind of run and its first step."""
 
     kind: RunKind = Field(description="full: all steps that have not passed. check: the periodic check.")
@@ -40,7 +41,7 @@ class CommissioningStart(Schema):
     )
 
 
-class CommissioningConfirmation(Schema):
+class CommissioningConfirmation(SeenState):
     """Confirms that the technician has carried out an instruction."""
 
     number: StrictInt = Field(ge=1)
@@ -111,7 +112,7 @@ async def get_commissioning_run(run: TheRun) -> CommissioningRunState:
 
 @router.post("", responses=PROBLEMS.of(409, 422, 503), summary="Start the commissioning")
 async def start_commissioning(
-    request: Request, run: TheRun, database: TheDatabase, body: CommissioningStart
+    request: Request, run: TheRun, station: TheStation, database: TheDatabase, body: CommissioningStart
 ) -> CommissioningRunState:
     """Take the drives from the control program and start the procedure or the periodic check.
 
@@ -119,6 +120,7 @@ async def start_commissioning(
     simulated apparatus. Stop ends the procedure with torque off. So does the loss of the browser that started it or gave the last
     confirmation, in steps in which motors have torque: after 2 s while the motors work, after 30 s while an instruction is shown.
     """
+    guard = await guarded(station, body)
     name = services_of(request).station_name
 
     def open_sessions() -> bool:
@@ -128,14 +130,19 @@ async def start_commissioning(
     if await run_in_threadpool(open_sessions):
         raise ProblemError(409, "session_open", texts.SESSION_OPEN(), texts.END_SESSION_FIRST())
     before = await run_in_threadpool(_check_start, run, body)
-    if refusal := await run.start(body.kind, body.begin, browser(), before):
+    if refusal := await run.start(body.kind, body.begin, browser(), before, guard):
         raise refused(refusal)
     return await run_in_threadpool(_state, run)
 
 
 @router.post("/confirm", responses=PROBLEMS.of(409, 422), summary="Confirm an instruction")
-async def confirm_commissioning(run: TheRun, body: CommissioningConfirmation) -> CommissioningRunState:
-    """Confirm that an instruction was carried out. Refused if the page now shows another instruction, and if gains are outside their limits."""
+async def confirm_commissioning(
+    run: TheRun, station: TheStation, body: CommissioningConfirmation
+) -> CommissioningRunState:
+    """Confirm that an instruction was carried out. Refused if the page now shows another instruction, if the confirmation is more than 2 s
+    old, because motors may then move without warning, and if gains are outside their limits.
+    """
+    await guarded(station, body)
     choice = body.gains.model_dump() if body.gains else None
     if choice and run.shows(body.number) and not run.accepts(choice):
         raise ProblemError(409, "gains_refused", texts.GAINS_REFUSED(), texts.CHOOSE_WITHIN_LIMITS())

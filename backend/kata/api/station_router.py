@@ -6,7 +6,7 @@ from uuid import UUID, uuid4
 
 from fastapi import APIRouter, Depends, Request
 from fastapi.concurrency import run_in_threadpool
-from pydantic import AwareDatetime, Field, StrictBool, StrictInt
+from pydantic import Field, StrictBool
 from sqlalchemy.orm import Session
 
 from kata.actor import note_detail
@@ -17,6 +17,7 @@ from kata.api.lease_dependencies import Operator, Watcher, record_takeover
 from kata.api.live_view import LiveStateView
 from kata.api.redaction import Redaction
 from kata.api.run_start import StartedRun, TheRunStores, send_load, writing
+from kata.api.seen_state import Guarded
 from kata.api.services import services_of
 from kata.api.simulator_router import AnySimulation
 from kata.api.stopping import stop_by_user
@@ -49,7 +50,6 @@ from kata.errors import ProblemError
 from kata.messages import Text
 from kata.motion.ilc import Correction
 from kata.motion.method import Method
-from kata.station.guard import Guard
 from kata.station.lease import Browser
 from kata.station.schemas import DriveTrendPoint, LeaseLive, Live, PatientRef, ResistanceLevel, StationInfo
 from kata.station.snapshot_tracker import Occupation
@@ -86,33 +86,6 @@ class Accepted(Schema):
     """The device process has accepted the command. The live state shows its result."""
 
     accepted: bool = Field(True, description="Always true: a refusal is a problem document.")
-
-
-class SeenState(Schema):
-    """The live state that the sender saw last. The command is refused if a stop has occurred since, or if the state is more than 2 s
-    old.
-    """
-
-    stops: Annotated[StrictInt, Field(ge=0, le=2**53)] = Field(
-        description="`live.stops` of the state that the sender saw.", examples=[3]
-    )
-    seen_at: AwareDatetime = Field(
-        description="`live.at` of the state that the sender saw.", examples=["2026-11-21T09:30:00.125Z"]
-    )
-
-
-async def guarded(station: TheStation, seen_state: SeenState) -> Guard:
-    """Return the guard of a command that can start motion, release an arm or reset a stop.
-
-    :raises ProblemError: 409 when the state is too old or lies in the future.
-    """
-    guard = station.clock.guard(seen_state.stops, seen_state.seen_at)
-    if isinstance(guard, ipc_messages.Refusal):
-        raise refused(guard)
-    return guard
-
-
-Guarded = Annotated[Guard, Depends(guarded)]
 
 
 def _live_view(request: Request) -> LiveStateView:

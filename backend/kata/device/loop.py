@@ -335,7 +335,7 @@ class ControlLoop(LoopTelemetry):
         if refusal is None and isinstance(taken.command, Guarded):
             # The I/O thread counts a Stop before it queues a later command. A command therefore has an older count if its
             # sender did not know the newest Stop.
-            refusal = out_of_date(taken.command, self._stops, state.t_ns)
+            refusal = out_of_date(taken.command.stops, taken.command.expires_ns, stops=self._stops, t_ns=state.t_ns)
         refusal = refusal or self._machine.command(taken.command, taken.trajectory, state, taken.correction)
         if refusal and refusal.code == ANGLES_NOT_CURRENT and state.t_ns - self._taken_ns < _WAIT_FOR_ANGLES_NS:
             self._waiting = taken

@@ -9,7 +9,7 @@ from kata.device.approach_and_return import approach_way
 from kata.device.config import StationConfig
 from kata.device.cycle_state import CycleState
 from kata.device.faults import MAX_FROZEN_SETPOINT_DEG
-from kata.device.ipc_messages import CommandName, Guarded, Mode, Refusal
+from kata.device.ipc_messages import CommandName, Mode, Refusal
 from kata.device.latched_stop import LatchedStop
 from kata.device.range_override import RangeOverride
 from kata.device.run import Run, stretch_of
@@ -93,11 +93,11 @@ def not_yet_cleared(stop: LatchedStop, *, still_stopping: bool) -> Refusal | Non
     return None
 
 
-def out_of_date(command: Guarded, stops: int, t_ns: int) -> Refusal | None:
+def out_of_date(seen_stops: int, expires_ns: int, *, stops: int, t_ns: int) -> Refusal | None:
     """Refuse a command whose sender has not seen the newest stop, or that has expired. ``stops``: the present counter."""
-    if command.stops != stops:
+    if seen_stops != stops:
         return STOPPED_MEANWHILE
-    if t_ns > command.expires_ns:
+    if t_ns > expires_ns:
         return Refusal.of(
             code="expired",
             message=texts.COMMAND_EXPIRED(),

@@ -272,7 +272,8 @@ IS_RETURNING: Final = message("is_returning", "The arm is moving back.")
 IS_STOPPED: Final = message("is_stopped", "The apparatus has been stopped.")
 ACKNOWLEDGE_FIRST: Final = message("acknowledge_first", "Acknowledge the stop first.")
 STOPPED_MEANWHILE: Final = message(
-    "stopped_meanwhile", "The apparatus was stopped or paused after this command was sent."
+    "stopped_meanwhile",
+    "After this command was sent, the apparatus was stopped or paused, the arm was moved back, or a motion was loaded.",
 )
 NOT_STOPPED: Final = message("not_stopped", "The apparatus is not stopped.")
 NOTHING_TO_DO: Final = message("nothing_to_do", "No action is needed.")

@@ -19,6 +19,7 @@ from sqlalchemy.orm import Session as DatabaseSession
 from kata.api import station_router as commands
 from kata.api.app import create_app
 from kata.api.run_start import RunStores
+from kata.api.seen_state import SeenState, guarded
 from kata.api.services import Services
 from kata.clinic.episodes import service as episodes
 from kata.clinic.episodes.schemas import EpisodeCreate
@@ -190,7 +191,7 @@ class ServiceDriver:
     async def _guard(self) -> Guard:
         """Return the guard for a command, based on the newest state."""
         live: Live = self.station.live()
-        return await commands.guarded(self.station, commands.SeenState(stops=live.stops, seen_at=live.at))
+        return await guarded(self.station, SeenState(stops=live.stops, seen_at=live.at))
 
     def _apparatus(self) -> checks.ApparatusState:
         cache, station = self._offline_sessions.cache, self.station

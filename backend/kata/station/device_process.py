@@ -116,7 +116,9 @@ class DeviceProcess:
 
     async def _run_one(self) -> None:
         ours, theirs = socket.socketpair()
-        with theirs, self._launch.log_path.open("ab") as log_file:
+        with contextlib.ExitStack() as on_failure, theirs, self._launch.log_path.open("ab") as log_file:
+            # The service may close while the process starts.
+            on_failure.callback(ours.close)
             self._child = await asyncio.create_subprocess_exec(
                 sys.executable,
                 *("-m", "kata.device"),
@@ -128,7 +130,8 @@ class DeviceProcess:
                 stderr=log_file,
                 start_new_session=True,
             )
-        reader, self._writer = await asyncio.open_connection(sock=ours)
+            reader, self._writer = await asyncio.open_connection(sock=ours)
+            on_failure.pop_all()
         beating = asyncio.create_task(self._beat(), name="heartbeats")
         try:
             await self._listen(reader)

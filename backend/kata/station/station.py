@@ -30,11 +30,12 @@ from kata.device.ipc_messages import (
     Teach,
     TorqueState,
 )
+from kata.device.refusals import out_of_date
 from kata.motion.axes import Side
 from kata.station import texts
 from kata.station.device_process import DeviceLaunch, DeviceProcess
 from kata.station.drive_trend import DriveTrend
-from kata.station.guard import StateClock
+from kata.station.guard import Guard, StateClock
 from kata.station.lease import AbsenceAction, Browser
 from kata.station.lease_manager import LeaseManager
 from kata.station.schemas import AxisInfo, EventLive, Live, StationInfo
@@ -189,16 +190,20 @@ class Station:
             return _OFFLINE
         return self._tracker.snapshot.refusals.get(name) or self._unfit.get(name)
 
-    async def hand_over(self, stop: Callable[[], Awaitable[Refusal | None]]) -> Refusal | None:
+    async def hand_over(self, stop: Callable[[], Awaitable[Refusal | None]], guard: Guard) -> Refusal | None:
         """End the device process, so that another program can use the drives. Return None when they are free.
 
         :param stop: stops the other program. Until :meth:`take_back` a user's Stop calls this function.
+        :param guard: of the request. Refused after a stop that its sender has not seen, and after its expiry.
         """
         async with self._setting_side:
             if self._stop_user is not None:
                 return _COMMISSIONING
             # Without a connected device process no drive has torque that this service has switched on.
             snapshot = self._tracker.snapshot if self._process.running else None
+            stops = snapshot.stops if snapshot else guard.stops
+            if refusal := out_of_date(guard.stops, guard.expires_ns, stops=stops, t_ns=time.monotonic_ns()):
+                return refusal
             if snapshot and (refusal := _side_refusal(snapshot)):
                 return refusal
             self._stop_user = stop

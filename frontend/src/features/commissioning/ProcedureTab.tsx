@@ -5,6 +5,7 @@ import { useMutation, useQuery, useQueryClient } from "@tanstack/react-query";
 import { type ReactNode, useEffect, useRef } from "react";
 import { api, type Schemas } from "../../lib/api/client";
 import { t } from "../../lib/i18n";
+import { store } from "../../lib/live/store";
 import { replaceData } from "../../lib/replaceData";
 import { translateServerText } from "../../lib/serverText";
 import { ButtonLink } from "../../ui/links";
@@ -111,7 +112,7 @@ function Intro(props: {
         {mayStart && run.may_repeat && <Text size="sm">{t("commissioning:run.tuneAgainExplain")}</Text>}
         {mayStart && (
           <Group>
-            <Button size="md" loading={starting} onClick={() => onStart({ kind: "full" })}>
+            <Button size="md" loading={starting} onClick={() => onStart({ ...store.seen(), kind: "full" })}>
               {t(run.practice ? "commissioning:run.startPractice" : "commissioning:run.start")}
             </Button>
             {run.may_check && (
@@ -119,7 +120,7 @@ function Intro(props: {
                 size="md"
                 variant="default"
                 loading={starting}
-                onClick={() => onStart({ kind: "check" })}
+                onClick={() => onStart({ ...store.seen(), kind: "check" })}
               >
                 {t("commissioning:run.startCheck")}
               </Button>
@@ -129,7 +130,7 @@ function Intro(props: {
                 size="md"
                 variant="default"
                 loading={starting}
-                onClick={() => onStart({ kind: "full", begin: "gains" })}
+                onClick={() => onStart({ ...store.seen(), kind: "full", begin: "gains" })}
               >
                 {t("commissioning:run.tuneAgain")}
               </Button>
@@ -200,7 +201,7 @@ function Instruction(props: {
               ref={button}
               size="lg"
               loading={busy}
-              onClick={() => onConfirm({ number: instruction.number })}
+              onClick={() => onConfirm({ ...store.seen(), number: instruction.number })}
             >
               {t(practice ? "commissioning:run.doIt" : "commissioning:run.done")}
             </Button>
@@ -211,7 +212,7 @@ function Instruction(props: {
         <GainTuning
           review={instruction.review}
           busy={busy}
-          onAnswer={(gains) => onConfirm({ number: instruction.number, gains })}
+          onAnswer={(gains) => onConfirm({ ...store.seen(), number: instruction.number, gains })}
         />
       )}
     </section>

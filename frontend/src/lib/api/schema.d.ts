@@ -3015,7 +3015,8 @@ export interface paths {
         put?: never;
         /**
          * Confirm an instruction
-         * @description Confirm that an instruction was carried out. Refused if the page now shows another instruction, and if gains are outside their limits.
+         * @description Confirm that an instruction was carried out. Refused if the page now shows another instruction, if the confirmation is more than 2 s
+         *     old, because motors may then move without warning, and if gains are outside their limits.
          */
         post: operations["confirm_commissioning"];
         delete?: never;
@@ -4717,6 +4718,19 @@ export interface components {
          * @description Confirms that the technician has carried out an instruction.
          */
         CommissioningConfirmation: {
+            /**
+             * Stops
+             * @description `live.stops` of the state that the sender saw.
+             * @example 3
+             */
+            stops: number;
+            /**
+             * Seen At
+             * Format: date-time
+             * @description `live.at` of the state that the sender saw.
+             * @example 2026-11-21T09:30:00.125Z
+             */
+            seen_at: string;
             /** Number */
             number: number;
             /** @description Answer to a review of gains; by default they are kept. */
@@ -4899,6 +4913,19 @@ export interface components {
          * @description The kind of run and its first step.
          */
         CommissioningStart: {
+            /**
+             * Stops
+             * @description `live.stops` of the state that the sender saw.
+             * @example 3
+             */
+            stops: number;
+            /**
+             * Seen At
+             * Format: date-time
+             * @description `live.at` of the state that the sender saw.
+             * @example 2026-11-21T09:30:00.125Z
+             */
+            seen_at: string;
             /**
              * Kind
              * @description full: all steps that have not passed. check: the periodic check.
