@@ -193,18 +193,14 @@ class Station:
     async def hand_over(self, stop: Callable[[], Awaitable[Refusal | None]], guard: Guard) -> Refusal | None:
         """End the device process, so that another program can use the drives. Return None when they are free.
 
-        :param stop: stops the other program. Until :meth:`take_back` a user's Stop calls this function.
-        :param guard: of the request. Refused after a stop that its sender has not seen, and after its expiry.
+        Until :meth:`take_back` a user's Stop calls ``stop``, which stops the other program. ``guard`` is that of the request.
         """
         async with self._setting_side:
             if self._stop_user is not None:
                 return _COMMISSIONING
             # Without a connected device process no drive has torque that this service has switched on.
             snapshot = self._tracker.snapshot if self._process.running else None
-            stops = snapshot.stops if snapshot else guard.stops
-            if refusal := out_of_date(guard.stops, guard.expires_ns, stops=stops, t_ns=time.monotonic_ns()):
-                return refusal
-            if snapshot and (refusal := _side_refusal(snapshot)):
+            if refusal := _late(snapshot, guard) or (_side_refusal(snapshot) if snapshot else None):
                 return refusal
             self._stop_user = stop
             await self._process.close()
@@ -404,6 +400,12 @@ def _write(config: StationConfig, file: Path) -> Refusal | None:
             next_step=texts.FREE_SPACE_OR_ASK(),
         )
     return None
+
+
+def _late(snapshot: Snapshot | None, guard: Guard) -> Refusal | None:
+    """Return the refusal of a request that has expired, or whose sender has not seen the newest stop; None if it is in time."""
+    stops = snapshot.stops if snapshot else guard.stops
+    return out_of_date(guard.stops, guard.expires_ns, stops=stops, t_ns=time.monotonic_ns())
 
 
 def _side_refusal(snapshot: Snapshot | None) -> Refusal | None:
