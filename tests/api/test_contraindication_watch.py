@@ -65,7 +65,7 @@ class Watched(RuleBasedStateMachine):
         self.mode = "paused"
         return None
 
-    def tell(self, event: Any) -> None:
+    def publish(self, event: Any) -> None:
         self.events.append(event.code)
 
     # -- cache and database ------------------------------------------------------------------------------------------

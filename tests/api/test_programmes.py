@@ -177,4 +177,4 @@ def test_a_session_and_an_episode_without_anything_have_empty_plans(client: Test
     assert (plan["programme"], plan["items"], plan["besides"], plan["ended"]) == (None, [], [], False)
     episode_id = post(client, lift, ITEM, sessions_per_week=3).json()["episode_id"]
     [week] = client.get(f"/api/episodes/{episode_id}/adherence").json()["weeks"]
-    assert (week["sessions"], week["sessions_wished"]) == (0, 3)
+    assert (week["sessions"], week["sessions_prescribed"]) == (0, 3)

@@ -44,8 +44,8 @@ def test_grown_error_falls_back_and_names_its_motors(clinic: Clinic, recording_i
     # The next Load shows the same, from the stored correction.
     with clinic.database.read() as session:
         correction = stored_corrections.correction(session, run_id)
-        assert correction is not None and correction.lesson is not None
-        assert [str(text) for text in correction_learning.fall_back(correction.lesson)] == [note.message]
+        assert correction is not None and correction.learned_from is not None
+        assert [str(text) for text in correction_learning.fall_back(correction.learned_from)] == [note.message]
     _, after = played(clinic, recording_id, -0.5)
     assert after == []
 

@@ -17,7 +17,7 @@ from kata.clinic.episodes.tables import EpisodeRow
 from kata.clinic.patients import service as patients
 from kata.clinic.patients.schemas import PatientCreate, PatientUpdate
 from kata.clinic.programmes import adherence, planned, service
-from kata.clinic.programmes.adherence import HeldSession, VersionWish, by_week
+from kata.clinic.programmes.adherence import HeldSession, VersionTarget, by_week
 from kata.clinic.programmes.planned import Setting
 from kata.clinic.programmes.schemas import (
     ProgrammeCreate,
@@ -384,7 +384,7 @@ def test_a_session_without_a_programme_has_everything_besides(clinic: Clinic) ->
 
 
 def week_numbers(weeks: list[adherence.AdherenceWeek]) -> list[tuple[date, int, int | None]]:
-    return [(week.begins_on, week.sessions, week.sessions_wished) for week in weeks]
+    return [(week.begins_on, week.sessions, week.sessions_prescribed) for week in weeks]
 
 
 def test_weeks_without_a_session_are_included() -> None:
@@ -409,13 +409,13 @@ def test_monday_begins_where_the_clinic_is() -> None:
 def test_goal_is_the_last_one_set_by_each_week() -> None:
     one, other = uuid4(), uuid4()
     said = [
-        VersionWish(one, MONDAY, 2, None),
-        VersionWish(one, MONDAY + 8 * DAY, 3, None),
-        VersionWish(other, MONDAY + 15 * DAY, None, None),
-        VersionWish(other, MONDAY + 22 * DAY, 4, MONDAY + 30 * DAY),
-        VersionWish(one, MONDAY + 43 * DAY, None, None),
+        VersionTarget(one, MONDAY, 2, None),
+        VersionTarget(one, MONDAY + 8 * DAY, 3, None),
+        VersionTarget(other, MONDAY + 15 * DAY, None, None),
+        VersionTarget(other, MONDAY + 22 * DAY, 4, MONDAY + 30 * DAY),
+        VersionTarget(one, MONDAY + 43 * DAY, None, None),
     ]
-    wishes = [week.sessions_wished for week in by_week([], said, MONDAY + 43 * DAY, UTC)]
+    wishes = [week.sessions_prescribed for week in by_week([], said, MONDAY + 43 * DAY, UTC)]
     # The other programme is archived in the fifth week. The first has no wish from the seventh week.
     assert wishes == [2, 3, 3, 4, 4, 3, None]
 
@@ -446,7 +446,7 @@ def test_an_episodes_weeks_come_from_its_sessions(clinic: Clinic) -> None:
         with refused(404, "not_found"):
             adherence.of_episode(session, uuid4(), UTC)
     # A session without a playback has no repetitions, and a session without a programme has no planned ones.
-    assert (week.sessions, week.sessions_wished) == (2, 2)
+    assert (week.sessions, week.sessions_prescribed) == (2, 2)
     assert (week.repetitions_done, week.repetitions_planned) == (17, 20)
 
 

@@ -430,11 +430,11 @@ def test_session_of_monday_morning_is_in_the_clinics_week(database: Database, fi
 def test_prescribed_and_completed_sessions_are_compared() -> None:
     monday = date(2026, 3, 2)
     weeks = [
-        AdherenceWeek(begins_on=monday, sessions=2, sessions_wished=3, repetitions_planned=60, repetitions_done=54),
+        AdherenceWeek(begins_on=monday, sessions=2, sessions_prescribed=3, repetitions_planned=60, repetitions_done=54),
         AdherenceWeek(
             begins_on=monday + timedelta(days=7),
             sessions=0,
-            sessions_wished=3,
+            sessions_prescribed=3,
             repetitions_planned=0,
             repetitions_done=0,
         ),
@@ -454,7 +454,7 @@ def test_sessions_per_week_are_labelled_with_mondays(count: int, between: int) -
         AdherenceWeek(
             begins_on=monday + timedelta(weeks=week),
             sessions=1,
-            sessions_wished=1,
+            sessions_prescribed=1,
             repetitions_planned=1,
             repetitions_done=1,
         )

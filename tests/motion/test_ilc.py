@@ -241,16 +241,16 @@ def test_error_that_grows_falls_back_and_learns_less() -> None:
     grown = behind(0.5)
     grown.measured_deg[:, 3] -= 0.5
     second = again(first, grown)
-    assert first.lesson is not None
-    assert second.lesson is not None
-    assert second.lesson.fell_back == (4,)
+    assert first.learned_from is not None
+    assert second.learned_from is not None
+    assert second.learned_from.fell_back == (4,)
     assert not second.angles_deg[:, 3].any()
     assert np.all(second.angles_deg[:, 2] > first.angles_deg[:, 2])
-    assert second.lesson.gain == pytest.approx([0.6, 0.6, 0.6, 0.3, 0.6])
+    assert second.learned_from.gain == pytest.approx([0.6, 0.6, 0.6, 0.3, 0.6])
     # The better repetition is the one to beat; a little more error is no growth.
     third = again(second, behind(0.52))
-    assert third.lesson is not None
-    assert third.lesson.fell_back == ()
+    assert third.learned_from is not None
+    assert third.learned_from.fell_back == ()
     assert third.angles_deg[100:200, 3] == pytest.approx(0.5 * 0.52 / 0.5 * first.angles_deg[100:200, 3], rel=0.02)
 
 
@@ -258,7 +258,7 @@ def test_a_disturbed_repetition_is_not_taken_for_a_grown_error() -> None:
     first = again(None, behind(0.1))
     held = behind(5.0)
     held.playing[50:550] = False
-    assert first.lesson is not None
+    assert first.learned_from is not None
     disturbed = again(first, held)
-    assert disturbed.lesson is not None
-    assert disturbed.lesson.fell_back == ()
+    assert disturbed.learned_from is not None
+    assert disturbed.learned_from.fell_back == ()

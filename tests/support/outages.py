@@ -101,7 +101,7 @@ class TreatingStation:
             or list((self.data / "journal").glob("*.journal"))
         ):
             assert time.monotonic() < limit, live
-            self._stop_what_goes_on(live.mode)
+            self._stop_running(live.mode)
             time.sleep(0.1)
 
     @property
@@ -115,7 +115,7 @@ class TreatingStation:
         assert loop
         return loop
 
-    def _stop_what_goes_on(self, mode: str) -> None:
+    def _stop_running(self, mode: str) -> None:
         if mode == "stopped":
             self.clinic.command("acknowledge")
         elif mode != "idle":

@@ -40,7 +40,7 @@ DECLARED: Final[dict[str, str]] = {
     ),
     **dict.fromkeys(
         (
-            "sessions", "sessions_wished", "sessions_per_week", "repetitions", "repetitions_planned", "repetitions_done", "runs", "stops",
+            "sessions", "sessions_prescribed", "sessions_per_week", "repetitions", "repetitions_planned", "repetitions_done", "runs", "stops",
             "run_count", "stop_count", "samples", "reversals", "takes", "cycles", "overruns", "bus_errors", "drive_errors",
             "telemetry_dropped", "waiting", "audit_rows", "digits", "programmes", "overdue", "prescribed", "held", "playbacks", "stopped",
             "alarms", "due_count", "left_out_further", "patients", "shoulders", "least_patients", "presses", "passes", "repetitions_left", "unsigned_count", "count",

@@ -107,6 +107,6 @@ async def _pause(station: Station, audit_log: AuditLog, problem: ProblemError) -
         return
     message = texts.PAUSED_BY_CONTRAINDICATION(reason=problem.message)
     key = TextKey.of(message)
-    station.tell(EventLive(number=1, code="contraindication_pause", message=message, message_key=key, at=utc_now()))
+    station.publish(EventLive(number=1, code="contraindication_pause", message=message, message_key=key, at=utc_now()))
     with by_program("pause_contraindicated", station.info.name):
         audit_log.record_at_once(entry("pause_contraindicated", "done", detail={"why": problem.code}))

@@ -321,7 +321,7 @@ async def set_up_station(settings: Settings, storage: Storage, apparatus: Appara
     running_imports: set[asyncio.Task[None]] = set()
 
     def notify_saved(record: Saved) -> None:
-        loop.call_soon_threadsafe(station.tell, record)
+        loop.call_soon_threadsafe(station.publish, record)
 
     def has_undelivered() -> bool:
         return event_spool.delivery.waiting > 0

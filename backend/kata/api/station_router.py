@@ -419,7 +419,7 @@ def _begin_teaching(
 
 def _learning_notes(learned: Correction | None) -> list[Text]:
     """Return why the playback that taught a correction used an earlier correction; empty if it did not."""
-    return correction_learning.fall_back(learned.lesson) if learned and learned.lesson else []
+    return correction_learning.fall_back(learned.learned_from) if learned and learned.learned_from else []
 
 
 def _run_request(requested: LoadRequest) -> runs.RunRequest:

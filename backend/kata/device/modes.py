@@ -180,7 +180,7 @@ class StateMachine(MachineState):
     def _step_playing(self, run: Run, movement: Movement) -> None:
         axis = run.resisting_axis
         if movement.ended and axis is None:
-            if not run.goes_on(movement):
+            if not run.turn_at_end(movement):
                 run.played_to_end = not (run.end_feel and run.end_feel.ended_by_patient)
                 self._begin_return()
         elif axis is not None and run.resisted_again and (movement.ended or movement.at_rest):

@@ -308,7 +308,7 @@ class Run:
             from_start_deg = np.abs(self.reference_deg - self.trajectory.start_deg)
             self._yield_offset.keep_within(-from_start_deg, from_start_deg)
 
-    def goes_on(self, movement: Movement) -> bool:
+    def turn_at_end(self, movement: Movement) -> bool:
         """Turn at an end of the path if the test is not over. Return False if the run has ended."""
         return self.end_feel is not None and self.end_feel.turn_at_end(movement)
 

@@ -141,9 +141,9 @@ class TorqueStretch(EndFeelTest):
         if movement.direction == 1:
             self._phase = "hold"
             return True
-        goes_on = super().turn_at_end(movement)
+        continues = super().turn_at_end(movement)
         self._phase, self._hold_left_s = "out", self._hold_s
-        return goes_on
+        return continues
 
     def state(self) -> StretchState:
         """Return the stretch for the snapshot."""

@@ -17,7 +17,7 @@ from kata.interop.sample_file import SIMULATED
 from kata.messages import text_of
 from kata.motion import texts as motion_texts
 from kata.motion.axes import AXES, Side
-from kata.motion.csv_table import Complaint, CsvTable, TableError, read_table
+from kata.motion.csv_table import CsvTable, TableError, TableProblem, read_table
 from kata.motion.edit import LONGEST_S
 from kata.motion.linkage import Floats, OutOfReachError, motor_angles_deg
 from kata.motion.method import reference
@@ -108,30 +108,30 @@ def _check_clock(table: CsvTable) -> None:
     times_s = table.values[:, 0]
     steps = np.diff(times_s)
     if len(steps) > 1 and np.median(steps) > _LONGEST_GAP_S:
-        complaint = texts.ROWS_FAR_APART(step_s=np.median(steps))
-        table.complain([(1, 0, complaint)])
+        problem = texts.ROWS_FAR_APART(step_s=np.median(steps))
+        table.refuse([(1, 0, problem)])
     check_time(table)
     if times_s[-1] - times_s[0] > LONGEST_S:
         row = int(np.argmax(times_s - times_s[0] > LONGEST_S))
-        table.complain([(row, 0, texts.MOTION_LONGER_THAN_AN_HOUR())])
+        table.refuse([(row, 0, texts.MOTION_LONGER_THAN_AN_HOUR())])
 
     def gaps() -> Iterator[tuple[int, int, str]]:
         for row in np.flatnonzero(steps > _LONGEST_GAP_S).tolist():
             yield row + 1, 0, texts.GAP_BEFORE(gap_s=steps[row], longest_s=_LONGEST_GAP_S)
 
-    table.complain(gaps())
+    table.refuse(gaps())
 
 
 def _check_degrees(table: CsvTable) -> None:
     angles = table.values[:, 1:]
-    table.complain(
+    table.refuse(
         (row, axis + 1, texts.MORE_THAN_A_TURN(angle_deg=angles[row, axis]))
         for row, axis in np.argwhere(np.abs(angles) > _WHOLE_TURN_DEG).tolist()
     )
     if np.abs(angles).max() <= _LIKE_RADIANS and np.ptp(angles, axis=0).max() > 0:
         row, axis = np.unravel_index(int(np.argmax(np.abs(angles))), angles.shape)
-        complaint = texts.LOOKS_LIKE_RADIANS(angle_deg=angles[row, axis])
-        table.complain([(int(row), int(axis) + 1, complaint)])
+        problem = texts.LOOKS_LIKE_RADIANS(angle_deg=angles[row, axis])
+        table.refuse([(int(row), int(axis) + 1, problem)])
 
 
 def _of_poses(table: CsvTable, side: Side) -> Floats:
@@ -140,7 +140,7 @@ def _of_poses(table: CsvTable, side: Side) -> Floats:
         return motor_angles_deg(table.values[:, 1:], side)
     except OutOfReachError as error:
         message = error.text
-        table.complain([(error.index, 2 if error.motor == 2 else 1, message)])
+        table.refuse([(error.index, 2 if error.motor == 2 else 1, message)])
         raise
 
 
@@ -152,5 +152,5 @@ def _at_its_line(error: TrajectoryError, table: CsvTable, times_s: Floats, layou
     column = table.columns[error.motor]
     if layout == "poses" and error.motor <= 2:
         column = motion_texts.TWO_COLUMNS(first=table.columns[1], second=table.columns[2])
-    complaint = Complaint(int(table.lines[row]), column, text_of(error))
-    return TableError(complaint.text, [complaint])
+    problem = TableProblem(int(table.lines[row]), column, text_of(error))
+    return TableError(problem.text, [problem])

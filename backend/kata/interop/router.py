@@ -343,7 +343,7 @@ def _parsed(worker: FigureWorker, station: Station, csv: bytes, side: Side) -> P
             "not_a_motion",
             texts.FILE_REFUSED(reason=text_of(error)),
             _MEND,
-            [(complaint.place, complaint.what) for complaint in error.complaints],
+            [(problem.place, problem.what) for problem in error.problems],
         ) from error
 
 

@@ -17,13 +17,13 @@ from kata.motion import texts
 from kata.motion.linkage import Floats
 
 SEPARATORS: Final = (",", ";", "\t")
-MOST_COMPLAINTS: Final = 20
-"""Maximum number of complaints about one file. More complaints would not help to correct it."""
+MOST_PROBLEMS: Final = 20
+"""Maximum number of problems about one file. More problems would not help to correct it."""
 _CHUNK: Final = 8192
 
 
 @dataclass(frozen=True)
-class Complaint:
+class TableProblem:
     """A problem at one place of the file."""
 
     line: int
@@ -46,11 +46,11 @@ class Complaint:
 
 
 class TableError(ValueError):
-    """The file cannot be used. The message names the first problem. ``complaints`` lists the problems that have a place."""
+    """The file cannot be used. The message names the first problem. ``problems`` lists the problems that have a place."""
 
-    def __init__(self, message: str, complaints: Sequence[Complaint] = ()) -> None:
+    def __init__(self, message: str, problems: Sequence[TableProblem] = ()) -> None:
         super().__init__(message)
-        self.complaints = tuple(complaints)
+        self.problems = tuple(problems)
 
 
 @dataclass(frozen=True)
@@ -64,17 +64,17 @@ class CsvTable:
     values: Floats
     lines: NDArray[np.int64]
 
-    def complain(self, wrong: Iterable[tuple[int, int, str]]) -> None:
+    def refuse(self, wrong: Iterable[tuple[int, int, str]]) -> None:
         """Refuse the table if ``wrong`` is not empty. It contains row, column of ``values`` and text of each problem.
 
         :raises TableError: when there is a problem.
         """
-        complaints = [
-            Complaint(int(self.lines[row]), self.columns[column], what)
-            for (row, column, what), _ in zip(wrong, range(MOST_COMPLAINTS), strict=False)
+        problems = [
+            TableProblem(int(self.lines[row]), self.columns[column], what)
+            for (row, column, what), _ in zip(wrong, range(MOST_PROBLEMS), strict=False)
         ]
-        if complaints:
-            raise TableError(complaints[0].text, complaints)
+        if problems:
+            raise TableError(problems[0].text, problems)
 
 
 def read_table(text: str, *layouts: tuple[str, ...]) -> CsvTable:
@@ -114,7 +114,7 @@ def _layout(header: list[str], layouts: Sequence[tuple[str, ...]]) -> tuple[str,
     layout = max(layouts, key=lambda names: sum(name in header for name in names))
     missing = [column for column in layout if column not in header]
     units = [
-        Complaint(1, name, texts.COLUMN_UNIT_WRONG(column=column))
+        TableProblem(1, name, texts.COLUMN_UNIT_WRONG(column=column))
         for column in missing
         for name in header
         if _in_another_unit(name, column)
@@ -124,11 +124,11 @@ def _layout(header: list[str], layouts: Sequence[tuple[str, ...]]) -> tuple[str,
         message = texts.COLUMN_MISSING_WITH_OTHERS(
             line=units[0].line, column=units[0].column, problem=units[0].what, missing=", ".join(missing)
         )
-    raise TableError(message, units or [Complaint(1, column, texts.COLUMN_MISSING()) for column in missing])
+    raise TableError(message, units or [TableProblem(1, column, texts.COLUMN_MISSING()) for column in missing])
 
 
 def _twice(header: list[str], layout: tuple[str, ...]) -> None:
-    twice = [Complaint(1, column, texts.COLUMN_TWICE()) for column in layout if header.count(column) > 1]
+    twice = [TableProblem(1, column, texts.COLUMN_TWICE()) for column in layout if header.count(column) > 1]
     if twice:
         raise TableError(twice[0].text, twice)
 
@@ -156,7 +156,7 @@ class _Rows:
         self._width = len(header)
         self._wanted = columns
         self._places = [header.index(column) for column in columns]
-        self._complaints: list[Complaint] = []
+        self._problems: list[TableProblem] = []
 
     def read(self, numbered: Iterator[tuple[int, list[str]]], *, careful: bool) -> tuple[Floats, NDArray[np.int64]]:
         """Read all rows in chunks, so that the text of a long file is never completely in memory."""
@@ -169,8 +169,8 @@ class _Rows:
                 good = self._slowly(chunk)
             values.append(good)
             lines.append(np.array([line for line, _ in chunk], dtype=np.int64))
-        if self._complaints:
-            raise TableError(self._complaints[0].text, self._complaints)
+        if self._problems:
+            raise TableError(self._problems[0].text, self._problems)
         if not values:
             return np.empty((0, len(self._wanted))), np.empty(0, dtype=np.int64)
         return np.concatenate(values), np.concatenate(lines)
@@ -205,5 +205,5 @@ class _Rows:
         return table
 
     def _complain(self, line: int, column: str, problem: str) -> None:
-        if len(self._complaints) < MOST_COMPLAINTS:
-            self._complaints.append(Complaint(line, column, problem))
+        if len(self._problems) < MOST_PROBLEMS:
+            self._problems.append(TableProblem(line, column, problem))

@@ -9,7 +9,7 @@ for learning. The leak removes corrections that are no longer confirmed. Source:
 Control Systems 26(3), Eq. 9 and the section on plant inversion.
 
 The error must not grow from one repetition to the next. If the error of an axis grew, the drive differs from the identified
-model. The axis' correction then falls back to that of the better repetition, and its gain is halved (:class:`Lesson`).
+model. The axis' correction then falls back to that of the better repetition, and its gain is halved (:class:`LearnedRepetition`).
 
 The patient's own movement must not be learned. The correction therefore does not change at places where the arm was stopped,
 paused or moved back, where a motor was heavily loaded, or near a limit.
@@ -54,7 +54,7 @@ _LONGEST_GAP_S: Final = 0.1
 
 
 @dataclass(frozen=True)
-class Lesson:
+class LearnedRepetition:
     """The repetition from which a correction was learned. For an axis that fell back, it is the better repetition before."""
 
     played_deg: Floats
@@ -73,7 +73,7 @@ class Correction:
 
     step_s: float
     angles_deg: Floats
-    lesson: Lesson | None = None
+    learned_from: LearnedRepetition | None = None
     """The repetition from which the correction was learned; None if unknown."""
 
     def at(self, time_s: float) -> Floats:
@@ -119,8 +119,8 @@ def next_correction(
     curve = CubicSpline(grid, smoothed(grid, error, _CUTOFF_HZ), bc_type="natural")
     lag = servo_model.first_s * curve(grid, 1) + servo_model.second_s2 * curve(grid, 2)
     missing = curve(grid) + without_taken_up(lag, servo_model.taken_up_share(STEP_S))
-    lesson = before.lesson if before else None
-    gain = lesson.gain.copy() if lesson else np.full(N_AXES, _GAIN)
+    earlier = before.learned_from if before else None
+    gain = earlier.gain.copy() if earlier else np.full(N_AXES, _GAIN)
     target = smoothed(grid, (1 - _LEAK) * previous + gain * missing, _CUTOFF_HZ)
 
     expected_nm = servo_model.load.torque_nm(trajectory.motions(repetition.path_s))
@@ -136,15 +136,15 @@ def next_correction(
         free = np.minimum(alone, _distance(grid, grid[near[:, axis]]))
         if np.mean(free > 0.0) >= _LEAST_FREE_SHARE:
             error_rms[axis] = np.sqrt(np.mean(error[free > 0.0, axis] ** 2))
-        if lesson and error_rms[axis] > _GROWN_ERROR_RATIO * lesson.error_deg[axis] + _NOISE_DEG:
-            learned[:, axis] = played_with[:, axis] = lesson.played_deg[:, axis]
-            error_rms[axis] = lesson.error_deg[axis]
+        if earlier and error_rms[axis] > _GROWN_ERROR_RATIO * earlier.error_deg[axis] + _NOISE_DEG:
+            learned[:, axis] = played_with[:, axis] = earlier.played_deg[:, axis]
+            error_rms[axis] = earlier.error_deg[axis]
             gain[axis] /= 2
             fell_back.append(axis + 1)
             continue
         learned[:, axis] += np.clip(free / _FADE_IN_S, 0.0, 1.0) * (target[:, axis] - previous[:, axis])
     learned = np.clip(learned, -MAX_CORRECTION_DEG, MAX_CORRECTION_DEG)
-    return Correction(STEP_S, learned, Lesson(played_with, error_rms, gain, tuple(fell_back)))
+    return Correction(STEP_S, learned, LearnedRepetition(played_with, error_rms, gain, tuple(fell_back)))
 
 
 def _loaded(beyond_nm: Floats, played_at: Floats, threshold_nm: Floats) -> NDArray[np.bool_]:

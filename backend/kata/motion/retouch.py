@@ -84,10 +84,10 @@ def change_deg(knots_s: Floats, changes_deg: Floats, times_s: Floats) -> Floats:
     before, after = slopes[:-1], slopes[1:]
     smaller = np.minimum(np.abs(before), np.abs(after))
     larger = np.maximum(np.abs(before), np.abs(after))
-    goes_on = before * after > 0
-    mean = 2 * smaller * larger / np.where(goes_on, smaller + larger, 1.0)
+    same_direction = before * after > 0
+    mean = 2 * smaller * larger / np.where(same_direction, smaller + larger, 1.0)
     at_knots = np.zeros_like(knots_s)
-    at_knots[1:-1] = np.where(goes_on, np.sign(before) * np.minimum(mean, _STEEPEST * smaller), 0.0)
+    at_knots[1:-1] = np.where(same_direction, np.sign(before) * np.minimum(mean, _STEEPEST * smaller), 0.0)
     derivatives = np.stack([changes_deg, at_knots, np.zeros_like(at_knots)], axis=-1)
     changed: Floats = BPoly.from_derivatives(knots_s, derivatives)(times_s)
     return changed

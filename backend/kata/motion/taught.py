@@ -67,7 +67,7 @@ def parse_csv(text: str, name: str) -> Taught:
         check_time(table)
         check_poses(table)
     except TableError as error:
-        raise TaughtError(text_of(error), error.complaints) from error
+        raise TaughtError(text_of(error), error.problems) from error
     times_s = table.values[:, 0]
     return Taught(name, times_s - times_s[0], table.values[:, 1:])
 
@@ -78,7 +78,7 @@ def check_time(table: CsvTable) -> None:
     :raises TableError: naming line and column.
     """
     times_s = table.values[:, 0]
-    table.complain(
+    table.refuse(
         (row, 0, texts.TIME_MUST_INCREASE(time_s=times_s[row], before_s=times_s[row - 1]))
         for row in (np.flatnonzero(np.diff(times_s) <= 0) + 1).tolist()
     )
@@ -100,4 +100,4 @@ def check_poses(table: CsvTable) -> None:
             angle = {"angle_deg": poses[row, axis], "lowest_deg": low[axis], "highest_deg": high[axis]}
             yield row, axis + 1, texts.ANGLE_OUT_OF_APPARATUS(**angle)
 
-    table.complain(wrong())
+    table.refuse(wrong())

@@ -322,7 +322,7 @@ class Station:
         """Subscribe to changes and events during the block."""
         return self._subscriptions.subscribed()
 
-    def tell(self, item: object) -> None:
+    def publish(self, item: object) -> None:
         """Send an item to every listener, in addition to the device's events."""
         self._subscriptions.put(item)
 
@@ -358,7 +358,7 @@ class Station:
             self._tracker.note_reversal(message)
             self._subscriptions.note_change()
         ago = timedelta(microseconds=(time.monotonic_ns() - message.t_ns) / 1000)
-        self.tell(
+        self.publish(
             EventLive(
                 number=message.number,
                 code=message.code,

@@ -14,7 +14,7 @@ from sqlalchemy.orm import Session
 from kata.clinic import texts
 from kata.clinic.episodes.tables import EpisodeRow
 from kata.clinic.local_time import midnight
-from kata.clinic.programmes.schemas import Wish
+from kata.clinic.programmes.schemas import SessionsPerWeek
 from kata.clinic.programmes.tables import ProgrammeItemRow, ProgrammeRow, ProgrammeVersionRow
 from kata.clinic.sessions.schemas import EndRangePrescription
 from kata.clinic.sessions.tables import MotionTrackingRow, RunRow, SessionRow
@@ -55,7 +55,7 @@ class AdherenceWeek(Schema):
 
     begins_on: date = Field(description="The Monday, in the clinic's time zone.", examples=["2026-11-16"])
     sessions: int = Field(ge=0, description="Number of sessions in which a recording was played.", examples=[2])
-    sessions_wished: Wish = Field(
+    sessions_prescribed: SessionsPerWeek = Field(
         description="Sessions per week as prescribed at the end of the week; null if no number is prescribed."
     )
     repetitions_planned: int = Field(
@@ -104,7 +104,7 @@ class HeldSession:
 
 
 @dataclass(frozen=True)
-class VersionWish:
+class VersionTarget:
     """The number of sessions per week and the end-range times per session that a version of a programme prescribes from its date on."""
 
     programme_id: UUID
@@ -117,14 +117,14 @@ class VersionWish:
 
 
 def by_week(
-    held_sessions: Iterable[HeldSession], wishes: Iterable[VersionWish], until: datetime, zone: tzinfo
+    held_sessions: Iterable[HeldSession], targets: Iterable[VersionTarget], until: datetime, zone: tzinfo
 ) -> list[AdherenceWeek]:
     """Return the weeks. ``zone``: the clinic's time zone.
 
     Weeks after ``until`` are included only if a recording was played in them.
     """
-    held_sessions, wishes = list(held_sessions), sorted(wishes, key=lambda wish: wish.made_at)
-    moments = [held_session.started_at for held_session in held_sessions] + [wish.made_at for wish in wishes]
+    held_sessions, targets = list(held_sessions), sorted(targets, key=lambda target: target.made_at)
+    moments = [held_session.started_at for held_session in held_sessions] + [target.made_at for target in targets]
     if not moments:
         return []
     of_week: dict[date, list[HeldSession]] = defaultdict(list)
@@ -135,7 +135,11 @@ def by_week(
     weeks = []
     while monday <= last:
         weeks.append(
-            _week(monday, of_week[monday], _wish(wishes, midnight(monday, zone), midnight(monday + _WEEK, zone)))
+            _week(
+                monday,
+                of_week[monday],
+                _target_of_week(targets, midnight(monday, zone), midnight(monday + _WEEK, zone)),
+            )
         )
         monday += _WEEK
     return weeks
@@ -150,7 +154,7 @@ def of_episode(session: Session, episode_id: UUID, zone: tzinfo) -> Adherence:
     if episode is None:
         raise not_found(texts.EPISODE_NOT_FOUND)
     until = episode.closed_at or utc_now()
-    weeks = by_week(_visits(session, episode_id), _version_wishes(session, episode_id), until, zone)
+    weeks = by_week(_visits(session, episode_id), _version_targets(session, episode_id), until, zone)
     return Adherence(weeks=weeks)
 
 
@@ -281,7 +285,7 @@ def _end_range_done(motion: int, counted_s: float | None, prescribed_s: float | 
     )
 
 
-def _version_wishes(session: Session, episode_id: UUID) -> list[VersionWish]:
+def _version_targets(session: Session, episode_id: UUID) -> list[VersionTarget]:
     query = (
         select(
             ProgrammeVersionRow.id,
@@ -295,50 +299,50 @@ def _version_wishes(session: Session, episode_id: UUID) -> list[VersionWish]:
     )
     prescribed_s = _prescribed_s(session, episode_id)
     return [
-        VersionWish(programme_id, made_at, per_week, archived_at, prescribed_s.get(version_id, {}))
+        VersionTarget(programme_id, made_at, per_week, archived_at, prescribed_s.get(version_id, {}))
         for version_id, programme_id, made_at, per_week, archived_at in session.execute(query)
     ]
 
 
-def _week(monday: date, held_sessions: list[HeldSession], wish: VersionWish | None) -> AdherenceWeek:
+def _week(monday: date, held_sessions: list[HeldSession], target: VersionTarget | None) -> AdherenceWeek:
     of_sessions = [held_session.end_range for held_session in held_sessions if held_session.end_range]
     end_range_sessions = sorted(of_sessions, key=lambda of_session: of_session.started_at)
     return AdherenceWeek(
         begins_on=monday,
         sessions=len(held_sessions),
-        sessions_wished=wish.sessions_per_week if wish else None,
+        sessions_prescribed=target.sessions_per_week if target else None,
         repetitions_planned=sum(held_session.planned for held_session in held_sessions),
         repetitions_done=sum(held_session.done for held_session in held_sessions),
-        end_range=_end_range_of_week(end_range_sessions, wish),
+        end_range=_end_range_of_week(end_range_sessions, target),
         end_range_sessions=end_range_sessions,
     )
 
 
-def _end_range_of_week(of_sessions: Iterable[EndRangeSession], wish: VersionWish | None) -> list[EndRangeDone]:
+def _end_range_of_week(of_sessions: Iterable[EndRangeSession], target: VersionTarget | None) -> list[EndRangeDone]:
     counted_s: dict[int, float | None] = {}
     for done in (done for of_session in of_sessions for done in of_session.motions):
         before = counted_s.get(done.motion)
         counted_s[done.motion] = before if done.counted_s is None else (before or 0.0) + done.counted_s
     prescribed_s: dict[int, float] = {}
-    if wish and wish.sessions_per_week:
-        prescribed_s = {motion: seconds * wish.sessions_per_week for motion, seconds in wish.end_range_s.items()}
+    if target and target.sessions_per_week:
+        prescribed_s = {motion: seconds * target.sessions_per_week for motion, seconds in target.end_range_s.items()}
     return [
         _end_range_done(motion, counted_s.get(motion), prescribed_s.get(motion))
         for motion in sorted({*counted_s, *prescribed_s})
     ]
 
 
-def _wish(wishes: list[VersionWish], begins: datetime, ends: datetime) -> VersionWish | None:
+def _target_of_week(targets: list[VersionTarget], begins: datetime, ends: datetime) -> VersionTarget | None:
     """Return the version whose sessions per week are prescribed at the end of a week. If several programmes prescribe a number, the newest
     counts.
     """
-    newest: dict[UUID, VersionWish] = {}
-    for wish in wishes:
-        if wish.made_at < ends and not (wish.archived_at and wish.archived_at < begins):
-            newest.pop(wish.programme_id, None)
-            newest[wish.programme_id] = wish
-    wished = [wish for wish in newest.values() if wish.sessions_per_week]
-    return wished[-1] if wished else None
+    newest: dict[UUID, VersionTarget] = {}
+    for target in targets:
+        if target.made_at < ends and not (target.archived_at and target.archived_at < begins):
+            newest.pop(target.programme_id, None)
+            newest[target.programme_id] = target
+    with_target = [target for target in newest.values() if target.sessions_per_week]
+    return with_target[-1] if with_target else None
 
 
 def _monday(moment: datetime, zone: tzinfo) -> date:

@@ -26,7 +26,7 @@ Timer = Annotated[
         examples=[20.0],
     ),
 ]
-Wish = Annotated[int | None, Field(ge=1, le=21, description="Prescribed sessions per week.", examples=[3])]
+SessionsPerWeek = Annotated[int | None, Field(ge=1, le=21, description="Prescribed sessions per week.", examples=[3])]
 
 
 class ProgrammeItemRequest(PlaybackSettings):
@@ -58,7 +58,7 @@ class VersionFields(ProgrammeItemsRequest):
         "", description="Reason for this version.", examples=["Less range: pain after the last session."]
     )
     timer_minutes: Timer = None
-    sessions_per_week: Wish = None
+    sessions_per_week: SessionsPerWeek = None
 
 
 class ProgrammeCreate(VersionFields):
@@ -105,7 +105,7 @@ class ProgrammeVersion(Schema):
     made_by: str
     note: str
     timer_minutes: Timer
-    sessions_per_week: Wish
+    sessions_per_week: SessionsPerWeek
     duration_s: Duration
     items: list[ProgrammeItem]
 

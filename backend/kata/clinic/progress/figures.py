@@ -295,13 +295,13 @@ def adherence(weeks: Sequence[AdherenceWeek]) -> Figure:
         "mode": "lines+markers",
         "name": texts.FIGURE_AS_PRESCRIBED(),
         "x": mondays,
-        "y": [week.sessions_wished for week in weeks],
+        "y": [week.sessions_prescribed for week in weeks],
         "line": {"color": ORANGE, "dash": "dot", "shape": "hvh"},
         "marker": {"color": ORANGE, "symbol": "diamond"},
         "hovertemplate": hover,
     }
-    traces = [sessions, *([wished] if any(week.sessions_wished for week in weeks) else [])]
-    highest = max((max(week.sessions, week.sessions_wished or 0) for week in weeks), default=1)
+    traces = [sessions, *([wished] if any(week.sessions_prescribed for week in weeks) else [])]
+    highest = max((max(week.sessions, week.sessions_prescribed or 0) for week in weeks), default=1)
     # Without these, Plotly names Sundays.
     ticks = {"tick0": mondays[0], "dtick": _WEEK_MS * -(-len(weeks) // _MOST_DAYS)} if mondays else {}
     day = {"type": "date", "tickformat": texts.FIGURE_DAY_FORMAT(), "title": {"text": texts.FIGURE_WEEK_FROM()}}

@@ -209,7 +209,7 @@ def adherence(weeks: Sequence[AdherenceWeek]) -> NumberTable:
         [
             week.begins_on.isoformat(),
             week.sessions,
-            week.sessions_wished,
+            week.sessions_prescribed,
             week.repetitions_planned,
             week.repetitions_done,
         ]

@@ -205,7 +205,7 @@ def confirm(
         ended; 422 as in :func:`kata.clinic.sessions.identity.subject`.
     """
     clinic_session = service.to_change(session, session_id)
-    ending.check_goes_on(clinic_session.ended_at)
+    ending.check_not_ended(clinic_session.ended_at)
     need = confirmable(needs(session, clinic_session, confirmation.recording_id), check)
     subject = need.subject
     if check == "identity":

@@ -13,7 +13,7 @@ from kata.device.journal import Journal
 from kata.messages import Text, sent_key
 from kata.motion.axes import N_AXES
 from kata.motion.edit import Motion
-from kata.motion.ilc import STEP_S, Correction, Lesson, next_correction
+from kata.motion.ilc import STEP_S, Correction, LearnedRepetition, next_correction
 from kata.motion.method import reference
 from kata.motion.tracking import MIN_MOTION_DEG
 
@@ -70,35 +70,37 @@ def learn(
     except ValueError as error:
         log.warning("nothing is learned from run %s: %s", run_id, error)
         return _nothing(texts.NOT_LEARNED_NO_FIT())
-    lesson = correction.lesson
-    assert lesson is not None
-    if lesson.fell_back:
-        log.warning("the error of motors %s grew in run %s: the earlier correction is used", lesson.fell_back, run_id)
+    repetition = correction.learned_from
+    assert repetition is not None
+    if repetition.fell_back:
+        log.warning(
+            "the error of motors %s grew in run %s: the earlier correction is used", repetition.fell_back, run_id
+        )
     count = len(correction.angles_deg)
     stored = {
         "time_s": np.arange(count) * STEP_S,
         "correction_deg": correction.angles_deg,
-        "played_deg": lesson.played_deg,
-        "error_deg": np.tile(lesson.error_deg, (count, 1)),
-        "gain": np.tile(lesson.gain, (count, 1)),
-        "fell_back": np.tile(np.isin(np.arange(N_AXES) + 1, lesson.fell_back).astype(np.float64), (count, 1)),
+        "played_deg": repetition.played_deg,
+        "error_deg": np.tile(repetition.error_deg, (count, 1)),
+        "gain": np.tile(repetition.gain, (count, 1)),
+        "fell_back": np.tile(np.isin(np.arange(N_AXES) + 1, repetition.fell_back).astype(np.float64), (count, 1)),
     }
     run = {
-        "learning": _stored(fall_back(lesson) + _not_compared(lesson, motion)),
+        "learning": _stored(fall_back(repetition) + _not_compared(repetition, motion)),
         "learned_rms_deg": float(np.sqrt(np.mean(correction.angles_deg**2, axis=0)).max()),
     }
     return Learned(run, arrays.encode(stored, COLUMNS))
 
 
-def fall_back(lesson: Lesson) -> list[Text]:
+def fall_back(repetition: LearnedRepetition) -> list[Text]:
     """Return why motors use an earlier correction; empty if none does."""
-    return [texts.LEARNING_FELL_BACK(motors=_numbers(lesson.fell_back))] if lesson.fell_back else []
+    return [texts.LEARNING_FELL_BACK(motors=_numbers(repetition.fell_back))] if repetition.fell_back else []
 
 
-def _not_compared(lesson: Lesson, motion: Motion) -> list[Text]:
+def _not_compared(repetition: LearnedRepetition, motion: Motion) -> list[Text]:
     """Return which motors could not be compared with the previous playback. A motor that hardly moves has nothing to learn."""
     moves = np.ptp(motion.angles_deg, axis=0) >= MIN_MOTION_DEG
-    motors = tuple(int(axis) + 1 for axis in np.flatnonzero(np.isnan(lesson.error_deg) & moves))
+    motors = tuple(int(axis) + 1 for axis in np.flatnonzero(np.isnan(repetition.error_deg) & moves))
     return [texts.LEARNING_DISTURBED(motors=_numbers(motors))] if motors else []
 
 

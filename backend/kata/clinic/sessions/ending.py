@@ -21,7 +21,7 @@ class Played(Protocol):
         """Position of the run's item in the programme; None if the run was not planned."""
 
 
-def check_goes_on(ended_at: datetime | None) -> None:
+def check_not_ended(ended_at: datetime | None) -> None:
     """Check that a session has not ended.
 
     :raises ProblemError: 409.

@@ -173,7 +173,7 @@ class OfflineSessions:
             if playable is None:
                 return None
             cached, clinic_session, recording = playable
-            ending.check_goes_on(clinic_session.ended_at)
+            ending.check_not_ended(clinic_session.ended_at)
             subject = checks.confirmable(recording.needs, check).subject
             if check == "identity":
                 subject = identity.subject(confirmation.identifiers, cached.identity.birth_date)
@@ -192,7 +192,7 @@ class OfflineSessions:
         if playable is None:
             return None
         cached, clinic_session, recording = playable
-        ending.check_goes_on(clinic_session.ended_at)
+        ending.check_not_ended(clinic_session.ended_at)
         items = clinic_session.programme.items if clinic_session.programme else []
         if request.programme_position is not None:
             planned_items = [(item.position, item.recording_id) for item in items]

@@ -117,7 +117,7 @@ def _allowed(session: DatabaseSession, request: RunRequest) -> RunRow:
     if clinic_session is None:
         raise not_found(texts.SESSION_NOT_FOUND)
     recording = recordings.get(session, request.recording_id)
-    ending.check_goes_on(clinic_session.ended_at)
+    ending.check_not_ended(clinic_session.ended_at)
     if recording.patient_id != clinic_session.patient_id:
         raise ProblemError(409, "other_patient", texts.RECORDING_OF_OTHER_PATIENT(), texts.CHOOSE_OWN_RECORDING())
     if recording.archived_at:

@@ -18,7 +18,7 @@ from kata.clinic.stations import service as stations
 from kata.database import arrays
 from kata.motion.axes import N_AXES
 from kata.motion.edit import PlaybackSettings
-from kata.motion.ilc import Correction, Lesson
+from kata.motion.ilc import Correction, LearnedRepetition
 
 log = logging.getLogger(__name__)
 
@@ -59,9 +59,9 @@ def correction(session: DatabaseSession, run_id: UUID | None) -> Correction | No
     except arrays.UnreadableError as error:
         log.warning("the correction of run %s is ignored: %s", run_id, error)
         return None
-    lesson = None
+    repetition = None
     if "gain" in columns:
         fell_back = columns["fell_back"][0] if "fell_back" in columns else np.zeros(N_AXES)
         motors = tuple(int(axis) + 1 for axis in np.flatnonzero(fell_back))
-        lesson = Lesson(columns["played_deg"], columns["error_deg"][0], columns["gain"][0], motors)
-    return Correction(float(columns["time_s"][1]), columns["correction_deg"], lesson)
+        repetition = LearnedRepetition(columns["played_deg"], columns["error_deg"][0], columns["gain"][0], motors)
+    return Correction(float(columns["time_s"][1]), columns["correction_deg"], repetition)

@@ -19,7 +19,7 @@ const done = (counted_s: number | null, prescribed_s: number | null) => ({
 const week = (begins_on: string, given: Partial<Schemas["AdherenceWeek"]>): Schemas["AdherenceWeek"] => ({
   begins_on,
   sessions: 1,
-  sessions_wished: 3,
+  sessions_prescribed: 3,
   repetitions_planned: 0,
   repetitions_done: 0,
   end_range: [],

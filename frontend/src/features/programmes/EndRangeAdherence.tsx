@@ -93,7 +93,7 @@ function DoneRow(props: { done: Done; bold?: boolean; children: React.ReactNode 
 const describeTime = (seconds: number | null) => (seconds === null ? "–" : formatSpan(Math.floor(seconds)));
 
 /** Return the counted time beside the prescribed one, in minutes and seconds. */
-export const describeDone = (counted_s: number | null, prescribed_s: number | null): string =>
+export const describeEndRangeTime = (counted_s: number | null, prescribed_s: number | null): string =>
   prescribed_s === null
     ? describeTime(counted_s)
     : t("programmes:endRange.of", { time: describeTime(counted_s), goal: formatSpan(prescribed_s) });
@@ -101,5 +101,5 @@ export const describeDone = (counted_s: number | null, prescribed_s: number | nu
 const describeMotionTime = (done: Done): string =>
   t("programmes:endRange.motionDone", {
     motion: translateServerText(done.name, done.name_key),
-    time: describeDone(done.counted_s, done.prescribed_s),
+    time: describeEndRangeTime(done.counted_s, done.prescribed_s),
   });

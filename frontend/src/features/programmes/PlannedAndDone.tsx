@@ -6,7 +6,7 @@ import { t } from "../../lib/i18n";
 import { PageLink } from "../../ui/links";
 import { ProblemNote } from "../../ui/ProblemNote";
 import { describeItem, describePrescription, differences, lower } from "./describeProgramme";
-import { describeDone } from "./EndRangeAdherence";
+import { describeEndRangeTime } from "./EndRangeAdherence";
 
 /** Compares a session's programme with its runs. Renders nothing without a programme. */
 export function PlannedAndDone({ sessionId }: { sessionId: string }) {
@@ -70,7 +70,7 @@ function PlanTable({ items, ended }: { items: Schemas["ItemDone"][]; ended: bool
                 {item.end_range && (
                   <Text>
                     {t("programmes:plan.endRange", {
-                      time: describeDone(item.end_range_s ?? null, 60 * item.end_range.minutes),
+                      time: describeEndRangeTime(item.end_range_s ?? null, 60 * item.end_range.minutes),
                     })}
                   </Text>
                 )}

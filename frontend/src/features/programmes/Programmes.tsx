@@ -121,7 +121,7 @@ export function Regularity({ episodeId }: { episodeId: string }) {
   const [now, before] = [...weeks].reverse();
   return (
     <>
-      {now && now.sessions_wished !== null && (
+      {now && now.sessions_prescribed !== null && (
         <Text data-testid="regularity">
           {before
             ? t("programmes:regularity.nowAndBefore", {
@@ -138,7 +138,7 @@ export function Regularity({ episodeId }: { episodeId: string }) {
 
 const weekOf = (week: Schemas["AdherenceWeek"]) => ({
   sessions: week.sessions,
-  wished: week.sessions_wished,
+  wished: week.sessions_prescribed,
   planned: week.repetitions_planned,
   done: week.repetitions_done,
 });

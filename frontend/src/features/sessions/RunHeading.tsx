@@ -34,7 +34,7 @@ export function RunHeading({ run, number }: { run: Run; number: number }) {
       </Group>
       <Group gap="md">
         <Text c="dimmed">{formatList([...level, ...(changes ? [changes] : [])])}</Text>
-        <Text data-testid="done">{describeDone(run)}</Text>
+        <Text data-testid="done">{describeCourse(run)}</Text>
       </Group>
       {(run.learning ?? []).map(({ message, message_key }) => (
         <Text key={message} data-testid="learning">
@@ -46,7 +46,7 @@ export function RunHeading({ run, number }: { run: Run; number: number }) {
 }
 
 /** Return in words how much was played and what interrupted it. */
-function describeDone(run: Run): string {
+function describeCourse(run: Run): string {
   const words: string[] = [];
   if (run.end_feel) return t(`sessions:session.endFeel.${run.end_feel}`);
   if (run.repetitions_done !== null) {

@@ -3777,11 +3777,11 @@ export interface components {
              */
             sessions: number;
             /**
-             * Sessions Wished
+             * Sessions Prescribed
              * @description Sessions per week as prescribed at the end of the week; null if no number is prescribed.
              * @example 3
              */
-            sessions_wished: number | null;
+            sessions_prescribed: number | null;
             /**
              * Repetitions Planned
              * @description Planned repetitions according to the programmes of these sessions.

@@ -55,17 +55,17 @@ function WeekBars({ episodeId }: { episodeId: string }) {
   const weeks = (useAdherence(episodeId).data?.weeks ?? []).slice(-WEEKS);
   const [first] = weeks;
   if (!first) return null;
-  const most = Math.max(1, ...weeks.flatMap((week) => [week.sessions, week.sessions_wished ?? 0]));
+  const most = Math.max(1, ...weeks.flatMap((week) => [week.sessions, week.sessions_prescribed ?? 0]));
   const share = (sessions: number) => `${(100 * sessions) / most}%`;
   return (
     <>
       <div className={classes.weeks} role="img" aria-label={describeWeeks(weeks)}>
         {weeks.map((week) => (
           <div key={week.begins_on} className={classes.week} style={{ height: share(week.sessions) }}>
-            {week.sessions_wished !== null && (
+            {week.sessions_prescribed !== null && (
               <div
                 className={classes.wished}
-                style={{ bottom: `${(56 * week.sessions_wished) / most - 1}px` }}
+                style={{ bottom: `${(56 * week.sessions_prescribed) / most - 1}px` }}
               />
             )}
           </div>
@@ -81,6 +81,6 @@ function WeekBars({ episodeId }: { episodeId: string }) {
 const describeWeeks = (weeks: Schemas["AdherenceWeek"][]) =>
   t("patients:summary.weeks", {
     list: weeks.map((week) =>
-      week.sessions_wished === null ? `${week.sessions}` : `${week.sessions}/${week.sessions_wished}`,
+      week.sessions_prescribed === null ? `${week.sessions}` : `${week.sessions}/${week.sessions_prescribed}`,
     ),
   });
