@@ -340,5 +340,8 @@ DRIVE_REGISTER_EXCEPTION: Final = message(
 PORT_IS_OTHER_ADAPTER: Final = message(
     "port_is_other_adapter", "{port:name} is the adapter {found:name}; before, it was {known:name}"
 )
+ADAPTER_NOT_IDENTIFIED: Final = message(
+    "adapter_not_identified", "the USB adapter of {port:name} cannot be identified at the moment"
+)
 PORT_HUNG_UP: Final = message("port_hung_up", "{port:name} was disconnected")
 PORT_TAKES_NOTHING: Final = message("port_takes_nothing", "{port:name} does not accept data")

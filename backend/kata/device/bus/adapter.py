@@ -8,7 +8,7 @@ from msgspec import Struct
 from serial.tools import list_ports
 
 from kata.device import texts
-from kata.device.bus.port import OtherAdapterError
+from kata.device.bus.port import BusError, OtherAdapterError
 
 _UNKNOWN: Final = "?"
 
@@ -36,15 +36,13 @@ class UsbAdapter(Struct, frozen=True):
 
 
 def connected_adapters() -> list[UsbAdapter]:
-    """Return every USB adapter with a serial port."""
-    try:
-        ports = list(list_ports.comports())
-    except (OSError, TypeError, ValueError):
-        # pyserial cannot read an adapter that is being pulled out.
-        return []
+    """Return every USB adapter with a serial port.
+
+    :raises OSError, TypeError, ValueError: by pyserial, while any adapter is being pulled out.
+    """
     return [
         UsbAdapter(port.device, f"{port.vid:04x}:{port.pid:04x}", port.serial_number or "", port.location or _UNKNOWN)
-        for port in ports
+        for port in list_ports.comports()
         if port.vid is not None and port.pid is not None
     ]
 
@@ -67,8 +65,12 @@ class SameAdapter:
         """Check the adapter of a port that has just been opened.
 
         :raises OtherAdapterError: when it is another one than at the first opening, or is not known.
+        :raises BusError: when the adapters cannot be read now. Without this, the adapter of the first opening would not be remembered.
         """
-        adapters = self._connected()
+        try:
+            adapters = self._connected()
+        except (OSError, TypeError, ValueError) as error:
+            raise BusError(texts.ADAPTER_NOT_IDENTIFIED(port=port)) from error
         device = os.path.realpath(port)
         present = next((adapter for adapter in adapters if adapter.device == device), None)
         if present is None and self._known is None:
