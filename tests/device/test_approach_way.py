@@ -57,7 +57,7 @@ def test_approach_from_overhead_arrives_or_is_refused(
 
 @pytest.mark.no_cover
 @given(st.integers(0, 2**32 - 1), st.sampled_from([100, 50]), st.booleans())
-@examples(few=6, many=1_000)
+@examples(few=4, many=1_000)
 def test_accepted_approach_from_anywhere_arrives(
     tmp_path_factory: pytest.TempPathFactory, seed: int, cycle_hz: int, overhead: bool
 ) -> None:

@@ -100,7 +100,7 @@ def with_weighing(**changes: object) -> EndFeel:
 
 
 @pytest.mark.no_cover
-@pytest.mark.parametrize("heavier_nm", [-3.0, -1.5, 1.5])
+@pytest.mark.parametrize("heavier_nm", [-3.0, pytest.param(-1.5, marks=pytest.mark.campaign), 1.5])
 def test_arm_of_another_weight_is_weighed_on_the_way(stepped: Stepped, heavier_nm: float) -> None:
     started(stepped, with_weighing(repetitions=1))
     shoulder = Shoulder(stepped, heavier_nm=heavier_nm)

@@ -1,6 +1,5 @@
 """Every cell of the fault matrix, run under the stepped clock."""
 
-import copy
 from itertools import product
 from pathlib import Path
 from typing import Any
@@ -107,7 +106,7 @@ def healthy(tmp_path_factory: pytest.TempPathFactory) -> dict[Mode, Stepped]:
 def _begin_cell(healthy: dict[Mode, Stepped], folder: Path, kind: Kind, signal: str, mode: Mode) -> Stepped:
     """Return an apparatus in the mode, with the fault. In ``offline`` the fault has existed since before the first read."""
     if mode != "offline":
-        stepped = copy.deepcopy(healthy[mode])
+        stepped = healthy[mode].copied(folder)
         assert isinstance(stepped.apparatus, FaultyApparatus)
         stepped.apparatus.kind, stepped.apparatus.signal = kind, signal
         return stepped

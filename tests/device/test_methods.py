@@ -140,9 +140,16 @@ def test_nothing_is_sent_beyond_a_limit_for_being_ahead(tmp_path: Path) -> None:
     assert sent(stepped).min() == -1.0
 
 
+# In every run each rate once, and both directions.
 @pytest.mark.no_cover
-@pytest.mark.parametrize("rate_hz", [50, 100, 200])
-@pytest.mark.parametrize("direction", [1, -1])
+@pytest.mark.parametrize(
+    ("rate_hz", "direction"),
+    [
+        pytest.param(rate_hz, direction, marks=() if direction == first else pytest.mark.campaign)
+        for rate_hz, first in ((50, 1), (100, -1), (200, 1))
+        for direction in (1, -1)
+    ],
+)
 def test_a_fast_setpoint_brakes_before_a_limit(tmp_path: Path, rate_hz: int, direction: int) -> None:
     """With the default limits of speed and acceleration, a reference that reverses just inside the patient's limit."""
     limits = [(-180.0, 180.0)] * 5
@@ -455,7 +462,7 @@ def test_paper_start_too_far_away_is_refused_before_torque(tmp_path: Path, away_
 
 @pytest.mark.no_cover
 @given(st.floats(5.0, 100.0), st.floats(-9.0, 9.0), st.integers(0, 60), st.sampled_from([-2.0, 2.0]))
-@examples(few=60, many=2_000)
+@examples(few=25, many=2_000)
 def test_paper_method_begins_or_is_refused(
     tmp_path_factory: pytest.TempPathFactory, patient_deg_s: float, away_deg: float, cycles: int, push_nm: float
 ) -> None:
@@ -484,10 +491,17 @@ def test_paper_method_begins_or_is_refused(
     assert not OF_OUR_OWN.intersection(stepped.causes())
 
 
+# In every run each motor once, and both protocols.
 @pytest.mark.no_cover
 @pytest.mark.parametrize(("step_deg", "refused"), [(7.9, False), (8.1, True)])
-@pytest.mark.parametrize("motor", [3, 4, 5])
-@pytest.mark.parametrize("protocol", ["dynamixel", "modbus"])
+@pytest.mark.parametrize(
+    ("protocol", "motor"),
+    [
+        pytest.param(protocol, motor, marks=() if protocol == first else pytest.mark.campaign)
+        for motor, first in ((3, "dynamixel"), (4, "modbus"), (5, "dynamixel"))
+        for protocol in ("dynamixel", "modbus")
+    ],
+)
 def test_paper_method_leaves_a_hold_or_is_refused(
     tmp_path: Path, protocol: Literal["dynamixel", "modbus"], motor: int, step_deg: float, refused: bool
 ) -> None:
@@ -611,7 +625,7 @@ def do(stepped: Stepped, act: Act) -> None:
     st.lists(st.tuples(st.integers(1, 120), st.sampled_from(get_args(Act))), max_size=5),
     st.sampled_from([None, 0.0, 0.1, 1.0, 5.0]),
 )
-@examples(few=60, many=300)
+@examples(few=30, many=300)
 def test_whatever_load_accepts_plays_without_a_fault_of_our_own(
     tmp_path_factory: pytest.TempPathFactory,
     recording: tuple[Floats, Floats],
@@ -658,10 +672,21 @@ def test_whatever_load_accepts_plays_without_a_fault_of_our_own(
 OF_OUR_OWN = {fault.code for fault in FAULTS if fault.code.startswith("setpoint_")} | {"unexpected_error"}
 
 
+_LAGS = [(0.0, 0.0, 0.0), (0.3, 0.01, 0.6), (0.127, 0.02, 0.0)]
+_ACTS: list[Act] = ["push", "pause", "reduce_range", "return", "wait"]
+
+
+# In every run each act at both times, and each lag with several acts.
 @pytest.mark.no_cover
-@pytest.mark.parametrize("lag", [(0.0, 0.0, 0.0), (0.3, 0.01, 0.6), (0.127, 0.02, 0.0)])
-@pytest.mark.parametrize("after_s", [0.18, 0.4])
-@pytest.mark.parametrize("act", ["push", "pause", "reduce_range", "return", "wait"])
+@pytest.mark.parametrize(
+    ("act", "after_s", "lag"),
+    [
+        pytest.param(act, after_s, lag, marks=() if (n + late) % len(_LAGS) == m else pytest.mark.campaign)
+        for n, act in enumerate(_ACTS)
+        for late, after_s in enumerate((0.18, 0.4))
+        for m, lag in enumerate(_LAGS)
+    ],
+)
 def test_an_axis_of_little_acceleration_is_not_jerked(
     tmp_path: Path, act: Act, after_s: float, lag: tuple[float, float, float]
 ) -> None:

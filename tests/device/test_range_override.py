@@ -249,7 +249,12 @@ def playing(folder: Path, method: Method = "smooth", **settings: float) -> Stepp
 
 
 @pytest.mark.parametrize(
-    "method", ["paper", *(pytest.param(method, marks=pytest.mark.no_cover) for method in ("smooth", "learned"))]
+    "method",
+    [
+        "paper",
+        pytest.param("smooth", marks=pytest.mark.no_cover),
+        pytest.param("learned", marks=[pytest.mark.no_cover, pytest.mark.campaign]),
+    ],
 )
 def test_less_makes_the_strokes_smaller_and_they_grow_again(tmp_path: Path, method: Method) -> None:
     stepped = playing(tmp_path, method)

@@ -1,5 +1,7 @@
 """A lost connection is a stop, also if the port can be opened again before the next cycle."""
 
+from collections.abc import Callable
+from functools import cache
 from pathlib import Path
 from typing import Literal
 
@@ -10,20 +12,37 @@ from kata.device.bus.port import BusError
 from kata.device.config import ModbusMap, simulated
 from tests.support.simulated_loop import SimulatedLoop, wave
 
+Protocol = Literal["dynamixel", "modbus"]
+
+
+@pytest.fixture(scope="module")
+def played_once(tmp_path_factory: pytest.TempPathFactory) -> Callable[[Protocol, int], SimulatedLoop]:
+    """Return the station of a protocol and a watchdog register that has played for a second. Tests use copies of it."""
+
+    @cache
+    def made(protocol: Protocol, watchdog_ms: int) -> SimulatedLoop:
+        config = structs.replace(simulated("memory"), protocol=protocol, modbus=ModbusMap(watchdog_ms=watchdog_ms))
+        station = SimulatedLoop(tmp_path_factory.mktemp("played"), config)
+        station.play(wave(), 1.0)
+        return station
+
+    return made
+
 
 @pytest.mark.parametrize("during", ["poll", "write"])
-@pytest.mark.parametrize(("protocol", "watchdog_ms"), [("dynamixel", 0), ("modbus", 1), ("modbus", -1)])
+@pytest.mark.parametrize(
+    ("protocol", "watchdog_ms"), [("dynamixel", -1), ("modbus", ModbusMap().watchdog_ms), ("modbus", -1)]
+)
 def test_loss_is_seen_although_the_computer_stood_still(
     tmp_path: Path,
-    protocol: Literal["dynamixel", "modbus"],
+    played_once: Callable[[Protocol, int], SimulatedLoop],
+    protocol: Protocol,
     watchdog_ms: int,
     during: str,
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
     """The adapter is back before the computer continues. ``watchdog_ms`` of -1: the drives have no watchdog register."""
-    modbus = ModbusMap() if watchdog_ms >= 0 else ModbusMap(watchdog_ms=-1)
-    station = SimulatedLoop(tmp_path, structs.replace(simulated("memory"), protocol=protocol, modbus=modbus))
-    station.play(wave(), 1.0)
+    station = played_once(protocol, watchdog_ms).copied(tmp_path)
     world, bus = station.world, station.loop._bus
     if during == "poll":
         world.fault("gone")

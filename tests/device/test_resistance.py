@@ -625,7 +625,7 @@ def test_a_drive_pushes_along_its_path_or_towards_its_setpoint(
 @example(Push("play after a paused reversal", axis=2, speed_deg_s=10.0, level=5, above=1.01, direction=1))
 @example(Push("way back of a test", axis=0, speed_deg_s=5.0, level=12, above=1.01, direction=-1))
 @example(Push("paused test", axis=3, speed_deg_s=5.0, level=12, above=1.01, direction=1))
-@examples(few=12, many=100)
+@examples(few=4, many=100)
 def test_a_push_above_the_level_is_answered_in_every_phase(
     tmp_path_factory: pytest.TempPathFactory, push: Push
 ) -> None:

@@ -159,7 +159,7 @@ shares = st.tuples(*[st.floats(0.0, 1.0)] * 5)
 
 @pytest.mark.no_cover
 @given(shares, shares, shares, shares, st.floats(0.0, 0.1), st.sampled_from(["smooth", "learned"]))
-@examples(few=5, many=50)
+@examples(few=3, many=50)
 def test_no_setpoint_moves_away_from_the_patients_limits(
     tmp_path_factory: pytest.TempPathFactory,
     picked_up: tuple[float, ...],

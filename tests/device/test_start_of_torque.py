@@ -1,5 +1,7 @@
 """Torque is switched on at the angles that the drives have just reported, and never for a drive that has just restarted."""
 
+from collections.abc import Callable
+from functools import cache
 from pathlib import Path
 from typing import Final, Literal
 
@@ -13,12 +15,52 @@ from kata.simulator.fault_injector import FaultKind
 from tests.support.simulated_loop import SimulatedLoop, wave
 from tests.support.stepped import NEVER_NS
 
+Protocol = Literal["dynamixel", "modbus"]
 
-def _station(protocol: Literal["dynamixel", "modbus"], cycle_hz: int = 100) -> StationConfig:
+
+def _station(protocol: Protocol, cycle_hz: int = 100) -> StationConfig:
     inputs = Inputs(estop_second_port=3, max_age_cycles=min(10, 3 * cycle_hz // 10))
     return structs.replace(
         simulated("memory"), protocol=protocol, cycle_hz=cycle_hz, rate_hz=cycle_hz, silence_ms=300, inputs=inputs
     )
+
+
+Loaded = Callable[[Protocol], SimulatedLoop]
+
+
+@pytest.fixture(scope="module")
+def loaded_once(tmp_path_factory: pytest.TempPathFactory) -> Loaded:
+    """Return the station of a protocol in which a recording is loaded. Tests use copies of it."""
+
+    @cache
+    def made(protocol: Protocol) -> SimulatedLoop:
+        station = SimulatedLoop(tmp_path_factory.mktemp("loaded"), _station(protocol))
+        assert station.send(wave()) is None
+        station.run(0.5)
+        return station
+
+    return made
+
+
+@pytest.fixture
+def loaded(loaded_once: Loaded, tmp_path: Path) -> Loaded:
+    """Return a station of a protocol in which a recording is loaded."""
+    return lambda protocol: loaded_once(protocol).copied(tmp_path)
+
+
+@pytest.fixture(scope="module")
+def played_before(tmp_path_factory: pytest.TempPathFactory) -> SimulatedLoop:
+    """Return a Modbus station whose drives have goals of a stopped run, and in which a recording is loaded again. Tests use copies of it."""
+    station = SimulatedLoop(tmp_path_factory.mktemp("played"), _station("modbus"))
+    station.play(wave(), 1.5)
+    station.link.request_stop()
+    station.until("stopped")
+    station.run(1.0)
+    assert station.send(Acknowledge()) is None
+    station.place(np.array(station.world.angles_deg) - 4.0)
+    assert station.send(wave()) is None
+    station.run(0.5)
+    return station
 
 
 _NOT_STARTED: Final = {"angles_not_current", "stopped_meanwhile"}
@@ -37,13 +79,9 @@ def _refused_start(station: SimulatedLoop, motor: int) -> str:
 
 @pytest.mark.parametrize("protocol", ["dynamixel", "modbus"])
 @pytest.mark.parametrize("after_s", [0.02, 0.08, 0.25])
-def test_approach_is_refused_while_a_drive_does_not_answer(
-    tmp_path: Path, protocol: Literal["dynamixel", "modbus"], after_s: float
-) -> None:
+def test_approach_is_refused_while_a_drive_does_not_answer(loaded: Loaded, protocol: Protocol, after_s: float) -> None:
     """Meanwhile a hand turns the motor with 100 deg/s."""
-    station = SimulatedLoop(tmp_path, _station(protocol))
-    assert station.send(wave()) is None
-    station.run(0.5)
+    station = loaded(protocol)
     station.world.fault("silent", 5)
     station.run(after_s)
     station.world.place(5, station.world.angles_deg[4] - 100.0 * after_s)
@@ -51,11 +89,9 @@ def test_approach_is_refused_while_a_drive_does_not_answer(
 
 
 @pytest.mark.parametrize("protocol", ["dynamixel", "modbus"])
-def test_approach_waits_for_a_lost_answer(tmp_path: Path, protocol: Literal["dynamixel", "modbus"]) -> None:
+def test_approach_waits_for_a_lost_answer(loaded: Loaded, protocol: Protocol) -> None:
     """It begins at the angle to which a hand has turned the motor meanwhile."""
-    station = SimulatedLoop(tmp_path, _station(protocol))
-    assert station.send(wave()) is None
-    station.run(0.5)
+    station = loaded(protocol)
     station.world.fault("silent", 5)
     station.tick()
     station.world.place(5, station.world.angles_deg[4] - 10.0)
@@ -79,18 +115,12 @@ def test_approach_waits_for_a_lost_answer(tmp_path: Path, protocol: Literal["dyn
         for lost in (1, 3)
     ],
 )
-def test_modbus_drive_never_turns_to_an_old_goal(tmp_path: Path, after: int, lost: int) -> None:
+def test_modbus_drive_never_turns_to_an_old_goal(
+    tmp_path: Path, played_before: SimulatedLoop, after: int, lost: int
+) -> None:
     """One or three of the requests around the start do not reach the drives. Each drive has a goal of the run before."""
-    station = SimulatedLoop(tmp_path, _station("modbus"))
-    station.play(wave(), 1.5)
-    station.link.request_stop()
-    station.until("stopped")
-    station.run(1.0)
-    assert station.send(Acknowledge()) is None
-    station.place(np.array(station.world.angles_deg) - 4.0)
+    station = played_before.copied(tmp_path)
     held_deg = station.world.angles_deg
-    assert station.send(wave()) is None
-    station.run(0.5)
     station.world.lose_requests(lost, after)
     station.link.request(99, stamped(Approach(), station.snapshot.stops, NEVER_NS), station.config)
     for _ in range(30):
@@ -98,10 +128,8 @@ def test_modbus_drive_never_turns_to_an_old_goal(tmp_path: Path, after: int, los
         assert station.world.angles_deg == pytest.approx(held_deg, abs=0.5)
 
 
-def test_stop_ends_a_start_that_waits(tmp_path: Path) -> None:
-    station = SimulatedLoop(tmp_path, _station("dynamixel"))
-    assert station.send(wave()) is None
-    station.run(0.5)
+def test_stop_ends_a_start_that_waits(loaded: Loaded) -> None:
+    station = loaded("dynamixel")
     station.world.fault("silent", 5)
     station.tick()
     station.link.request(99, stamped(Approach(), station.snapshot.stops, NEVER_NS), station.config)

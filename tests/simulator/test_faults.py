@@ -105,7 +105,12 @@ def test_an_answer_may_be_late(simulator: SimulatorProcess, hand: SimulatorClien
 
 def test_some_answers_are_missing(port: Any, hand: SimulatorClient) -> None:
     hand.fault("intermittent", motor=3, value=0.5)
-    assert {comes(port) for _ in range(20)} == {COMM_SUCCESS, COMM_RX_TIMEOUT}
+    seen: set[int] = set()
+    for _ in range(20):
+        seen.add(comes(port))
+        if len(seen) == 2:
+            break
+    assert seen == {COMM_SUCCESS, COMM_RX_TIMEOUT}
 
 
 def test_hardware_error_cuts_torque_until_the_drive_restarts(port: Any, hand: SimulatorClient) -> None:

@@ -259,7 +259,9 @@ class Stepped:
 
     def copied(self, folder: Path) -> "Stepped":
         """Return a copy that writes its journals to another folder. To copy takes less time than to reach the mode again."""
-        made = copy.deepcopy(self)
+        # Immutable objects are shared: they are most of what there is to copy.
+        shared = [self.config, *self.config.axes, *self.link.snapshots, *self.link.events, *self.link.replies]
+        made = copy.deepcopy(self, {id(one): one for one in shared})
         made.link.folder = folder
         for writer in made.link.journals:
             writer.path = folder / writer.path.name

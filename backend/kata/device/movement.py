@@ -1,11 +1,9 @@
 """Movement along a path with a speed override that changes smoothly."""
 
+import math
 from dataclasses import dataclass
 from typing import Final, Literal
 
-import numpy as np
-
-from kata.motion.linkage import Floats
 from kata.motion.path import Path, PathPoint
 
 RAMP_S: Final = 0.2
@@ -14,16 +12,15 @@ CREEP: Final = 0.1
 """The speed override at which a path's end is reached. It is above 0 so that the movement does not stop just before the end."""
 
 
-def longest_step(left: Floats | float, second_difference: Floats | float) -> Floats:
+def longest_step(left: float, second_difference: float) -> float:
     """Return the longest step towards the goal from which the movement can still stop at the goal, if each step may be
     shorter than the one before by at most ``second_difference``.
 
-    ``left``: remaining distance. Both parameters have the same unit and any shape.
+    ``left``: remaining distance. Both parameters have the same unit. :func:`~kata.device.setpoint_limiters.longest_steps` takes arrays.
     """
     # From a step between m and m + 1 second differences the movement stops after m more steps.
-    more = np.floor((np.sqrt(1 + 8 * left / second_difference) - 1) / 2)
-    step: Floats = (left + second_difference * more * (more + 1) / 2) / (more + 1)
-    return step
+    more = math.floor((math.sqrt(1 + 8 * left / second_difference) - 1) / 2)
+    return (left + second_difference * more * (more + 1) / 2) / (more + 1)
 
 
 @dataclass
@@ -53,7 +50,7 @@ class Movement:
         change = dt_s / max(self.ramp_s, self.shortest_ramp_s)
         wanted = 0.0
         if self.direction:
-            in_time = float(longest_step(self._left_s, change * dt_s)) / dt_s
+            in_time = longest_step(self._left_s, change * dt_s) / dt_s
             wanted = self.direction * min(self.top_override, max(in_time, self.creep))
         changed = min(max(wanted - self.speed_override, -change), change)
         self.speed_override += changed

@@ -110,7 +110,7 @@ class RangeOverride:
             return
         second_difference = _MAX_ACCELERATION_PER_S2 * passed_s**2
         left = self._wanted - self.share
-        most = min(fastest_s * passed_s, float(longest_step(abs(left), second_difference)))
+        most = min(fastest_s * passed_s, longest_step(abs(left), second_difference))
         before = self._rate_s * passed_s
         change = min(max(min(max(left, -most), most), before - second_difference), before + second_difference)
         self.share += change

@@ -215,10 +215,12 @@ class Run:
 
     def _advance_reference(self, movement: Movement) -> Floats:
         """Advance the reference along the path. Return the feed-forward that the drives' lag needs, ``(5,)``."""
-        motion, here_deg = movement.motion(self._lead_s), movement.motion(0.0).angles_deg
+        motion = movement.motion(self._lead_s)
         if movement.path is self.trajectory:
             motion = self.range_override.apply(motion, movement.speed_override, 1.0 / self.rate_hz)
-            here_deg = self.range_override.reduced_deg(here_deg)
+            here_deg = self.range_override.reduced_deg(self.trajectory.at(movement.position_s))
+        else:
+            here_deg = movement.motion(0.0).angles_deg
         self.reference_deg = here_deg
         if self.zero_order_hold:
             return np.zeros(len(here_deg))

@@ -4,10 +4,16 @@ from typing import Final
 
 import numpy as np
 
-from kata.device.movement import longest_step
 from kata.motion.linkage import Floats
 
 _ROUNDING_DEG: Final = 1e-9
+
+
+def longest_steps(left: Floats, second_difference: Floats) -> Floats:
+    """Return :func:`~kata.device.movement.longest_step` of each element."""
+    more = np.floor((np.sqrt(1 + 8 * left / second_difference) - 1) / 2)
+    steps: Floats = (left + second_difference * more * (more + 1) / 2) / (more + 1)
+    return steps
 
 
 class LimitedFeedForward:
@@ -30,7 +36,7 @@ class LimitedFeedForward:
         The feed-forward can always stop at a target that stands still.
         """
         left = target_deg - self.deg
-        fastest = np.minimum(self._largest_step_deg, longest_step(np.abs(left), second_difference_deg))
+        fastest = np.minimum(self._largest_step_deg, longest_steps(np.abs(left), second_difference_deg))
         change = clip(
             clip(left, -fastest, fastest),
             self._change_deg - second_difference_deg,
@@ -67,13 +73,10 @@ class SetpointBrake:
         last_deg, behind_deg = self._setpoint_deg, self._wanted_deg - self._setpoint_deg
         second_difference = self._second_difference_deg
         change_limit = np.where(behind_deg == 0.0, np.inf, second_difference)
-        most_deg = np.minimum(
-            longest_step(np.maximum(highest_deg - last_deg, 0.0), second_difference), self._change_deg + change_limit
-        )
-        least_deg = np.maximum(
-            -longest_step(np.maximum(last_deg - lowest_deg, 0.0), second_difference), self._change_deg - change_limit
-        )
-        caught_up_deg = longest_step(np.abs(behind_deg), second_difference)
+        left_deg = np.array([highest_deg - last_deg, last_deg - lowest_deg, np.abs(behind_deg)])
+        up_deg, down_deg, caught_up_deg = longest_steps(np.maximum(left_deg, 0.0), second_difference)
+        most_deg = np.minimum(up_deg, self._change_deg + change_limit)
+        least_deg = np.maximum(-down_deg, self._change_deg - change_limit)
         change_deg = wanted_deg - self._wanted_deg + clip(behind_deg, -caught_up_deg, caught_up_deg)
         braked_deg = last_deg + clip(change_deg, least_deg, most_deg)
         setpoint_deg: Floats = np.where(np.abs(braked_deg - wanted_deg) < _ROUNDING_DEG, wanted_deg, braked_deg)

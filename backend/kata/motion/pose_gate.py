@@ -25,12 +25,22 @@ class PoseGate:
         self._signs = APPARATUS_SIGNS[side]
         self._limits = limits
         self._tolerance_deg = tolerance_deg
+        self._last_deg: tuple[float, ...] = ()
+        """The first four angles of the last pose. A cycle asks for the same pose up to three times."""
+        self._last_beyond_deg = 0.0
 
     def beyond_deg(self, motors_deg: Sequence[float]) -> float:
         """Return the distance in deg by which the pose is beyond the limits; 0 or less inside. This takes some microseconds.
 
         :param motors_deg: five finite motor angles.
         """
+        coupled_deg = tuple(motors_deg[:_COUPLED])
+        if coupled_deg != self._last_deg:
+            self._last_beyond_deg = self._computed_beyond_deg(motors_deg)
+            self._last_deg = coupled_deg
+        return self._last_beyond_deg
+
+    def _computed_beyond_deg(self, motors_deg: Sequence[float]) -> float:
         phi, psi, cosine = scapula_at(motors_deg[0], motors_deg[1])
         phi *= self._signs[0]
         psi *= self._signs[1]

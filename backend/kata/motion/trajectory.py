@@ -105,15 +105,20 @@ class Trajectory:
 
     def at(self, time_s: float) -> Floats:
         """Return the angles ``(5,)`` in degrees at ``time_s``; they are constant before the start and after the end."""
-        return self.motion_at(time_s).angles_deg
+        d, (c3, c2, c1, c0) = self._piece(time_s)
+        angles: Floats = ((c3 * d + c2) * d + c1) * d + c0
+        return angles
 
     def motion_at(self, time_s: float) -> PathPoint:
         """Return angles, speed and acceleration at a time. A time before the start or after the end is replaced by the start or end."""
+        d, (c3, c2, c1, c0) = self._piece(time_s)
+        return PathPoint(((c3 * d + c2) * d + c1) * d + c0, (3 * c3 * d + 2 * c2) * d + c1, 6 * c3 * d + 2 * c2)
+
+    def _piece(self, time_s: float) -> tuple[float, Floats]:
+        """Return the time since the sample before ``time_s``, and the cubic from there: ``(4, 5)``, the highest power first."""
         time_s = min(max(time_s, 0.0), self.duration_s)
         interval = min(int(np.searchsorted(self._times_s, time_s, side="right")), len(self._times_s) - 1) - 1
-        d = time_s - self._times_s[interval]
-        c3, c2, c1, c0 = self._coefficients[:, interval]
-        return PathPoint(((c3 * d + c2) * d + c1) * d + c0, (3 * c3 * d + 2 * c2) * d + c1, 6 * c3 * d + 2 * c2)
+        return time_s - self._times_s[interval], self._coefficients[:, interval]
 
     def along(self, times_s: Floats) -> Floats:
         """Return the angles ``(m, 5)`` at the times ``(m,)``, as :meth:`at`."""
@@ -257,9 +262,14 @@ class ZeroOrderHold(Trajectory):
         self._set_range(self.samples)
         self.rmse_deg = rmse(self.along(times), angles)
 
+    def at(self, time_s: float) -> Floats:
+        """Return the sample that is held at this time."""
+        held: Floats = self.along(np.array([time_s]))[0]
+        return held
+
     def motion_at(self, time_s: float) -> PathPoint:
         """Return the sample that is held at this time, with speed and acceleration 0."""
-        return PathPoint(self.along(np.array([time_s]))[0], np.zeros(N_AXES), np.zeros(N_AXES))
+        return PathPoint(self.at(time_s), np.zeros(N_AXES), np.zeros(N_AXES))
 
     def along(self, times_s: Floats) -> Floats:
         """Return the samples that are held at the times ``(m,)``."""
