@@ -53,11 +53,10 @@ UNCOUNTED := $(addprefix tests/device/test_,config.py config_effective.py docume
 	latency_histogram.py limits_at_speed.py loader.py log_thread.py matrix.py power.py reconnect.py setpoint_gate.py \
 	start_of_torque.py station_file.py suspended_computer.py weakened_drive.py)
 COUNTED := $(filter-out $(UNCOUNTED),$(wildcard tests/device/test_*.py))
-# One of the others needs Schemathesis, whose import takes two seconds in each process.
-OTHERS := -p schemathesis.pytest.plugin $(addprefix --ignore=,$(COUNTED) tests/e2e $(MEASURED) $(TIMED))
+OTHERS := $(addprefix --ignore=,$(COUNTED) tests/e2e $(MEASURED) $(TIMED))
 # Apart from the others, because each worker keeps a clinic running. With a picture of each page on which a journey failed.
 JOURNEYS := --screenshot only-on-failure --output artefacts/journeys tests/e2e
-# At a lower priority than the kernel's threads.
+# At a lower priority than the kernel's threads. Only the campaign needs the plugin of Schemathesis, whose import takes two seconds.
 PYTEST := nice -n 10 $(BIN)/python -m pytest -p no:schemathesis
 PARALLEL := $(PYTEST) --dist loadfile --no-loadscope-reorder -n
 # On a busy computer the simulated drives can answer too late, and the device stops, as it must. Tests that failed (exit code 1) run once

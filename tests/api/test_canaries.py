@@ -18,8 +18,8 @@ import pytest
 
 from kata.auth.login_session import COOKIE
 from tests.support.login import signed_in_at
-from tests.support.paths import ROOT
 from tests.support.poisoned_clinic import PoisonedClinic
+from tests.support.service import api_document
 from tests.support.text_fields import text_fields
 
 _CANARY: Final = "Kanari73"
@@ -28,7 +28,7 @@ _LAST: Final = {"sign_out", "lock_screen"}
 """These end the login session, so they are asked last."""
 _BUNDLE: Final = "get_support_bundle"
 """It takes seconds, and is asked once, after everything that it could contain."""
-_DOCUMENT: Final[Any] = json.loads((ROOT / "frontend/openapi.json").read_text())
+_DOCUMENT: Final = api_document()
 _SCHEMAS: Final = _DOCUMENT["components"]["schemas"]
 
 

@@ -87,7 +87,7 @@ def wire(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Wire]:
     """Return the service as `kata serve` starts it, with an administrator's cookie. It allows as many connections a second as are tried."""
     with pytest.MonkeyPatch.context() as patch:
         patch.setenv("KATA_CONNECTIONS_PER_ADDRESS", "1000")
-        clinic = Clinic(tmp_path_factory.mktemp("kata"))
+        clinic = Clinic(tmp_path_factory.mktemp("kata"), simulate=False)
     yield Wire(clinic.port, clinic.cookie)
     clinic.close()
 

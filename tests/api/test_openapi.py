@@ -8,13 +8,14 @@ from typing import Any, get_args
 import pytest
 from pydantic import BaseModel, TypeAdapter, ValidationError
 
+from kata.api.app import create_app
+from kata.settings import Settings
 from tests.support.paths import ROOT
-from tests.support.service import api_document
 
 
 @pytest.fixture(scope="module")
 def document() -> dict[str, Any]:
-    return api_document()
+    return create_app(Settings()).openapi()
 
 
 def test_document_is_valid_openapi(document: dict[str, Any]) -> None:

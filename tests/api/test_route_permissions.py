@@ -31,7 +31,7 @@ from kata.database.base import utc_now
 from kata.database.engine import Database
 from kata.errors import ProblemError
 from tests.support.login import signed_in, with_token
-from tests.support.service import other_browser, replaced, running
+from tests.support.service import api_document, other_browser, replaced, running
 from tests.support.treatment import Texts, treat
 
 _EVERYBODY: Final[frozenset[Role]] = frozenset({"viewer", "technician", "therapist", "administrator"})
@@ -233,11 +233,6 @@ def _database(client: TestClient) -> Database:
     return database
 
 
-def _document(client: TestClient) -> Any:
-    app: Any = client.app
-    return app.openapi()
-
-
 def _ids_in(schema: Any, schemas: Any, name: str = "") -> Iterator[str]:
     """Return the names of a schema's fields that are ids, at any depth."""
     if "$ref" in schema:
@@ -418,7 +413,7 @@ def _asked(document: Any, every_route: bool) -> list[Operation]:
 )
 def test_the_rules_grant_every_identity_the_declared_routes(service: TestClient, requester: Requester) -> None:
     wrong = {}
-    for operation in operations(_document(service)):
+    for operation in operations(api_document()):
         named = [(name, uuid4()) for name in operation.ids if name in OF_A_PATIENT]
         refusal = expected(operation.name, requester, "open" if named else "")
         if (got := _refused(operation, requester, named)) != refusal:
@@ -454,7 +449,7 @@ def test_every_role_is_limited_to_its_rights(
     client = other_browser(service)
     wrong, cells = [], 0
     cookie = sign_in_as(service, requester)
-    for operation in _asked(_document(service), every_route):
+    for operation in _asked(api_document(), every_route):
         named = [name for name in dict.fromkeys(operation.ids) if name in OF_A_PATIENT]
         for whose in RECORDS if len(named) > 1 else RECORDS[:2] if named else ("",):
             refusal = expected(operation.name, requester, whose)
@@ -492,7 +487,7 @@ def test_refresh_of_any_view_leaves_no_audit_row(
             return session.scalar(query) or 0 if status < 400 else -1
 
     slow = {"export_patient"} | _SLOW
-    views = [found for found in operations(_document(service)) if found.method == "GET" and found.name not in slow]
+    views = [found for found in operations(api_document()) if found.method == "GET" and found.name not in slow]
     for operation in views if every_route else {RULES[found.name]: found for found in views}.values():
         counts = [rows_after({}), rows_after({}), rows_after({"x-kata-refresh": "1"})]
         if counts[0] > 0:
@@ -583,7 +578,7 @@ def test_a_request_that_cannot_be_read_is_refused_first(service: TestClient) -> 
 
 
 def test_every_id_in_a_request_leads_to_its_patient(service: TestClient) -> None:
-    named = {name for operation in operations(_document(service)) for name in operation.ids}
+    named = {name for operation in operations(api_document()) for name in operation.ids}
     assert named <= set(OF_A_PATIENT) | WITHOUT_PATIENT
     assert set(OF_A_PATIENT) <= named
 
@@ -602,7 +597,7 @@ def _undeclared(app: FastAPI) -> set[str]:
 def test_every_route_has_a_declared_cell(service: TestClient) -> None:
     app: Any = service.app
     assert _undeclared(app) == set()
-    in_document = {operation.name for operation in operations(_document(service))}
+    in_document = {operation.name for operation in operations(api_document())}
     assert _routes(app) == in_document | STATIC | set(SOCKETS)
     assert {name for name, path in SOCKETS.items() if path in _paths_of_sockets(app)} == set(SOCKETS)
     assert len(SOCKETS) == len(_paths_of_sockets(app))
@@ -637,9 +632,7 @@ def test_routes_and_rules_match_one_to_one(service: TestClient) -> None:
 
 
 def test_every_view_of_a_patients_record_is_audited(service: TestClient) -> None:
-    views = {
-        operation.name: operation.path for operation in operations(_document(service)) if operation.method == "GET"
-    }
+    views = {operation.name: operation.path for operation in operations(api_document()) if operation.method == "GET"}
     of_patients = {name for name, path in views.items() if any(f"{{{id_}}}" in path for id_ in OF_A_PATIENT)}
     of_patients |= READ & views.keys()
     assert len(of_patients) > 40

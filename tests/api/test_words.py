@@ -99,8 +99,9 @@ def _codes(text: Text) -> Iterator[str]:
 def _own_errors() -> dict[str, set[str]]:
     """Yield each own error type with its parameters."""
     found = {}
-    for path in (ROOT / "backend/kata").rglob("*.py"):
-        for node in ast.walk(ast.parse(path.read_text())):
+    sources = (path.read_text() for path in (ROOT / "backend/kata").rglob("*.py"))
+    for source in (text for text in sources if "PydanticCustomError" in text):
+        for node in ast.walk(ast.parse(source)):
             if isinstance(node, ast.Call) and isinstance(node.func, ast.Name) and node.func.id == "PydanticCustomError":
                 assert isinstance(node.args[0], ast.Constant)
                 answer = node.args[2].keys if len(node.args) > 2 and isinstance(node.args[2], ast.Dict) else []

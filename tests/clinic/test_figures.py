@@ -11,9 +11,7 @@ from functools import partial
 from typing import Any
 
 import numpy as np
-import plotly.graph_objects as go
 import pytest
-from plotly.subplots import make_subplots
 
 from kata.clinic.recordings.tables import SAMPLE_COLUMNS as TAUGHT_COLUMNS
 from kata.clinic.sessions.tables import SAMPLE_COLUMNS as PLAYED_COLUMNS
@@ -143,6 +141,9 @@ def test_short_run_is_saved_without_an_overview() -> None:
 
 def test_plotly_accepts_the_handmade_figures() -> None:
     """Plotly checks every name and value of a figure that it reads as JSON."""
+    # The import takes a second, which each worker would spend when it collects the tests.
+    import plotly.graph_objects as go
+
     taught = pack({"time_s": TIMES_S, "angle_deg": ANGLES_DEG}, TAUGHT_COLUMNS)
     made = [
         json.loads(figures.recording(RecordingFigureSamples(taught, None, None))),
@@ -156,6 +157,9 @@ def test_plotly_accepts_the_handmade_figures() -> None:
 
 def test_handmade_layout_is_plotlys() -> None:
     """Kata makes the rows and reads the template without importing Plotly. The result is what Plotly makes."""
+    import plotly.graph_objects as go
+    from plotly.subplots import make_subplots
+
     made = json.loads(
         figures.recording(RecordingFigureSamples(None, downsampling.of_recording(TIMES_S, ANGLES_DEG), None))
     )

@@ -2,12 +2,11 @@
 
 from collections.abc import Callable
 from datetime import UTC, date, datetime, timedelta
-from typing import Any
+from typing import TYPE_CHECKING, Any
 from uuid import UUID, uuid4
 from zoneinfo import ZoneInfo
 
 import msgspec
-import plotly.graph_objects as go
 import pytest
 from msgspec.structs import replace
 from sqlalchemy.orm import Session
@@ -26,6 +25,9 @@ from kata.database.engine import Database
 from kata.errors import ProblemError
 from kata.plotting.placed_texts import with_texts
 from tests.support.databases import SQLITE_FIRST
+
+if TYPE_CHECKING:
+    import plotly.graph_objects as go
 
 DAY = datetime(2026, 3, 2, 9, 30, tzinfo=UTC)
 ALARM_COLOURS = {"#ff0000", "#ffff00", "#00ffff", "red", "yellow", "cyan"}
@@ -82,8 +84,11 @@ def rom(angle_deg: float, **given: Any) -> dict[str, Any]:
     return {"side": "left", "motion": "flexion", "kind": "active", "angle_deg": angle_deg} | given
 
 
-def drawn(figure: figures.Figure) -> go.Figure:
+def drawn(figure: figures.Figure) -> "go.Figure":
     """Return the figure as an object of Plotly, which refuses unknown properties."""
+    # The import takes a second, which each worker would spend when it collects the tests.
+    import plotly.graph_objects as go
+
     figure = with_texts(figure)
     assert {entry["code"].partition("_")[0] for entry in figure.pop("texts")} <= {"figure", "motion", "rom"}
     written = msgspec.json.encode(figure).decode()
@@ -91,7 +96,7 @@ def drawn(figure: figures.Figure) -> go.Figure:
     return go.Figure(figure)
 
 
-def traces(figure: go.Figure) -> dict[str, tuple[list[Any], list[Any]]]:
+def traces(figure: "go.Figure") -> dict[str, tuple[list[Any], list[Any]]]:
     return {trace.name: (list(trace.x), list(trace.y)) for trace in figure.data}
 
 

@@ -8,7 +8,6 @@ from uuid import UUID, uuid4
 from zoneinfo import ZoneInfo
 
 import pytest
-from scipy import stats
 from sqlalchemy import func, select
 from sqlalchemy.orm import Session
 
@@ -147,6 +146,8 @@ def add_episode(
 
 
 def test_share_and_mean_are_those_of_the_patients(database: Database) -> None:
+    from scipy import stats
+
     changes = [-30.0, -17.125, -17.0, -12.96, -12.9, -8.0, 0.0, 5.0, -40.0, -16.9]
     with database.write() as session:
         for change in changes:
@@ -198,6 +199,9 @@ def test_both_shoulders_of_a_patient_are_one_person(database: Database) -> None:
 
 
 def test_intervals_are_those_of_scipy() -> None:
+    # The import takes most of a second, which each worker would spend when it collects the tests.
+    from scipy import stats
+
     values, others = [0.7, 0.8, 0.65, 0.9, 0.75], [0.5, 0.55, 0.6, 0.52]
     samples = [SampleSums(len(of), sum(of), sum(value**2 for value in of)) for of in (values, others)]
     mine = intervals.of_difference(*samples)

@@ -2,6 +2,7 @@
 
 import ast
 import json
+import re
 from collections.abc import Iterator
 from typing import Final, get_args
 
@@ -17,6 +18,7 @@ LOCALES: Final = ROOT / "frontend/src/locales"
 LANGUAGES: Final = ("en", "ja")
 PLACE: Final = {"note": 1, "entry": 0, "by_program": 0, "RequestContext": 0}
 """Position of the action among the arguments of each function that writes an entry."""
+_CALL: Final = re.compile(rf"\b({'|'.join(PLACE)})\(")
 ELSEWHERE: Final = {
     "action": {"pause_without_browser", "stop_without_browser", "unnamed"},
     "context.action": set(map(audit_action, RULES)),
@@ -41,8 +43,9 @@ def texts(language: str, table: str) -> dict[str, str]:
 def actions() -> Iterator[str]:
     """Return every action that the service's source can write."""
     yield from map(audit_action, RULES)
-    for file in sorted(KATA.rglob("*.py")):
-        for node in ast.walk(ast.parse(file.read_text("utf-8"))):
+    sources = (file.read_text("utf-8") for file in sorted(KATA.rglob("*.py")))
+    for source in (text for text in sources if _CALL.search(text)):
+        for node in ast.walk(ast.parse(source)):
             if not isinstance(node, ast.Call):
                 continue
             name = node.func.attr if isinstance(node.func, ast.Attribute) else getattr(node.func, "id", "")

@@ -2,7 +2,7 @@
 
 import ast
 import re
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from pathlib import Path
 
 import pytest
@@ -80,15 +80,16 @@ def members() -> dict[str, set[str]]:
     """Return the names that each Python class or module defines, by the class's name or the module's path."""
     found: dict[str, set[str]] = {}
     for file in files("*.py"):
-        tree = ast.parse(file.read_text())
-        classes = [node for node in ast.walk(tree) if isinstance(node, ast.ClassDef)]
-        for key, owner in [(str(file), tree), *((node.name, node) for node in classes)]:
-            found.setdefault(key, set()).update(_defined(owner))
+        nodes = list(ast.walk(ast.parse(file.read_text())))
+        found.setdefault(str(file), set()).update(_defined(nodes))
+        for node in nodes:
+            if isinstance(node, ast.ClassDef):
+                found.setdefault(node.name, set()).update(_defined(ast.walk(node)))
     return found
 
 
-def _defined(owner: ast.AST) -> Iterator[str]:
-    for node in ast.walk(owner):
+def _defined(nodes: Iterable[ast.AST]) -> Iterator[str]:
+    for node in nodes:
         match node:
             case ast.FunctionDef(name=name) | ast.AsyncFunctionDef(name=name) | ast.ClassDef(name=name):
                 yield name

@@ -60,7 +60,8 @@ def calls() -> Iterator[tuple[str, str, set[str]]]:
     """Yield file and line, constant and argument names of every call of a message."""
     constants = {code.upper() for code in CATALOGUE}
     for file in sorted(BACKEND.rglob("*.py")):
-        for node in ast.walk(ast.parse(file.read_text("utf-8"))):
+        source = file.read_text("utf-8")
+        for node in ast.walk(ast.parse(source)) if re.search(r"\.[A-Z][A-Z0-9_]*\(", source) else ():
             if not (
                 isinstance(node, ast.Call) and isinstance(node.func, ast.Attribute) and node.func.attr in constants
             ):

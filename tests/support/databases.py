@@ -1,5 +1,7 @@
 """Empty databases of the current schema, copied from one upgraded file. Migrations have their own tests."""
 
+import hashlib
+import os
 from collections.abc import Iterator
 from contextlib import contextmanager
 from functools import cache
@@ -10,7 +12,8 @@ from typing import Final
 import pytest
 
 from kata.database.engine import Database
-from kata.database.upgrade import upgrade
+from kata.database.upgrade import migrations, upgrade
+from tests.support.paths import ROOT
 
 SQLITE_FIRST: Final = pytest.mark.parametrize(
     "database", ["sqlite", pytest.param("postgresql", marks=pytest.mark.campaign)], indirect=True
@@ -38,9 +41,22 @@ def emptied_afterwards(url: str) -> Iterator[str]:
 
 @cache
 def _upgraded() -> bytes:
+    """Return an empty database of the current schema. Workers with the same sources and packages share it: an upgrade takes a second."""
+    sources = [ROOT / "requirements-dev.txt", *migrations().rglob("*.py"), *(ROOT / "backend/kata").rglob("*.py")]
+    digest = hashlib.sha256(b"".join(file.read_bytes() for file in sorted(sources))).hexdigest()
+    stored = ROOT / f".cache/upgraded/{digest}.db"
+    if stored.exists():
+        return stored.read_bytes()
     with TemporaryDirectory() as folder:
         file = Path(folder) / "kata.db"
         made = Database(f"sqlite:///{file}")
         upgrade(made)
         made.close()
-        return file.read_bytes()
+        content = file.read_bytes()
+    stored.parent.mkdir(parents=True, exist_ok=True)
+    for former in stored.parent.glob("*.db"):
+        former.unlink(missing_ok=True)
+    part = stored.with_suffix(f".{os.getpid()}")
+    part.write_bytes(content)
+    part.replace(stored)
+    return content

@@ -89,7 +89,7 @@ def poison(session: Session, texts: list[str]) -> Poison:
     for _ in made.together:
         made.places.append(_place(session))
         for row in _of_a_place(session, made.places[-1]):
-            _copy(session, row, TOGETHER)
+            _copy(session, row, min(TOGETHER, len(texts)))
     for row in _of_the_clinic(session, made.places[0]):
         _copy(session, row, len(texts))
     made.ids = _ids(session, made.places[0])
