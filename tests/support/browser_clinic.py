@@ -13,12 +13,14 @@ from contextlib import ExitStack, contextmanager
 from pathlib import Path
 from typing import Final, TypeVar
 
+import msgspec
 import pytest
 
 from kata.auth.login_session import COOKIE
 from kata.cli.seed import fill
 from kata.database.base import utc_now
 from kata.database.engine import Database
+from kata.device import config
 from tests.support.databases import upgraded_file
 from tests.support.invented_clinic import invented_file
 from tests.support.login import signed_in_at
@@ -29,18 +31,28 @@ SignedIn = TypeVar("SignedIn")
 START_LIMIT_S: Final = 60.0
 LONG_MS: Final = 60_000
 """Time-out for a busy computer; not a requirement."""
+_RATE_HZ: Final = 20
+"""Bus cycles, samples and setpoints per second of the simulated apparatus. At the default of 100, device process and simulator take a
+fifth of a processor all the time.
+"""
 
 
 class Clinic:
     """``kata serve --simulate`` in its own process."""
 
-    def __init__(self, folder: Path, *, database_url: str = "", program: tuple[str, str] = ("-m", "kata")) -> None:
-        """Without ``database_url``, the database is a file in ``folder``. ``program``: what Python runs."""
+    def __init__(
+        self, folder: Path, *, database_url: str = "", program: tuple[str, str] = ("-m", "kata"), full_rate: bool = False
+    ) -> None:
+        """Without ``database_url``, the database is a file in ``folder``. ``program``: what Python runs.
+
+        ``full_rate``: the apparatus has the default configuration.
+        """
         self._program = program
         self.cookie = signed_in_at(folder, database_url=database_url)
         # A named zone, so that the page has no note about a missing one.
         zone = {"KATA_CLINIC_TIME_ZONE": "UTC"}
-        self._environment = zone | os.environ | ({"KATA_DATABASE_URL": database_url} if database_url else {})
+        station = {} if full_rate else {"KATA_STATION": str(_slow_station(folder))}
+        self._environment = zone | os.environ | station | ({"KATA_DATABASE_URL": database_url} if database_url else {})
         self.port = free_port()
         self.url = f"http://127.0.0.1:{self.port}"
         self._folder = folder
@@ -95,10 +107,22 @@ class Clinic:
             self.process.wait()
 
 
+def _slow_station(folder: Path) -> Path:
+    """Write the file of a simulated apparatus with few cycles per second."""
+    usual = config.simulated("simulator")
+    # The same age in seconds.
+    inputs = msgspec.structs.replace(
+        usual.inputs, max_age_cycles=usual.inputs.max_age_cycles * _RATE_HZ // usual.cycle_hz
+    )
+    file = folder / "slow-station.toml"
+    config.write(msgspec.structs.replace(usual, rate_hz=_RATE_HZ, cycle_hz=_RATE_HZ, inputs=inputs), file)
+    return file
+
+
 @contextmanager
-def clinic_in(folder: Path) -> Iterator[Clinic]:
-    """Run a clinic on this folder."""
-    clinic = Clinic(folder)
+def clinic_in(folder: Path, *, full_rate: bool = False) -> Iterator[Clinic]:
+    """Run a clinic on this folder. ``full_rate``: its apparatus has the default configuration."""
+    clinic = Clinic(folder, full_rate=full_rate)
     try:
         yield clinic
     finally:
