@@ -114,7 +114,7 @@ def overshoot(row: Locator) -> int:
 @pytest.mark.timeout(120)
 def test_stop_ends_the_practice_and_the_station_returns(page: Page) -> None:
     begin(page)
-    press_until(page, "[data-testid=step-registers][data-state=passed]", LONG_MS)
+    press_until(page, "[data-testid=instruction][data-number='2']", LONG_MS)
     page.keyboard.press("Escape")
     expect(page.get_by_test_id("finished")).to_contain_text("ended before its last step", timeout=LONG_MS)
     expect(page.get_by_text("The technician ended the step.")).to_be_visible()

@@ -12,7 +12,7 @@ from tests.support.accessibility import addresses
 from tests.support.browser_clinic import LONG_MS, Clinic
 from tests.support.page_actions import wait_until_idle
 
-pytestmark = pytest.mark.shared_clinic("invented")
+pytestmark = [pytest.mark.shared_clinic("invented"), pytest.mark.three_dimensions]
 
 _FIGURE: Final = "figure[data-drawn=true]"
 PRINTED: Final = {
@@ -23,8 +23,8 @@ PRINTED: Final = {
     "session-numbers": "td",
 }
 """What is on each page when it is complete."""
-_OF_EACH_KIND: Final = ("home", "patient-assessments", "session-numbers")
-"""Pages with tiles, with figures and with wide tables, which `make test` prints. The campaign prints the others."""
+_OF_EACH_KIND: Final = ("patient-assessments", "session-numbers")
+"""Pages with figures and with wide tables, which `make test` prints. The campaign prints the others."""
 _AT_THE_MARGIN: Final = "h1, td, th, .xtitle, .legendtext, section > svg[viewBox] text, div > svg[viewBox] text"
 """Texts of which one is cut when a page, a table or a figure is wider than the paper."""
 

@@ -41,7 +41,12 @@ class Clinic:
     """``kata serve --simulate`` in its own process."""
 
     def __init__(
-        self, folder: Path, *, database_url: str = "", program: tuple[str, str] = ("-m", "kata"), full_rate: bool = False
+        self,
+        folder: Path,
+        *,
+        database_url: str = "",
+        program: tuple[str, str] = ("-m", "kata"),
+        full_rate: bool = False,
     ) -> None:
         """Without ``database_url``, the database is a file in ``folder``. ``program``: what Python runs.
 
