@@ -128,16 +128,23 @@ def answer_of(response: Response) -> Any:
 def english_on(page: Page, records: set[str]) -> list[str]:
     """Return texts with a word of at least three Latin letters that is neither a user's nor the same in Japanese."""
     found = []
+    longest_first = sorted(records, key=len, reverse=True)
     cited = r"[A-Z][a-z]+他|MoraisとPascoal|J\. (?:[A-Z][a-z]+\.? )+\d{4}"
     for text in page.evaluate(SEEN):
         # Without paths, commands, the JSON of audit entries, and authors and journals.
         left = re.sub(rf'/[\w./-]+|kata [a-z]+( --[a-z]+)*|\w+: \{{".*\}}|{cited}', "", text)
-        for record in sorted(records, key=len, reverse=True):
+        if not words_in(left):
+            continue
+        for record in longest_first:
             left = left.replace(record, "")
-        words = set(re.findall(r"[A-Za-z_]{3,}", left)) - OURS
-        if any("_" not in word for word in words):
+        if any("_" not in word for word in words_in(left)):
             found.append(text)
     return found
+
+
+def words_in(text: str) -> set[str]:
+    """Return the words of at least three Latin letters that are not the same in Japanese."""
+    return set(re.findall(r"[A-Za-z_]{3,}", text)) - OURS
 
 
 @pytest.mark.shared_clinic("invented")

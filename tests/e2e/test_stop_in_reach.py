@@ -114,7 +114,7 @@ def _assert_low_banner(tab: Page) -> None:
 @pytest.mark.parametrize("every", [False, _EVERY])
 def test_pages_of_all_sizes_fit_and_have_stop(tab: Page, clinic: Clinic, every: bool) -> None:
     """Header and patient banner also leave a telephone's low screen to the page."""
-    found = {}
+    found: dict[str, str] = {}
     for name, address in addresses(tab, clinic).items():
         if not every and name not in _PAGES:
             continue
@@ -140,7 +140,8 @@ def test_stop_stays_when_a_script_does_not_load(tab: Page, clinic: Clinic, every
     asked: list[str] = []
     tab.on("request", lambda request: asked.append(request.url.removeprefix(clinic.url)))
     tab.goto(f"{clinic.url}/station")
-    expect(tab.get_by_test_id("apparatus-canvas")).to_be_visible(timeout=LONG_MS)
+    expect(tab.get_by_role("radiogroup", name="View")).to_be_visible(timeout=LONG_MS)
+    tab.wait_for_load_state("networkidle")
     later = [path for path in dict.fromkeys(asked) if path.endswith(".js") and path not in first]
     names = [path for path in later if _PARTS.search(path)]
     assert len(names) >= 4, later

@@ -159,7 +159,7 @@ class Traffic:
         self._last_s = time.monotonic()
         page.on("request", self._begun)
         for end in ("requestfinished", "requestfailed"):
-            page.on(end, self._ended)  # type: ignore[call-overload]
+            page.on(end, self._ended)
 
     def _begun(self, request: Request) -> None:
         self._unanswered.add(request)
@@ -169,8 +169,13 @@ class Traffic:
         self._last_s = time.monotonic()
 
     def wait(self) -> None:
-        """Wait until nothing was requested for a while."""
+        """Wait until nothing was requested for a while.
+
+        :raises AssertionError: when requests remain unanswered.
+        """
+        limit_s = time.monotonic() + LONG_MS / 1000
         while self._unanswered or time.monotonic() - self._last_s < _QUIET_S:
+            assert time.monotonic() < limit_s, [request.url for request in self._unanswered]
             self._page.wait_for_timeout(50)
 
 
