@@ -61,13 +61,13 @@ def shared_clinics(tmp_path_factory: pytest.TempPathFactory) -> Iterator[SharedC
 def clinic(request: pytest.FixtureRequest, shared_clinics: SharedClinics) -> Iterator[Clinic]:
     """Return an empty clinic for one test, or the clinic that the test's mark ``shared_clinic`` names.
 
-    The clinic of one test has the apparatus' default rate; the shared ones have a lower rate, which takes less processor time. Tests that share a clinic use patients and accounts of their own. If one leaves the apparatus stopped, the next gets a new clinic.
+    Tests that share a clinic use patients and accounts of their own. If one leaves the apparatus stopped, the next gets a new clinic.
     """
     if kind := _shared_kind(request.node):
         yield shared_clinics.lend(kind)
         shared_clinics.take_back()
         return
-    with clinic_in(request.getfixturevalue("tmp_path"), full_rate=True) as clinic:
+    with clinic_in(request.getfixturevalue("tmp_path")) as clinic:
         yield clinic
 
 

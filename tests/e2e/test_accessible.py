@@ -81,7 +81,10 @@ class Findings:
 @pytest.mark.timeout(600)
 @pytest.mark.parametrize(("scheme", "every"), [("light", 2), *_ALL])
 def test_every_page_is_accessible(tab: Page, clinic: Clinic, scheme: Any, every: int) -> None:
-    """axe checks every second or every page and all dialogs. The page fits a telephone, each number has a unit, and a patient's page names the shoulder."""
+    """axe checks every second or every page and all dialogs.
+
+    The page fits a telephone, each number has a unit, and a patient's page names the shoulder.
+    """
     tab.emulate_media(color_scheme=scheme, reduced_motion="reduce")
     findings = Findings(tab)
     every_page = addresses(tab, clinic)

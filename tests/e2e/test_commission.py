@@ -38,6 +38,7 @@ def begin(page: Page) -> None:
 
 
 @pytest.mark.campaign
+@pytest.mark.shared_clinic("full rate")
 @pytest.mark.timeout(1_200)
 def test_a_practice_leads_to_a_record_with_pdf(page: Page) -> None:
     wrong: list[str] = []
@@ -77,6 +78,7 @@ def columns_beyond(dialog: Locator) -> list[str]:
 
 
 @pytest.mark.campaign
+@pytest.mark.shared_clinic("full rate")
 @pytest.mark.timeout(240)
 def test_gains_are_compared_and_taken_back(page: Page) -> None:
     wrong: list[str] = []

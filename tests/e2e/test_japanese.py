@@ -151,7 +151,10 @@ def words_in(text: str) -> set[str]:
 @pytest.mark.timeout(900)
 @pytest.mark.parametrize("every", [2, pytest.param(1, marks=pytest.mark.campaign)])
 def test_every_page_speaks_japanese(tab: Page, clinic: Clinic, every: int) -> None:
-    """Check the words of every page, that it fits a telephone, that each number has a unit, and that a patient's page names the shoulder. axe checks every second page, from the second one, or every page in the campaign."""
+    """Check the words of every page, that it fits a telephone, that each number has a unit, and that a patient's page names the shoulder.
+
+    axe checks every second page, from the second one, or every page in the campaign.
+    """
     answers: list[Response] = []
     tab.on("response", lambda answer: answers.append(answer))
     tab.emulate_media(color_scheme="dark", reduced_motion="reduce")

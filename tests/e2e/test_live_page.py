@@ -12,7 +12,7 @@ from playwright.sync_api import CDPSession, Page, expect
 from tests.support.browser_clinic import Clinic
 from tests.support.page_actions import open_station
 
-pytestmark = pytest.mark.three_dimensions
+pytestmark = [pytest.mark.shared_clinic("full rate"), pytest.mark.three_dimensions]
 
 log = logging.getLogger(__name__)
 MINUTES: Final = float(os.environ.get("KATA_LIVE_MINUTES", "60"))
