@@ -119,6 +119,7 @@ def test_teach_stop_reset_play_again_and_read_the_errors(
         expect(visit.get_by_role("button", name="Move to the start")).to_be_enabled(timeout=LONG_MS)
     expect(first).to_contain_text("5 of 6")
     move_and_play(page)
+    expect(page.get_by_test_id("mode")).to_have_text("Playing")
     page.get_by_role("button", name="Press the e-stop switch").click()
     banner = page.get_by_test_id("stop-banner")
     expect(banner).to_contain_text("The emergency stop was pressed.")
@@ -143,6 +144,7 @@ def test_teach_stop_reset_play_again_and_read_the_errors(
     expect(page.get_by_test_id("mode")).to_have_text("Idle, torque off")
 
     load_and_play(page)
+    expect(page.get_by_test_id("mode")).to_have_text("Playing")
     expect(page.get_by_test_id("left")).to_contain_text("remaining")
     assert bare_numbers(page) == []
     expect(first).to_contain_text("6 of 6")

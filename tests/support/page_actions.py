@@ -210,10 +210,9 @@ def load_and_play(page: Page) -> None:
 
 
 def move_and_play(page: Page) -> None:
-    """Play the loaded recording."""
+    """Start to play the loaded recording."""
     hold(page, page.get_by_role("button", name="Move to the start"))
     play = page.get_by_role("button", name="Play", exact=True)
     expect(play).to_be_enabled(timeout=LONG_MS)
     expect(page.get_by_test_id("torque")).to_have_text("Torque on")
     hold(page, play)
-    expect(page.get_by_test_id("mode")).to_have_text("Playing")
