@@ -76,7 +76,7 @@ def demonstration(tmp_path: Path) -> Iterator[Clinic]:
     """Return a clinic with a dozen invented patients and months of history."""
     command = [sys.executable, "-m", "kata", "seed", "--data", str(tmp_path), "--patients", "12"]
     subprocess.run(command, check=True, capture_output=True)
-    with clinic_in(tmp_path) as clinic:
+    with clinic_in(tmp_path, full_rate=True) as clinic:
         yield clinic
 
 

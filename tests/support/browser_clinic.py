@@ -142,7 +142,8 @@ def seeded_clinic(folder: Path, sign_in: Callable[[], SignedIn]) -> Iterator[tup
     fill(database, 1, utc_now())
     database.close()
     signed_in = sign_in()
-    with clinic_in(folder) as clinic:
+    # Pictures show the default rate.
+    with clinic_in(folder, full_rate=True) as clinic:
         yield clinic, signed_in
 
 
