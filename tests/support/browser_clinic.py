@@ -9,7 +9,7 @@ import time
 import urllib.error
 import urllib.request
 from collections.abc import Callable, Iterator
-from contextlib import ExitStack, contextmanager
+from contextlib import AbstractContextManager, ExitStack, contextmanager
 from functools import partial
 from pathlib import Path
 from typing import Final, TypeVar
@@ -158,7 +158,11 @@ def invented_clinic(folder: Path) -> Iterator[Clinic]:
 class SharedClinics:
     """Lends one clinic of each kind to all tests that can share it, and runs one clinic at a time."""
 
-    KINDS: Final = {"full rate": partial(clinic_in, full_rate=True), "empty": clinic_in, "invented": invented_clinic}
+    KINDS: Final[dict[str, Callable[[Path], AbstractContextManager[Clinic]]]] = {
+        "full rate": partial(clinic_in, full_rate=True),
+        "empty": clinic_in,
+        "invented": invented_clinic,
+    }
     """In the order in which the tests run. The first two are empty. ``full rate``: the apparatus has the default configuration."""
 
     def __init__(self, folders: pytest.TempPathFactory) -> None:
