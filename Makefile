@@ -54,8 +54,8 @@ UNCOUNTED := $(addprefix tests/device/test_,config.py config_effective.py docume
 	start_of_torque.py station_file.py suspended_computer.py weakened_drive.py)
 COUNTED := $(filter-out $(UNCOUNTED),$(wildcard tests/device/test_*.py))
 OTHERS := $(addprefix --ignore=,$(COUNTED) tests/e2e $(MEASURED) $(TIMED))
-# Apart from the others, because each worker keeps a clinic running. With a picture of each page on which a journey failed.
-JOURNEYS := --screenshot only-on-failure --output artefacts/journeys tests/e2e
+# Apart from the others, because each worker keeps a clinic running. artefacts/journeys gets a picture of each page on which a journey failed.
+JOURNEYS := tests/e2e
 # At a lower priority than the kernel's threads. Only the campaign needs the plugin of Schemathesis, whose import takes two seconds.
 PYTEST := nice -n 10 $(BIN)/python -m pytest -p no:schemathesis
 PARALLEL := $(PYTEST) --dist loadfile --no-loadscope-reorder -n

@@ -9,7 +9,7 @@ from tests.support.browser_clinic import LONG_MS, Clinic
 from tests.support.keyboard import choose, press, write
 from tests.support.keyboard import open_tab as open_tab_by_keys
 from tests.support.page_accounts import PASSWORD, first_password, made, menu, sign_in, sign_in_new_account
-from tests.support.page_actions import open_tab, sign_up, wait_until_idle
+from tests.support.page_actions import first_page, open_tab, sign_up, wait_until_idle
 
 pytestmark = pytest.mark.shared_clinic("empty")
 
@@ -20,7 +20,7 @@ def test_account_is_created_used_locked_and_closed(page: Page, clinic: Clinic, a
     code = made(page, "Ito Mai", "ito", "Therapist")
 
     # The new user chooses a password and is signed in.
-    hers = another.new_page()
+    hers = first_page(another)
     first_password(hers, clinic, "ito", code)
     expect(hers.get_by_role("button", name="Signed in as Ito Mai")).to_be_visible(timeout=LONG_MS)
     expect(hers.get_by_role("link", name="Administration")).to_have_count(0)
@@ -74,6 +74,7 @@ def test_account_is_created_used_locked_and_closed(page: Page, clinic: Clinic, a
     expect(trail.get_by_role("row").filter(has_text="Screen locked").first).to_contain_text("Ito Mai")
 
 
+@pytest.mark.campaign
 def test_access_token_is_created_used_and_revoked(page: Page, clinic: Clinic) -> None:
     menu(page, "My account")
     tokens = page.get_by_role("region", name="Access tokens for scripts")
@@ -99,7 +100,7 @@ def test_access_token_is_created_used_and_revoked(page: Page, clinic: Clinic) ->
 
 def test_an_administrator_has_to_have_a_second_factor(page: Page, clinic: Clinic, another: BrowserContext) -> None:
     code = made(page, "Mori Sakura", "mori", "Administrator")
-    hers = another.new_page()
+    hers = first_page(another)
     first_password(hers, clinic, "mori", code)
     expect(hers.get_by_role("heading", name="A second factor is required")).to_be_visible(timeout=LONG_MS)
     hers.get_by_role("button", name="Set up a second factor").click()
@@ -147,7 +148,7 @@ def test_each_role_sees_its_own_pages(page: Page, clinic: Clinic, another: Brows
     sign_up(page, "Tanaka Ren")
     record = page.url
     sign_in_new_account(another, page, "Abe Rin", "abe", "viewer")
-    hers = another.new_page()
+    hers = first_page(another)
     hers.goto(record)
     expect(hers.get_by_role("heading", name="Tanaka Ren")).to_be_visible()
     for tab in hers.get_by_role("tab").all_inner_texts():
@@ -181,7 +182,7 @@ def test_restricted_record_opens_in_an_emergency_and_is_reviewed_afterwards(
     press(page, dialog.get_by_role("button", name="Save"))
     expect(page.get_by_test_id("record-access")).to_contain_text("Test administrator")
 
-    hers = another.new_page()
+    hers = first_page(another)
     hers.goto(record)
     expect(hers.get_by_role("heading", name="This record is restricted")).to_be_visible()
     write(hers, hers.get_by_label("Reason for opening it now"), "Acute pain, her therapist is away.")
@@ -197,6 +198,7 @@ def test_restricted_record_opens_in_an_emergency_and_is_reviewed_afterwards(
     expect(opened).to_contain_text("Reviewed by Test administrator")
 
 
+@pytest.mark.campaign
 def test_backup_is_made_by_keyboard_and_its_trial_reported(page: Page) -> None:
     press(page, page.get_by_role("link", name="Administration"))
     press(page, page.get_by_role("link", name="Backups"))

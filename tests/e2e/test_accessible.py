@@ -26,36 +26,9 @@ from tests.support.browser_clinic import LONG_MS, Clinic
 from tests.support.page_actions import acknowledge, open_station, wait_until_idle
 from tests.support.units import bare_numbers
 
-pytestmark = pytest.mark.shared_clinic("invented")
+pytestmark = [pytest.mark.shared_clinic("invented"), pytest.mark.three_dimensions]
 
 _ALL: Final = [pytest.param(scheme, 1, marks=pytest.mark.campaign) for scheme in ("light", "dark")]
-
-
-@pytest.mark.parametrize(("scheme", "every"), [("light", 2), *_ALL])
-def test_every_page_is_accessible(tab: Page, clinic: Clinic, scheme: Any, every: int) -> None:
-    """axe checks every second or every page. It fits a telephone, each number has a unit, and a patient's page names the shoulder."""
-    tabs = tab, tab.context.new_page()
-    for opened_tab in tabs:
-        opened_tab.emulate_media(color_scheme=scheme, reduced_motion="reduce")
-    found: dict[str, list[str]] = {}
-    every_page = addresses(tab, clinic)
-    assert missing_routes(every_page | SIGN_IN_PAGES) == set()
-    pages = dict(islice(every_page.items(), None, None, every))
-    for name, page in opened(tabs, clinic, pages):
-        expect(page.locator("html")).to_have_attribute("data-mantine-color-scheme", scheme)
-        wait_until_idle(page)
-        if name in ("station", "station-patient"):
-            expect(page.get_by_role("region", name="Simulated apparatus")).to_be_visible(timeout=LONG_MS)
-        page.wait_for_load_state("networkidle")
-        expect(page.locator(".mantine-Skeleton-root")).to_have_count(0, timeout=LONG_MS)
-        if violations := [*wrong(page), *misfits_on_telephone(page)]:
-            found[name] = violations
-        if bare := bare_numbers(page):
-            found[f"{name}: numbers without a unit"] = bare
-        if OF_A_PATIENT.match(name):
-            expect(page.get_by_test_id("patient-banner")).to_contain_text(re.compile("(Left|Right) shoulder"))
-    assert found == {}, json.dumps(found, ensure_ascii=False, indent=1)
-
 
 DIALOGS: Final = {
     "patients": ("New patient", "Import"),
@@ -68,40 +41,69 @@ DIALOGS: Final = {
 """Buttons that open a dialog, by page."""
 
 
-def test_numbers_in_dialogs_and_opened_parts_have_a_unit(tab: Page, clinic: Clinic) -> None:
-    """axe checks each dialog, too, and every table of the progress page."""
-    # A dialog that still fades in has less contrast.
-    tab.emulate_media(reduced_motion="reduce")
-    pages = addresses(tab, clinic)
-    found: dict[str, list[str]] = {}
+class Findings:
+    """What is wrong on the pages, by the name of the page or dialog."""
 
-    def look(name: str) -> None:
-        if wrongs := [*bare_numbers(tab), *wrong(tab)]:
-            found[name] = wrongs
+    def __init__(self, page: Page) -> None:
+        self._page = page
+        self.found: dict[str, list[str]] = {}
 
-    for name, buttons in DIALOGS.items():
-        tab.goto(clinic.url + pages[name])
-        if name == "station":
-            wait_until_idle(tab)
-        for button in buttons:
-            tab.get_by_role("button", name=button, exact=True).first.click()
-            expect(tab.get_by_role("dialog")).to_be_visible(timeout=LONG_MS)
-            look(f"{name}: {button}")
-            tab.keyboard.press("Escape")
-            expect(tab.get_by_role("dialog")).to_have_count(0, timeout=LONG_MS)
-    tab.goto(clinic.url + pages["patient-assessments"])
-    tab.get_by_role("button", name="New assessment").click()
-    expect(tab.get_by_role("button", name="Save assessment")).to_be_visible(timeout=LONG_MS)
-    look("New assessment")
-    tab.goto(clinic.url + pages["progress"])
-    expect(tab.locator("figure[data-drawn=true]")).to_have_count(5, timeout=LONG_MS)
-    closed = tab.get_by_role("button", name="Show numbers")
-    expect(closed).to_have_count(5)
-    for _ in range(5):
-        closed.first.click()
-    expect(tab.get_by_role("table")).to_have_count(5)
-    look("progress with its tables")
-    assert found == {}, json.dumps(found, ensure_ascii=False, indent=1)
+    def look(self, name: str, part: str = "html") -> None:
+        """axe checks the page or a part of it, and each number has a unit."""
+        if wrongs := [*bare_numbers(self._page), *wrong(self._page, part)]:
+            self.found[name] = wrongs
+
+    def look_at_dialogs(self, name: str) -> None:
+        """Open each dialog of the page in turn."""
+        for button in DIALOGS.get(name, ()):
+            self._page.get_by_role("button", name=button, exact=True).first.click()
+            dialog = self._page.get_by_role("dialog")
+            expect(dialog).to_be_visible(timeout=LONG_MS)
+            self.look(f"{name}: {button}", "[role=dialog]")
+            self._page.keyboard.press("Escape")
+            expect(dialog).to_have_count(0, timeout=LONG_MS)
+
+    def look_at_opened_parts(self, name: str) -> None:
+        """Open the form of an assessment, and every table of the progress page."""
+        if name == "patient-assessments":
+            self._page.get_by_role("button", name="New assessment").click()
+            expect(self._page.get_by_role("button", name="Save assessment")).to_be_visible(timeout=LONG_MS)
+            self.look("New assessment", "main")
+        if name == "progress":
+            closed = self._page.get_by_role("button", name="Show numbers")
+            expect(closed).to_have_count(5)
+            for _ in range(5):
+                closed.first.click()
+            expect(self._page.get_by_role("table")).to_have_count(5)
+            self.look("progress with its tables", "main")
+
+
+@pytest.mark.timeout(600)
+@pytest.mark.parametrize(("scheme", "every"), [("light", 2), *_ALL])
+def test_every_page_is_accessible(tab: Page, clinic: Clinic, scheme: Any, every: int) -> None:
+    """axe checks every second or every page and all dialogs.
+
+    The page fits a telephone, each number has a unit, and a patient's page names the shoulder.
+    """
+    tab.emulate_media(color_scheme=scheme, reduced_motion="reduce")
+    findings = Findings(tab)
+    every_page = addresses(tab, clinic)
+    assert missing_routes(every_page | SIGN_IN_PAGES) == set()
+    chosen = {*islice(every_page, None, None, every), *DIALOGS, "patient-assessments", "progress"}
+    pages = {name: address for name, address in every_page.items() if name in chosen}
+    for name in opened(tab, clinic, pages, by_links=every > 1):
+        expect(tab.locator("html")).to_have_attribute("data-mantine-color-scheme", scheme)
+        wait_until_idle(tab)
+        if name in ("station", "station-patient"):
+            expect(tab.get_by_role("region", name="Simulated apparatus")).to_be_visible(timeout=LONG_MS)
+        findings.look(name)
+        if misfits := misfits_on_telephone(tab):
+            findings.found[f"{name} on a telephone"] = misfits
+        if OF_A_PATIENT.match(name):
+            expect(tab.get_by_test_id("patient-banner")).to_contain_text(re.compile("(Left|Right) shoulder"))
+        findings.look_at_dialogs(name)
+        findings.look_at_opened_parts(name)
+    assert findings.found == {}, json.dumps(findings.found, ensure_ascii=False, indent=1)
 
 
 def test_numbers_in_printed_reports_have_a_unit(page: Page, clinic: Clinic) -> None:

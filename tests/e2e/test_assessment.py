@@ -9,7 +9,8 @@ from playwright.sync_api import Locator, Page, expect
 from tests.support.browser_clinic import LONG_MS
 from tests.support.page_actions import open_tab, sign_up
 
-pytestmark = pytest.mark.shared_clinic("empty")
+# `make test` assesses by keyboard (test_keyboard_work.py), and tests what the page computes in AssessmentForm.test.tsx.
+pytestmark = [pytest.mark.campaign, pytest.mark.shared_clinic("empty")]
 
 FIRST_DAY = datetime.now(UTC) - timedelta(days=8)
 

@@ -38,6 +38,7 @@ def begin(page: Page) -> None:
 
 
 @pytest.mark.campaign
+@pytest.mark.shared_clinic("full rate")
 @pytest.mark.timeout(1_200)
 def test_a_practice_leads_to_a_record_with_pdf(page: Page) -> None:
     wrong: list[str] = []
@@ -77,6 +78,7 @@ def columns_beyond(dialog: Locator) -> list[str]:
 
 
 @pytest.mark.campaign
+@pytest.mark.shared_clinic("full rate")
 @pytest.mark.timeout(240)
 def test_gains_are_compared_and_taken_back(page: Page) -> None:
     wrong: list[str] = []
@@ -114,7 +116,7 @@ def overshoot(row: Locator) -> int:
 @pytest.mark.timeout(120)
 def test_stop_ends_the_practice_and_the_station_returns(page: Page) -> None:
     begin(page)
-    press_until(page, "[data-testid=step-registers][data-state=passed]", LONG_MS)
+    press_until(page, "[data-testid=instruction][data-number='2']", LONG_MS)
     page.keyboard.press("Escape")
     expect(page.get_by_test_id("finished")).to_contain_text("ended before its last step", timeout=LONG_MS)
     expect(page.get_by_text("The technician ended the step.")).to_be_visible()

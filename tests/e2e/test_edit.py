@@ -10,6 +10,8 @@ from tests.support.browser_clinic import LONG_MS, Clinic
 from tests.support.page_actions import import_motion, open_tab, sign_up
 
 
+# `make test` edits a motion by keyboard (test_keyboard_work.py), and points by pointer in EditPanel.test.tsx.
+@pytest.mark.campaign
 @pytest.mark.shared_clinic("empty")
 def test_derived_recording_is_previewed_and_saved(page: Page, clinic: Clinic) -> None:
     wrong: list[str] = []

@@ -13,7 +13,7 @@ from typing import Any, Final
 
 import httpx2
 import pytest
-from playwright.sync_api import Page, Route, expect
+from playwright.sync_api import Browser, BrowserContext, Page, Route, expect
 
 from kata.auth.login_session import COOKIE
 from kata.database.engine import Database
@@ -57,7 +57,15 @@ def poisoned(tmp_path_factory: pytest.TempPathFactory, texts: list[str]) -> Iter
 
 
 @pytest.fixture
-def violations(context: Any, poisoned: Poisoned) -> list[str]:
+def context(browser_without_3d: Browser, browser_context_args: dict[str, Any]) -> Iterator[BrowserContext]:
+    """Return a browser of one test: functions and scripts that a test adds to it cannot be removed."""
+    made = browser_without_3d.new_context(**browser_context_args)
+    yield made
+    made.close()
+
+
+@pytest.fixture
+def violations(context: BrowserContext, poisoned: Poisoned) -> list[str]:
     """Return the list that collects messages of scripts, dialogs and policy violations. A test passes with an empty list."""
     said: list[str] = []
 
@@ -78,7 +86,7 @@ def violations(context: Any, poisoned: Poisoned) -> list[str]:
 
 
 @pytest.fixture
-def page(context: Any, violations: list[str]) -> Page:
+def page(context: BrowserContext, violations: list[str]) -> Page:
     """Return an empty page instead of the station's page."""
     made: Page = context.new_page()
     made.set_default_timeout(_LIMIT_MS)

@@ -1,17 +1,18 @@
 """In a browser that prefers Japanese, every page is Japanese, also for screen readers, and can be switched to English."""
 
 import re
-from collections import defaultdict
 from collections.abc import Iterator
 from typing import Any, Final
+from uuid import uuid4
 
 import pytest
-from playwright.sync_api import Error, Page, Response, expect
+from playwright.sync_api import BrowserContext, Error, Page, Response, expect
 
 from kata.auth.login_session import COOKIE
 from tests.support.accessibility import OF_A_PATIENT, addresses, misfits_on_telephone, opened, wrong
 from tests.support.browser_clinic import LONG_MS, START_LIMIT_S, Clinic
-from tests.support.page_actions import acknowledge
+from tests.support.page_accounts import sign_in_new_account
+from tests.support.page_actions import acknowledge, first_page
 from tests.support.units import bare_numbers
 
 IDLE: Final = "待機中・トルク切"
@@ -127,30 +128,38 @@ def answer_of(response: Response) -> Any:
 def english_on(page: Page, records: set[str]) -> list[str]:
     """Return texts with a word of at least three Latin letters that is neither a user's nor the same in Japanese."""
     found = []
+    longest_first = sorted(records, key=len, reverse=True)
     cited = r"[A-Z][a-z]+他|MoraisとPascoal|J\. (?:[A-Z][a-z]+\.? )+\d{4}"
     for text in page.evaluate(SEEN):
         # Without paths, commands, the JSON of audit entries, and authors and journals.
         left = re.sub(rf'/[\w./-]+|kata [a-z]+( --[a-z]+)*|\w+: \{{".*\}}|{cited}', "", text)
-        for record in sorted(records, key=len, reverse=True):
+        if not words_in(left):
+            continue
+        for record in longest_first:
             left = left.replace(record, "")
-        words = set(re.findall(r"[A-Za-z_]{3,}", left)) - OURS
-        if any("_" not in word for word in words):
+        if any("_" not in word for word in words_in(left)):
             found.append(text)
     return found
+
+
+def words_in(text: str) -> set[str]:
+    """Return the words of at least three Latin letters that are not the same in Japanese."""
+    return set(re.findall(r"[A-Za-z_]{3,}", text)) - OURS
 
 
 @pytest.mark.shared_clinic("invented")
 @pytest.mark.timeout(900)
 @pytest.mark.parametrize("every", [2, pytest.param(1, marks=pytest.mark.campaign)])
 def test_every_page_speaks_japanese(tab: Page, clinic: Clinic, every: int) -> None:
-    """Check the words of every page, that it fits a telephone, that each number has a unit, and that a patient's page names the shoulder. axe checks every second page, from the second one, or every page in the campaign."""
-    tabs = tab, tab.context.new_page()
-    heard: defaultdict[Page, list[Response]] = defaultdict(list)
-    tab.context.on("response", lambda answer: heard[answer.frame.page].append(answer))
-    for opened_tab in tabs:
-        opened_tab.emulate_media(color_scheme="dark", reduced_motion="reduce")
+    """Check the words of every page, that it fits a telephone, that each number has a unit, and that a patient's page names the shoulder.
+
+    axe checks every second page, from the second one, or every page in the campaign.
+    """
+    answers: list[Response] = []
+    tab.on("response", lambda answer: answers.append(answer))
+    tab.emulate_media(color_scheme="dark", reduced_motion="reduce")
     # A page receives the stations' names over its WebSockets.
-    stations = {
+    records = {
         name
         for path in ("station", "stations")
         for name in written(tab.request.get(f"{clinic.url}/api/{path}").json())
@@ -159,30 +168,30 @@ def test_every_page_speaks_japanese(tab: Page, clinic: Clinic, every: int) -> No
     english: dict[str, list[str]] = {}
     barred: dict[str, list[str]] = {}
     bare_of: dict[str, list[str]] = {}
-    for number, (name, page) in enumerate(opened(tabs, clinic, addresses(tab, clinic))):
+    for number, name in enumerate(opened(tab, clinic, addresses(tab, clinic), by_links=every > 1)):
         checked = number % every == every - 1
-        wait_until_idle(page)
+        wait_until_idle(tab)
         if name in ("station", "station-patient"):
-            expect(page.get_by_role("region", name="模擬装置")).to_be_visible(timeout=LONG_MS)
-        page.wait_for_load_state("networkidle")
-        expect(page.locator(".mantine-Skeleton-root")).to_have_count(0, timeout=LONG_MS)
-        expect(page.locator("html")).to_have_attribute("lang", "ja")
-        expect(page.locator("html")).to_have_attribute("data-mantine-color-scheme", "dark")
-        answers = [
-            answer_of(response)
-            for response in heard[page]
+            expect(tab.get_by_role("region", name="模擬装置")).to_be_visible(timeout=LONG_MS)
+        expect(tab.locator("html")).to_have_attribute("lang", "ja")
+        expect(tab.locator("html")).to_have_attribute("data-mantine-color-scheme", "dark")
+        # A page also shows what an earlier one has fetched.
+        records |= {
+            record
+            for response in answers
             if response.ok and "json" in response.headers.get("content-type", "")
-        ]
-        records = {record for answer in answers for record in written(answer) if len(record) > 2} | stations
-        if found := english_on(page, records):
+            for record in written(answer_of(response))
+            if len(record) > 2
+        }
+        answers.clear()
+        if found := english_on(tab, records):
             english[name] = found
-        if violations := (wrong(page) if checked else []) + misfits_on_telephone(page):
+        if violations := (wrong(tab) if checked else []) + misfits_on_telephone(tab):
             barred[name] = violations
-        if bare := bare_numbers(page, "ja"):
+        if bare := bare_numbers(tab, "ja"):
             bare_of[name] = bare
         if OF_A_PATIENT.match(name):
-            expect(page.get_by_test_id("patient-banner")).to_contain_text(re.compile("[左右]肩"))
-        heard[page].clear()
+            expect(tab.get_by_test_id("patient-banner")).to_contain_text(re.compile("[左右]肩"))
     problems = "\n".join(
         f"{name}: {sorted(set(texts))}" for found in (english, barred, bare_of) for name, texts in found.items()
     )
@@ -225,27 +234,32 @@ def test_a_stop_and_the_door_speak_japanese(page: Page, clinic: Clinic) -> None:
     assert found == {}
 
 
-def test_page_uses_the_chosen_language_at_every_login(page: Page, clinic: Clinic) -> None:
-    page.goto(f"{clinic.url}/account")
-    expect(page.get_by_role("heading", name="表示言語")).to_be_visible(timeout=LONG_MS)
-    page.get_by_text("English", exact=True).click()
-    expect(page.get_by_role("heading", name="Language")).to_be_visible(timeout=LONG_MS)
-    expect(page.locator("html")).to_have_attribute("lang", "en")
-    expect(page.get_by_test_id("mode")).to_have_text("Idle, torque off")
+@pytest.mark.shared_clinic("invented")
+def test_page_uses_the_chosen_language_at_every_login(tab: Page, clinic: Clinic, another: BrowserContext) -> None:
+    tab.goto(f"{clinic.url}/kata.svg")
+    # An account of its own, because others use the administrator's.
+    sign_in_new_account(tab.context, tab, "Ito Mai", f"ito-{uuid4().hex[:8]}", "therapist")
+    tab.goto(f"{clinic.url}/account")
+    expect(tab.get_by_role("heading", name="表示言語")).to_be_visible(timeout=LONG_MS)
+    tab.get_by_text("English", exact=True).click()
+    expect(tab.get_by_role("heading", name="Language")).to_be_visible(timeout=LONG_MS)
+    expect(tab.locator("html")).to_have_attribute("lang", "en")
+    expect(tab.get_by_test_id("mode")).to_have_text("Idle, torque off")
     # Another browser that prefers Japanese shows English as soon as it knows the user.
-    browser = page.context.browser
-    assert browser
-    other = browser.new_context(locale="ja-JP")
-    other.add_cookies([{"name": COOKIE, "value": clinic.cookie, "url": clinic.url}])
-    elsewhere = other.new_page()
+    another.add_cookies([{"name": COOKIE, "value": cookie_of(tab), "url": clinic.url}])
+    elsewhere = first_page(another)
     elsewhere.goto(clinic.url)
     expect(elsewhere.get_by_test_id("mode")).to_have_text("Idle, torque off", timeout=LONG_MS)
     # Before login the browser's own choice counts.
-    other.clear_cookies(name=COOKIE)
+    another.clear_cookies(name=COOKIE)
     elsewhere.goto(clinic.url)
     expect(elsewhere.get_by_role("heading", name="Sign in")).to_be_visible(timeout=LONG_MS)
     elsewhere.get_by_text("日本語", exact=True).click()
     expect(elsewhere.get_by_role("heading", name="サインイン")).to_be_visible(timeout=LONG_MS)
-    other.close()
-    page.reload()
-    expect(page.get_by_role("heading", name="Language")).to_be_visible(timeout=LONG_MS)
+    tab.reload()
+    expect(tab.get_by_role("heading", name="Language")).to_be_visible(timeout=LONG_MS)
+
+
+def cookie_of(page: Page) -> str:
+    """Return the cookie of the page's login session."""
+    return next(cookie["value"] for cookie in page.context.cookies() if cookie["name"] == COOKIE)

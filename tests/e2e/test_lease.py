@@ -1,20 +1,21 @@
 """Two users at one apparatus, in a real browser."""
 
+import pytest
 from playwright.sync_api import BrowserContext, Page, expect
 
 from tests.support.browser_clinic import LONG_MS, Clinic
-from tests.support.page_accounts import first_password, made
-from tests.support.page_actions import prepare_station, sign_up
+from tests.support.page_accounts import menu, sign_in_new_account
+from tests.support.page_actions import first_page, prepare_station, sign_up
 
 
+@pytest.mark.shared_clinic("empty")
 def test_second_user_watches_until_taking_over(page: Page, clinic: Clinic, another: BrowserContext) -> None:
-    code = made(page, "Ito Mai", "ito", "Therapist")
+    sign_in_new_account(another, page, "Ito Mai", "ito-lease", "therapist")
     sign_up(page, "Yamada Hanako")
     prepare_station(page)
     expect(page.get_by_test_id("lease")).to_contain_text("You have operated the apparatus")
-    hers = another.new_page()
-    first_password(hers, clinic, "ito", code)
-    hers.get_by_role("link", name="Station", exact=True).click()
+    hers = first_page(another)
+    hers.goto(f"{clinic.url}/station")
     lease = hers.get_by_test_id("lease")
     expect(lease).to_contain_text("Test administrator has operated the apparatus from another browser", timeout=LONG_MS)
     lease.get_by_role("button", name="Take over").click()
@@ -25,3 +26,4 @@ def test_second_user_watches_until_taking_over(page: Page, clinic: Clinic, anoth
     expect(page.get_by_role("button", name="Start teaching")).to_be_disabled()
     page.get_by_role("button", name="Stop", exact=True).click()
     expect(page.get_by_test_id("stop-answer")).to_contain_text("Confirmed by the device")
+    menu(hers, "Sign out")

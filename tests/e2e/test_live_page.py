@@ -12,6 +12,8 @@ from playwright.sync_api import CDPSession, Page, expect
 from tests.support.browser_clinic import Clinic
 from tests.support.page_actions import open_station
 
+pytestmark = [pytest.mark.shared_clinic("full rate"), pytest.mark.three_dimensions]
+
 log = logging.getLogger(__name__)
 MINUTES: Final = float(os.environ.get("KATA_LIVE_MINUTES", "60"))
 LOOKS: Final = 60

@@ -1,6 +1,12 @@
-"""A therapist's main tasks, in a real browser."""
+"""A therapist's main tasks, in a real browser. Their clicks and seconds are stored in ``artefacts/clicks.json``."""
 
+import json
 import re
+import time
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Final
 from urllib.parse import urlsplit
 
 import pytest
@@ -9,10 +15,13 @@ from playwright.sync_api import Page, expect
 from kata.motion.builtin import built_in_motions
 from tests.support.browser_clinic import LONG_MS, Clinic
 from tests.support.page_actions import (
-    HOLD_MS,
     begin_session,
+    choose_level,
+    confirm_identity,
+    hold,
     import_motion,
     load_and_play,
+    move_and_play,
     open_station,
     open_tab,
     prepare_station,
@@ -21,8 +30,57 @@ from tests.support.page_actions import (
 )
 from tests.support.units import bare_numbers
 
+# At a lower rate the resistance of a playback is measured less often, and a low level does not stop it at the same place.
+pytestmark = pytest.mark.shared_clinic("full rate")
 
-def test_teach_stop_reset_play_again_and_read_the_errors(page: Page, clinic: Clinic, taught_name: str) -> None:
+IDENTITY: Final = 2
+"""The therapist compares and ticks two identifiers."""
+APPROACH: Final = 6 + IDENTITY + 1
+"""The identity has a button of its own, so that no other press confirms it."""
+TEACH: Final = 5 + IDENTITY
+WORST_MOTOR: Final = 4
+NAME: Final = "Yamada Hanako"
+
+# Clicks on the simulated hand, pedal and switch do not count: at a real apparatus they are no clicks.
+_COUNT: Final = """() => {
+    window.clicks = 0;
+    addEventListener('click', ({isTrusted, detail, target}) => {
+        const simulated = target.closest?.('section')?.getAttribute('aria-label') === 'Simulated apparatus';
+        if (isTrusted && detail > 0 && !simulated) window.clicks += 1;
+    }, true);
+}"""
+
+Figures = dict[str, dict[str, float]]
+
+
+@pytest.fixture
+def counted(page: Page, artefacts: Path) -> Iterator[Figures]:
+    page.evaluate(_COUNT)
+    figures: Figures = {}
+    yield figures
+    (artefacts / "clicks.json").write_text(json.dumps({"figures": figures}, indent=2))
+
+
+@contextmanager
+def task(page: Page, figures: Figures, name: str) -> Iterator[None]:
+    before, since = page.evaluate("window.clicks"), time.monotonic()
+    yield
+    seconds = round(time.monotonic() - since, 1)
+    figures[name] = {"clicks": page.evaluate("window.clicks") - before, "seconds": seconds}
+
+
+def choose(page: Page) -> None:
+    """Go to the station, and choose the patient by the first letters of the name."""
+    who = page.get_by_role("combobox", name="Patient")
+    who.click()
+    who.press_sequentially("yama")
+    page.get_by_role("option", name=NAME).click()
+
+
+def test_teach_stop_reset_play_again_and_read_the_errors(
+    page: Page, clinic: Clinic, taught_name: str, counted: Figures
+) -> None:
+    """The daily tasks take few clicks."""
     hosts: set[str] = set()
     wrong: list[str] = []
     page.on("request", lambda request: hosts.add(urlsplit(request.url).netloc))
@@ -32,16 +90,36 @@ def test_teach_stop_reset_play_again_and_read_the_errors(page: Page, clinic: Cli
     open_station(page)
     first = page.get_by_role("region", name="First steps")
     expect(first).to_contain_text("1 of 6")
-    sign_up(page, "Yamada Hanako")
+    sign_up(page, NAME)
     page.get_by_role("link", name="Station", exact=True).click()
     expect(first).to_contain_text("2 of 6")
     page.get_by_role("link", name="Patients", exact=True).click()
-    page.get_by_role("link", name="Yamada Hanako").click()
-    teach(page, taught_name)
+    page.get_by_role("link", name=NAME).click()
+    # Once a day, before the first patient.
+    prepare_station(page)
+
+    page.get_by_role("link", name="Patients", exact=True).click()
+    page.get_by_role("link", name="Station", exact=True).click()
+    with task(page, counted, "teach and save a motion"):
+        choose(page)
+        teach(page, taught_name)
     expect(first).to_contain_text("4 of 6")
-    begin_session(page)
+
+    page.get_by_role("link", name="Patients", exact=True).click()
+    page.get_by_role("link", name="Station", exact=True).click()
+    visit = page.get_by_role("region", name="Session")
+    with task(page, counted, "a returning patient, until the arm is moved to the start"):
+        choose(page)
+        visit.get_by_role("button", name="Begin the session").click()
+        confirm_identity(visit, page)
+        visit.get_by_role("button", name="Confirm all 3 checks").click()
+        visit.get_by_role("button", name="Pain before: 4").click()
+        choose_level(page)
+        visit.get_by_role("button", name="Load").click()
+        expect(visit.get_by_role("button", name="Move to the start")).to_be_enabled(timeout=LONG_MS)
     expect(first).to_contain_text("5 of 6")
-    load_and_play(page)
+    move_and_play(page)
+    expect(page.get_by_test_id("mode")).to_have_text("Playing")
     page.get_by_role("button", name="Press the e-stop switch").click()
     banner = page.get_by_test_id("stop-banner")
     expect(banner).to_contain_text("The emergency stop was pressed.")
@@ -55,7 +133,7 @@ def test_teach_stop_reset_play_again_and_read_the_errors(page: Page, clinic: Cli
     # Every page shows the banner.
     page.get_by_role("link", name="Sessions").click()
     expect(banner).to_be_visible()
-    page.get_by_role("link", name="Yamada Hanako").click()
+    page.get_by_role("link", name=NAME).click()
     page.get_by_role("link", name="Go to the station").click()
 
     page.get_by_role("button", name="Release the e-stop switch").click()
@@ -66,6 +144,7 @@ def test_teach_stop_reset_play_again_and_read_the_errors(page: Page, clinic: Cli
     expect(page.get_by_test_id("mode")).to_have_text("Idle, torque off")
 
     load_and_play(page)
+    expect(page.get_by_test_id("mode")).to_have_text("Playing")
     expect(page.get_by_test_id("left")).to_contain_text("remaining")
     assert bare_numbers(page) == []
     expect(first).to_contain_text("6 of 6")
@@ -106,11 +185,18 @@ def test_teach_stop_reset_play_again_and_read_the_errors(page: Page, clinic: Cli
     page.get_by_role("button", name="Play it").click()
     expect(page.get_by_test_id("ghost-time")).not_to_contain_text(re.compile("^0.0 of"), timeout=LONG_MS)
 
+    with task(page, counted, "a patient's last session, to its worst motor"):
+        page.get_by_role("link", name="Sessions").click()
+        page.get_by_role("row", name=NAME).get_by_role("link").first.click()
+        open_tab(page, "Numbers")
+        expect(page.get_by_test_id("errors").first.locator("tbody tr")).to_have_count(5)
+    assert counted["teach and save a motion"]["clicks"] <= TEACH
+    assert counted["a returning patient, until the arm is moved to the start"]["clicks"] <= APPROACH
+    assert counted["a patient's last session, to its worst motor"]["clicks"] <= WORST_MOTOR
     assert hosts == {urlsplit(clinic.url).netloc}, "the page asked a foreign host"
     assert wrong == []
 
 
-@pytest.mark.shared_clinic("empty")
 def test_resistance_reverses_the_arm_and_the_second_time_holds_it(page: Page) -> None:
     sign_up(page, "Tanaka Sora")
     import_motion(page, built_in_motions()[4])
@@ -140,7 +226,7 @@ def test_resistance_reverses_the_arm_and_the_second_time_holds_it(page: Page) ->
     expect(page.get_by_test_id("mode")).to_have_text("Holding the arm")
     expect(page.get_by_test_id("torque")).to_have_text("Torque on")
 
-    play_on.click(delay=HOLD_MS)
+    hold(page, play_on)
     banner = page.get_by_test_id("stop-banner")
     expect(banner).to_contain_text("The motors still hold the arm", timeout=LONG_MS)
     expect(banner).to_contain_text("Motor 4 met resistance twice at the same place.")
@@ -148,7 +234,7 @@ def test_resistance_reverses_the_arm_and_the_second_time_holds_it(page: Page) ->
     expect(let_go).to_be_enabled()
     expect(page.get_by_test_id("mode")).to_have_text("Stopped, holding the arm")
     expect(page.get_by_test_id("torque")).to_have_text("Torque on")
-    let_go.click(delay=HOLD_MS)
+    hold(page, let_go)
     expect(banner).to_be_hidden()
     expect(page.get_by_test_id("torque")).to_have_text("Torque off")
 

@@ -12,7 +12,7 @@ from tests.support.accessibility import addresses
 from tests.support.browser_clinic import LONG_MS, Clinic
 from tests.support.page_actions import wait_until_idle
 
-pytestmark = pytest.mark.shared_clinic("invented")
+pytestmark = [pytest.mark.shared_clinic("invented"), pytest.mark.three_dimensions]
 
 _FIGURE: Final = "figure[data-drawn=true]"
 PRINTED: Final = {
@@ -23,8 +23,8 @@ PRINTED: Final = {
     "session-numbers": "td",
 }
 """What is on each page when it is complete."""
-_OF_EACH_KIND: Final = ("home", "patient-assessments", "session-numbers")
-"""Pages with tiles, with figures and with wide tables, which `make test` prints. The campaign prints the others."""
+_OF_EACH_KIND: Final = ("patient-assessments", "session-numbers")
+"""Pages with figures and with wide tables, which `make test` prints. The campaign prints the others."""
 _AT_THE_MARGIN: Final = "h1, td, th, .xtitle, .legendtext, section > svg[viewBox] text, div > svg[viewBox] text"
 """Texts of which one is cut when a page, a table or a figure is wider than the paper."""
 
@@ -77,15 +77,15 @@ def test_print_is_light_and_complete(tab: Page, clinic: Clinic, name: str, compl
     expected = tab.locator(_AT_THE_MARGIN).filter(visible=True).all_text_contents()
     assert expected
     assert [text for text in expected if words(text) not in paper] == []
+    if name.startswith("patient"):
+        assert_banner_covers_nothing(tab)
 
 
-def test_banner_covers_nothing_on_paper(tab: Page, clinic: Clinic) -> None:
+def assert_banner_covers_nothing(page: Page) -> None:
     """On the screen the banner stays below the header, which paper does not have."""
-    tab.goto(clinic.url + addresses(tab, clinic)["patient"])
-    banner = tab.get_by_test_id("patient-banner")
-    expect(banner.get_by_role("heading")).to_be_visible(timeout=LONG_MS)
+    banner = page.get_by_test_id("patient-banner")
     expect(banner).to_have_css("position", "sticky")
-    tab.emulate_media(media="print")
+    page.emulate_media(media="print")
     expect(banner).to_have_css("position", "static")
 
 

@@ -62,6 +62,8 @@ def tile(page: Page, station: str) -> Locator:
     return page.get_by_role("article", name=station)
 
 
+# `make test` has the messages in tests/api/test_stations.py and the tiles in stations.test.tsx.
+@pytest.mark.campaign
 def test_station_list_shows_patients_and_marks_silent_stations(
     page: Page,
     clinic: Clinic,

@@ -8,7 +8,7 @@ from playwright.sync_api import Page, expect
 from tests.support.browser_clinic import LONG_MS
 from tests.support.page_actions import open_station
 
-pytestmark = pytest.mark.shared_clinic("empty")
+pytestmark = [pytest.mark.shared_clinic("empty"), pytest.mark.three_dimensions]
 
 NEXT_PICTURE: Final = """async (before) => {
     for (;;) {

@@ -5,9 +5,9 @@ import time
 from collections.abc import Iterator
 from typing import Any
 
-from playwright.sync_api import Page
+from playwright.sync_api import Page, Request, expect
 
-from tests.support.browser_clinic import Clinic
+from tests.support.browser_clinic import LONG_MS, Clinic
 from tests.support.paths import ROOT
 
 AXE = ROOT / "tests/fhir_validators/node_modules/axe-core/axe.min.js"
@@ -147,31 +147,71 @@ def misfits_on_telephone(page: Page) -> list[str]:
         page.set_viewport_size(before)
 
 
-def opened(tabs: tuple[Page, Page], clinic: Clinic, pages: dict[str, str]) -> Iterator[tuple[str, Page]]:
-    """Yield every page by name. The next one loads in the other tab meanwhile."""
-    shown, coming = tabs
-    names = [*pages]
-    shown.goto(clinic.url + pages[names[0]], wait_until="commit")
-    for name, following in zip(names, [*names[1:], None], strict=True):
-        if following:
-            coming.goto(clinic.url + pages[following], wait_until="commit")
-        yield name, shown
-        shown, coming = coming, shown
+_QUIET_S = 0.4
 
 
-def wrong(page: Page) -> list[str]:
-    """Return the errors that axe-core finds."""
-    page.evaluate(AXE.read_text())
+class Traffic:
+    """The requests of a page that are not answered. A page's load state says only once after each load that there are none."""
+
+    def __init__(self, page: Page) -> None:
+        self._page = page
+        self._unanswered: set[Request] = set()
+        self._last_s = time.monotonic()
+        page.on("request", self._begun)
+        for end in ("requestfinished", "requestfailed"):
+            page.on(end, self._ended)
+
+    def _begun(self, request: Request) -> None:
+        self._unanswered.add(request)
+
+    def _ended(self, request: Request) -> None:
+        self._unanswered.discard(request)
+        self._last_s = time.monotonic()
+
+    def wait(self) -> None:
+        """Wait until nothing was requested for a while.
+
+        :raises AssertionError: when requests remain unanswered.
+        """
+        limit_s = time.monotonic() + LONG_MS / 1000
+        while self._unanswered or time.monotonic() - self._last_s < _QUIET_S:
+            assert time.monotonic() < limit_s, [request.url for request in self._unanswered]
+            self._page.wait_for_timeout(50)
+
+
+def opened(page: Page, clinic: Clinic, pages: dict[str, str], *, by_links: bool) -> Iterator[str]:
+    """Open one page after the other, and yield the name of each when it is complete.
+
+    ``by_links``: as a link does, without loading the scripts again.
+    """
+    traffic = Traffic(page)
+    for number, (name, path) in enumerate(pages.items()):
+        if by_links and number > 0:
+            page.evaluate("path => history.pushState({}, '', path)", path)
+        else:
+            page.goto(clinic.url + path)
+        traffic.wait()
+        expect(page).to_have_url(clinic.url + path)
+        expect(page.get_by_role("heading", level=1)).to_be_visible(timeout=LONG_MS)
+        expect(page.locator(".mantine-Skeleton-root, figure[data-drawn=false]")).to_have_count(0, timeout=LONG_MS)
+        traffic.wait()
+        yield name
+
+
+def wrong(page: Page, part: str = "html") -> list[str]:
+    """Return the errors that axe-core finds in the page, or in the part with this CSS selector."""
+    if not page.evaluate("'axe' in window"):
+        page.evaluate(AXE.read_text())
     found = page.evaluate(
-        """async ([tags, rules]) => {
+        """async ([tags, rules, part]) => {
             const kinds = Object.fromEntries(axe.getRules(tags).map((rule) => [rule.ruleId, {enabled: true}]));
             for (const rule of rules) kinds[rule] = {enabled: true};
-            const results = await axe.run(document, {
+            const results = await axe.run(part === 'html' ? document : part, {
                 runOnly: {type: 'rule', values: Object.keys(kinds)}, resultTypes: ['violations'],
             });
             return results.violations.flatMap((violation) => violation.nodes.map(
                 (node) => `${violation.id}: ${node.html.slice(0, 200)} ${node.failureSummary.slice(0, 300)}`));
         }""",
-        [TAGS, RULES],
+        [TAGS, RULES if part == "html" else [], part],
     )
     return [str(text) for text in found]

@@ -9,16 +9,19 @@ import time
 import urllib.error
 import urllib.request
 from collections.abc import Callable, Iterator
-from contextlib import ExitStack, contextmanager
+from contextlib import AbstractContextManager, ExitStack, contextmanager
+from functools import partial
 from pathlib import Path
 from typing import Final, TypeVar
 
+import msgspec
 import pytest
 
 from kata.auth.login_session import COOKIE
 from kata.cli.seed import fill
 from kata.database.base import utc_now
 from kata.database.engine import Database
+from kata.device import config
 from tests.support.databases import upgraded_file
 from tests.support.invented_clinic import invented_file
 from tests.support.login import signed_in_at
@@ -39,25 +42,36 @@ with patch("kata.station.station.DeviceProcess", Disconnected):
 START_LIMIT_S: Final = 60.0
 LONG_MS: Final = 60_000
 """Time-out for a busy computer; not a requirement."""
+_RATE_HZ: Final = 20
+"""Bus cycles, samples and setpoints per second of the simulated apparatus. At the default of 100, device process and simulator take a
+fifth of a processor all the time.
+"""
 
 
 class Clinic:
     """``kata serve`` in its own process."""
 
     def __init__(
-        self, folder: Path, *, database_url: str = "", program: tuple[str, str] = ("-m", "kata"), simulate: bool = True
+        self,
+        folder: Path,
+        *,
+        database_url: str = "",
+        program: tuple[str, str] = ("-m", "kata"),
+        full_rate: bool = False,
+        simulate: bool = True,
     ) -> None:
         """Without ``database_url``, the database is a file in ``folder``. ``program``: what Python runs.
 
-        Without ``simulate``, the station's apparatus is not connected. The device process and the simulator of a simulated one take two
-        seconds of processor time to start, and a fifth of a processor while they run.
+        ``full_rate``: the apparatus has the default configuration. Without ``simulate``, the station's apparatus is not connected. The
+        device process and the simulator of a simulated one take two seconds of processor time to start.
         """
         self._program = program if simulate else ("-c", _WITHOUT_APPARATUS)
         self._options = ["--simulate"] if simulate else ["--station", str(folder / "station.toml")]
         self.cookie = signed_in_at(folder, database_url=database_url)
         # A named zone, so that the page has no note about a missing one.
         zone = {"KATA_CLINIC_TIME_ZONE": "UTC"}
-        self._environment = zone | os.environ | ({"KATA_DATABASE_URL": database_url} if database_url else {})
+        station = {} if full_rate or not simulate else {"KATA_STATION": str(_slow_station(folder))}
+        self._environment = zone | os.environ | station | ({"KATA_DATABASE_URL": database_url} if database_url else {})
         self.port = free_port()
         self.url = f"http://127.0.0.1:{self.port}"
         self._folder = folder
@@ -115,10 +129,22 @@ class Clinic:
             self.process.wait()
 
 
+def _slow_station(folder: Path) -> Path:
+    """Write the file of a simulated apparatus with few cycles per second."""
+    usual = config.simulated("simulator")
+    # The same age in seconds.
+    inputs = msgspec.structs.replace(
+        usual.inputs, max_age_cycles=usual.inputs.max_age_cycles * _RATE_HZ // usual.cycle_hz
+    )
+    file = folder / "slow-station.toml"
+    config.write(msgspec.structs.replace(usual, rate_hz=_RATE_HZ, cycle_hz=_RATE_HZ, inputs=inputs), file)
+    return file
+
+
 @contextmanager
-def clinic_in(folder: Path) -> Iterator[Clinic]:
-    """Run a clinic on this folder."""
-    clinic = Clinic(folder)
+def clinic_in(folder: Path, *, full_rate: bool = False) -> Iterator[Clinic]:
+    """Run a clinic on this folder. ``full_rate``: its apparatus has the default configuration."""
+    clinic = Clinic(folder, full_rate=full_rate)
     try:
         yield clinic
     finally:
@@ -132,7 +158,8 @@ def seeded_clinic(folder: Path, sign_in: Callable[[], SignedIn]) -> Iterator[tup
     fill(database, 1, utc_now())
     database.close()
     signed_in = sign_in()
-    with clinic_in(folder) as clinic:
+    # Pictures show the default rate.
+    with clinic_in(folder, full_rate=True) as clinic:
         yield clinic, signed_in
 
 
@@ -147,8 +174,12 @@ def invented_clinic(folder: Path) -> Iterator[Clinic]:
 class SharedClinics:
     """Lends one clinic of each kind to all tests that can share it, and runs one clinic at a time."""
 
-    KINDS: Final = {"empty": clinic_in, "invented": invented_clinic}
-    """In the order in which the tests run."""
+    KINDS: Final[dict[str, Callable[[Path], AbstractContextManager[Clinic]]]] = {
+        "full rate": partial(clinic_in, full_rate=True),
+        "empty": clinic_in,
+        "invented": invented_clinic,
+    }
+    """In the order in which the tests run. The first two are empty. ``full rate``: the apparatus has the default configuration."""
 
     def __init__(self, folders: pytest.TempPathFactory) -> None:
         self._folders = folders

@@ -44,11 +44,12 @@ class ShownStation:
         """Begin a session of this patient, whose checklist is open. Return the session and a recording."""
         patient = self._first("/api/patients", search=clinic_number)
         recording = self._first(f"/api/patients/{patient['id']}/recordings")
-        self._set_side(recording["side"])
+        self.set_side(recording["side"])
         session = self._sent("POST", "/api/sessions", {"patient_id": patient["id"]})
         return session, recording
 
-    def _set_side(self, side: str) -> None:
+    def set_side(self, side: str) -> None:
+        """Set up the apparatus for the shoulder of this side."""
         limit = time.monotonic() + START_LIMIT_S
         while self._live()["side"] != side:
             self.make_idle()
@@ -90,7 +91,7 @@ class ShownStation:
         """Begin to teach this patient a motion, with every check answered. Return the patient."""
         patient = self._first("/api/patients", search=clinic_number)
         body = {"patient_id": patient["id"], "fixtures": ["arm_fixer_1"]} | TEACHING_CHECKED
-        self._set_side(patient["affected_side"])
+        self.set_side(patient["affected_side"])
         self.press_estop()
         self.release_estop()
         limit = time.monotonic() + START_LIMIT_S
