@@ -69,7 +69,7 @@ ALLOWED_WHEN_LOCKED: Final = set(SOCKETS) | {
     "get_patient_questionnaire",
     "answer_patient_questionnaire",
 }
-DEVICE: Final = {"get_simulator", "set_pedal", "set_estop", "guide_arm", "release_arm", "upload_motion"}
+DEVICE: Final = {"get_simulator", "set_pedal", "set_estop", "set_effort", "guide_arm", "release_arm", "upload_motion"}
 OPERATE: Final = {
     "set_side", "teach", "finish_teaching", "load", "load_end_feel", "unload", "approach", "play", "pause", "reduce_range", "return_to_rest",
     "release_torque", "acknowledge", "take_lease", "release_lease",

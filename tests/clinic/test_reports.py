@@ -118,11 +118,19 @@ def test_session_report_matches_the_database_rows(signed: tuple[SessionContent, 
 def test_partial_run_is_marked_beside_its_errors(signed: tuple[SessionContent, EpisodeContent]) -> None:
     visit, _ = signed
     motors = tuple(replace(motor, change_deg=-12.25, wall_peak_deg=3.75) for motor in visit.runs[0].motors)
-    run = replace(visit.runs[0], compared_percent=8.0, partial=True, clock_offset_s=0.094, motors=motors)
+    run = replace(
+        visit.runs[0],
+        compared_percent=8.0,
+        partial=True,
+        clock_offset_s=0.094,
+        motors=motors,
+        work_j=3.21,
+        mean_effort_nm=1.44,
+    )
     text = " ".join(Parsed(rendering.session_page(replace(visit, runs=(run,)), how())).text.split())
     for said in (
         "(partial)", "compared: 8\u00a0% of the playing time, partial, real time ahead by up to 0.094\u00a0s",
-        "3.75 −12.25", "Change by settings is the requested minus the taught motion",
+        "pace set by the patient: mean effort 1.4\u00a0Nm, work 3.2\u00a0J (estimates)", "3.75 −12.25", "Change by settings is the requested minus the taught motion",
     ):  # fmt: skip
         assert " ".join(said.split()) in text, said
     assert "peak and RMSE include the start" not in text

@@ -265,6 +265,39 @@ def test_resistance_moves_a_self_paced_arm_back(self_paced: Stepped) -> None:
     self_paced.until("returning")
 
 
+def reversals(stepped: Stepped) -> int:
+    run = stepped.snapshot.run
+    assert run is not None
+    return run.reversals
+
+
+def test_help_above_the_level_does_not_take_a_resting_arm_back(self_paced: Stepped) -> None:
+    """The patient pushes the other way before, so that the mean effort is negative and the arm rests for longer than resistance must last."""
+    helped(self_paced, 0.5, -3.0)
+    helped(self_paced, 0.3, 4.2)
+    assert (reversals(self_paced), self_paced.mode) == (0, "playing")
+    assert angle_deg(self_paced) == pytest.approx(0.0, abs=0.1)
+    helped(self_paced, 0.8, 4.2)
+    assert angle_deg(self_paced) > 3.0
+
+
+def test_push_against_a_resting_arm_is_resistance(self_paced: Stepped) -> None:
+    helped(self_paced, 1.0, 3.0)
+    helped(self_paced, 1.0, 0.0)
+    assert reversals(self_paced) == 0
+    helped(self_paced, 0.3, -4.2)
+    assert reversals(self_paced) == 1
+
+
+def test_help_above_the_level_counts_as_resistance_while_paused(self_paced: Stepped) -> None:
+    helped(self_paced, 1.2, 3.0)
+    assert self_paced.send(Pause()) is None
+    helped(self_paced, 0.5, 0.0)
+    assert self_paced.mode == "paused"
+    helped(self_paced, 0.3, 4.2)
+    assert self_paced.mode == "stopped"
+
+
 def test_arm_slows_down_towards_the_end_of_the_range(self_paced: Stepped) -> None:
     helped(self_paced, 1.0, 2.0)
     while angle_deg(self_paced) < FAR_DEG - 9.0:

@@ -16,6 +16,7 @@ from kata.messages import text_of
 from kata.motion.linkage import OutOfReachError, motor_angles_deg
 from kata.motion.taught import TaughtError, parse_csv
 from kata.simulator.apparatus import State
+from kata.simulator.effort import MOST_NM
 from kata.simulator.hand import HandRefusedError
 from kata.types import Name, Schema
 
@@ -28,12 +29,23 @@ class Hand(Schema):
     left_s: float = Field(ge=0, description="Seconds until the hand releases the arm.")
 
 
+Effort = Annotated[
+    float,
+    Field(
+        ge=-MOST_NM,
+        le=MOST_NM,
+        description="Torque of the simulated patient along the path, newton metres: above 0 the patient helps, below 0 the patient resists.",
+    ),
+]
+
+
 class SimulatorState(Schema):
     """The state of the simulated hand, pedal and emergency stop."""
 
     pedal_down: bool
     estop_pressed: bool
     hand: Hand
+    effort_nm: Effort
     motions: list[HandMotion]
 
 
@@ -47,6 +59,12 @@ class EstopRequest(Schema):
     """Press or release the emergency stop."""
 
     pressed: StrictBool
+
+
+class EffortRequest(Schema):
+    """The effort of the simulated patient; 0: relaxed."""
+
+    effort_nm: Effort
 
 
 class GuideRequest(Schema):
@@ -103,6 +121,13 @@ def guide_arm(simulation: TheSimulation, body: GuideRequest) -> SimulatorState:
             raise hand_refused(error) from error
 
 
+@router.post("/effort", summary="Let the simulated patient help or resist", responses=PROBLEMS.of(422))
+def set_effort(simulation: TheSimulation, body: EffortRequest) -> SimulatorState:
+    """Set the patient's effort along the path. It acts while the motors hold or move the arm."""
+    with closing(simulation.process.client()) as client:
+        return _state(simulation, client.effort(body.effort_nm))
+
+
 @router.post("/release", summary="Release the arm and the pedal")
 def release_arm(simulation: TheSimulation) -> SimulatorState:
     """Make the hand release the arm and the pedal."""
@@ -134,5 +159,6 @@ def _state(simulation: Simulation, state: State) -> SimulatorState:
         pedal_down=state.pedal_down,
         estop_pressed=state.estop_pressed,
         hand=Hand(phase=state.hand.phase, motion=state.hand.motion, left_s=state.hand.left_s),
+        effort_nm=state.effort_nm,
         motions=simulation.motions(),
     )

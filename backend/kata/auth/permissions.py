@@ -319,6 +319,7 @@ RULES: Final[Mapping[str, RouteRule]] = MappingProxyType(
         "get_simulator": RouteRule("diagnose", without_database=True),
         "set_pedal": _DIAGNOSE,
         "set_estop": _DIAGNOSE,
+        "set_effort": _DIAGNOSE,
         "guide_arm": _DIAGNOSE,
         "release_arm": _DIAGNOSE,
         "upload_motion": RouteRule(

@@ -386,6 +386,22 @@ _SIMULATED_LAGS: Final = (
 them.
 """
 
+_SIMULATED_LOADS: Final = (
+    {"damping_nm_s_deg": 0.0021, "inertia_nm_s2_deg": 0.00053, "coulomb_nm": 0.388},
+    {"damping_nm_s_deg": 0.0012, "inertia_nm_s2_deg": 0.00047, "coulomb_nm": 0.399},
+    {"damping_nm_s_deg": 0.0042, "inertia_nm_s2_deg": 0.00166, "coulomb_nm": 0.466},
+    {"damping_nm_s_deg": 0.0037, "inertia_nm_s2_deg": 0.00136, "coulomb_nm": 0.497},
+    {"damping_nm_s_deg": 0.0, "inertia_nm_s2_deg": 0.00001, "coulomb_nm": 0.166},
+)
+_SIMULATED_ARM: Final = ArmLoad(
+    inertia=(0.0052, 0.0055, 0.0362, -0.0064, -0.0092, -0.0035, 0.0028, -0.0034, -0.0834, -0.0477),
+    link_nm=0.2346,
+    girdle_nm_rad=(-0.0875, -0.1354),
+    balancer_n=2.311,
+    balancer_m=(0.1556, -0.1305, 0.0662),
+)
+"""Load from the same identification. The mechanics have separate joints, so single numbers are not those of an arm; only the torque is right."""
+
 
 def simulated(port: str) -> StationConfig:
     """Return the configuration of the simulated apparatus, with identified drives. A service without a station file uses it.
@@ -397,6 +413,17 @@ def simulated(port: str) -> StationConfig:
         msgspec.structs.replace(axis, **lag) for axis, lag in zip(_default_axes(), _SIMULATED_LAGS, strict=True)
     )
     return StationConfig(port=port, inputs=Inputs(max_age_cycles=30, estop_second_port=3), silence_ms=300, axes=axes)
+
+
+def simulated_with_load(port: str) -> StationConfig:
+    """Return :func:`simulated` with the identified load of the simulated apparatus' nominal patient, for functions that need a load.
+    docs/how-to/simulated-with-load.toml has the same values.
+    """
+    station = simulated(port)
+    axes = tuple(
+        msgspec.structs.replace(axis, **load) for axis, load in zip(station.axes, _SIMULATED_LOADS, strict=True)
+    )
+    return msgspec.structs.replace(station, axes=axes, arm=_SIMULATED_ARM)
 
 
 def at_rate(config: StationConfig, rate_hz: int) -> StationConfig:

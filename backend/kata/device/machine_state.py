@@ -224,6 +224,8 @@ class MachineState:
         run = self._run
         assert run is not None and self._movement is not None
         run.resisting_axis = None
+        if run.self_pacing:
+            run.self_pacing.rest()
         if way := straight_way_back(run, self.setpoint_deg):
             self._leave_recording(run, way)
         else:

@@ -241,7 +241,10 @@ class Run:
 
         Call this in every cycle with torque. The direction of a moving axis is that of the reference.
         """
-        return self._monitor.resisting_axis(state, self._speed_deg_s.tolist(), moves_back=moves_back)
+        speed_deg_s = self._speed_deg_s.tolist()
+        if self.self_pacing:
+            speed_deg_s = self.self_pacing.resisted_deg_s(speed_deg_s)
+        return self._monitor.resisting_axis(state, speed_deg_s, moves_back=moves_back)
 
     def resists_way_back(self, axis: int, movement: Movement, state: CycleState) -> bool:
         """Return True if the patient resists an arm that moves back already."""

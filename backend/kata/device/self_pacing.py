@@ -15,6 +15,7 @@ from kata.device.config_rules import REVERSAL_RAMP_S
 from kata.device.cycle_state import CycleState
 from kata.device.ipc_messages import SelfPacingState
 from kata.device.movement import Movement
+from kata.device.resistance import SLOW_DEG_S
 from kata.motion.linkage import Floats
 from kata.motion.path import PathPoint
 from kata.motion.trajectory import Trajectory
@@ -123,6 +124,8 @@ class SelfPacing:
         delay_s = 2.0 / config.cycle_hz + 1.5 * self._step_s + config.setpoint_delay_s + lag_s
         self._controller = PaceController(least_damping_nm_s(delay_s), self._step_s)
         self._pace = self._threshold_nm = 0.0
+        self._direction: list[float] | None = None
+        """Direction of the path while the arm is played forwards."""
         self._effort_sum_nm, self._moving_steps = 0.0, 0
         self.work_j = 0.0
         """Work of the patient along the path; less than 0 if the patient resists more than helps."""
@@ -145,6 +148,18 @@ class SelfPacing:
         """Let the next pace start from rest, after a pause or a reversal."""
         self._controller.rest()
         self._pace = 0.0
+        self._direction = None
+
+    def resisted_deg_s(self, speed_deg_s: list[float]) -> list[float]:
+        """Return the speeds by which resistance is detected. A motor that waits for the patient counts as moving along the path: a push forwards
+        is effort, and only a push backwards is resistance.
+        """
+        if self._direction is None:
+            return speed_deg_s
+        return [
+            math.copysign(SLOW_DEG_S, part) if abs(speed) < SLOW_DEG_S and abs(part) >= _LEAST_PART else speed
+            for speed, part in zip(speed_deg_s, self._direction, strict=True)
+        ]
 
     def set_pace(self, movement: Movement, state: CycleState, share: float, limits_deg: tuple[Floats, Floats]) -> None:
         """Set the speed override by the patient's effort, as often as setpoints are sent. Call it in every cycle in which the recording is played.
@@ -160,6 +175,7 @@ class SelfPacing:
             return
         movement.ramp_s = REVERSAL_RAMP_S
         way = self._way(movement.position_s, share)
+        self._direction = None if way is None else way.direction.tolist()
         if way is None:
             # The arm does not move, so the recording's clock passes a rest at its own speed.
             self._controller.rest()

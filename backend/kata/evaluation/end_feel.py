@@ -43,6 +43,7 @@ from kata.motion.end_feel import (
     way_out,
 )
 from kata.motion.linkage import Floats
+from kata.simulator.effort import steady_push
 from kata.simulator.independent.patients import PatientName
 from kata.simulator.mechanics import Mechanics, PlantName
 from kata.simulator.parameters import REST_DEG
@@ -183,7 +184,7 @@ class PatientStation(VirtualStation):
         hand_nm = 0.0
         if self.push:
             hand_nm = self.push.at(self.t_ns / 1e9)
-            joint.hand = (math.copysign(1000.0, hand_nm), 0.0, 1000.0, 0.0, abs(hand_nm))
+            joint.hand = steady_push(hand_nm)
         if isinstance(self.mechanics, Plant):
             tone_nm = joint.parameters.tone_nm * 0.5 * math.tanh(joint.arm_speed / math.radians(5.0))
             shoulder_nm = -joint.stiffness_nm() + tone_nm

@@ -49,6 +49,8 @@ runs.csv          playbacks and end-feel tests: one line each, with the name of 
                   Reduce range (empty: not reduced). Both are the therapist's choice and no measure of what the patient can do
                   motion_3_end_range_s to motion_6_end_range_s are end-range times. Their band and torque are in sessions.json
                   (end_range_band_deg, end_range_torque_nm)
+                  self_paced is true where the patient's effort set the pace. work_j (joules) and mean_effort_nm are then the patient's work
+                  along the path and the mean torque while the arm moved: estimates from the torque of the drives
                   clock_offset_s is how far the wall clock is ahead of the motion's clock, by which the errors are compared
 end-range.csv     end-range times: one line for each motion of a session and of a week: counted and prescribed seconds. A week begins on Monday
                   of time_zone; preliminary is true while the session or the week is not over, so that its seconds can still grow

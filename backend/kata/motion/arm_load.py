@@ -60,8 +60,11 @@ def load_terms(arm: ArmMotion, balancer_m: tuple[float, float, float] | Floats) 
     forward, up, height = balancer_m
     hook = np.array([forward, 0.0, up, 1.0])
     cable = arm.place @ hook - np.array([*SHOULDER_M[:2], SHOULDER_M[2] + height])
-    pull = np.einsum("...mr,...r->...m", arm.slopes @ hook, cable / np.linalg.norm(cable, axis=-1, keepdims=True))
-    own = np.stack([link, springs[..., 0], springs[..., 1], pull], axis=-1)
-    terms: Floats = np.concatenate([inertia_terms(arm), own], axis=-1)
+    cable /= np.sqrt(np.sum(cable * cable, axis=-1, keepdims=True))
+    terms = np.empty((*link.shape, N_TERMS))
+    terms[..., :N_INERTIAL] = inertia_terms(arm)
+    terms[..., N_INERTIAL] = link
+    terms[..., N_INERTIAL + 1 : -1] = springs
+    terms[..., -1] = np.sum((arm.slopes @ hook) * cable[..., np.newaxis, :], axis=-1)
     assert terms.shape[-2:] == (N_AXES, N_TERMS)
     return terms

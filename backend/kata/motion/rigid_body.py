@@ -13,6 +13,7 @@ Angles are the body's, which are counted alike on both sides (:mod:`kata.motion.
 one, therefore the same numbers are valid on both sides.
 """
 
+import math
 from typing import Final, NamedTuple
 
 import numpy as np
@@ -25,12 +26,18 @@ N_INERTIAL: Final = 10
 SHOULDER_M: Final = (0.140, -0.115, 0.020)
 """From O to the shoulder's centre, as the page draws it. Our choice: the paper does not state it."""
 _PAIRS: Final = ((0, 0), (1, 1), (2, 2), (0, 1), (0, 2), (1, 2), (0, 3), (1, 3), (2, 3), (3, 3))
+_ROWS, _COLUMNS = np.array(_PAIRS).T
+_MIXED: Final = slice(3, 9)
+"""The pairs of two different indices."""
 _GRAVITY_M_S2: Final = 9.81
+_RAD_A_DEG: Final = math.pi / 180.0
 _STEP_RAD: Final = 1e-3
 _STEP_S: Final = 1e-3
 _NEIGHBOURS: Final = np.concatenate([np.eye(N_AXES), -np.eye(N_AXES)]) * _STEP_RAD
-_POWERS: Final = tuple((one, two) for one in range(4) for two in range(4) if 0 < one + two < 4)
+_POWERS: Final = np.array([(one, two) for one in range(4) for two in range(4) if 0 < one + two < 4]).T
+"""Exponents of motors 1 and 2 in each term of the cubic, ``(2, 9)``."""
 _REST_DEG: Final[Floats] = LINKAGE.inverse_deg([0.0, 0.0])
+_REST_RAD: Final[Floats] = np.radians(_REST_DEG)
 _GRID_DEG: Final = 22.0
 """Range of the fit. The apparatus moves the scapula by 20 deg."""
 
@@ -56,13 +63,17 @@ def arm_motion(motion: PathPoint, side: Side) -> ArmMotion:
     Derivatives are differences of neighbouring places, exact to a millionth. One evaluation of all of them takes a fifth of the time of their
     formulas.
     """
-    angles, speed, acceleration = (np.radians(part) for part in motion)
+    angles, speed, acceleration = (part * _RAD_A_DEG for part in motion)
     away = speed * _STEP_S
     bent = acceleration * (_STEP_S**2 / 2)
-    along = np.stack([angles - away + bent, angles, angles + away + bent], axis=-2)
-    poses = _poses_rad(np.concatenate([angles[..., np.newaxis, :] + _NEIGHBOURS, along], axis=-2), side)
-    places = _places(poses)
     up, down = slice(0, N_AXES), slice(N_AXES, 2 * N_AXES)
+    rows = np.empty((*angles.shape[:-1], len(_NEIGHBOURS) + 3, N_AXES))
+    rows[..., :-3, :] = angles[..., np.newaxis, :] + _NEIGHBOURS
+    rows[..., -2, :] = angles
+    rows[..., -3, :] = angles - away + bent
+    rows[..., -1, :] = angles + away + bent
+    poses = _poses_rad(rows, side)
+    places = _places(poses)
     before, now, after = (places[..., row, :, :] for row in (-3, -2, -1))
     felt = (before - 2 * now + after) / _STEP_S**2
     felt[..., 2, 3] += _GRAVITY_M_S2
@@ -77,9 +88,9 @@ def arm_motion(motion: PathPoint, side: Side) -> ArmMotion:
 
 def inertia_terms(arm: ArmMotion) -> Floats:
     """Return the torque of each motor for each of the ten numbers of J (:class:`~kata.motion.arm_load.ArmLoad`), ``(..., 5, N_INERTIAL)``."""
-    products = np.einsum("...irc,...rd->...icd", arm.slopes, arm.acceleration)
-    columns = [products[..., c, d] + (products[..., d, c] if c != d else 0.0) for c, d in _PAIRS]
-    terms: Floats = np.stack(columns, axis=-1)
+    products = np.swapaxes(arm.slopes, -1, -2) @ arm.acceleration[..., np.newaxis, :, :]
+    terms: Floats = products[..., _ROWS, _COLUMNS]
+    terms[..., _MIXED] += products[..., _COLUMNS[_MIXED], _ROWS[_MIXED]]
     return terms
 
 
@@ -92,8 +103,9 @@ def _scapula_factors() -> Floats:
 
 
 def _powers(motors_rad: Floats) -> Floats:
-    one, two = motors_rad[..., 0], motors_rad[..., 1]
-    return np.stack([one**a * two**b for a, b in _POWERS], axis=-1)
+    one, two = _POWERS
+    powers: Floats = motors_rad[..., 0, np.newaxis] ** one * motors_rad[..., 1, np.newaxis] ** two
+    return powers
 
 
 _SCAPULA: Final = _scapula_factors()
@@ -101,14 +113,15 @@ _SCAPULA: Final = _scapula_factors()
 
 def _poses_rad(angles_rad: Floats, side: Side) -> Floats:
     poses = angles_rad.copy()
-    scapula = _powers(angles_rad[..., :2] - np.radians(_REST_DEG)) @ _SCAPULA
+    scapula = _powers(angles_rad[..., :2] - _REST_RAD) @ _SCAPULA
     poses[..., :2] = scapula * np.array(APPARATUS_SIGNS[side][:2])
     return poses
 
 
 def _places(pose_rad: Floats) -> Floats:
-    s1, s2, s3, s4, s5 = np.moveaxis(np.sin(pose_rad), -1, 0)
-    c1, c2, c3, c4, c5 = np.moveaxis(np.cos(pose_rad), -1, 0)
+    sines, cosines = np.sin(pose_rad), np.cos(pose_rad)
+    s1, s2, s3, s4, s5 = [sines[..., n] for n in range(N_AXES)]
+    c1, c2, c3, c4, c5 = [cosines[..., n] for n in range(N_AXES)]
     board, arm = np.zeros((*pose_rad.shape[:-1], 3, 3)), np.zeros((*pose_rad.shape[:-1], 3, 4))
     for row, columns in enumerate(((c1, -s1 * c2, -s1 * s2), (s1, c1 * c2, c1 * s2), (0.0, -s2, c2))):
         for column, value in enumerate(columns):

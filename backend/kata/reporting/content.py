@@ -139,6 +139,9 @@ class RunContent:
     compared_percent: float | None
     partial: bool
     clock_offset_s: float | None
+    work_j: float | None
+    """Work of the patient in a self-paced run; None in another run."""
+    mean_effort_nm: float | None
     worst_rmse_deg: float | None
     worst_peak_deg: float | None
     motors: tuple[MotorErrors, ...]

@@ -164,6 +164,8 @@ def _run(session: DatabaseSession, row: RunRow, number: int, angles: PatientAngl
         compared_percent=row.compared_percent,
         partial=row.partial,
         clock_offset_s=row.clock_offset_s,
+        work_j=row.work_j,
+        mean_effort_nm=row.mean_effort_nm,
         worst_rmse_deg=max((motor.rmse_deg for motor in row.tracking), default=None),
         worst_peak_deg=max((abs(motor.peak_deg) for motor in row.tracking), default=None),
         motors=tuple(_motor(motor) for motor in row.tracking),

@@ -14,6 +14,7 @@ import msgspec
 
 from kata.simulator import texts
 from kata.simulator.drive import Drive, DriveEvent, share_supply
+from kata.simulator.effort import PatientEffort
 from kata.simulator.hand import STRIDE_S, GuidedMotion, HandRefusedError, SimulatedHand
 from kata.simulator.mechanics import Hand, MakeMechanics
 from kata.simulator.parameters import DRIVES, SLOW_STEPS, STEP_S, SUPPLIES
@@ -80,6 +81,8 @@ class State(msgspec.Struct, frozen=True):
     hand: HandState
     axes: tuple[SimulatedAxis, ...]
     events: tuple[SimulatorEvent, ...]
+    effort_nm: float = 0.0
+    """Effort of the simulated patient along the path; below 0 the patient resists."""
 
 
 DriveCallback = Callable[[int, int, DriveEvent, float], None]
@@ -131,6 +134,8 @@ class SimulatedApparatus:
         for drive, joint in zip(self.drives, self._plant.joints, strict=True):
             drive.angle = joint.angle
         self._hand = SimulatedHand(self.seed, turned=self._turned)
+        self._effort = PatientEffort()
+        self._patient_acts = False
 
     # -- time -----------------------------------------------------------------------------------------------------
 
@@ -178,6 +183,20 @@ class SimulatedApparatus:
             else:
                 self._move_hand(targets)
             self._update_pedal(self._stepped_ns)
+        else:
+            self._let_patient_act()
+
+    def _let_patient_act(self) -> None:
+        """Add the patient's effort to the arm while the drives hold or move it."""
+        hands = None
+        if any(drive.torque_on for drive in self.drives):
+            hands = self._effort.hands([drive.followed_goal for drive in self.drives])
+        if hands:
+            for joint, hand in zip(self._plant.joints, hands, strict=True):
+                joint.hand = hand
+        elif self._patient_acts:
+            self._take_hand_off()
+        self._patient_acts = hands is not None
 
     def _move_hand(self, targets: list[float]) -> None:
         """Let the hand pull the arm from its last target to its next target."""
@@ -270,6 +289,10 @@ class SimulatedApparatus:
         joint = self._plant.joints[motor - 1]
         joint.hand = (joint.arm_angle, 0.0, _GUARDING_NM_RAD, _GUARDING_NM_S, strength_nm) if strength_nm else None
 
+    def set_effort(self, effort_nm: float) -> None:
+        """Let the patient help with a torque along the path, or resist with a torque below 0. 0: the patient is relaxed."""
+        self._effort.effort_nm = effort_nm
+
     def hold(self, motor: int, hand: Hand | None) -> None:
         """Hold the arm of motor 1-5 with a hand or a fixture, or let go."""
         self._plant.joints[motor - 1].hand = hand
@@ -317,6 +340,7 @@ class SimulatedApparatus:
                 for drive, joint in zip(self.drives, self._plant.joints, strict=True)
             ),
             events=tuple(self._events),
+            effort_nm=self._effort.effort_nm,
         )
 
     def _update_pedal(self, t_ns: int | None = None) -> None:

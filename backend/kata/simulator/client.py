@@ -14,6 +14,7 @@ from kata.simulator.control import (
     ClearFaults,
     ControlReply,
     ControlRequest,
+    Effort,
     Estop,
     Guide,
     Pedal,
@@ -68,6 +69,10 @@ class SimulatorClient:
     def release(self) -> State:
         """Let go of arm and pedal."""
         return self._send(Release())
+
+    def effort(self, effort_nm: float) -> State:
+        """Let the patient help with a torque along the path, or resist with one below 0."""
+        return self._send(Effort(effort_nm))
 
     def turn(self, *, turned: bool) -> State:
         """Turn the apparatus for the other shoulder, or back.

@@ -8,6 +8,7 @@ import msgspec
 
 from kata.messages import MessageKey, key_of, text_of
 from kata.simulator.apparatus import SimulatedApparatus, State
+from kata.simulator.effort import MOST_NM
 from kata.simulator.fault_injector import FaultInjector, SimulatedFault
 from kata.simulator.hand import GuidedMotion, HandRefusedError
 
@@ -49,6 +50,12 @@ class Release(msgspec.Struct, frozen=True, tag_field="do", tag="release"):
     """Let go of arm and pedal."""
 
 
+class Effort(msgspec.Struct, frozen=True, tag_field="do", tag="effort"):
+    """Let the patient help with a torque along the path, or resist with one below 0."""
+
+    effort_nm: float
+
+
 class Turn(msgspec.Struct, frozen=True, tag_field="do", tag="turn"):
     """Turn the apparatus for the other shoulder, or back."""
 
@@ -69,7 +76,7 @@ class ReadState(msgspec.Struct, frozen=True, tag_field="do", tag="state"):
     """Return the state without a change."""
 
 
-ControlRequest = Pedal | Estop | Rows | Guide | Release | Turn | SetFault | ClearFaults | ReadState
+ControlRequest = Pedal | Estop | Rows | Guide | Release | Effort | Turn | SetFault | ClearFaults | ReadState
 
 
 class ControlReply(msgspec.Struct, frozen=True):
@@ -162,6 +169,8 @@ class ControlServer:
                 self._apparatus.guide(request.name, motion, request.pedal)
             case Release():
                 self._apparatus.let_go()
+            case Effort(effort_nm=effort_nm):
+                self._apparatus.set_effort(max(-MOST_NM, min(MOST_NM, effort_nm)))
             case Turn(turned=turned):
                 self._apparatus.turn(turned=turned)
             case SetFault(fault=fault):

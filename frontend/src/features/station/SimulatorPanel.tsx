@@ -1,4 +1,4 @@
-import { Button, Card, FileButton, Group, Select, Stack, Text, Title } from "@mantine/core";
+import { Button, Card, FileButton, Group, Input, SegmentedControl, Select, Stack, Text, Title } from "@mantine/core";
 import { IconHandGrab, IconUpload } from "@tabler/icons-react";
 import { useMutation, useQuery, useQueryClient } from "@tanstack/react-query";
 import { useState } from "react";
@@ -10,6 +10,9 @@ import { translateServerText } from "../../lib/serverText";
 import { ProblemNote } from "../../ui/ProblemNote";
 import classes from "./station.module.css";
 
+/** Torque of the simulated patient. It is above the effort that does not move a self-paced arm. */
+const EFFORT_NM = 2;
+
 /** Simulates the therapist's hand and foot and the emergency stop of a simulated apparatus. */
 export function SimulatorPanel() {
   const queries = useQueryClient();
@@ -20,6 +23,7 @@ export function SimulatorPanel() {
   const guide = useMutation({ mutationFn: api.guide, onSuccess: showState });
   const pedal = useMutation({ mutationFn: api.setPedal, onSuccess: showState });
   const estop = useMutation({ mutationFn: api.setEstop, onSuccess: showState });
+  const effort = useMutation({ mutationFn: api.setEffort, onSuccess: showState });
   const upload = useMotionUpload(setChosen);
   const state = simulator.data;
   const motions = state?.motions ?? [];
@@ -62,9 +66,34 @@ export function SimulatorPanel() {
           />
         </Group>
         <HandState hand={state?.hand} />
-        <ProblemNote error={simulator.error ?? guide.error ?? upload.error ?? pedal.error ?? estop.error} />
+        <PatientEffort effortNm={state?.effort_nm ?? 0} onChange={effort.mutate} />
+        <ProblemNote error={simulator.error ?? guide.error ?? upload.error ?? pedal.error ?? estop.error ?? effort.error} />
       </Stack>
     </Card>
+  );
+}
+
+/** What the simulated patient does while the motors hold or move the arm. */
+function PatientEffort({ effortNm, onChange }: { effortNm: number; onChange: (effortNm: number) => void }) {
+  return (
+    <Input.Wrapper
+      label={t("station:simulator.effort")}
+      description={t("station:simulator.effortHint", { effort: EFFORT_NM })}
+      labelElement="div"
+    >
+      <SegmentedControl
+        fullWidth
+        mt="xs"
+        aria-label={t("station:simulator.effort")}
+        data={[
+          { value: "-1", label: t("station:simulator.resists") },
+          { value: "0", label: t("station:simulator.relaxed") },
+          { value: "1", label: t("station:simulator.helps") },
+        ]}
+        value={String(Math.sign(effortNm))}
+        onChange={(sign) => onChange(Number(sign) * EFFORT_NM)}
+      />
+    </Input.Wrapper>
   );
 }
 

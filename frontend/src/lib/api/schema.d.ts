@@ -3146,6 +3146,26 @@ export interface paths {
         patch?: never;
         trace?: never;
     };
+    "/api/simulator/effort": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        get?: never;
+        put?: never;
+        /**
+         * Let the simulated patient help or resist
+         * @description Set the patient's effort along the path. It acts while the motors hold or move the arm.
+         */
+        post: operations["set_effort"];
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
     "/api/simulator/release": {
         parameters: {
             query?: never;
@@ -5442,6 +5462,17 @@ export interface components {
              * @description Therapist of the last session; empty if unknown.
              */
             therapist: string;
+        };
+        /**
+         * EffortRequest
+         * @description The effort of the simulated patient; 0: relaxed.
+         */
+        EffortRequest: {
+            /**
+             * Effort Nm
+             * @description Torque of the simulated patient along the path, newton metres: above 0 the patient helps, below 0 the patient resists.
+             */
+            effort_nm: number;
         };
         /**
          * EndFeelCurves
@@ -11101,6 +11132,11 @@ export interface components {
             /** Estop Pressed */
             estop_pressed: boolean;
             hand: components["schemas"]["Hand"];
+            /**
+             * Effort Nm
+             * @description Torque of the simulated patient along the path, newton metres: above 0 the patient helps, below 0 the patient resists.
+             */
+            effort_nm: number;
             /** Motions */
             motions: components["schemas"]["HandMotion"][];
         };
@@ -26838,6 +26874,93 @@ export interface operations {
             };
             /** @description Refused in the present state, with cause and next step. */
             409: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description The request is invalid; see its errors. */
+            422: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description The screen is locked: give the password first. Stop works nevertheless. */
+            423: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Too many attempts: wait for the seconds in Retry-After. */
+            429: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description The apparatus' control program or the database does not answer. */
+            503: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    set_effort: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        requestBody: {
+            content: {
+                "application/json": components["schemas"]["EffortRequest"];
+            };
+        };
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["SimulatorState"];
+                };
+            };
+            /** @description No user is signed in at this browser. */
+            401: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Not allowed for this account, or the request came from another site's page. */
+            403: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Not found. */
+            404: {
                 headers: {
                     [name: string]: unknown;
                 };

@@ -36,6 +36,7 @@ export const stationApi = {
   simulator: () => unwrap(client.GET("/api/simulator")),
   setPedal: (down: boolean) => unwrap(client.POST("/api/simulator/pedal", { body: { down } })),
   setEstop: (pressed: boolean) => unwrap(client.POST("/api/simulator/estop", { body: { pressed } })),
+  setEffort: (effort_nm: number) => unwrap(client.POST("/api/simulator/effort", { body: { effort_nm } })),
   guide: (motion_id: string) => unwrap(client.POST("/api/simulator/guide", { body: { motion_id } })),
   uploadMotion: (name: string, csv: string) =>
     unwrap(
