@@ -31,7 +31,7 @@ from tests.support.station_api import until
 
 RUN: Final = "/api/station/commissioning/run"
 _LIMIT_S: Final = 120.0
-_POLL_S: Final = 0.05
+_POLL_S: Final = 0.1
 """Interval of requests for the state. Each takes the service several milliseconds of processor time."""
 
 
