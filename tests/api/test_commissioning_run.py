@@ -35,7 +35,7 @@ from tests.support.station_commands import seen
 RUN: Final = "/api/station/commissioning/run"
 _LIMIT_S: Final = 120.0
 _GUARD: Final = Guard(stops=0, expires_ns=2**63)
-_POLL_S: Final = 0.05
+_POLL_S: Final = 0.1
 """Interval of requests for the state. Each takes the service several milliseconds of processor time."""
 
 

@@ -38,13 +38,21 @@ def station(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     return path
 
 
+@pytest.fixture
+def quickly(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Move the motors as briefly as possible, and identify usual drives."""
+    monkeypatch.setattr(lags, "_EXCITATION_S", 9.0)
+    monkeypatch.setattr(lags, "identified", lambda samples: (AXIS,) * 5)
+
+
+@pytest.mark.usefixtures("quickly")
 def test_the_result_is_shown_and_nothing_is_written(station: Path, capsys: pytest.CaptureFixture[str]) -> None:
     before = {path.name: path.read_bytes() for path in station.parent.iterdir()}
     assert cli.identify(station, "Mori", write=False)
     assert {path.name: path.read_bytes() for path in station.parent.iterdir()} == before
     shown = capsys.readouterr().err
     for motor in range(1, 6):
-        for name in ("lag s: 0.0 -> 0.", "second-order lag s2", "friction deg", "residual deg", "lag uncertainty s"):
+        for name in ("lag s: 0.0 -> 0.05", "second-order lag s2", "friction deg", "residual deg", "lag uncertainty s"):
             assert f"motor {motor} {name}" in shown
 
 
@@ -59,14 +67,19 @@ def test_the_result_is_used_after_the_motions_have_passed(station: Path, monkeyp
     assert [(ran.step, ran.by) for ran in record.steps[-3:]] == [("gains", former.by), ("lags", ""), ("acceptance", "")]
     assert record.by == "Mori"
     assert all(0.03 < axis.lag_s < 0.2 for axis in now.axes)
+    played = [value for value in record.steps[-1].values if value.motor == 3]
+    assert {value.name for value in played} == {
+        f"motion 4, {load}: {what}" for load in ("weight", "empty") for what in ("peak error deg", "RMSE deg")
+    }
+    assert all(abs(float(value.after or 0)) < 1.0 for value in record.steps[-1].values)
     assert commissioning_status(station, now).missing is None
 
 
+@pytest.mark.usefixtures("quickly")
 def test_patients_are_refused_until_the_motions_have_passed(station: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(acceptance, "BASIC_MOTIONS", BASIC_MOTIONS[3:4])
     monkeypatch.setattr(acceptance, "built_in_motions", lambda: built_in_motions()[3:4])
     monkeypatch.setattr(acceptance, "LIMITS_DEG", {4: 0.01})
-    monkeypatch.setattr(lags, "identified", lambda samples: (AXIS,) * 5)
     before = station.read_bytes()
     assert not cli.identify(station, "Mori", write=True)
     assert station.read_bytes() == before
@@ -77,6 +90,7 @@ def test_patients_are_refused_until_the_motions_have_passed(station: Path, monke
     assert missing is not None and missing.key.code == "commissioning_unfinished"
 
 
+@pytest.mark.usefixtures("quickly")
 def test_a_poor_fit_changes_nothing(
     station: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:

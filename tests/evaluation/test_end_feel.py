@@ -9,14 +9,21 @@ from typer.testing import CliRunner
 from kata.cli.main import app
 from kata.evaluation import end_feel
 from kata.evaluation.end_feel import GOALS, EndFeelCase, EndFeelErrors, cases, judge, summary
+from kata.motion.end_feel import SPEED_DEG_S
 from kata.simulator.independent.plant import IndependentPlant
 
-CASE = EndFeelCase("simple", 0, "healthy", 3)
+CASE = EndFeelCase("simple", 0, "healthy", 3, speed_deg_s=10.0)
+"""Twice the usual speed."""
 
 
 @pytest.fixture(scope="module")
 def relaxed() -> EndFeelErrors:
     return judge(CASE)
+
+
+@pytest.mark.campaign
+def test_usual_speed_is_within_the_goals() -> None:
+    test_relaxed_shoulder_is_measured_within_the_goals(judge(replace(CASE, speed_deg_s=SPEED_DEG_S)))
 
 
 def test_relaxed_shoulder_is_measured_within_the_goals(relaxed: EndFeelErrors) -> None:

@@ -35,7 +35,7 @@ class Holding:
     holds: int
 
 
-LONG = Holding(moved_s=3.0, held_s=10.0, held_nm=1.6, holds=1)
+LONG = Holding(moved_s=3.0, held_s=5.0, held_nm=1.6, holds=1)
 SLOW = Holding(moved_s=6.0, held_s=6.0, held_nm=1.2, holds=3)
 """A larger part of the counted time is near the prescribed torque, so that an error of the torque changes it more."""
 

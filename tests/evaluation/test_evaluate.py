@@ -1,12 +1,12 @@
 """Cases, figures and reports."""
 
+import io
 import json
 import re
-import subprocess
-import sys
-from dataclasses import replace
+from contextlib import redirect_stderr
+from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import get_args
+from typing import Final, get_args
 
 import numpy as np
 import pytest
@@ -21,35 +21,57 @@ from kata.evaluation.cases import REPOSITIONING_ERROR_DEG, Case, paper_cases, re
 from kata.evaluation.goals import GOALS
 from kata.evaluation.outcome import CaseResult, as_json
 from kata.evaluation.page import as_html
-from kata.evaluation.run import Job, MechanicsChoice, _config, evaluate_jobs, play
+from kata.evaluation.run import Job, MechanicsChoice, _config, play
 from kata.evaluation.station import VirtualStation
 from kata.evaluation.tables import beside_goals, plays_in_words, worst_beside_goals
-from kata.motion.axes import AXES
+from kata.motion.axes import AXES, Side
 from kata.motion.builtin import built_in_motions
 from kata.motion.method import Method
 from kata.motion.taught import Taught, TaughtError
 from kata.simulator.independent.patients import PATIENTS
 from kata.simulator.independent.plant import IndependentPlant
+from tests.support.kata_command import kata, kata_here
 from tests.support.motions import write_csv
+
+MUJOCO: Final = MechanicsChoice("mujoco")
 
 
 @pytest.fixture(scope="module")
 def outcomes(short: Taught) -> list[CaseResult]:
-    """Both sides and two variations, the first played twice."""
-    cases = [Case("short", side, short, AXES, 7) for side in ("left", "right")]
-    plays = {1: 2, 2: 1}
-    return [outcome for seed in plays for case in cases for outcome in play(Job(case, "smooth", plays[seed], seed))]
+    """Return the plays of both sides, the right one played twice."""
+    plays: dict[Side, int] = {"left": 1, "right": 2}
+    return [
+        outcome
+        for side, count in plays.items()
+        for outcome in play(Job(Case("short", side, short, AXES, 7), "smooth", count, 1))
+    ]
+
+
+@dataclass(frozen=True)
+class Together:
+    """Jobs of one case by each method, run in two other processes, and what the command prints about them."""
+
+    results: list[CaseResult]
+    printed: str
 
 
 @pytest.fixture(scope="module")
-def by_method(short: Taught, outcomes: list[CaseResult]) -> dict[Method, list[CaseResult]]:
-    """Plays of one case by each method, several if the later ones count."""
+def together(short: Taught) -> Together:
+    """Run a job of each method. That of the paper is shorter than the one before it."""
     case = Case("short", "right", short, AXES, 7)
-    smooth = [outcome for outcome in outcomes if (outcome.case.side, outcome.seed) == ("right", 1)]
-    plays: dict[Method, int] = {"learned": 3, "paper": 1}
-    found: dict[Method, list[CaseResult]] = {"smooth": smooth}
-    found |= {method: play(Job(case, method, count, 1)) for method, count in plays.items()}
-    assert found.keys() == set(get_args(Method))
+    plays: dict[Method, int] = {"smooth": 1, "learned": 3, "paper": 1}
+    with redirect_stderr(io.StringIO()) as printed:
+        results = commands._on_virtual_time([Job(case, method, count, 1) for method, count in plays.items()], 2)
+    return Together(results, " ".join(printed.getvalue().split()))
+
+
+@pytest.fixture(scope="module")
+def by_method(together: Together, outcomes: list[CaseResult]) -> dict[Method, list[CaseResult]]:
+    """Return the plays of one case by each method, several if the later ones count."""
+    found: dict[Method, list[CaseResult]] = {
+        method: [outcome for outcome in together.results if outcome.method == method] for method in get_args(Method)
+    }
+    found["smooth"] = [outcome for outcome in outcomes if outcome.case.side == "right"]
     return found
 
 
@@ -91,9 +113,8 @@ def test_every_figure_covers_its_motors_and_the_sides_differ(outcomes: list[Case
     assert report["simulated"] is True
     assert report["problems"] == []
     assert [(case["seed"], case["side"], case["repetition"]) for case in report["cases"]] == [
-        *((1, side, repetition) for side in ("left", "right") for repetition in (1, 2)),
-        *((2, side, 1) for side in ("left", "right")),
-    ]
+        (1, "left", 1), (1, "right", 1), (1, "right", 2),
+    ]  # fmt: skip
     for case in report["cases"]:
         assert set(case) == {"name", "side", "method", "repetition", "seed", "motors"}
         assert [motor["motor"] for motor in case["motors"]] == [1, 2, 3, 4, 5]
@@ -103,18 +124,8 @@ def test_every_figure_covers_its_motors_and_the_sides_differ(outcomes: list[Case
                 "deflection_peak_deg",
             }  # fmt: skip
             assert motor["rmse_deg"] <= abs(motor["peak_deg"])
-    left, right = report["cases"][0], report["cases"][2]
+    left, right, _ = report["cases"]
     assert left["motors"][0] != right["motors"][0]
-
-
-def test_processes_change_neither_figures_nor_order(short: Taught, outcomes: list[CaseResult]) -> None:
-    cases = [Case("short", side, short, AXES, 7) for side in ("left", "right")]
-    done: list[Job] = []
-    jobs = [Job(case, "smooth", 1, 1) for case in cases]
-    together = evaluate_jobs(jobs, done.append)
-    first = [outcome for outcome in outcomes if (outcome.seed, outcome.repetition) == (1, 1)]
-    assert as_json(together, simulated=True) == as_json(first, simulated=True)
-    assert len(done) == len(jobs)
 
 
 def test_refused_motion_is_reported_as_a_problem_without_figures(short: Taught) -> None:
@@ -136,7 +147,7 @@ def test_motion_beyond_the_linkages_reach_is_a_problem_too(short: Taught) -> Non
 
 def test_playback_on_the_independent_plant_meets_the_goals(short: Taught) -> None:
     """Motor 5 was 3.8 deg away while its drive's integral was not in the model."""
-    (outcome,) = play(Job(Case("short", "right", short, AXES), "smooth", 1, 2, MechanicsChoice("mujoco")))
+    (outcome,) = play(Job(Case("short", "right", short, AXES), "smooth", 1, 2, MUJOCO))
     assert outcome.problem is None
     assert all(abs(motor.peak_deg) < 0.6 for motor in outcome.motors[:4])
     assert abs(outcome.motors[4].peak_deg) < 1.0
@@ -144,7 +155,7 @@ def test_playback_on_the_independent_plant_meets_the_goals(short: Taught) -> Non
 
 def test_identified_rotors_are_not_much_heavier_than_the_plants() -> None:
     """A heavy rotor in the model makes the feed-forward of a fast start too large: the arm went ahead by 0.39 deg."""
-    station = _config(MechanicsChoice("mujoco"), 2)
+    station = _config(MUJOCO, 2)
     rotors_kg_m2 = IndependentPlant(2).parameters.rotor_kg_m2
     for axis, rotor_kg_m2 in zip(station.axes, rotors_kg_m2, strict=True):
         assert axis.inertia_nm_s2_deg < 2.5 * np.radians(rotor_kg_m2)
@@ -190,30 +201,28 @@ def test_resistance_ends_a_play_with_its_reason() -> None:
         station.play(load, motion.duration_s)
 
 
-def test_first_learned_play_counts_as_the_smooth_one(short: Taught, by_method: dict[Method, list[CaseResult]]) -> None:
-    case = Case("short", "right", short, AXES, 7)
-    jobs = [Job(case, "smooth", 1, 1), Job(case, "learned", 2, 1)]
-    done: list[Job] = []
-    smooth, first, second = evaluate_jobs(jobs, done.append, processes=1)
-    alone = by_method["smooth"][0]
+def test_first_learned_play_counts_as_the_smooth_one(together: Together, outcomes: list[CaseResult]) -> None:
+    """Other processes change neither figures nor order."""
+    smooth, first, second, third, paper = together.results
+    alone = next(outcome for outcome in outcomes if outcome.case.side == "right")
     assert (smooth.method, smooth.repetition, smooth.clock_s) == ("smooth", 1, 0.0)
-    assert smooth.motors == alone.motors == first.motors
+    assert as_json([smooth], simulated=True) == as_json([alone], simulated=True)
+    assert smooth.motors == first.motors
     assert second.motors != first.motors
-    assert len(done) == 2
+    assert [(play.method, play.repetition) for play in (first, second, third, paper)] == [
+        ("learned", 1), ("learned", 2), ("learned", 3), ("paper", 1),
+    ]  # fmt: skip
+    assert "3/3" in together.printed, "each job is counted once when it ends"
 
 
-def test_speed_is_stated_for_the_clock_and_for_processor_time(
-    short: Taught, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_speed_is_stated_for_the_clock_and_for_processor_time(together: Together) -> None:
     """On a computer with other work, only the processor time shows the speed that one free core would have."""
-    (outcome,) = commands._on_virtual_time([Job(Case("short", "right", short, AXES), "smooth", 1, 1)], 1)
-    stated = " ".join(capsys.readouterr().err.split())
     words = r"(\d+) s of the apparatus' clock in \d+ s: [\d.]+ times faster than real time\. In (\d+) s of processor time: ([\d.]+) times"
-    found = re.search(words, stated)
-    assert found, stated
+    found = re.search(words, together.printed)
+    assert found, together.printed
     clock_s, cpu_s, ratio = map(float, found.groups())
-    assert clock_s == round(outcome.clock_s)
-    assert cpu_s >= 1.0, "the other process imports the evaluation"
+    assert clock_s == round(sum(outcome.clock_s for outcome in together.results))
+    assert cpu_s >= 1.0, "the other processes import the evaluation"
     assert clock_s / (cpu_s + 0.5) - 0.1 <= ratio <= clock_s / (cpu_s - 0.5) + 0.1
 
 
@@ -230,7 +239,7 @@ def test_goals_are_in_the_json_beside_the_worst_figures(outcomes: list[CaseResul
     )
     assert peak.worst_deg[1] == worst
     assert peak.met == (worst <= 1.0 and (peak.worst_deg[0] or 0.0) <= 0.6)
-    assert plays_in_words(outcomes) == "6 plays ended, 0 were refused before they started, 0 started and did not end."
+    assert plays_in_words(outcomes) == "3 plays ended, 0 were refused before they started, 0 started and did not end."
 
 
 def test_deflection_bounds_what_any_setpoint_can_reach(outcomes: list[CaseResult]) -> None:
@@ -257,7 +266,7 @@ def test_deflection_bounds_what_any_setpoint_can_reach(outcomes: list[CaseResult
 
 
 def test_report_shows_both_plants_and_what_neither_models(outcomes: list[CaseResult]) -> None:
-    right = [replace(outcome, plant="mujoco") for outcome in outcomes if outcome.seed == 1]
+    right = [replace(outcome, plant="mujoco") for outcome in outcomes]
     other = [replace(outcome, plant="simple") for outcome in right]
     html = as_html(right, simulated=True, beside=other)
     assert "Motor 5, right, plant mujoco" in html
@@ -268,7 +277,8 @@ def test_report_shows_both_plants_and_what_neither_models(outcomes: list[CaseRes
 
 
 def test_report_is_self_contained_and_says_it_is_simulated(outcomes: list[CaseResult]) -> None:
-    html = as_html(outcomes, simulated=True)
+    another_seed = [replace(outcome, seed=2) for outcome in outcomes if outcome.repetition == 1]
+    html = as_html([*outcomes, *another_seed], simulated=True)
     assert not re.search(r"<(script|link|img|iframe)[^>]*\b(src|href)=", html)
     assert html.count("Plotly.newPlot(") == 2
     for title in ("Figure 17: short, left, simulated", "Figure 18: short, right, simulated"):
@@ -278,12 +288,46 @@ def test_report_is_self_contained_and_says_it_is_simulated(outcomes: list[CaseRe
     assert all("simulated" in heading for heading in re.findall(r"<h[23]>(.*?)</h[23]>", html))
 
 
-def test_the_command_writes_both_files_and_prints_the_tables(tmp_path: Path, short: Taught) -> None:
-    folder = tmp_path / "motions"
-    folder.mkdir()
-    write_csv(short, folder / "short.csv")
-    command = [
-        "evaluate",
+@pytest.fixture
+def folder(tmp_path: Path, short: Taught) -> Path:
+    """Return a folder with one motion."""
+    found = tmp_path / "motions"
+    found.mkdir()
+    write_csv(short, found / "short.csv")
+    return found
+
+
+def check_files(tmp_path: Path, stdout: str) -> None:
+    assert "(simulated, plant simple)" in stdout
+    report = json.loads((tmp_path / "out.json").read_text())
+    assert (report["plant"], report["patient"]) == ("simple", "healthy")
+    assert [(case["name"], case["side"]) for case in report["cases"]] == [("short", "left"), ("short", "right")]
+    assert (tmp_path / "out.html").stat().st_size > 1_000_000
+
+
+def test_the_command_writes_both_files_and_prints_the_tables(
+    tmp_path: Path, folder: Path, outcomes: list[CaseResult], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    asked: list[Job] = []
+
+    def played(jobs: list[Job], processes: int | None) -> list[CaseResult]:
+        asked.extend(jobs)
+        return outcomes[:2]
+
+    monkeypatch.setattr(commands, "_on_virtual_time", played)
+    files = ("--json", tmp_path / "out.json", "--html", tmp_path / "out.html")
+    done = kata_here("evaluate", "--taught", folder, "--methods", "smooth", "--plant", "simple", *files)
+    assert done.returncode == 0, done.stderr
+    assert [(job.case.name, job.case.side, job.method, job.repetitions, job.seed, job.judge) for job in asked] == [
+        ("short", side, "smooth", 1, None, MechanicsChoice()) for side in ("left", "right")
+    ]
+    check_files(tmp_path, done.stdout)
+
+
+# In every run, the test above has the command without its other processes, and the fixture `together` the processes.
+@pytest.mark.campaign
+def test_the_command_plays_in_its_own_processes(tmp_path: Path, folder: Path) -> None:
+    options = (
         "--taught",
         folder,
         "--methods",
@@ -294,22 +338,15 @@ def test_the_command_writes_both_files_and_prints_the_tables(tmp_path: Path, sho
         "out.json",
         "--html",
         "out.html",
-    ]
-    done = subprocess.run(
-        [sys.executable, "-m", "kata", *map(str, command)], capture_output=True, text=True, cwd=tmp_path, timeout=120
     )
+    done = kata("evaluate", *options, folder=tmp_path)
     assert done.returncode == 0, done.stderr
-    assert "(simulated, plant simple)" in done.stdout
-    report = json.loads((tmp_path / "out.json").read_text())
-    assert (report["plant"], report["patient"]) == ("simple", "healthy")
-    assert [(case["name"], case["side"]) for case in report["cases"]] == [("short", "left"), ("short", "right")]
-    assert (tmp_path / "out.html").stat().st_size > 1_000_000
+    check_files(tmp_path, done.stdout)
 
 
 def test_built_in_motion_is_taught_by_its_translatable_name(short: Taught) -> None:
-    name = built_in_motions()[0].name
-    (outcome,) = play(Job(Case(name, "right", Taught(name, short.times_s, short.poses_deg), AXES), "smooth", 1, None))
-    assert outcome.problem is None
+    motion = Taught(built_in_motions()[0].name, short.times_s, short.poses_deg)
+    assert set(VirtualStation(config.simulated("virtual")).teach(motion).take) == {1}
 
 
 @pytest.mark.parametrize(

@@ -4,10 +4,12 @@ import numpy as np
 import pytest
 from hypothesis import assume, given, settings
 from hypothesis import strategies as st
+from scipy.interpolate import CubicSpline
 
 from kata.motion.approach import MinimumJerkMove, PathSequence, unidirectional_approach
 from kata.motion.linkage import Floats
 from kata.motion.method import Method, reference
+from kata.motion.smoothing import natural_spline
 from kata.motion.trajectory import AxisLimits, Trajectory, TrajectoryError, ZeroOrderHold
 from tests.support.examples import examples
 
@@ -64,6 +66,14 @@ def test_its_speed_and_acceleration_are_those_of_its_angles(
     near = 1e-3 * (1 + np.abs(trajectory._coefficients[0]).max())
     assert after.angles_deg - before.angles_deg == pytest.approx(2 * d * here.speed_deg_s, abs=d * near)
     assert after.speed_deg_s - before.speed_deg_s == pytest.approx(2 * d * here.acceleration_deg_s2, abs=d * near)
+
+
+@pytest.mark.parametrize("count", [2, 3, 1000])
+def test_natural_spline_is_scipys(count: int) -> None:
+    random = np.random.default_rng(count)
+    times, angles = np.cumsum(random.uniform(0.001, 0.1, count)), random.normal(0.0, 40.0, (count, 5))
+    expected = CubicSpline(times, angles, bc_type="natural").c
+    np.testing.assert_allclose(natural_spline(times, angles), expected, rtol=1e-12, atol=1e-9)
 
 
 def test_trajectory_rests_beyond_its_ends_and_keeps_its_speed_before() -> None:

@@ -124,6 +124,8 @@ number, delay_s, count_file = int(sys.argv[1]), float(sys.argv[2]), sys.argv[3]
 seen = 0
 # Written as a whole: the kill may come at any time.
 count = os.open(count_file, os.O_WRONLY)
+# Modules that were changed since their last import would be written, which would count as changes of the update.
+sys.dont_write_bytecode = True
 
 
 def kill():

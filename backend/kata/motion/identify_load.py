@@ -143,7 +143,7 @@ def _load(own: Floats, arm: ArmMotion, torque_nm: Floats) -> tuple[Floats, ArmLo
         rows = np.vstack([columns, np.diag(certain)])
         # The triangular factor has the same least squares as its thousands of rows.
         triangle: Floats = np.asarray(np.linalg.qr(np.column_stack([rows, values]), mode="r"))
-        factors = lsq_linear(triangle[:, :-1], triangle[:, -1], (lowest, np.inf)).x
+        factors = lsq_linear(triangle[:, :-1], triangle[:, -1], (lowest, np.inf), method="bvls").x
         return factors, rows @ factors - values
 
     def errors(searched: Floats) -> Floats:

@@ -70,6 +70,33 @@ def smoothed(times_s: Floats, angles_deg: Floats, cutoff_hz: float) -> Floats:
     return left
 
 
+def natural_spline(times_s: Floats, angles_deg: Floats) -> Floats:
+    """Return the coefficients of the natural cubic spline through the samples: ``(4, n - 1, k)``, the cubic first.
+
+    They are those of ``scipy.interpolate.CubicSpline``, whose import takes twice the time of ``scipy.linalg``.
+
+    :param times_s: ``(n,)``, increasing, at least two.
+    :param angles_deg: ``(n, k)``.
+    """
+    # Import here, because the device process imports this module and only evaluates splines.
+    from scipy.linalg import solve_banded
+
+    step = np.diff(times_s)
+    column = step[:, None]
+    slopes = np.diff(angles_deg, axis=0) / column
+    # Each row is the continuity of the second derivative at one sample; at both ends it is 0. The unknowns are the first derivatives.
+    bands = np.zeros((3, len(times_s)))
+    bands[0, 1], bands[1, 0] = step[0], 2 * step[0]
+    bands[0, 2:], bands[1, 1:-1], bands[2, :-2] = step[:-1], 2 * (step[:-1] + step[1:]), step[1:]
+    bands[1, -1], bands[2, -2] = 2 * step[-1], step[-1]
+    known = np.empty_like(angles_deg)
+    known[0], known[-1] = 3 * (angles_deg[1] - angles_deg[0]), 3 * (angles_deg[-1] - angles_deg[-2])
+    known[1:-1] = 3 * (column[1:] * slopes[:-1] + column[:-1] * slopes[1:])
+    speeds = solve_banded((1, 1), bands, known)
+    bend = (speeds[:-1] + speeds[1:] - 2 * slopes) / column
+    return np.stack([bend / column, (slopes - speeds[:-1]) / column - bend, speeds[:-1], angles_deg[:-1]])
+
+
 def smoothed_recording(times_s: Floats, angles_deg: Floats) -> Floats:
     """Return :func:`smoothed` with the cut-off for the recording's rate, or with a higher one if the taught motion requires
     it.

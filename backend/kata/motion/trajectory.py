@@ -11,7 +11,7 @@ from kata.motion.axes import N_AXES
 from kata.motion.linkage import Floats
 from kata.motion.path import PathPoint
 from kata.motion.shoulder import rest_posture_deg
-from kata.motion.smoothing import rmse, smoothed_recording
+from kata.motion.smoothing import natural_spline, rmse, smoothed_recording
 
 HOLD_S: Final = 0.1
 """Time for which the paper's method holds a sample: 10 Hz (Section 4)."""
@@ -71,15 +71,12 @@ class Trajectory:
         :param angles_deg: shape ``(n, 5)``.
         :raises TrajectoryError: when shapes differ, numbers are not finite, or time does not increase or has a gap.
         """
-        # Import here, because the device process only evaluates trajectories and saves the memory of scipy.
-        from scipy.interpolate import CubicSpline
-
         times, angles = _checked(times_s, angles_deg)
         smooth = smoothed_recording(times, angles)
         self.rmse_deg: Floats = rmse(smooth, angles)
         """``(5,)``: RMSE of the reference against the recording."""
         self._times_s = times
-        self._coefficients: Floats = CubicSpline(times, smooth, bc_type="natural").c
+        self._coefficients: Floats = natural_spline(times, smooth)
         self._set_range(smooth)
 
     def parts(self) -> dict[str, Floats]:
