@@ -27,7 +27,8 @@ def test_every_answer_matches_the_api_document(tmp_path: Path) -> None:
     with running(tmp_path, simulate=False) as service:
         app: Any = service.app
         ids = ids_of_a_record(service)
-        operations = [found.ok() for found in api_schema(deterministic=True, boundaries=False).get_all_operations()]
+        schema: Any = api_schema(deterministic=True, boundaries=False)
+        operations = [found.ok() for found in schema.get_all_operations()]
         assert len(operations) > 150
         for operation in operations:
             # Each gets a new login session, because some end one. test_route_permissions.py proves the refusals of every role.

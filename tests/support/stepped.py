@@ -25,9 +25,9 @@ from kata.device.config import StationConfig
 from kata.device.ipc import Heartbeats, QueuedCommand
 from kata.device.ipc_messages import Command, Event, Load, Refusal, Reply, Snapshot, StopCode, stamped
 from kata.device.journal import Journal, JournalDisk, JournalHeader, JournalWriter, read
+from kata.device.late_command import STOPPED_MEANWHILE
 from kata.device.loop import ControlLoop
 from kata.device.references import build
-from kata.device.refusals import STOPPED_MEANWHILE
 from kata.motion.ilc import Correction
 from kata.motion.trajectory import Trajectory
 from kata.system.realtime import Granted

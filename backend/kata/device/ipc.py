@@ -46,8 +46,9 @@ from kata.device.ipc_messages import (
 )
 from kata.device.journal import JournalHeader, JournalWriter
 from kata.device.journal_set import JournalSet, JournalThreads
+from kata.device.late_command import STOPPED_MEANWHILE
 from kata.device.references import Reference, unplayable
-from kata.device.refusals import STOPPED_MEANWHILE, other_side
+from kata.device.refusals import other_side
 from kata.motion.ilc import Correction
 from kata.motion.trajectory import Trajectory
 

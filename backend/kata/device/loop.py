@@ -22,9 +22,10 @@ from kata.device.cycle_state import CycleState, CycleStateBuilder, LoopContext
 from kata.device.faults import MAX_OVERRUN_MS, evaluate_faults
 from kata.device.ipc import QueuedCommand, ServiceLink
 from kata.device.ipc_messages import Guarded, Pause, Reply
+from kata.device.late_command import STOPPED_MEANWHILE, out_of_date
 from kata.device.loop_telemetry import LoopTelemetry
 from kata.device.pedal import UsbPedal
-from kata.device.refusals import ANGLES_NOT_CURRENT, STOPPED_MEANWHILE, out_of_date
+from kata.device.refusals import ANGLES_NOT_CURRENT
 from kata.device.setpoint_gate import SetpointGate
 from kata.messages import text_of
 from kata.system.realtime import Granted

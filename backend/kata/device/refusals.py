@@ -55,13 +55,6 @@ _IN_MODE: Final[dict[Mode, Refusal]] = {
     mode: Refusal.of(code=f"is_{mode}", message=message, next_step=next_step) for mode, message, next_step in _MODES
 }
 """The refusal of a command that the mode does not allow."""
-STOPPED_MEANWHILE: Final = Refusal.of(
-    code="stopped_meanwhile",
-    message=texts.STOPPED_MEANWHILE(),
-    next_step=texts.LOOK_AT_ARM_AND_TRY_AGAIN(),
-)
-"""Refusal of a command whose sender did not know the newest stop."""
-
 _NOTHING_TO_DO: Final[dict[CommandName, Refusal]] = {
     "acknowledge": Refusal.of(code="not_stopped", message=texts.NOT_STOPPED(), next_step=texts.NOTHING_TO_DO()),
     "finish_teaching": Refusal.of(code="not_teaching", message=texts.NOT_TEACHING(), next_step=texts.NOTHING_TO_DO()),
@@ -90,19 +83,6 @@ def not_yet_cleared(stop: LatchedStop, *, still_stopping: bool) -> Refusal | Non
                 message_key=cause.message_key,
                 next_step_key=cause.next_step_key,
             )
-    return None
-
-
-def out_of_date(seen_stops: int, expires_ns: int, *, stops: int, t_ns: int) -> Refusal | None:
-    """Refuse a command whose sender has not seen the newest stop, or that has expired. ``stops``: the present counter."""
-    if seen_stops != stops:
-        return STOPPED_MEANWHILE
-    if t_ns > expires_ns:
-        return Refusal.of(
-            code="expired",
-            message=texts.COMMAND_EXPIRED(),
-            next_step=texts.LOOK_AT_ARM_AND_TRY_AGAIN(),
-        )
     return None
 
 

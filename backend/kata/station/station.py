@@ -30,7 +30,7 @@ from kata.device.ipc_messages import (
     Teach,
     TorqueState,
 )
-from kata.device.refusals import out_of_date
+from kata.device.late_command import out_of_date
 from kata.motion.axes import Side
 from kata.station import texts
 from kata.station.device_process import DeviceLaunch, DeviceProcess
