@@ -117,6 +117,7 @@ _NAMES: Final = (
     "doctor",
     "dominant_side",
     "down",
+    "effort",
     "end",
     "end_range",
     "episode_id",

@@ -74,9 +74,9 @@ def until_started(pid: int) -> set[int]:
 @pytest.mark.parametrize(
     ("how", "code"),
     [
-        (signal.SIGINT, {0}),
-        # The service handles it like Ctrl-C. In every run, tests/api/test_crash.py ends a service so.
-        pytest.param(signal.SIGTERM, {0}, marks=pytest.mark.campaign),
+        # The service handles Ctrl-C like the signal of systemd.
+        pytest.param(signal.SIGINT, {0}, marks=pytest.mark.campaign),
+        (signal.SIGTERM, {0}),
         (signal.SIGKILL, {-signal.SIGKILL}),
     ],
 )

@@ -11,7 +11,6 @@ from pathlib import Path
 from typing import Any
 
 import httpx2
-import pytest
 
 from benchmarks import postgresql
 from kata.auth.login_session import COOKIE
@@ -108,8 +107,6 @@ def play(served: Served, session_id: str, **what: Any) -> str:
     return run_id
 
 
-# In every run, the test below proves the same after an outage of the database.
-@pytest.mark.campaign
 def test_measured_samples_survive_a_killed_service(tmp_path: Path) -> None:
     first = Served(tmp_path)
     patient_id, recording_id = prepare(first)

@@ -131,6 +131,7 @@ NOBODYS: Final = {
     "MotorCondition": "friction and play of a motor of the apparatus",
     "MotorStepResponse": "the response of a motor of the apparatus",
     "StepFigures": "the response of a motor of the apparatus",
+    "SimulatorState": "the effort of a simulated patient",
 }
 """Schemas whose angles and scores belong to no patient."""
 TIMELESS: Final = {
@@ -268,7 +269,7 @@ REPORT_NUMBERS: Final = {
     **dict.fromkeys(("lowest", "highest"), r"points|点"), **dict.fromkeys(("low", "low_u", "high", "high_u"), "°"),
     # Counts and places: the words beside them name the counted thing.
     "count": r"\w{3}|回", "planned": r"\w{3}", "done": r"\w{3}", "number": r"\w{2}", "numbers": r"\w{3}", "version": r"version|版|Kata",
-    "level": r"level|レベル", "band": "°", "torque": "Nm",
+    "level": r"level|レベル", "band": "°", "torque": "Nm", "effort": "Nm", "work": "J",
 }  # fmt: skip
 """Numbers in the sentences of reports, and what must be in the same sentence."""
 REPORT_WORDS: Final = {"first", "last", "moment", "motion", "name", "start", "title", "source", "counted", "prescribed"}

@@ -271,7 +271,7 @@ def reversals(stepped: Stepped) -> int:
     return run.reversals
 
 
-def test_help_above_the_level_does_not_take_a_resting_arm_back(self_paced: Stepped) -> None:
+def test_help_above_the_level_takes_no_resting_arm_back(self_paced: Stepped) -> None:
     """The patient pushes the other way before, so that the mean effort is negative and the arm rests for longer than resistance must last."""
     helped(self_paced, 0.5, -3.0)
     helped(self_paced, 0.3, 4.2)

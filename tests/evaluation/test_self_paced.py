@@ -86,7 +86,7 @@ def test_stored_work_is_that_of_the_patient(session: PacedStation) -> None:
     assert true_j.min() > -0.01
 
 
-def test_the_station_file_for_trying_is_the_one_that_is_evaluated() -> None:
+def test_the_station_file_for_trying_is_evaluated() -> None:
     assert read(ROOT / "docs/how-to/simulated-with-load.toml") == simulated_with_load("simulated")
 
 

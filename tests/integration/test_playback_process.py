@@ -262,8 +262,6 @@ def test_a_service_that_hangs_stops_the_playback(rig: Rig, motion: Taught) -> No
     rig.until(lambda: not any(axis.torque_on for axis in rig.hand.state().axes))
 
 
-# In every run, tests/device/test_stops.py has this stop, and the tests around this one have the process.
-@pytest.mark.campaign
 def test_disagreeing_service_stops_the_playback(rig: Rig, motion: Taught) -> None:
     rig.believed = "agreed"
     load(rig, known(motion), "agreed")
