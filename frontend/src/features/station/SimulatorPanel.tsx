@@ -1,4 +1,15 @@
-import { Button, Card, FileButton, Group, Input, SegmentedControl, Select, Stack, Text, Title } from "@mantine/core";
+import {
+  Button,
+  Card,
+  FileButton,
+  Group,
+  Input,
+  SegmentedControl,
+  Select,
+  Stack,
+  Text,
+  Title,
+} from "@mantine/core";
 import { IconHandGrab, IconUpload } from "@tabler/icons-react";
 import { useMutation, useQuery, useQueryClient } from "@tanstack/react-query";
 import { useState } from "react";
@@ -67,7 +78,9 @@ export function SimulatorPanel() {
         </Group>
         <HandState hand={state?.hand} />
         <PatientEffort effortNm={state?.effort_nm ?? 0} onChange={effort.mutate} />
-        <ProblemNote error={simulator.error ?? guide.error ?? upload.error ?? pedal.error ?? estop.error ?? effort.error} />
+        <ProblemNote
+          error={simulator.error ?? guide.error ?? upload.error ?? pedal.error ?? estop.error ?? effort.error}
+        />
       </Stack>
     </Card>
   );
