@@ -97,12 +97,12 @@ REVERTS: Final = (
     _one(
         2,
         "the stop counter of a command is not compared",
-        "refusals.py",
-        "    if command.stops != stops:\n",
+        "late_command.py",
+        "    if seen_stops != stops:\n",
         "    if False:\n",
     ),
     _one(
-        2, "the expiry of a command is not compared", "refusals.py", "    if t_ns > command.expires_ns:\n", "    if False:\n"
+        2, "the expiry of a command is not compared", "late_command.py", "    if t_ns > expires_ns:\n", "    if False:\n"
     ),
     Revert(
         2,
