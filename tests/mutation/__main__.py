@@ -34,7 +34,7 @@ from tests.mutation.mutants import Mutant, mutants
 ROOT: Final = Path(__file__).parents[2]
 DEVICE: Final = ROOT / "backend/kata/device"
 MODULES: Final = (
-    "faults", "latched_stop", "setpoint_gate", "setpoint_limiters", "cycle_state", "modes", "machine_state", "refusals", "run_limits", "resistance", "run", "movement", "range_override", "teaching",
+    "faults", "late_command", "latched_stop", "setpoint_gate", "setpoint_limiters", "cycle_state", "modes", "machine_state", "refusals", "run_limits", "resistance", "run", "movement", "range_override", "teaching",
 )  # fmt: skip
 """Modules, the most important first."""
 TESTS: Final = sorted(
