@@ -134,6 +134,7 @@ async def _serve(settings: Settings, application: FastAPI) -> None:
     listening = LimitedListener(_listen(settings), open_connections)
     try:
         async with AsyncExitStack() as stack:
+            stack.enter_context(listening)
             certificate = await stack.enter_async_context(_encryption(settings))
             await stack.enter_async_context(application.router.lifespan_context(application))
             if certificate:
