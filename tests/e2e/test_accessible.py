@@ -42,7 +42,7 @@ DIALOGS: Final = {
 
 
 class Findings:
-    """What is wrong on the pages, by the name of the page or dialog."""
+    """Problems of the pages, by the name of the page or dialog."""
 
     def __init__(self, page: Page) -> None:
         self._page = page

@@ -69,7 +69,7 @@ _LOW: Final = ((640, 360), SIZES["landscape"], (800, 360), (932, 430))
 
 
 def _misplaced(tab: Page, name: str) -> dict[str, str]:
-    """Return what is wrong with the open page in any size."""
+    """Return the problems of the open page in all sizes."""
     found = {}
     # From the smallest size on: a page that grows is never too wide while it draws again.
     for size, (width, height) in SIZES.items():
