@@ -127,7 +127,7 @@ def _empty(context: BrowserContext) -> None:
     for page in context.pages:
         page.unroute_all()
         page.set_viewport_size(_SIZE)
-        page.emulate_media(media="null", color_scheme="null", reduced_motion="null")
+        page.emulate_media(media="null", color_scheme="null", reduced_motion="reduce")
         # A journey may have ended its service.
         with suppress(Error):
             page.goto("/".join([*page.url.split("/")[:3], "kata.svg"]))

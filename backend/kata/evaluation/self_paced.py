@@ -56,7 +56,7 @@ PUSHES_BACK_S: Final = 7.0
 """Time at which the patient of a session begins to push back."""
 PUSHES_BACK_NM: Final = -4.2
 LEVEL: Final = 25
-"""Resistance level: 3.9 Nm at motors 1 to 4. Weight and friction add to the patient's effort, and an arm at rest is taken back above the level."""
+"""Resistance level: 3.9 Nm at motors 1 to 4. A push against the path above it takes the arm back."""
 OBSERVED_S: Final = 14.0
 _STEP_S: Final = 0.01
 _ROWS: Final = 601
@@ -74,7 +74,6 @@ class PacedCase:
     way: Way = "flexion"
     seed: int | None = None
     """Seed of apparatus and arm; None: the nominal simple plant, whose load is known without an identification."""
-    stiff_nm_rad: float = STIFF_NM_RAD
 
 
 @dataclass(frozen=True)
@@ -147,11 +146,11 @@ class _Muscles:
 
     def _stiff_nm(self, along_rad: float, speed_rad_s: float) -> float:
         """Return the torque of a patient who moves with an own speed, like a spring that ends at the arm."""
-        lead_rad = STIFF_MOST_NM / self._case.stiff_nm_rad
+        lead_rad = STIFF_MOST_NM / STIFF_NM_RAD
         target = along_rad if self._target is None else self._target + math.radians(STIFF_DEG_S) * _STEP_S
         self._target = min(target, along_rad + lead_rad)
         own = math.radians(STIFF_DEG_S)
-        return self._case.stiff_nm_rad * (self._target - along_rad) + STIFF_NM_S * (own - speed_rad_s)
+        return STIFF_NM_RAD * (self._target - along_rad) + STIFF_NM_S * (own - speed_rad_s)
 
     def turn(self) -> None:
         """Begin to move the other way."""
@@ -168,7 +167,8 @@ class PacedStation(VirtualStation):
         self._unit = reach / np.linalg.norm(reach)
         self.rows: list[tuple[float, ...]] = []
         """Time in s, effort in Nm, arm along the way out in rad, speed along the path in rad/s, and stored work in J."""
-        self._began_ns = 0
+        self.began_ns = 0
+        """Time at which the patient began to act."""
         self._sign = 1.0
 
         def make(seed: int | None = None, *, turned: bool = False) -> Mechanics:
@@ -190,7 +190,7 @@ class PacedStation(VirtualStation):
 
     def begin(self, muscles: _Muscles) -> None:
         """Let the patient act from now on."""
-        self.muscles, self._began_ns = muscles, self.t_ns
+        self.muscles, self.began_ns = muscles, self.t_ns
 
     def after_cycle(self) -> None:
         """Let the patient act, and note the effort."""
@@ -205,16 +205,11 @@ class PacedStation(VirtualStation):
         if sign != self._sign:
             self._sign = sign
             self.muscles.turn()
-        since_s = (self.t_ns - self._began_ns) / 1e9
+        since_s = (self.t_ns - self.began_ns) / 1e9
         nm = self.muscles.at(since_s, sign * arm, sign * speed) if newest.mode == "playing" else 0.0
         for joint, share in zip(joints, self._unit.tolist(), strict=True):
             joint.hand = steady_push(sign * nm * share)
         self.rows.append((since_s, nm, arm, sign * speed, newest.run.self_pacing.work_j))
-
-    @property
-    def began_ns(self) -> int:
-        """Time at which the patient began to act."""
-        return self._began_ns
 
 
 def make_arm(case: PacedCase, *, at_commissioning: bool = False) -> MakeMechanics:
