@@ -122,6 +122,23 @@ def test_an_upgrade_leaves_a_disabled_service_disabled(root: CopiedRoot, tmp_pat
 
 
 @pytest.mark.campaign
+def test_an_upgrade_moves_the_station_to_the_services_folder(root: CopiedRoot, tmp_path: Path) -> None:
+    root.run(f"dpkg -i {package(root, tmp_path, '1.0.0')}")
+    root.run("echo one >/etc/kata/station.toml; echo two >/etc/kata/station.commissioning.json")
+    root.run("echo three >/etc/kata/station.commissioning-key.pem")
+    root.run(f"dpkg -i {package(root, tmp_path, '1.0.1')}")
+    root.run("echo changed >/etc/kata/station.toml")
+    root.run(f"dpkg -i {package(root, tmp_path, '1.0.2')}")
+    for name, content in (
+        ("station.toml", "one"),
+        ("station.commissioning.json", "two"),
+        ("station.commissioning-key.pem", "three"),
+    ):
+        assert root.run(f"cat /var/lib/kata/{name}").stdout == f"{content}\n"
+        assert root.run(f"stat --format '%U %a' /var/lib/kata/{name}").stdout == "kata 600\n"
+
+
+@pytest.mark.campaign
 def test_upgrades_keep_two_versions_and_never_go_back(root: CopiedRoot, tmp_path: Path) -> None:
     first = package(root, tmp_path, "1.0.0")
     root.run(f"dpkg -i {first}")

@@ -161,8 +161,11 @@ def test_the_package_refers_to_the_unit_and_its_paths() -> None:
     assert "ExecStart=/opt/kata/current/bin/kata serve" in unit
     assert "EnvironmentFile=-/etc/kata/environment" in unit
     assert "root=/opt/kata" in postinst
-    assert "[ -e /etc/kata/station.toml ]; then" in postinst
-    assert "KATA_STATION=/etc/kata/station.toml" in unit
+    (station_file,) = re.findall("KATA_STATION=(.*)", unit)
+    assert f"[ -e {station_file} ]; then" in postinst
+    assert station_file.startswith("/var/lib/kata/"), "a commissioning on the page writes it"
+    assert "StateDirectory=kata\n" in unit
+    assert "ProtectSystem=strict" in unit
 
 
 @pytest.mark.parametrize(
