@@ -140,7 +140,7 @@ def answer(client: TestClient, instruction: dict[str, Any], **gains: Any) -> dic
 
 @pytest.mark.timeout(240)
 def test_gains_are_tried_and_taken_back(tmp_path: Path) -> None:
-    with running(tmp_path, "technician", full_rate=True) as client:
+    with running(tmp_path, "technician") as client:
         until(client, lambda live: live["mode"] == "idle")
         start(client, "full")
         assert do(client, "range")["steps"][6]["state"] == "passed"
