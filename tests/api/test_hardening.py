@@ -20,7 +20,7 @@ _OWN = "http://testserver"
 
 @pytest.fixture(scope="module")
 def client(tmp_path_factory: pytest.TempPathFactory) -> Iterator[TestClient]:
-    with running(tmp_path_factory.mktemp("kata")) as made:
+    with running(tmp_path_factory.mktemp("kata"), simulate=False) as made:
         yield made
 
 

@@ -287,17 +287,17 @@ def test_each_of_several_backups_under_load_is_consistent(settings: Settings, da
 @pytest.mark.campaign
 @pytest.mark.timeout(3600)
 def test_each_of_a_hundred_backups_under_load_is_consistent(settings: Settings, database: Database) -> None:
-    # Without the pause, most of the time would be spent on rows of the first backups.
-    assert_of_one_moment(settings, database, backups=100, pause_s=0.01)
+    assert_of_one_moment(settings, database, backups=100)
 
 
-def assert_of_one_moment(settings: Settings, database: Database, backups: int, pause_s: float = 0.0) -> None:
-    """Make ``backups`` backups while a client writes every ``pause_s`` seconds; restore and check each."""
+def assert_of_one_moment(settings: Settings, database: Database, backups: int) -> None:
+    """Make ``backups`` backups while a client writes; restore and check each."""
     done, wrote = Event(), Event()
     acknowledged = [0]
 
     def write() -> None:
-        while not done.wait(pause_s):
+        # Without a pause, most of the time would be spent on rows of the first backups.
+        while not done.wait(0.01):
             now, first = utc_now(), acknowledged[0]
             with database.write() as session:
                 session.add_all(

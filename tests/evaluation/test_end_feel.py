@@ -32,6 +32,9 @@ def test_relaxed_shoulder_is_measured_within_the_goals(relaxed: EndFeelErrors) -
         assert goal.size(getattr(relaxed, goal.field)) <= goal.limit, goal.name
 
 
+# In every run, tests/motion/test_end_feel.py refuses the curves of a patient who works, and tests/clinic/test_end_feel.py stores
+# the refusal.
+@pytest.mark.campaign
 def test_guarding_patient_is_refused() -> None:
     assert judge(replace(CASE, kind="guarding")).outcome == "guarding"
 

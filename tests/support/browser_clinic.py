@@ -14,19 +14,18 @@ from functools import partial
 from pathlib import Path
 from typing import Final, TypeVar
 
-import msgspec
 import pytest
 
 from kata.auth.login_session import COOKIE
 from kata.cli.seed import fill
 from kata.database.base import utc_now
 from kata.database.engine import Database
-from kata.device import config
 from tests.support.databases import upgraded_file
 from tests.support.invented_clinic import invented_file
 from tests.support.login import signed_in_at
 from tests.support.paths import ROOT
 from tests.support.ports import free_port
+from tests.support.slow_station import slow_station_file
 
 SignedIn = TypeVar("SignedIn")
 
@@ -42,10 +41,6 @@ with patch("kata.station.station.DeviceProcess", Disconnected):
 START_LIMIT_S: Final = 60.0
 LONG_MS: Final = 60_000
 """Time-out for a busy computer; not a requirement."""
-_RATE_HZ: Final = 20
-"""Bus cycles, samples and setpoints per second of the simulated apparatus. At the default of 100, device process and simulator take a
-fifth of a processor all the time.
-"""
 
 
 class Clinic:
@@ -70,7 +65,7 @@ class Clinic:
         self.cookie = signed_in_at(folder, database_url=database_url)
         # A named zone, so that the page has no note about a missing one.
         zone = {"KATA_CLINIC_TIME_ZONE": "UTC"}
-        station = {} if full_rate or not simulate else {"KATA_STATION": str(_slow_station(folder))}
+        station = {} if full_rate or not simulate else {"KATA_STATION": str(slow_station_file(folder))}
         self._environment = zone | os.environ | station | ({"KATA_DATABASE_URL": database_url} if database_url else {})
         self.port = free_port()
         self.url = f"http://127.0.0.1:{self.port}"
@@ -127,18 +122,6 @@ class Clinic:
         except subprocess.TimeoutExpired:
             self.process.kill()
             self.process.wait()
-
-
-def _slow_station(folder: Path) -> Path:
-    """Write the file of a simulated apparatus with few cycles per second."""
-    usual = config.simulated("simulator")
-    # The same age in seconds.
-    inputs = msgspec.structs.replace(
-        usual.inputs, max_age_cycles=usual.inputs.max_age_cycles * _RATE_HZ // usual.cycle_hz
-    )
-    file = folder / "slow-station.toml"
-    config.write(msgspec.structs.replace(usual, rate_hz=_RATE_HZ, cycle_hz=_RATE_HZ, inputs=inputs), file)
-    return file
 
 
 @contextmanager

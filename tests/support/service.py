@@ -20,6 +20,7 @@ from tests.support.figure_worker import SharedFigureWorker
 from tests.support.login import signed_in
 from tests.support.paths import ROOT
 from tests.support.silent_device import Disconnected
+from tests.support.slow_station import slow_simulated
 
 
 @cache
@@ -61,8 +62,9 @@ def running(
 ) -> Iterator[TestClient]:
     """Run the service during the context, signed in with this role.
 
-    A service without an apparatus starts a device process only if ``starts_device``. ``shares_worker``: its figures come from the worker
-    process of all tests. That process has the time zone and the settings of the test that used it first.
+    A simulated apparatus runs at 20 Hz. A service without an apparatus starts a device process only if ``starts_device``.
+    ``shares_worker``: its figures come from the worker process of all tests. That process has the time zone and the settings of the test that
+    used it first.
     """
     if "database_url" not in settings and not (folder / "kata.db").exists():
         upgraded_file(folder / "kata.db")
@@ -74,6 +76,7 @@ def running(
         with ExitStack() as starting:
             if not (starts_device or given["simulate"] or given.get("station")):
                 starting.enter_context(patch("kata.station.station.DeviceProcess", Disconnected))
+            starting.enter_context(patch("kata.device.config.simulated", slow_simulated))
             if shares_worker:
                 starting.enter_context(patch("kata.api.set_up.FigureWorker", SharedFigureWorker))
             client = stack.enter_context(TestClient(app, client=("127.0.0.1", 50_000)))
