@@ -13,6 +13,7 @@ from tests.support.accessibility import OF_A_PATIENT, addresses, misfits_on_tele
 from tests.support.browser_clinic import LONG_MS, START_LIMIT_S, Clinic
 from tests.support.page_accounts import sign_in_new_account
 from tests.support.page_actions import acknowledge, first_page
+from tests.support.page_dialogs import DIALOGS, opened_dialogs
 from tests.support.units import bare_numbers
 
 IDLE: Final = "待機中・トルク切"
@@ -196,6 +197,32 @@ def test_every_page_speaks_japanese(tab: Page, clinic: Clinic, every: int) -> No
         f"{name}: {sorted(set(texts))}" for found in (english, barred, bare_of) for name, texts in found.items()
     )
     assert not problems, problems
+
+
+@pytest.mark.shared_clinic("invented")
+@pytest.mark.timeout(600)
+def test_every_dialog_has_units_and_japanese_words(tab: Page, clinic: Clinic) -> None:
+    """Check the numbers, the words and the accessibility of the dialogs."""
+    answers: list[Response] = []
+    tab.on("response", lambda answer: answers.append(answer))
+    tab.emulate_media(color_scheme="dark", reduced_motion="reduce")
+    records = set(written(tab.request.get(f"{clinic.url}/api/station").json()))
+    found: dict[str, list[str]] = {}
+    pages = {name: address for name, address in addresses(tab, clinic).items() if name in DIALOGS}
+    for name in opened(tab, clinic, pages, by_links=True):
+        wait_until_idle(tab)
+        for button, _ in opened_dialogs(tab, name, "ja"):
+            records |= {
+                record
+                for response in answers
+                if response.ok and "json" in response.headers.get("content-type", "")
+                for record in written(answer_of(response))
+                if len(record) > 2
+            }
+            answers.clear()
+            if problems := [*bare_numbers(tab, "ja"), *english_on(tab, records), *wrong(tab, "[role=dialog]")]:
+                found[f"{name}: {button}"] = problems
+    assert found == {}
 
 
 @pytest.mark.shared_clinic("invented")
