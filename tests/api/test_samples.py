@@ -95,6 +95,17 @@ def test_pose_file_becomes_the_motor_angles_of_its_side(client: TestClient, pati
     assert stored[:, 1:] == pytest.approx(motor_angles_deg(lifted()(times_s), side), abs=2e-3)
 
 
+def test_file_beyond_the_reachable_set_is_refused_at_its_line(client: TestClient, patient: dict[str, Any]) -> None:
+    """With the upper arm level, motor 4 has its whole range, but the arm would go through the trunk beyond the limit of motion 3."""
+    times_s = np.arange(0, 8.005, 0.01)
+    flexion_deg = 95 + 45 * (1 - np.cos(np.pi * times_s / 4))
+    rows = [f"{at:.2f},0,0,90,{angle:.3f},0" for at, angle in zip(times_s, flexion_deg, strict=True)]
+    refusal = refused(client, patient, "\n".join([HEADER, *rows]) + "\n")
+    (error,) = refusal["errors"]
+    assert error["pointer"].startswith("line 402")
+    assert "in this pose the plane of elevation would be 185.0°, and its limit is 130.0°" in error["detail"]
+
+
 def test_spreadsheet_variants_of_a_csv_are_understood(client: TestClient, patient: dict[str, Any]) -> None:
     text = "\ufeff" + poses_csv(separator=";", end="\r\n").replace("\r\n", ";ok\r\n").replace(";ok", ";remark", 1)
     answer = sent(client, patient, text + ";;;;;;\r\n", to="/preview").json()

@@ -24,21 +24,12 @@ from tests.support.accessibility import (
 )
 from tests.support.browser_clinic import LONG_MS, Clinic
 from tests.support.page_actions import acknowledge, open_station, wait_until_idle
+from tests.support.page_dialogs import DIALOGS, OPENED_BY, OPENED_ELSEWHERE, files_with_dialogs, opened_dialogs
 from tests.support.units import bare_numbers
 
 pytestmark = [pytest.mark.shared_clinic("invented"), pytest.mark.three_dimensions]
 
 _ALL: Final = [pytest.param(scheme, 1, marks=pytest.mark.campaign) for scheme in ("light", "dark")]
-
-DIALOGS: Final = {
-    "patients": ("New patient", "Import"),
-    "patient": ("Edit",),
-    "patient-episodes": ("Change", "Close episode", "Open an episode of the left shoulder"),
-    "patient-assessments": ("Questionnaire for the patient",),
-    "accounts": ("New account",),
-    "station": (re.compile("^Set up for the (left|right) shoulder"),),
-}
-"""Buttons that open a dialog, by page."""
 
 
 class Findings:
@@ -55,13 +46,8 @@ class Findings:
 
     def look_at_dialogs(self, name: str) -> None:
         """Open each dialog of the page in turn."""
-        for button in DIALOGS.get(name, ()):
-            self._page.get_by_role("button", name=button, exact=True).first.click()
-            dialog = self._page.get_by_role("dialog")
-            expect(dialog).to_be_visible(timeout=LONG_MS)
+        for button, _ in opened_dialogs(self._page, name, "en"):
             self.look(f"{name}: {button}", "[role=dialog]")
-            self._page.keyboard.press("Escape")
-            expect(dialog).to_have_count(0, timeout=LONG_MS)
 
     def look_at_opened_parts(self, name: str) -> None:
         """Open the form of an assessment, and every table of the progress page."""
@@ -104,6 +90,11 @@ def test_every_page_is_accessible(tab: Page, clinic: Clinic, scheme: Any, every:
         findings.look_at_dialogs(name)
         findings.look_at_opened_parts(name)
     assert findings.found == {}, json.dumps(findings.found, ensure_ascii=False, indent=1)
+
+
+def test_every_dialog_is_opened_by_a_walk_or_another_test() -> None:
+    assert files_with_dialogs() == OPENED_BY.keys() | OPENED_ELSEWHERE.keys()
+    assert {key for keys in OPENED_BY.values() for key in keys} == {key for keys in DIALOGS.values() for key in keys}
 
 
 def test_numbers_in_printed_reports_have_a_unit(page: Page, clinic: Clinic) -> None:

@@ -13,6 +13,7 @@ from tests.support.accessibility import OF_A_PATIENT, addresses, misfits_on_tele
 from tests.support.browser_clinic import LONG_MS, START_LIMIT_S, Clinic
 from tests.support.page_accounts import sign_in_new_account
 from tests.support.page_actions import acknowledge, first_page
+from tests.support.page_dialogs import DIALOGS, opened_dialogs
 from tests.support.units import bare_numbers
 
 IDLE: Final = "待機中・トルク切"
@@ -22,6 +23,7 @@ OURS: Final = frozenset(
         "Kata",
         "English",
         "Esc",
+        "Ctrl",
         "CSV",
         "Parquet",
         "MCAP",
@@ -30,6 +32,9 @@ OURS: Final = frozenset(
         "ZIP",
         "PDF",
         "FHIR",
+        "Bundle",
+        "Patient",
+        "ICD",
         "JSON",
         "UTF",
         "SPADI",
@@ -132,7 +137,7 @@ def english_on(page: Page, records: set[str]) -> list[str]:
     cited = r"[A-Z][a-z]+他|MoraisとPascoal|J\. (?:[A-Z][a-z]+\.? )+\d{4}"
     for text in page.evaluate(SEEN):
         # Without paths, commands, the JSON of audit entries, and authors and journals.
-        left = re.sub(rf'/[\w./-]+|kata [a-z]+( --[a-z]+)*|\w+: \{{".*\}}|{cited}', "", text)
+        left = re.sub(rf'/[\w./-]+|kata( [a-z]+)+( --[a-z]+)*|\w+: \{{".*\}}|{cited}', "", text)
         if not words_in(left):
             continue
         for record in longest_first:
@@ -140,6 +145,16 @@ def english_on(page: Page, records: set[str]) -> list[str]:
         if any("_" not in word for word in words_in(left)):
             found.append(text)
     return found
+
+
+def _station_names(page: Page, clinic: Clinic) -> set[str]:
+    """Return the names of stations, which a page receives over its WebSockets."""
+    return {
+        name
+        for path in ("station", "stations")
+        for name in written(page.request.get(f"{clinic.url}/api/{path}").json())
+        if len(name) > 2
+    }
 
 
 def words_in(text: str) -> set[str]:
@@ -158,13 +173,7 @@ def test_every_page_speaks_japanese(tab: Page, clinic: Clinic, every: int) -> No
     answers: list[Response] = []
     tab.on("response", lambda answer: answers.append(answer))
     tab.emulate_media(color_scheme="dark", reduced_motion="reduce")
-    # A page receives the stations' names over its WebSockets.
-    records = {
-        name
-        for path in ("station", "stations")
-        for name in written(tab.request.get(f"{clinic.url}/api/{path}").json())
-        if len(name) > 2
-    }
+    records = _station_names(tab, clinic)
     english: dict[str, list[str]] = {}
     barred: dict[str, list[str]] = {}
     bare_of: dict[str, list[str]] = {}
@@ -196,6 +205,32 @@ def test_every_page_speaks_japanese(tab: Page, clinic: Clinic, every: int) -> No
         f"{name}: {sorted(set(texts))}" for found in (english, barred, bare_of) for name, texts in found.items()
     )
     assert not problems, problems
+
+
+@pytest.mark.shared_clinic("invented")
+@pytest.mark.timeout(600)
+def test_every_dialog_has_units_and_japanese_words(tab: Page, clinic: Clinic) -> None:
+    """Check the numbers, the words and the accessibility of the dialogs."""
+    answers: list[Response] = []
+    tab.on("response", lambda answer: answers.append(answer))
+    tab.emulate_media(color_scheme="dark", reduced_motion="reduce")
+    records = _station_names(tab, clinic)
+    found: dict[str, list[str]] = {}
+    pages = {name: address for name, address in addresses(tab, clinic).items() if name in DIALOGS}
+    for name in opened(tab, clinic, pages, by_links=True):
+        wait_until_idle(tab)
+        for button, _ in opened_dialogs(tab, name, "ja"):
+            records |= {
+                record
+                for response in answers
+                if response.ok and "json" in response.headers.get("content-type", "")
+                for record in written(answer_of(response))
+                if len(record) > 2
+            }
+            answers.clear()
+            if problems := [*bare_numbers(tab, "ja"), *english_on(tab, records), *wrong(tab, "[role=dialog]")]:
+                found[f"{name}: {button}"] = problems
+    assert not found, "\n".join(f"{name}: {sorted(set(texts))}" for name, texts in found.items())
 
 
 @pytest.mark.shared_clinic("invented")

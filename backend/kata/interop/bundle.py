@@ -27,7 +27,7 @@ from kata.clinic.sessions import patient_angles
 from kata.clinic.sessions.tables import SessionRow
 from kata.database.engine import Database
 from kata.interop import exported_statements, fhir_care, fhir_observations, service
-from kata.interop.codes import ExportSettings, Resource, simulated
+from kata.interop.codes import ExportSettings, Resource, simulated, with_valid_texts
 from kata.interop.exported_statements import Statement
 
 MEDIA_TYPE: Final = "application/fhir+json"
@@ -56,7 +56,7 @@ def write(session: Session, patient: PatientRow, path: Path, clinic: ExportSetti
     with path.open("w", encoding="utf-8") as file:
         file.write('{"resourceType":"Bundle","type":"transaction","entry":[')
         for number, plain in enumerate(_compared(resources(session, patient, clinic), before, now)):
-            resource = clinic.profiled(plain)
+            resource = with_valid_texts(clinic.profiled(plain))
             file.write(",\n" if number else "\n")
             # One entry at a time, because encoding the whole bundle at once would block other threads.
             file.write(json.dumps(entry(resource), ensure_ascii=False, allow_nan=False, separators=(",", ":")))

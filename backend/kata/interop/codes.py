@@ -5,6 +5,7 @@ addresses of ours are OIDs under 2.25, which are UUIDs that need no registration
 """
 
 import math
+import re
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from datetime import UTC, date, datetime, tzinfo
@@ -266,9 +267,35 @@ def fhir_date(moment: datetime | date | None) -> str | None:
     return moment.isoformat() if moment else None
 
 
+def period(start: datetime | date, end: datetime | date | None) -> Resource:
+    """Return a Period. An end before the start is left out and marked as an error, because FHIR R4 forbids it (Period, per-1).
+
+    Such an end is stored after a change of the computer's clock.
+    """
+    if end is not None and end < start:
+        error = {"url": "http://hl7.org/fhir/StructureDefinition/data-absent-reason", "valueCode": "error"}
+        return {"start": fhir_date(start), "_end": {"extension": [error]}}
+    return without_empty({"start": fhir_date(start), "end": fhir_date(end)})
+
+
 def annotation(text: str, by: str = "", at: datetime | None = None) -> Resource | None:
     """Return an Annotation, or None if the text is empty."""
     return without_empty({"authorString": by, "time": fhir_date(at), "text": text}) if text.strip() else None
+
+
+_CONTROL: Final = re.compile(r"[\x00-\x08\x0b\x0c\x0e-\x1f]")
+
+
+def with_valid_texts(part: Any) -> Any:
+    """Return a part of a resource with the texts that FHIR R4 allows. A control character becomes a space, a blank text is left out."""
+    if isinstance(part, str):
+        text = _CONTROL.sub(" ", part)
+        return text if text.strip() else None
+    if isinstance(part, list):
+        return [element for element in map(with_valid_texts, part) if element not in (None, {}, [])]
+    if isinstance(part, dict):
+        return without_empty({name: with_valid_texts(value) for name, value in part.items()})
+    return part
 
 
 def without_empty(resource: Resource) -> Resource:

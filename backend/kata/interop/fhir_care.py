@@ -29,6 +29,7 @@ from kata.interop.codes import (
     fhir_date,
     local_codes,
     local_concept,
+    period,
     quantity,
     questionnaire_url,
     reference,
@@ -118,7 +119,7 @@ def episode(row: EpisodeRow, *, has_condition: bool) -> Iterator[Resource]:
             "type": [{"text": f"Care of the {row.side} shoulder"}],
             "diagnosis": [{"condition": reference(row.id)}] if has_condition else [],
             "patient": reference(row.patient_id),
-            "period": without_empty({"start": fhir_date(row.opened_at), "end": fhir_date(row.closed_at)}),
+            "period": period(row.opened_at, row.closed_at),
         }
     )
     if row.contraindications.strip():
@@ -160,11 +161,12 @@ def contraindication(row: ContraindicationRow, side: str | None, zone: tzinfo) -
     if row.note.strip():
         words.append(f"Note: {row.note}")
     if row.signed_off_at:
-        words.append(f"Treatment allowed by {row.signed_off_by}, {row.signed_off_at.astimezone(zone).date()}.")
+        by = f" by {row.signed_off_by}" if row.signed_off_by.strip() else ""
+        words.append(f"Treatment allowed{by}, {row.signed_off_at.astimezone(zone).date()}.")
     if row.resolved_at:
-        words.append(
-            f"No longer applies ({row.resolved_by}, {row.resolved_at.astimezone(zone).date()}): {row.resolution}"
-        )
+        by = f"{row.resolved_by}, " if row.resolved_by.strip() else ""
+        reason = f": {row.resolution}" if row.resolution.strip() else "."
+        words.append(f"No longer applies ({by}{row.resolved_at.astimezone(zone).date()}){reason}")
     return without_empty(
         {
             "resourceType": "Flag",
@@ -174,7 +176,7 @@ def contraindication(row: ContraindicationRow, side: str | None, zone: tzinfo) -
             "code": (local_concept(f"contraindication-{row.code}") if kind else {})
             | {"text": shoulder_text(side, " ".join(words))},
             "subject": reference(row.patient_id),
-            "period": without_empty({"start": fhir_date(row.noted_at), "end": fhir_date(row.resolved_at)}),
+            "period": period(row.noted_at, row.resolved_at),
             "author": {"display": row.noted_by} if row.noted_by else None,
         }
     )
@@ -214,7 +216,7 @@ def care_plan(row: ProgrammeVersionRow, patient_id: UUID, reason: UUID | None) -
             "intent": "plan",
             "title": f"{row.programme.name}, version {row.number}",
             "subject": reference(patient_id),
-            "period": without_empty({"start": fhir_date(row.made_at), "end": fhir_date(ended_at)}),
+            "period": period(row.made_at, ended_at),
             "created": fhir_date(row.made_at),
             "addresses": [reference(reason)] if reason else [],
             "supportingInfo": [reference(derived_id("episode-of-care", row.programme.episode_id))],

@@ -21,6 +21,7 @@ from kata.interop.codes import (
     fhir_date,
     local_concept,
     pain_code,
+    period,
     quantity,
     questionnaire_url,
     reference,
@@ -53,7 +54,7 @@ def procedure(row: SessionRow, side: str | None, reason: UUID | None) -> Resourc
             else None,
             "code": local_concept("session"),
             "subject": reference(row.patient_id),
-            "performedPeriod": _period(row),
+            "performedPeriod": period(row.started_at, row.ended_at),
             "performer": [{"actor": {"display": row.therapist}}] if row.therapist else [],
             "reasonReference": [reference(reason)] if reason else [],
             "bodySite": [shoulder(side)] if side else [],
@@ -84,7 +85,7 @@ def device_use(row: SessionRow, side: str | None, reason: UUID | None) -> Resour
             "status": "completed" if row.ended_at else "active",
             "subject": reference(row.patient_id),
             "derivedFrom": [reference(row.id)],
-            "timingPeriod": _period(row),
+            "timingPeriod": period(row.started_at, row.ended_at),
             "recordedOn": fhir_date(row.started_at),
             "device": reference(device_key(row.station, is_simulated=row.simulated), row.station),
             "reasonReference": [reference(reason)] if reason else [],
@@ -96,7 +97,7 @@ def device_use(row: SessionRow, side: str | None, reason: UUID | None) -> Resour
 def session_pain(row: SessionRow, side: str | None) -> Iterator[Resource]:
     """Yield the pain scores before, during and after a session."""
     # The time of an answer is unknown during a session, and after a session that has not ended.
-    during: Resource = {"effectivePeriod": _period(row)}
+    during: Resource = {"effectivePeriod": period(row.started_at, row.ended_at)}
     moments: dict[str, Resource] = {
         "before": {"effectiveDateTime": fhir_date(row.started_at)},
         "during": during,
@@ -160,7 +161,7 @@ def run_tracking(row: RunRow, patient_id: UUID) -> Resource:
             "code": local_concept("run-tracking")
             | {"text": f"Tracking error (root mean square) of {row.recording.name}"},
             "subject": reference(patient_id),
-            "effectivePeriod": without_empty({"start": fhir_date(row.started_at), "end": fhir_date(row.ended_at)}),
+            "effectivePeriod": period(row.started_at, row.ended_at),
             "valueQuantity": value,
             "dataAbsentReason": None if value else concept(f"{HL7}data-absent-reason", *absent, why),
             "bodySite": shoulder(row.recording.side),
@@ -226,7 +227,7 @@ def end_feel(row: RunRow, patient_id: UUID) -> Resource:
             "category": [_EXAM],
             "code": local_concept("end-feel") | {"text": f"End-feel: {_motion_name(test.motion)}"},
             "subject": reference(patient_id),
-            "effectivePeriod": without_empty({"start": fhir_date(row.started_at), "end": fhir_date(row.ended_at)}),
+            "effectivePeriod": period(row.started_at, row.ended_at),
             "valueQuantity": value,
             "dataAbsentReason": None
             if value
@@ -418,7 +419,3 @@ def _component(code: str, **value: object) -> Resource | None:
 def _status_in(row: SessionRow) -> str:
     """Return the status of a value of a session. Before the session has ended, the therapist still enters and corrects values."""
     return "final" if row.ended_at else "preliminary"
-
-
-def _period(row: SessionRow) -> Resource:
-    return without_empty({"start": fhir_date(row.started_at), "end": fhir_date(row.ended_at)})

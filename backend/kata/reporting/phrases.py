@@ -482,7 +482,7 @@ STOP_REASONS_JA: Final = {
     "service_silent": "制御用コンピュータと診療サービスとの接続が切れた。",
     "other_run": "診療サービスと制御用コンピュータの再生が一致しない。",
     "journal_fault": "測定値をディスクに書き込めなくなった。",
-    "load_repeated": "モータ{motor}が同じ位置で2度抵抗を受けた。",
+    "load_repeated": "モータ{motor}が同じ位置で2回抵抗を受けた。",
     "load_while_held": "腕の保持中に、モータ{motor}が抵抗を受けた。",
     "load_on_the_way": "開始位置への移動中または復帰中に、モータ{motor}が抵抗を受けた。",
     "operator_stop": "操作者が停止した。",
