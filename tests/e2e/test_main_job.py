@@ -10,7 +10,7 @@ from typing import Final
 from urllib.parse import urlsplit
 
 import pytest
-from playwright.sync_api import Page, expect
+from playwright.sync_api import Locator, Page, expect
 
 from kata.motion.builtin import built_in_motions
 from tests.support.browser_clinic import LONG_MS, Clinic
@@ -40,6 +40,7 @@ APPROACH: Final = 6 + IDENTITY + 1
 TEACH: Final = 5 + IDENTITY
 WORST_MOTOR: Final = 4
 NAME: Final = "Yamada Hanako"
+HOLD_MS: Final = 1000
 
 # Clicks on the simulated hand, pedal and switch do not count: at a real apparatus they are no clicks.
 _COUNT: Final = """() => {
@@ -197,6 +198,28 @@ def test_teach_stop_reset_play_again_and_read_the_errors(
     assert wrong == []
 
 
+def hold_beside(page: Page, button: Locator) -> None:
+    """Press the button and slide the pointer off before a hold is complete. Wait longer than a hold takes."""
+    button.hover()
+    page.mouse.down()
+    page.mouse.move(0, 0)
+    expect(button).to_have_attribute("data-holding", "no")
+    page.wait_for_timeout(2 * HOLD_MS)
+    page.mouse.up()
+
+
+def hold_while_it_moves(page: Page, button: Locator) -> None:
+    """Hold the button. Meanwhile it moves from under the resting pointer, as if a text above it had appeared."""
+    mode = page.get_by_test_id("mode")
+    before = mode.inner_text()
+    button.hover()
+    page.mouse.down()
+    expect(button).to_have_attribute("data-holding", "held")
+    page.locator("main").evaluate("main => { main.style.paddingTop = '400px'; }")
+    expect(mode).not_to_have_text(before, timeout=LONG_MS)
+    page.mouse.up()
+
+
 def test_resistance_reverses_the_arm_and_the_second_time_holds_it(page: Page) -> None:
     sign_up(page, "Tanaka Sora")
     import_motion(page, built_in_motions()[4])
@@ -226,7 +249,9 @@ def test_resistance_reverses_the_arm_and_the_second_time_holds_it(page: Page) ->
     expect(page.get_by_test_id("mode")).to_have_text("Holding the arm")
     expect(page.get_by_test_id("torque")).to_have_text("Torque on")
 
-    hold(page, play_on)
+    hold_beside(page, play_on)
+    expect(page.get_by_test_id("mode")).to_have_text("Holding the arm")
+    hold_while_it_moves(page, play_on)
     banner = page.get_by_test_id("stop-banner")
     expect(banner).to_contain_text("The motors still hold the arm", timeout=LONG_MS)
     expect(banner).to_contain_text("Motor 4 met resistance twice at the same place.")

@@ -28,6 +28,10 @@ PATIENT_TABS = ["episodes", "assessments", "recordings", "programmes", "sessions
 SESSION_TABS = ["motion", "rhythm", "numbers", "goniometer", "plan", "compare", "record"]
 
 
+INCOMPLETE = ".mantine-Skeleton-root, figure[data-drawn=false], [data-testid=checking-login]"
+"""What a page shows until it is complete."""
+
+
 def addresses(page: Page, clinic: Clinic) -> dict[str, str]:
     """Return the address of every page by name."""
 
@@ -44,6 +48,7 @@ def addresses(page: Page, clinic: Clinic) -> dict[str, str]:
     return {
         "home": "/",
         "outcomes": "/clinic/outcomes",
+        "adherence": "/clinic/adherence",
         "usage": "/clinic/usage",
         "stops": "/clinic/stops",
         "tracking": "/clinic/tracking",
@@ -193,7 +198,7 @@ def opened(page: Page, clinic: Clinic, pages: dict[str, str], *, by_links: bool)
         traffic.wait()
         expect(page).to_have_url(clinic.url + path)
         expect(page.get_by_role("heading", level=1)).to_be_visible(timeout=LONG_MS)
-        expect(page.locator(".mantine-Skeleton-root, figure[data-drawn=false]")).to_have_count(0, timeout=LONG_MS)
+        expect(page.locator(INCOMPLETE)).to_have_count(0, timeout=LONG_MS)
         traffic.wait()
         yield name
 

@@ -10,7 +10,7 @@ from typing import Any, Final, Literal
 from playwright.sync_api import Browser, ConsoleMessage, Error, expect
 
 from kata.auth.login_session import COOKIE
-from tests.support.accessibility import SIGN_IN_PAGES, addresses
+from tests.support.accessibility import INCOMPLETE, SIGN_IN_PAGES, addresses
 from tests.support.browser_clinic import LONG_MS, Clinic
 from tests.support.shown_station import ShownStation
 
@@ -31,9 +31,7 @@ _TREATED: Final = "DEMO-002"
 """Clinic number of the patient on the apparatus. Other pages show another patient, whose newest session remains the same."""
 _QUIET_MS: Final = 10_000
 """A page that still loads after this time is shown as it is."""
-_INCOMPLETE: Final = (
-    ".mantine-Skeleton-root, figure[data-drawn=false], [data-testid=apparatus-canvas] canvas:not([data-drawn])"
-)
+_INCOMPLETE: Final = f"{INCOMPLETE}, [data-testid=apparatus-canvas] canvas:not([data-drawn])"
 
 
 @dataclass(frozen=True)

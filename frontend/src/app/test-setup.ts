@@ -20,6 +20,7 @@ class NoResizeObserver {
 }
 window.ResizeObserver = NoResizeObserver;
 window.HTMLElement.prototype.scrollIntoView = () => {};
+window.HTMLElement.prototype.setPointerCapture = () => {};
 // Mantine's growing text area measures again when fonts have loaded.
 Object.defineProperty(document, "fonts", { value: new EventTarget(), configurable: true });
 

@@ -1,12 +1,13 @@
 import { MantineProvider } from "@mantine/core";
 import { QueryClient, QueryClientProvider } from "@tanstack/react-query";
-import { cleanup, fireEvent, render, screen } from "@testing-library/react";
+import { act, cleanup, fireEvent, render, screen } from "@testing-library/react";
 import { afterEach, describe, expect, it, vi } from "vitest";
 import { authStore } from "../features/auth/authState";
 import { ME } from "../features/auth/testUsers";
 import { api, type Live } from "../lib/api/client";
 import { type LiveState, store } from "../lib/live/store";
 import { StopBanner } from "./StopBanner";
+import { HOLD_MS } from "./useHold";
 
 const cause = {
   code: "load_repeated",
@@ -123,5 +124,28 @@ describe("a stop", () => {
     fireEvent.pointerDown(button, { button: 0 });
     fireEvent.pointerUp(button);
     expect(release).not.toHaveBeenCalled();
+  });
+});
+
+describe("a hold on the stop's button", () => {
+  const held = { arm_held: true, torque: "on" } as const;
+  const another = { ...held, causes: [cause, { ...cause, code: "estop_pressed" }] };
+
+  it.each([
+    ["ends if the button becomes another one", { ...held, torqueFound: true }, held, 0],
+    ["ends if another cause is shown", held, another, 0],
+    ["continues if the state comes again", held, held, 1],
+  ])("%s", async (_, before, after, times) => {
+    vi.useFakeTimers();
+    const release = vi.spyOn(api, "releaseTorque").mockResolvedValue({ accepted: true });
+    const acknowledge = vi.spyOn(api, "acknowledge").mockResolvedValue({ accepted: true });
+    const { rerender } = render(withState({ ...before }));
+    fireEvent.pointerDown(screen.getByRole("button"), { button: 0, buttons: 1 });
+    await act(() => vi.advanceTimersByTimeAsync(HOLD_MS / 2));
+    rerender(withState({ ...after }));
+    await act(() => vi.advanceTimersByTimeAsync(2 * HOLD_MS));
+    expect(release).not.toHaveBeenCalled();
+    expect(acknowledge).toHaveBeenCalledTimes(times);
+    vi.useRealTimers();
   });
 });

@@ -113,9 +113,9 @@ type ResetProps = {
 
 function ResetButton({ fullPage, held, send, refusal, next, children }: ResetProps) {
   const mutation = useMutation({ mutationFn: () => send(store.seen()) });
-  const { holding, handlers } = useHold(held && refusal === null && !mutation.isPending, () =>
-    mutation.mutate(),
-  );
+  const causes = useLive("stop")?.causes.map(({ code, axis }) => `${code} ${axis}`) ?? [];
+  const possible = held && refusal === null && !mutation.isPending;
+  const { holding, handlers } = useHold(possible, [children, ...causes].join(), () => mutation.mutate());
   const hint = held ? (holding === "again" ? t("common:stopped.again") : t("common:stopped.hold")) : "";
   return (
     <Stack gap={4}>

@@ -4,11 +4,12 @@ import type { Schemas } from "../lib/api/client";
 import { saveFile, toCsv } from "../lib/csv";
 import { t } from "../lib/i18n";
 
-/** The button that saves rows as a file. */
-export function CsvButton({ onSave, loading = false }: { onSave: () => void; loading?: boolean }) {
+/** The button that saves rows as a file. `selected`: the number of selected rows, if only these are saved. */
+export function CsvButton(props: { onSave: () => void; loading?: boolean; selected?: number }) {
+  const { onSave, loading = false, selected = 0 } = props;
   return (
     <Button variant="default" leftSection={<IconDownload size={20} />} loading={loading} onClick={onSave}>
-      {t("ui:table.csv")}
+      {selected > 0 ? t("ui:table.csvOfSelected", { count: selected }) : t("ui:table.csv")}
     </Button>
   );
 }

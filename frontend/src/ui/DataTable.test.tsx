@@ -86,6 +86,52 @@ it("does not sort by a column of buttons, and leaves it out of the file", () => 
   expect(saved).toHaveBeenLastCalledWith("stops.csv", expect.not.stringContaining("Open"));
 });
 
+it("has boxes only if its rows have names", () => {
+  expect(screen.queryByRole("checkbox", { name: "Select all rows" })).toBeNull();
+});
+
+it("saves only the selected rows, in the order shown", () => {
+  cleanup();
+  const saved = vi.spyOn(csv, "saveFile").mockImplementation(() => undefined);
+  const every = vi.fn();
+  const table = (rows: Row[]) => (
+    <MantineProvider env="test">
+      <QueryClientProvider client={new QueryClient()}>
+        <DataTable
+          name="stops"
+          label="Stops"
+          columns={COLUMNS}
+          rows={rows}
+          rowKey={({ name }) => name}
+          rowName={({ name }) => name}
+          more
+          every={every}
+        />
+      </QueryClientProvider>
+    </MantineProvider>
+  );
+  const { rerender } = render(table(ROWS));
+  const all = () => screen.getByRole<HTMLInputElement>("checkbox", { name: "Select all rows" });
+  fireEvent.click(screen.getByRole("checkbox", { name: "Select Sato" }));
+  fireEvent.click(screen.getByRole("checkbox", { name: "Select Ito" }));
+  expect(all().indeterminate).toBe(true);
+  expect(screen.getByRole("status").textContent).toBe("2 of 3 rows selected");
+  // Sorted by name: the order of the file is that of the table.
+  fireEvent.click(screen.getByRole("button", { name: "Name" }));
+  fireEvent.click(screen.getByRole("button", { name: "Save 2 selected as CSV" }));
+  expect(saved).toHaveBeenLastCalledWith("stops.csv", "\ufeffName,Stops\r\nIto,2\r\nSato,10\r\n");
+  // A row that a filter has removed is neither counted nor saved.
+  rerender(table(ROWS.slice(0, 2)));
+  fireEvent.click(screen.getByRole("button", { name: "Save 1 selected as CSV" }));
+  expect(saved).toHaveBeenLastCalledWith("stops.csv", "\ufeffName,Stops\r\nIto,2\r\n");
+  fireEvent.click(all());
+  expect(screen.getByRole("button", { name: "Save 2 selected as CSV" })).toBeTruthy();
+  expect(all().checked).toBe(true);
+  fireEvent.click(screen.getByRole("button", { name: "Select none" }));
+  expect(screen.getByRole("button", { name: "Save as CSV" })).toBeTruthy();
+  expect(every).not.toHaveBeenCalled();
+});
+
 it("saves the rows of all pages in the order shown, and says when there are too many", async () => {
   cleanup();
   const saved = vi.spyOn(csv, "saveFile").mockImplementation(() => undefined);

@@ -8,6 +8,7 @@ import { t } from "../lib/i18n";
 import type { SavedRows } from "../lib/usePagedQuery";
 import { CsvButton } from "./CsvButton";
 import { ProblemNote } from "./ProblemNote";
+import { type Selection, SelectAll, SelectRow, useSelection } from "./selection";
 import { type Column, type Sorting, shownTable, sortedRows, turned } from "./tableRows";
 import classes from "./ui.module.css";
 
@@ -27,31 +28,40 @@ interface DataTableProps<Row> {
   /** Fetches all rows for the file. Without it the file contains only the loaded rows. */
   every?: () => Promise<SavedRows<Row>>;
   isDimmed?: (row: Row) => boolean;
+  /** Name of a row. With it, the user can select rows and save only these. */
+  rowName?: (row: Row) => string;
   /** True for a table with many rows, whose rows have nothing to press. */
   dense?: boolean;
 }
 
-/** A table whose columns can be sorted and chosen. It has totals, and the shown rows can be saved as CSV. */
+/**
+ * A table whose columns can be sorted and chosen. It has totals, and the shown or the selected rows can be saved as
+ * CSV.
+ */
 export function DataTable<Row>(props: DataTableProps<Row>) {
-  const { name, label, columns, rowKey, more = false, every, isDimmed, dense = false } = props;
+  const { name, label, columns, rowKey, rowName, more = false, every, isDimmed, dense = false } = props;
   const [sorting, setSorting] = useState<Sorting>(null);
   const [hidden, setHidden] = useLocalStorage<string[]>({ key: `kata.columns.${name}`, defaultValue: [] });
   const shown = columns.filter(({ key, always }) => always || !hidden.includes(key));
   const rows = sortedRows(props.rows, columns, sorting);
+  const selection = useSelection(rows.map(rowKey));
   const save = (saved: Row[]) => saveFile(`${name}.csv`, toCsv(shownTable(saved, shown)));
+  const selectable = rowName !== undefined;
   return (
     <Stack gap="xs">
       <Group justify="space-between">
-        <Text size="sm">
-          {t(more ? (every ? "ui:table.rowsOfAll" : "ui:table.rowsOfMore") : "ui:table.rows", {
-            count: rows.length,
-          })}
-        </Text>
+        <RowCount count={rows.length} more={more} every={every !== undefined} selection={selection} />
         <Group gap="xs">
           <ColumnChoice columns={columns} hidden={hidden} onChange={setHidden} />
-          {!(more && every) && <CsvButton onSave={() => save(rows)} />}
-          {more && every && (
+          {every && more && selection.count === 0 ? (
             <CsvOfAll every={every} onSave={(all) => save(sortedRows(all, columns, sorting))} />
+          ) : (
+            <CsvButton
+              selected={selection.count}
+              onSave={() =>
+                save(selection.count > 0 ? rows.filter((row) => selection.has(rowKey(row))) : rows)
+              }
+            />
           )}
         </Group>
       </Group>
@@ -64,6 +74,7 @@ export function DataTable<Row>(props: DataTableProps<Row>) {
         >
           <Table.Thead>
             <Table.Tr>
+              {selectable && <SelectAll selection={selection} />}
               {shown.map((column) => (
                 <Head
                   key={column.key}
@@ -77,6 +88,7 @@ export function DataTable<Row>(props: DataTableProps<Row>) {
           <Table.Tbody>
             {rows.map((row) => (
               <Table.Tr key={rowKey(row)} {...(isDimmed?.(row) && { c: "dimmed" })}>
+                {rowName && <SelectRow id={rowKey(row)} name={rowName(row)} selection={selection} />}
                 {shown.map((column) => (
                   <Table.Td key={column.key} {...numbers(column)}>
                     {column.cell(row)}
@@ -85,11 +97,30 @@ export function DataTable<Row>(props: DataTableProps<Row>) {
               </Table.Tr>
             ))}
           </Table.Tbody>
-          <Totals columns={shown} rows={rows} />
+          <Totals columns={shown} rows={rows} selectable={selectable} />
         </Table>
       </Table.ScrollContainer>
     </Stack>
   );
+}
+
+/** Says how many rows are shown or selected. */
+function RowCount(props: { count: number; more: boolean; every: boolean; selection: Selection }) {
+  const { count, more, every, selection } = props;
+  if (selection.count > 0) {
+    return (
+      <Group gap="xs">
+        <Text size="sm" role="status">
+          {t("ui:table.selected", { count: selection.count, rows: count })}
+        </Text>
+        <Button variant="subtle" size="compact-md" onClick={() => selection.selectAll(false)}>
+          {t("ui:table.selectNone")}
+        </Button>
+      </Group>
+    );
+  }
+  const words = more ? (every ? "ui:table.rowsOfAll" : "ui:table.rowsOfMore") : "ui:table.rows";
+  return <Text size="sm">{t(words, { count })}</Text>;
 }
 
 /** Saves the rows of all pages, also of those that are not loaded. */
@@ -137,7 +168,8 @@ function Head<Row>(props: { column: Column<Row>; sorting: Sorting; onSort: () =>
 }
 
 /** Shows the sums over the shown rows, for the columns that have a sum. */
-function Totals<Row>({ columns, rows }: { columns: Column<Row>[]; rows: Row[] }) {
+function Totals<Row>(props: { columns: Column<Row>[]; rows: Row[]; selectable: boolean }) {
+  const { columns, rows, selectable } = props;
   if (rows.length < 2 || !columns.some(({ total }) => total)) return null;
   const cell = (column: Column<Row>, place: number): ReactNode => {
     if (column.total) return rows.reduce((sum, row) => sum + Number(column.value?.(row) ?? 0), 0);
@@ -146,6 +178,7 @@ function Totals<Row>({ columns, rows }: { columns: Column<Row>[]; rows: Row[] })
   return (
     <Table.Tfoot>
       <Table.Tr>
+        {selectable && <Table.Td className={classes.select ?? ""} />}
         {columns.map((column, place) => (
           <Table.Td key={column.key} fw={700} {...numbers(column)}>
             {cell(column, place)}

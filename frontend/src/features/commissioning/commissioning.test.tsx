@@ -11,7 +11,7 @@ import { describeAcceptedValues, describeField, describeRecordedValue } from "./
 import { driftFigure, driftTable, type Entry, measured } from "./driftCharts";
 import { GainTuning } from "./GainTuning";
 import { SignatureNote } from "./RecordsTab";
-import { comparisons, newest, type Response } from "./responseCharts";
+import { comparisons, newest, type Response, responseTable } from "./responseCharts";
 import { comparedRows, HistoryTab, motorRows } from "./SettingsTab";
 
 vi.mock("../../ui/links", () => ({
@@ -266,6 +266,29 @@ describe("the tuning of gains", () => {
       { name: "Present", y: [0, 2] },
     ]);
     expect(newest(responses)).toEqual(responses.slice(2));
+    expect(compared?.table.columns.map(({ name }) => name)).toEqual([
+      "Time (s)",
+      "Former, Angle (°)",
+      "Present, Angle (°)",
+    ]);
+    expect(compared?.table.rows).toEqual([
+      [0, 0, 0],
+      [1, 3, 2],
+    ]);
+  });
+
+  it("lists the angles of all motors by time, also if their times differ", () => {
+    const table = responseTable([curve(1, 300, 2), { ...curve(2, 300, 3), times_s: [0, 0.5] }]);
+    expect(table.columns.map(({ name }) => name)).toEqual([
+      "Time (s)",
+      "Motor 1, Angle (°)",
+      "Motor 2, Angle (°)",
+    ]);
+    expect(table.rows).toEqual([
+      [0, 0, 0],
+      [0.5, null, 3],
+      [1, 2, null],
+    ]);
   });
 });
 

@@ -1,7 +1,7 @@
 import "./catalogue";
 import type { Schemas } from "../../lib/api/client";
 import { t } from "../../lib/i18n";
-import { figure, GRID, lineLook } from "../statistics/charts";
+import { column, figure, GRID, lineLook } from "../statistics/charts";
 
 export type Response = Schemas["MotorStepResponse"];
 
@@ -14,6 +14,26 @@ export const responseFigure = (responses: Response[]) =>
     ),
   );
 
+/** Return the numbers of the chart of all motors with one load. */
+export const responseTable = (responses: Response[]) =>
+  tableOf(responses.map((response) => [t("commissioning:drift.motor", { motor: response.motor }), response]));
+
+/** Return a table with a row for each time, and a column with the angles of each named response. */
+function tableOf(named: [string, Response][]): Schemas["ProgressTable"] {
+  const angles = named.map(
+    ([, response]) => new Map(response.times_s.map((time, n) => [time, response.angles_deg[n] ?? null])),
+  );
+  const times = [...new Set(named.flatMap(([, response]) => response.times_s))].sort((a, b) => a - b);
+  return {
+    columns: [
+      column(t("commissioning:responses.time"), "number", 2),
+      ...named.map(([name]) => column(`${name}, ${t("commissioning:responses.angle")}`, "number", 2)),
+    ],
+    rows: times.map((time) => [time, ...angles.map((angle) => angle.get(time) ?? null)]),
+    texts: [],
+  };
+}
+
 /** Return the last response of each motor: the one with the present gains. */
 export const newest = (responses: Response[]) =>
   responses.filter((one, n) => !responses.slice(n + 1).some((later) => later.motor === one.motor));
@@ -24,11 +44,13 @@ export function comparisons(responses: Response[]) {
     const former = responses.find((one) => one.motor === present.motor);
     if (!former || (["p_gain", "i_gain", "d_gain"] as const).every((gain) => former[gain] === present[gain]))
       return [];
-    const lines = [
-      trace(former, t("commissioning:tuning.former"), 1),
-      trace(present, t("commissioning:tuning.present"), 0),
-    ];
-    return [{ motor: present.motor, figure: chart([former, present], lines) }];
+    const names = [t("commissioning:tuning.former"), t("commissioning:tuning.present")] as const;
+    const lines = [trace(former, names[0], 1), trace(present, names[1], 0)];
+    const table = tableOf([
+      [names[0], former],
+      [names[1], present],
+    ]);
+    return [{ motor: present.motor, figure: chart([former, present], lines), table }];
   });
 }
 

@@ -71,6 +71,7 @@ export function PatientsPage() {
           columns={COLUMNS}
           rows={items}
           rowKey={({ id }) => id}
+          rowName={({ name }) => name}
           more={patients.hasNextPage}
           every={patients.every}
         />

@@ -33,6 +33,7 @@ function RecordingTable({ items }: { items: Recording[] }) {
       columns={columnsOf(items)}
       rows={items}
       rowKey={({ id }) => id}
+      rowName={({ name }) => name}
       isDimmed={({ archived_at }) => archived_at !== null}
     />
   );

@@ -28,6 +28,7 @@ export function SessionTable(props: {
       columns={props.withPatient ? [STARTED, PATIENT, ...AFTER_PATIENT] : [STARTED, ...AFTER_PATIENT]}
       rows={props.items}
       rowKey={({ id }) => id}
+      rowName={({ patient, started_at }) => `${patient.name}, ${formatMoment(started_at)}`}
       more={props.more}
       every={props.every}
     />

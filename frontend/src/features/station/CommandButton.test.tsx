@@ -71,13 +71,24 @@ describe("a button that needs a hold", () => {
   });
   afterEach(() => vi.useRealTimers());
 
+  const press = () => {
+    vi.spyOn(button(), "getBoundingClientRect").mockReturnValue(new DOMRect(100, 100, 200, 60));
+    fireEvent.pointerDown(button(), { button: 0, buttons: 1, pointerId: 7, clientX: 290, clientY: 130 });
+  };
+  const move = (clientX: number, buttons = 1) =>
+    fireEvent.pointerMove(button(), { buttons, pointerId: 7, clientX, clientY: 130 });
+
   it.each([
-    ["pointer", () => fireEvent.pointerDown(button(), { button: 0 }), () => fireEvent.pointerUp(button())],
-    [
-      "pointer that slides off",
-      () => fireEvent.pointerDown(button(), { button: 0 }),
-      () => fireEvent.pointerOut(button()),
-    ],
+    ["pointer", press, () => fireEvent.pointerUp(button())],
+    ["pointer released elsewhere", press, () => fireEvent.pointerUp(document.body)],
+    ["second finger", press, () => fireEvent.pointerUp(document.body, { pointerId: 8 })],
+    ["cancelled pointer", press, () => fireEvent.pointerCancel(document.body)],
+    ["pointer that slides off", press, () => move(340)],
+    ["pointer that leaves without capture", press, () => fireEvent.pointerOut(button())],
+    ["pointer whose capture ends", press, () => fireEvent.lostPointerCapture(button())],
+    ["primary button released before another one", press, () => move(290, 2)],
+    ["pointer while the window loses the focus", press, () => fireEvent.blur(window)],
+    ["pointer while the page is hidden", press, () => fireEvent(document, new Event("visibilitychange"))],
     [
       "Enter",
       () => fireEvent.keyDown(button(), { key: "Enter" }),
@@ -109,6 +120,20 @@ describe("a button that needs a hold", () => {
     expect(send).toHaveBeenCalledTimes(1);
   });
 
+  it("keeps the hold of a captured pointer although the button moves", async () => {
+    const captured = vi.spyOn(HTMLElement.prototype, "setPointerCapture");
+    render(possible());
+    press();
+    expect(captured).toHaveBeenCalledWith(7);
+    // A text above the button appears. The browser then reports the resting pointer, and a hand trembles.
+    vi.spyOn(button(), "getBoundingClientRect").mockReturnValue(new DOMRect(100, 300, 200, 60));
+    move(290);
+    await wait(HOLD_MS / 2);
+    move(305);
+    await wait(HOLD_MS / 2 + 1);
+    expect(send).toHaveBeenCalledTimes(1);
+  });
+
   it("ignores repeated keys and other keys", async () => {
     render(possible());
     fireEvent.keyDown(button(), { key: "Enter" });
@@ -123,7 +148,7 @@ describe("a button that needs a hold", () => {
 
   it("ignores a hold that ended while the page hung", async () => {
     render(possible());
-    fireEvent.pointerDown(button(), { button: 0 });
+    press();
     await wait(HOLD_MS);
     fireEvent.pointerUp(button());
     await wait(HOLD_MS);
@@ -132,7 +157,7 @@ describe("a button that needs a hold", () => {
 
   it("does nothing if the command becomes impossible during the hold", async () => {
     const { rerender } = render(possible());
-    fireEvent.pointerDown(button(), { button: 0 });
+    press();
     await wait(HOLD_MS / 2);
     rerender(impossible());
     await wait(HOLD_MS);

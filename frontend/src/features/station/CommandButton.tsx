@@ -38,7 +38,7 @@ export function CommandButton({ command, send, onDone, held = false, children, d
   });
   const waits = sending.isPending;
   const possible = refusal === null && disabled !== true;
-  const { holding, handlers } = useHold(possible && !waits, () => sending.mutate());
+  const { holding, handlers } = useHold(possible && !waits, String(command), () => sending.mutate());
   if (!operates) return null;
   const hint = held
     ? holding === "again"
