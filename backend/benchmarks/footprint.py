@@ -21,6 +21,7 @@ _MB: Final = 1e6
 _KIB: Final = 1024
 _SETTLE_S: Final = 40.0
 """Longer than the service waits until it starts the figure worker, so that the worker counts as idle memory."""
+_ACTIVITY_S: Final = 60.0
 _NAMES: Final = (
     ("kata.device.reference_builder", "reference builder"),
     ("kata.device", "device"),
@@ -70,9 +71,9 @@ def run(seconds: float, progress: Callable[[str], None]) -> Report:
         ):
             progress("Settling")
             time.sleep(_SETTLE_S)
-            idle = _between(service.service_pid, seconds, progress, "Idle")
+            idle = _between(service, seconds, progress, "Idle")
             service.play(records)
-            playing = _between(service.service_pid, seconds, progress, "Playing")
+            playing = _between(service, seconds, progress, "Playing")
             service.until(lambda live: live.mode == "idle", 120.0)
             # The next session begins when the playback is imported. Without this wait, the import was missing from "later" by chance.
             service.begin_next_session(records)
@@ -100,13 +101,17 @@ def run(seconds: float, progress: Callable[[str], None]) -> Report:
 
 
 def _between(
-    pid: int, seconds: float, progress: Callable[[str], None], what: str
+    service: RunningService, seconds: float, progress: Callable[[str], None], what: str
 ) -> dict[str, tuple[Process, Process]]:
     """Return the resources of each process before and after ``seconds``, by name."""
     progress(what)
-    before = {process.name: process for process in _processes(pid)}
-    time.sleep(seconds)
-    after = {process.name: process for process in _processes(pid)}
+    before = {process.name: process for process in _processes(service.service_pid)}
+    until_s = time.monotonic() + seconds
+    while (left_s := until_s - time.monotonic()) > 0:
+        time.sleep(min(left_s, _ACTIVITY_S))
+        # Without a request the service locks the screen after fifteen minutes and then refuses the playback.
+        service.live()
+    after = {process.name: process for process in _processes(service.service_pid)}
     return {name: (before[name], after[name]) for name in before if name in after}
 
 

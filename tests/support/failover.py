@@ -43,6 +43,23 @@ class Pair:
         hosts = ",".join(map(str, self._hosts))
         return f"postgresql+psycopg://kata@/postgres?host={hosts}&port=5432,5432&target_session_attrs=read-write"
 
+    @property
+    def primary_url(self) -> str:
+        """URL of the primary alone."""
+        return f"postgresql+psycopg://kata@/postgres?host={self.now}"
+
+    @property
+    def replica_url(self) -> str:
+        """URL of the second server alone, which accepts only queries that read."""
+        return f"postgresql+psycopg://kata@/postgres?host={self._other}"
+
+    def until_replayed(self) -> None:
+        """Wait until a query of the replica sees every committed change. A commit waits only until the replica has stored it."""
+        limit = time.monotonic() + _LIMIT_S
+        while self._ask("SELECT replay_lsn >= pg_current_wal_lsn() FROM pg_stat_replication") != [(True,)]:
+            assert time.monotonic() < limit
+            time.sleep(0.01)
+
     def fail_over(self, without_s: float) -> None:
         """Kill the first like a power cut, wait, let the second take over, and add a new second."""
         first = int((self.now / "data/postmaster.pid").read_text().split()[0])

@@ -114,6 +114,8 @@ class LeaseManager:
         """Pause or stop if this is due because the holder's browser is absent. Call it with every snapshot."""
         holder = self._lease.holder
         action = self._lease.absence_action(self._now(), snapshot.mode, snapshot.torque)
+        if self._lease.holder != holder:
+            self._changed()
         if holder is None or action is None or (self._action and not self._action.done()):
             return
         # Pause and Stop take time. Send the command once, and again only if it had no effect.

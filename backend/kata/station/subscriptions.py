@@ -15,7 +15,7 @@ class Subscription:
     """The wake-up signal of one listener, and the events that it has not read yet."""
 
     changed: asyncio.Event = field(default_factory=asyncio.Event)
-    """Set by a change of the live state and by an item."""
+    """Set by an item and by a change of the live state. A change of only measured values does not set it."""
     item_arrived: asyncio.Event = field(default_factory=asyncio.Event)
     """Set only by an item. A listener that sends the state at fixed times need not wake for each change."""
     waiting: deque[object] = field(default_factory=deque)
@@ -57,6 +57,10 @@ class Subscriptions:
 
     def note_change(self) -> None:
         """Count a change of the live state, and wake every listener."""
-        self.changes += 1
+        self.note_measurement()
         for subscription in self._open:
             subscription.changed.set()
+
+    def note_measurement(self) -> None:
+        """Count a change of only measured values. It wakes no listener, because a station measures all the time, also while it is idle."""
+        self.changes += 1
