@@ -464,7 +464,8 @@ def test_our_own_wording_of_the_spadi_is_not_exported(database: Database, tmp_pa
     assert [item.english for item in ITEMS if item.english in written] == []
     assert [item.japanese for item in ITEMS if item.japanese in written] == []
     (questions,) = of_kind(bundle, "Questionnaire")
-    assert [item["linkId"] for item in questions["item"]] == [str(number) for number in range(1, 14)]
+    scores = ["score-pain", "score-disability", "score-total"]
+    assert [item["linkId"] for item in questions["item"]] == [*(str(number) for number in range(1, 14)), *scores]
 
 
 @SQLITE_FIRST
@@ -581,7 +582,7 @@ ENTERED: dict[str, dict[str, str]] = {
     },
     "Device": {"identifier": "station", "deviceName": "station", "type": "the apparatus", "status": "all are in use"},
     "Questionnaire": {
-        "item": "numbers and bounds of the definition", "title": "the definition or the licensed texts", "copyright": "the same", "url": "the definition",
+        "item": "numbers, bounds and scores of the definition", "title": "the definition or the licensed texts", "copyright": "the same", "url": "the definition",
         "name": "the definition", "version": "the definition", "status": "all are in use", "subjectType": "all are of patients",
     },
 }  # fmt: skip

@@ -5,6 +5,7 @@ have published with their results: of the SPADI, of the QuickDASH, and of the Ox
 """
 
 import json
+import random
 from pathlib import Path
 from typing import Any
 from uuid import UUID
@@ -29,9 +30,11 @@ from kata.clinic.questionnaires.licensed_texts import read_texts
 from kata.clinic.questionnaires.tables import QuestionnaireTextsRow
 from kata.database.base import utc_now
 from kata.database.engine import Database
+from kata.interop import fhir_care
 from tests.support.fhir_bundle import exported, judged, of_kind
 from tests.support.fhir_patient import treated
 from tests.support.questionnaires import PROMIS, T_SCORES, TEMPLATE, clinics_promis, promis_file, words_of
+from tests.support.validators import calculate_scores
 
 __all__ = ["clinics_promis"]
 
@@ -103,6 +106,47 @@ def test_score_follows_the_formula_of_its_source(code: str, answers: list[int | 
     assert definition.fits(answers)
     found = definitions.score(definition, answers).total
     assert found == (None if total is None else pytest.approx(total))
+
+
+def test_exported_expressions_calculate_the_same_scores() -> None:
+    """Another project's FHIRPath evaluates them, for random answers of which some are missing."""
+    chance = random.Random(0)
+    cases = [
+        (
+            definition,
+            [
+                None if chance.random() < missing else chance.randint(s.lowest, s.highest)
+                for s in definition.item_scales
+            ],
+        )
+        for definition in (DEFINITIONS[code] for code in ("spadi", "quickdash", "oxford", "ases"))
+        for missing in (0.0, 0.1, 0.2, 1.0)
+        for _ in range(20)
+    ]
+    calculated = calculate_scores(
+        [
+            {
+                "questionnaire": fhir_care.questionnaire(definition, None),
+                "response": {
+                    "resourceType": "QuestionnaireResponse",
+                    "item": [
+                        {"linkId": str(number), "answer": [] if answer is None else [{"valueInteger": answer}]}
+                        for number, answer in enumerate(answers, start=1)
+                    ],
+                },
+            }
+            for definition, answers in cases
+        ]
+    )
+    for (definition, answers), values in zip(cases, calculated, strict=True):
+        own = definitions.score(definition, answers)
+        expected = {f"score-{name}": value for name, value in {**own.scales, "total": own.total}.items()}
+        assert values == {name: None if value is None else pytest.approx(value) for name, value in expected.items()}
+
+
+def test_an_exported_t_score_has_no_table(clinics_promis: Path) -> None:
+    exported_items = fhir_care.questionnaire(DEFINITIONS[PROMIS], None)["item"]
+    assert [item["linkId"] for item in exported_items] == [str(number) for number in range(1, 8)]
 
 
 def test_every_definition_is_complete_and_has_its_sources() -> None:

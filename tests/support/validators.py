@@ -27,6 +27,15 @@ def judge_fhir(cases: Mapping[str, Any]) -> Any:
     return json.loads(answer)
 
 
+def calculate_scores(cases: list[dict[str, Any]]) -> Any:
+    """Return what an independent FHIRPath calculates for the read-only items of each ``questionnaire`` from its ``response``."""
+    done = subprocess.run(
+        _command("calculate.mjs"), input=json.dumps(cases), capture_output=True, text=True, timeout=120, check=False
+    )
+    assert done.returncode == 0, done.stderr
+    return json.loads(done.stdout)
+
+
 def judge_parquet(file: Path) -> Any:
     """Return what an independent reader finds in a Parquet file."""
     done = subprocess.run(_command("parquet.mjs", str(file)), capture_output=True, text=True, timeout=120, check=False)

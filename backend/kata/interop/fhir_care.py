@@ -4,6 +4,7 @@ one resource as JSON.
 
 from collections.abc import Iterator
 from datetime import tzinfo
+from typing import Final
 from uuid import UUID
 
 from kata.clinic.contraindications.kinds import KINDS
@@ -38,6 +39,8 @@ from kata.interop.codes import (
     without_empty,
 )
 from kata.motion.axes import BASIC_MOTIONS
+
+_CALCULATED: Final = "http://hl7.org/fhir/uv/sdc/StructureDefinition/sdc-questionnaire-calculatedExpression"
 
 
 def patient(row: PatientRow, identifier_system: str) -> Resource:
@@ -292,7 +295,7 @@ def code_system() -> Resource:
 
 
 def questionnaire(definition: Definition, words: QuestionnaireTextsRow | None) -> Resource:
-    """Return the Questionnaire to which the answers refer. Its items are identified by number.
+    """Return the Questionnaire to which the answers refer. Its items are identified by number; those of the scores calculate themselves.
 
     ``words``: the licensed texts, if the licence allows passing them on. Without them the Questionnaire has no texts, because our own
     reminders for the person who types the answers are not the wording of the SPADI.
@@ -319,6 +322,53 @@ def questionnaire(definition: Definition, words: QuestionnaireTextsRow | None) -
             "status": "active",
             "subjectType": ["Patient"],
             "copyright": words.copyright if words else definition.copyright,
-            "item": items,
+            "item": items + _calculated_items(definition),
         }
     )
+
+
+def _calculated_items(definition: Definition) -> list[Resource]:
+    """Return the items of the scores, each with the expression that calculates it (Structured Data Capture, calculatedExpression).
+
+    There are none for a T-score, because its table belongs to the owner of the questionnaire.
+    """
+    if definition.total == "t_score":
+        return []
+    scales, first = [], 1
+    for scale in definition.scales:
+        scales.append(
+            (scale, [f"%resource.item.where(linkId = '{first + n}').answer.value" for n in range(scale.items)])
+        )
+        first += scale.items
+    everything = [answer for _, answers in scales for answer in answers]
+    # The function sum() is newer than FHIRPath's first version, and not every program has it.
+    enough = f"({_count(everything)}) >= {len(everything) - definition.most_unanswered}"
+    valid = " and ".join([enough, *(f"({_count(answers)}) > 0" for _, answers in scales)])
+    formulas = {
+        scale.code: f"{scale.factor} * ({_sum(answers)}) / ({_count(answers)}) + ({scale.constant})"
+        for scale, answers in scales
+    }
+    total = " + ".join(f"({formula})" for formula in formulas.values())
+    formulas["total"] = f"({total}) / {len(formulas)}" if definition.total == "mean" else total
+    return [
+        {
+            "extension": [
+                {
+                    "url": _CALCULATED,
+                    "valueExpression": {"language": "text/fhirpath", "expression": f"iif({valid}, {formula}, {{}})"},
+                }
+            ],
+            "linkId": f"score-{name}",
+            "type": "decimal",
+            "readOnly": True,
+        }
+        for name, formula in formulas.items()
+    ]
+
+
+def _count(answers: list[str]) -> str:
+    return " + ".join(f"{answer}.count()" for answer in answers)
+
+
+def _sum(answers: list[str]) -> str:
+    return " + ".join(f"iif({answer}.exists(), {answer}, 0)" for answer in answers)

@@ -1,8 +1,8 @@
 """The texts of a questionnaire in one language. A clinic imports them as a FHIR R4 Questionnaire.
 
 The resource needs ``language``, ``title``, ``copyright`` and one item for each item of the definition, with ``linkId`` "1", "2", ... and
-``text``. ``answerOption`` may contain texts of answers: ``valueCoding`` with the answer as ``code`` and its text as ``display``. Groups are
-ignored.
+``text``. ``answerOption`` may contain texts of answers: ``valueCoding`` with the answer as ``code`` and its text as ``display``. Groups, and
+read-only items such as a calculated score, are ignored.
 """
 
 import json
@@ -77,7 +77,7 @@ def _items(items: Any) -> Iterator[dict[str, Any]]:
     for item in items if isinstance(items, list) else []:
         if not isinstance(item, dict):
             continue
-        if item.get("type") not in ("group", "display"):
+        if item.get("type") not in ("group", "display") and item.get("readOnly") is not True:
             yield item
         yield from _items(item.get("item"))
 
