@@ -8,7 +8,7 @@ import { t } from "../lib/i18n";
 import type { SavedRows } from "../lib/usePagedQuery";
 import { CsvButton } from "./CsvButton";
 import { ProblemNote } from "./ProblemNote";
-import { type Selection, SelectAll, SelectRow, useSelection } from "./selection";
+import { SelectAll, type Selection, SelectRow, useSelection } from "./selection";
 import { type Column, type Sorting, shownTable, sortedRows, turned } from "./tableRows";
 import classes from "./ui.module.css";
 

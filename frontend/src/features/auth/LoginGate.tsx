@@ -50,7 +50,9 @@ function DeferredPage({ children }: { children: ReactNode }) {
 function Waiting() {
   return (
     <AuthLayout title={t("auth:gate.checkingTitle")}>
-      <Text role="status" data-testid="checking-login">{t("auth:gate.checking")}</Text>
+      <Text role="status" data-testid="checking-login">
+        {t("auth:gate.checking")}
+      </Text>
     </AuthLayout>
   );
 }

@@ -1,15 +1,33 @@
 import { Alert, Badge, Button, Card, Group, Skeleton, Stack, Table, Text, Title } from "@mantine/core";
 import { IconArchive } from "@tabler/icons-react";
-import { useState } from "react";
+import { type CSSProperties, type ReactNode, useState } from "react";
+import { DataTable } from "../../ui/DataTable";
 import { Metric, Metrics } from "../../ui/Metric";
 import { PageTabs } from "../../ui/PageTabs";
 import { TrendChart, TrendLegend } from "../../ui/TrendChart";
+import type { Column } from "../../ui/tableRows";
 import { undoStore } from "../../ui/undo";
 import { COLOUR_ROLES, DENSITY, SPACES, TYPE_SCALE } from "./designLanguage";
 
 const TRENDS = [
   { name: "First value", points: [9, 7, 6, 4].map((value, n) => ({ at: `2026-0${n + 5}-01`, value })) },
   { name: "Second value", points: [5, 5, 3, 2].map((value, n) => ({ at: `2026-0${n + 5}-01`, value })) },
+];
+type Row = { name: string; sessions: number };
+const ROWS: Row[] = [
+  { name: "Ito", sessions: 4 },
+  { name: "Sato", sessions: 11 },
+];
+const COLUMNS: Column<Row>[] = [
+  { key: "name", head: "Name", always: true, value: ({ name }) => name, cell: ({ name }) => name },
+  {
+    key: "sessions",
+    head: "Sessions",
+    right: true,
+    total: true,
+    value: ({ sessions }) => sessions,
+    cell: ({ sessions }) => sessions,
+  },
 ];
 const TABS = { language: "Language", components: "Components", states: "States" };
 const WORDS = {
@@ -21,6 +39,7 @@ const WORDS = {
   numbers: "Numbers",
   trend: "Trend",
   buttons: "Buttons",
+  table: "Table",
   empty: "Empty: one sentence that says what is missing and, where it helps, what to do.",
   loading: "Loading: a skeleton with the height of what comes.",
   error: "Error: the problem and the next step, where the content would be.",
@@ -55,25 +74,31 @@ function Language() {
         )}
       </Rules>
       <Rules title={WORDS.type} rules={TYPE_SCALE}>
-        {(value) => <span style={{ font: value }}>{WORDS.title}</span>}
+        {(value) => <span style={fontOf(value)}>{WORDS.title}</span>}
       </Rules>
       <Rules title={WORDS.colours} rules={COLOUR_ROLES}>
         {(value) => (
           <div style={{ width: 64, height: 32, border: "1px solid", background: `var(${value})` }} />
         )}
       </Rules>
-      <Rules title={WORDS.density} rules={DENSITY}>
-        {(value) => value}
-      </Rules>
+      <Rules title={WORDS.density} rules={DENSITY} />
     </Stack>
   );
 }
 
+/** Return the style of a font such as "700 1.5rem/1.3". */
+function fontOf(value: string): CSSProperties {
+  const [fontWeight, fontSize, lineHeight] = value.split(/[ /]/);
+  return { fontWeight, fontSize, lineHeight };
+}
+
+/** Lists rules with their values. `children` returns a sample of a value. */
 function Rules(props: {
   title: string;
   rules: readonly { value: string; use: string }[];
-  children: (value: string) => React.ReactNode;
+  children?: (value: string) => ReactNode;
 }) {
+  const sample = props.children;
   return (
     <Card withBorder>
       <Title order={2} size="h3">
@@ -83,7 +108,7 @@ function Rules(props: {
         <Table.Tbody>
           {props.rules.map(({ value, use }) => (
             <Table.Tr key={value}>
-              <Table.Td>{props.children(value)}</Table.Td>
+              {sample && <Table.Td>{sample(value)}</Table.Td>}
               <Table.Td>{value}</Table.Td>
               <Table.Td>{use}</Table.Td>
             </Table.Tr>
@@ -123,6 +148,14 @@ function Components() {
           {WORDS.offer}
         </Button>
       </Group>
+      <DataTable
+        name="design"
+        label={WORDS.table}
+        columns={COLUMNS}
+        rows={ROWS}
+        rowKey={({ name }) => name}
+        rowName={({ name }) => name}
+      />
     </Stack>
   );
 }

@@ -8,13 +8,13 @@ export const SPACES = [
 ] as const;
 
 export const TYPE_SCALE = [
-  { value: "700 1.625rem/1.35 inherit", use: "The page's only heading of the first order (size h2)." },
-  { value: "700 1.375rem/1.4 inherit", use: "A section (size h3)." },
-  { value: "700 1.125rem/1.45 inherit", use: "A card, and a verdict (size h4)." },
-  { value: "700 1.5rem/1.3 inherit", use: "A number that is looked for, with digits of equal width." },
-  { value: "400 1rem/1.55 inherit", use: "Text." },
+  { value: "700 1.625rem/1.35", use: "The page's only heading of the first order (size h2)." },
+  { value: "700 1.375rem/1.4", use: "A section (size h3)." },
+  { value: "700 1.125rem/1.45", use: "A card, and a verdict (size h4)." },
+  { value: "700 1.5rem/1.3", use: "A number that is looked for, with digits of equal width." },
+  { value: "400 1rem/1.55", use: "Text." },
   {
-    value: "400 0.875rem/1.45 inherit",
+    value: "400 0.875rem/1.45",
     use: "What explains a number or a field. Nothing is smaller but a scale's ends.",
   },
 ] as const;
