@@ -27,6 +27,8 @@ from kata.database.upgrade import upgrade
 _RUN_S: Final = 60.0
 _LATEST_S: Final = 6.0
 """An emergency stop that a page shows later than this counts as not shown. The next press comes later."""
+_CONNECTIONS_A_STATION: Final = 20
+"""A service has at most fifteen for reading and one for writing; its exchange of states has its own."""
 _SESSION_S: Final = 1800.0
 _SESSIONS_A_YEAR: Final = 8 * 250
 """Sessions of a station a year: eight a day, 250 days."""
@@ -83,7 +85,10 @@ def run(stations: int, pages: int, seconds: float, progress: Callable[[str], Non
     report = Report(
         f"{stations} stations and {pages} pages on one PostgreSQL, {seconds:g} s", ("", "p50", "p99", "largest")
     )
-    with TemporaryDirectory(prefix="kata-bench-") as folder, postgresql.serving() as url:
+    with (
+        TemporaryDirectory(prefix="kata-bench-") as folder,
+        postgresql.serving(most_connections=stations * _CONNECTIONS_A_STATION) as url,
+    ):
         database = Database(url)
         upgrade(database)
         database.close()
@@ -120,7 +125,10 @@ def run(stations: int, pages: int, seconds: float, progress: Callable[[str], Non
 
 
 def overview_delays_ms(figures: Sequence[StationFigures]) -> tuple[list[float], int]:
-    """Return the time from each press until each page showed it, in milliseconds, and the number of presses that a page did not show."""
+    """Return the time from each press until each page showed it, in milliseconds, and the number of presses that a page did not show.
+
+    Presses in the last seconds are left out, because a page had no time to show them.
+    """
     delays_ms: list[float] = []
     for pressed in figures:
         seen_s = [
@@ -129,6 +137,8 @@ def overview_delays_ms(figures: Sequence[StationFigures]) -> tuple[list[float], 
             for page in sorted({n for n, _, _ in watcher.seen_s})
         ]
         for press_s in pressed.presses_s:
+            if press_s > pressed.ended_s - _LATEST_S:
+                continue
             for times_s in seen_s:
                 following_s = times_s[np.searchsorted(times_s, press_s) :]
                 delays_ms.append((following_s[0] - press_s) * 1000 if len(following_s) else np.inf)

@@ -8,6 +8,7 @@ import os
 import random
 import sys
 import time
+from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Final
@@ -48,6 +49,8 @@ class StationFigures(msgspec.Struct):
     """Answer times of the lists that the pages request."""
     stored_s: float = 0.0
     """Length of the stored motions."""
+    ended_s: float = 0.0
+    """Time of the end of the measurement."""
 
 
 class _Apparatus(VirtualStation):
@@ -127,7 +130,8 @@ class _Clinic:
     async def show(self, page: int) -> None:
         """Build the overview's messages as the service does for a WebSocket, and note which emergency stops they show."""
         await asyncio.sleep(random.uniform(0, _PAGE_SENDS_EVERY_S))
-        sequence, before = 0, dict[str, str]()
+        sequence = 0
+        before: Mapping[str, str] = {}
         while True:
             sequence += 1
             sent_changes = self.fleet.changes
@@ -189,6 +193,7 @@ async def _serve(name: str, url: str, pages: int, run_s: float, folder: Path) ->
         await commands.readline()
         clinic.watching = True
         await commands.read()
+        clinic.figures.ended_s = time.monotonic()
         sys.stdout.write(msgspec.json.encode(clinic.figures).decode())
         sys.stdout.flush()
         # Skip asyncio's shutdown, because it would wait until the present session is stored.

@@ -13,9 +13,7 @@ from kata.station.station import Station
 from kata.station.subscriptions import Subscription
 from tests.support.silent_device import Silent, snapshot, station
 
-_AXIS = AxisState(
-    motor=1, setpoint_deg=0.0, measured_deg=0.0, speed_deg_s=0.0, torque_nm=0.0, torque="off", age_ms=1.0
-)
+_AXIS = AxisState(motor=1, setpoint_deg=0.0, measured_deg=0.0, speed_deg_s=0.0, torque_nm=0.0, torque="off", age_ms=1.0)
 _MOVED = msgspec.structs.replace(_AXIS, measured_deg=1.0)
 _IDLE = snapshot(axes=(_AXIS,), estop="closed")
 _CAUSE = StopCause(code="cause", category=0, message="It stopped.", next_step="Look.", cleared=True)
