@@ -334,21 +334,14 @@ class Station:
             case Reply():
                 self._take_reply(message)
             case Snapshot():
-                self._take_snapshot(message)
+                self._subscriptions.note_snapshot(self._tracker.snapshot, message)
+                self._tracker.take(message, self.config.side)
+                self.drive_trend.take(message)
+                self.lease_manager.act_if_due(message)
             case Event():
                 self._take_event(message)
             case JournalClosed():
                 self._on_journal(Path(message.path))
-
-    def _take_snapshot(self, snapshot: Snapshot) -> None:
-        before = self._tracker.snapshot
-        self._tracker.take(snapshot, self.config.side)
-        self.drive_trend.take(snapshot)
-        if before is not None and _differ_only_in_measurements(before, snapshot):
-            self._subscriptions.note_measurement()
-        else:
-            self._subscriptions.note_change()
-        self.lease_manager.act_if_due(snapshot)
 
     def _take_reply(self, message: Reply) -> None:
         pending = self._pending.pop(message.id, None)
@@ -394,14 +387,6 @@ class Station:
         self._pending.clear()
         self._subscriptions.note_change()
         self._on_journal(None)
-
-
-def _differ_only_in_measurements(before: Snapshot, now: Snapshot) -> bool:
-    """Return True if two snapshots differ only in measured values and in the control loop's figures.
-
-    A latched stop always counts as a difference, because its ``arm_held`` depends on the time that has passed.
-    """
-    return now.stop is None and now == msgspec.structs.replace(before, t_ns=now.t_ns, axes=now.axes, loop=now.loop)
 
 
 def _write(config: StationConfig, file: Path) -> Refusal | None:

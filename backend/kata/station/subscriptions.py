@@ -7,6 +7,10 @@ from contextlib import contextmanager
 from dataclasses import dataclass, field
 from typing import Final
 
+import msgspec
+
+from kata.device.ipc_messages import Snapshot
+
 _MAX_WAITING: Final = 1000
 
 
@@ -61,6 +65,21 @@ class Subscriptions:
         for subscription in self._open:
             subscription.changed.set()
 
+    def note_snapshot(self, before: Snapshot | None, now: Snapshot) -> None:
+        """Count a new snapshot, and wake every listener if it differs in more than measured values."""
+        if before is not None and _differ_only_in_measurements(before, now):
+            self.note_measurement()
+        else:
+            self.note_change()
+
     def note_measurement(self) -> None:
         """Count a change of only measured values. It wakes no listener, because a station measures all the time, also while it is idle."""
         self.changes += 1
+
+
+def _differ_only_in_measurements(before: Snapshot, now: Snapshot) -> bool:
+    """Return True if two snapshots differ only in measured values and in the control loop's figures.
+
+    A latched stop always counts as a difference, because its ``arm_held`` depends on the time that has passed.
+    """
+    return now.stop is None and now == msgspec.structs.replace(before, t_ns=now.t_ns, axes=now.axes, loop=now.loop)
