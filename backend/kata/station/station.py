@@ -259,8 +259,7 @@ class Station:
     def occupied(self) -> bool:
         """True while the motors move or hold an arm, or may do so, and the control loop therefore needs this computer.
 
-        Offline with unknown torque does not count, because the loop controls nothing, and a station that is switched off at night has this
-        state.
+        Offline with unknown torque does not count, because the loop controls nothing; a station that is off at night has this state.
         """
         live = self.live()
         return live.torque == "on" or (live.torque == "unknown" and live.mode != "offline")
