@@ -23,6 +23,8 @@ def test_programme_is_created_changed_played_and_reported(page: Page) -> None:
     patient = page.url
     service = patient.partition("/patients/")[0]
     recording = import_motion(page, built_in_motions()[0])
+    page.goto(f"{service}/recordings/{recording}")
+    expect(page.get_by_test_id("margin")).to_contain_text("°")
     less = {"do": "isolate", "motors": [1], "name": "A little less"}
     assert page.request.post(f"{service}/api/recordings/{recording}/derived", data=less).ok
 
