@@ -39,7 +39,6 @@ from tests.support.preflight import BY_HAND, WHO, confirmation, still_open, try_
 from tests.support.recordings import lifted, taught
 from tests.support.responses import problem
 from tests.support.service import running
-from tests.support.slow_station import RATE_HZ
 from tests.support.station_api import accepted, until, until_mode
 from tests.support.visits import eventually
 
@@ -206,9 +205,7 @@ def test_session_runs_during_an_outage_and_is_stored_once(
     with app.state.services.database.read() as session:
         for played in (run, second):
             (file,) = (app.state.folder / "journal").glob(f"imported/*{played['id']}*")
-            assert (
-                len(runs.samples(session, UUID(played["id"]))["time_s"]) == len(journal.read(file).t_ns) > 0.5 * RATE_HZ
-            )
+            assert len(runs.samples(session, UUID(played["id"]))["time_s"]) == len(journal.read(file).t_ns) > 50
         count = select(AuditRow.action, func.count()).where(AuditRow.subject.endswith(visit["id"])).group_by("action")
         noted = dict(session.execute(count).all())
         assert noted["opened_without_database"] == noted["ended_without_database"] == 1

@@ -37,7 +37,6 @@ from tests.support.preflight import WHO, go_through_checklist, still_open
 from tests.support.recordings import lifted, taught
 from tests.support.responses import problem
 from tests.support.service import running
-from tests.support.slow_station import RATE_HZ
 from tests.support.station_api import accepted, load, until, until_mode
 from tests.support.visits import eventually, programme
 
@@ -85,7 +84,7 @@ def all_is_there(client: TestClient, recorded: list[NewDeviceEvent], run_id: str
         assert sorted((row.at, row.code) for row in rows) == sorted((event.at, event.code) for event in recorded)
         (file,) = (app.state.folder / "journal").glob(f"imported/*{run_id}*")
         measured = journal.read(file)
-        assert len(runs.samples(session, UUID(run_id))["time_s"]) == len(measured.t_ns) > 0.5 * RATE_HZ
+        assert len(runs.samples(session, UUID(run_id))["time_s"]) == len(measured.t_ns) > 50
     run: dict[str, Any] = client.get(f"/api/runs/{run_id}").json()
     return run
 

@@ -9,8 +9,6 @@ from fastapi.testclient import TestClient
 from kata.clinic.patients import service
 from tests.support.responses import problem
 
-pytestmark = pytest.mark.no_apparatus
-
 
 def test_a_patient_is_signed_up_looked_up_and_changed(client: TestClient) -> None:
     body = {

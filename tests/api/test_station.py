@@ -18,7 +18,6 @@ from tests.support.preflight import go_through_checklist, still_open, teaching
 from tests.support.recordings import lifted, taught
 from tests.support.responses import problem
 from tests.support.service import running
-from tests.support.slow_station import RATE_HZ
 from tests.support.station_api import accepted, load, teach, until, until_mode
 from tests.support.station_commands import operate
 
@@ -467,7 +466,7 @@ def test_dead_device_process_is_restarted_and_resumes_nothing(tmp_path: Path, mo
         until_mode(client, "idle")
         stored = client.get(f"/api/runs/{run['id']}").json()
         assert stored["outcome"] == "interrupted"
-        assert stored["comparison"]["samples"] > 0.2 * RATE_HZ
+        assert stored["comparison"]["samples"] > 20
 
 
 def test_refused_load_keeps_showing_the_current_run(
