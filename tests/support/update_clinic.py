@@ -21,7 +21,6 @@ from kata.system.update_bundle import write_bundle
 from tests.support.databases import upgraded_file
 from tests.support.paths import ROOT
 from tests.support.ports import free_port
-from tests.support.slow_station import slow_station_file
 from tests.support.small_wheel import small_wheel
 from tests.support.treatment import treat
 
@@ -269,10 +268,9 @@ class UpdateClinic:
         return environment | {"PATH": f"{self._systemd}:{os.environ['PATH']}"}
 
     def _write_units(self) -> None:
-        station = slow_station_file(self.folder)
         for unit, port in zip(self.units, self.ports, strict=True):
             environment = {
-                "KATA_DATA": str(self.data(unit)), "KATA_SIMULATE": "true", "KATA_PORT": str(port), "KATA_STATION": str(station),
+                "KATA_DATA": str(self.data(unit)), "KATA_SIMULATE": "true", "KATA_PORT": str(port),
                 "KATA_REAL_TIME": "false", "KATA_BACKUP_TIME": "never",
             }  # fmt: skip
             content = {"environment": environment, "command": str(self.root / "current/bin/kata")}
