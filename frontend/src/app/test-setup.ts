@@ -1,7 +1,10 @@
-import { cleanup } from "@testing-library/react";
+import { cleanup, configure } from "@testing-library/react";
 import { afterAll, beforeEach, vi } from "vitest";
 import { authStore } from "../features/auth/authState";
 import { ME } from "../features/auth/testUsers";
+
+// What a test waits for loads later than after a second if the computer is busy.
+configure({ asyncUtilTimeout: 30_000 });
 
 // Define browser functions that Mantine calls and jsdom lacks.
 Object.defineProperty(window, "matchMedia", {
