@@ -28,7 +28,7 @@ _RUN_S: Final = 60.0
 _LATEST_S: Final = 6.0
 """An emergency stop that a page shows later than this counts as not shown. The next press comes later."""
 _CONNECTIONS_A_STATION: Final = 20
-"""A service has at most fifteen for reading and one for writing; its exchange of states has its own."""
+"""A service has at most fifteen for requests and two for the overview of the stations."""
 _SESSION_S: Final = 1800.0
 _SESSIONS_A_YEAR: Final = 8 * 250
 """Sessions of a station a year: eight a day, 250 days."""
