@@ -49,21 +49,6 @@ def stations(
     run_benchmark(lambda progress: benchmark.run(count, presses, seconds, progress), json_out)
 
 
-@app.command()
-def clinic_load(
-    stations: Annotated[
-        int, typer.Option("--stations", min=2, help="Number of stations, each in a process with a stepped bus.")
-    ] = 20,
-    pages: Annotated[int, typer.Option("--pages", min=1, help="Number of pages of all stations together.")] = 500,
-    seconds: Annotated[float, typer.Option(min=1.0, help="Duration of the measurement, seconds.")] = 60.0,
-    json_out: Json = None,
-) -> None:
-    """Let many stations and hundreds of pages use one PostgreSQL: delay of the overview, and load and growth of the database."""
-    from benchmarks import clinic_load as benchmark
-
-    run_benchmark(lambda progress: benchmark.run(stations, pages, seconds, progress), json_out)
-
-
 @app.command("sign-in", hidden=True)
 @app.command()
 def password_guessing(

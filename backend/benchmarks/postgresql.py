@@ -25,7 +25,7 @@ class MissingError(BenchError):
 
 
 @contextmanager
-def serving(data_folder: Path | None = None, *, most_connections: int = 100) -> Iterator[str]:
+def serving(data_folder: Path | None = None) -> Iterator[str]:
     """Run a server during the block. Yield SQLAlchemy's URL of its empty database. Root runs the server as the user ``postgres``.
 
     ``data_folder``: a folder in which the database is kept; it must be empty only at first use. Its writes are as safe as a clinic's.
@@ -54,7 +54,6 @@ def serving(data_folder: Path | None = None, *, most_connections: int = 100) -> 
                 raise MissingError(f"PostgreSQL cannot create its files in {data}: {made.stderr.strip()}.")
         # Disable automatic vacuuming, which could disturb a measurement or the dropping of a schema.
         options = f"-c listen_addresses='' -c unix_socket_directories='{folder}' -c autovacuum=off -c max_wal_size=4GB"
-        options += f" -c max_connections={most_connections}"
         if not data_folder:
             options += " -c fsync=off"
         control: list[str | Path] = [initdb.with_name("pg_ctl"), "--pgdata", data, "--wait", "--silent"]

@@ -54,22 +54,14 @@ def make_records(
 
     Without ``database_url``, the database is a file in ``data``.
     """
+    folder = data / "journal"
+    folder.mkdir(parents=True)
     database = Database(database_url or f"sqlite:///{data / 'kata.db'}")
     try:
         upgrade(database)
-        made = add_records(database, data, rest_deg, play_s=play_s, plot_s=plot_s)
-        return replace(made, database_url=database_url)
+        return replace(_Records(database, folder, rest_deg).make(play_s, plot_s), database_url=database_url)
     finally:
         database.close()
-
-
-def add_records(
-    database: Database, data: Path, rest_deg: Sequence[float], *, play_s: float, plot_s: float
-) -> BenchRecords:
-    """Create the same records in a database that has its tables. ``data``: a folder that is used only here."""
-    folder = data / "journal"
-    folder.mkdir(parents=True)
-    return _Records(database, folder, rest_deg).make(play_s, plot_s)
 
 
 class _Records:
