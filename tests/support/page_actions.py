@@ -196,7 +196,7 @@ def choose_level(page: Page, key: str = "End") -> None:
 def hold(page: Page, button: Locator) -> None:
     """Hold the button until the apparatus has another mode. Like a user, press again if the hold had no effect.
 
-    A hold ends without effect if the button moves from under the pointer, or if the command is impossible for a moment.
+    A hold ends without effect if the command is impossible for a moment, or if the page hung, as on a busy computer.
     """
     # Before it is enabled, the apparatus may still be loading.
     expect(button).to_be_enabled(timeout=LONG_MS)

@@ -21,7 +21,7 @@ class Subscription:
     changed: asyncio.Event = field(default_factory=asyncio.Event)
     """Set by an item and by a change of the live state. A change of only measured values does not set it."""
     item_arrived: asyncio.Event = field(default_factory=asyncio.Event)
-    """Set only by an item. A listener that sends the state at fixed times need not wake for each change."""
+    """Set by an item, and by the timer of a listener that sends the state at fixed times and need not wake for each change."""
     waiting: deque[object] = field(default_factory=deque)
     overflown: bool = False
     """True if events were dropped because too many were waiting."""

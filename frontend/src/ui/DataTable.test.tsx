@@ -1,6 +1,7 @@
 import { MantineProvider } from "@mantine/core";
 import { QueryClient, QueryClientProvider } from "@tanstack/react-query";
 import { cleanup, fireEvent, render, screen } from "@testing-library/react";
+import type { ComponentProps } from "react";
 import { afterEach, beforeEach, expect, it, vi } from "vitest";
 import * as csv from "../lib/csv";
 import { DataTable } from "./DataTable";
@@ -29,6 +30,15 @@ const names = () =>
     .getAllByRole("row")
     .slice(1, 4)
     .map((row) => row.firstChild?.textContent);
+
+/** A table that shows a part of its rows and can fetch all. */
+const ofAll = (props: Pick<ComponentProps<typeof DataTable<Row>>, "rows" | "rowName" | "every">) => (
+  <MantineProvider env="test">
+    <QueryClientProvider client={new QueryClient()}>
+      <DataTable name="stops" label="Stops" columns={COLUMNS} rowKey={({ name }) => name} more {...props} />
+    </QueryClientProvider>
+  </MantineProvider>
+);
 
 beforeEach(() => {
   localStorage.clear();
@@ -94,22 +104,7 @@ it("saves only the selected rows, in the order shown", () => {
   cleanup();
   const saved = vi.spyOn(csv, "saveFile").mockImplementation(() => undefined);
   const every = vi.fn();
-  const table = (rows: Row[]) => (
-    <MantineProvider env="test">
-      <QueryClientProvider client={new QueryClient()}>
-        <DataTable
-          name="stops"
-          label="Stops"
-          columns={COLUMNS}
-          rows={rows}
-          rowKey={({ name }) => name}
-          rowName={({ name }) => name}
-          more
-          every={every}
-        />
-      </QueryClientProvider>
-    </MantineProvider>
-  );
+  const table = (rows: Row[]) => ofAll({ rows, rowName: ({ name }) => name, every });
   const { rerender } = render(table(ROWS));
   const all = () => screen.getByRole<HTMLInputElement>("checkbox", { name: "Select all rows" });
   fireEvent.click(screen.getByRole("checkbox", { name: "Select Sato" }));
@@ -136,21 +131,7 @@ it("saves the rows of all pages in the order shown, and says when there are too 
   cleanup();
   const saved = vi.spyOn(csv, "saveFile").mockImplementation(() => undefined);
   const every = vi.fn(async () => ({ rows: [...ROWS, { name: "Kato", stops: 3 }], complete: false }));
-  render(
-    <MantineProvider env="test">
-      <QueryClientProvider client={new QueryClient()}>
-        <DataTable
-          name="stops"
-          label="Stops"
-          columns={COLUMNS}
-          rows={ROWS}
-          rowKey={({ name }) => name}
-          more
-          every={every}
-        />
-      </QueryClientProvider>
-    </MantineProvider>,
-  );
+  render(ofAll({ rows: ROWS, every }));
   expect(screen.getByText(/The CSV file has all rows/)).toBeTruthy();
   fireEvent.click(screen.getByRole("button", { name: "Name" }));
   fireEvent.click(screen.getByRole("button", { name: "Save as CSV" }));
