@@ -274,3 +274,20 @@ def test_a_released_arm_falls_and_a_balancer_slows_it() -> None:
     assert alone.fastest_deg_s > 200.0
     assert alone.after_reaction_deg > 20.0
     assert balanced.fastest_deg_s < 0.8 * alone.fastest_deg_s
+
+
+def test_hands_hold_a_heavy_arm_until_its_drives_have_torque() -> None:
+    """Without hands, this arm falls to the end of its range while the drives are configured and verified."""
+    apparatus = SimulatedApparatus(1, 0, supported=True, make_mechanics=IndependentPlant)
+    before = apparatus.arm_deg
+    apparatus.advance(3_000_000_000)
+    assert apparatus.arm_deg == pytest.approx(before, abs=1.0)
+    for drive in apparatus.drives:
+        drive.set_goal(drive.angle)
+        drive.switch(on=True)
+    apparatus.advance(3_100_000_000)
+    assert [joint.hand for joint in apparatus._plant.joints] == [None] * 5
+    for drive in apparatus.drives:
+        drive.switch(on=False)
+    apparatus.advance(3_200_000_000)
+    assert None not in [joint.hand for joint in apparatus._plant.joints]

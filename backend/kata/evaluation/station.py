@@ -22,7 +22,7 @@ from kata.simulator.plant import Plant
 
 
 class VirtualStation(DirectStation):
-    """One simulated apparatus and its control, from switching it on."""
+    """One simulated apparatus and its control, from switching it on. The therapist's hands hold the arm until the motors do."""
 
     def __init__(
         self,
@@ -38,7 +38,7 @@ class VirtualStation(DirectStation):
         """
         config = structs.replace(config, side=side)
         turned = side != CANONICAL_SIDE
-        self._world = world or World(config, seed, turned=turned, make_mechanics=make_mechanics)
+        self._world = world or World(config, seed, turned=turned, supported=True, make_mechanics=make_mechanics)
         self._arm: list[tuple[int, tuple[float, ...]]] = []
         super().__init__(config, self._world.open_transport, lambda: self._world.t_ns, self._world.sleep)
 

@@ -100,12 +100,15 @@ class SimulatedApparatus:
         on_drive_event: DriveCallback | None = None,
         still: bool = False,
         turned: bool = False,
+        supported: bool = False,
         make_mechanics: MakeMechanics = Plant,
     ) -> None:
         """Create the apparatus. ``seed``: chooses another patient, other gears and another therapist. ``now_ns``: start of a stepped clock;
         None: real time. ``still``: without mechanics. ``turned``: turned by 180 deg about X, for the other shoulder.
+        ``supported``: the therapist's hands hold the arm where it is while its drive has no torque.
         """
         self.seed = seed
+        self._supported = supported
         self._make_mechanics = make_mechanics
         self._turned = turned
         self.drives = [Drive(n + 1, parameters, self._on_drive_change) for n, parameters in enumerate(DRIVES)]
@@ -136,6 +139,8 @@ class SimulatedApparatus:
         self._hand = SimulatedHand(self.seed, turned=self._turned)
         self._effort = PatientEffort()
         self._patient_acts = False
+        self._supports = [False] * len(self.drives)
+        self._support_arm()
 
     # -- time -----------------------------------------------------------------------------------------------------
 
@@ -184,7 +189,21 @@ class SimulatedApparatus:
                 self._move_hand(targets)
             self._update_pedal(self._stepped_ns)
         else:
+            self._support_arm()
             self._let_patient_act()
+
+    def _support_arm(self) -> None:
+        """Hold the arm on the axes without torque, and let go of the others."""
+        if not self._supported:
+            return
+        hand = self._hand.parameters
+        for n, (drive, joint) in enumerate(zip(self.drives, self._plant.joints, strict=True)):
+            if not drive.torque_on and joint.hand is None:
+                joint.hand = (joint.arm_angle, 0.0, hand.stiffness_nm_rad[n], hand.damping_nm_s[n], hand.strength_nm)
+                self._supports[n] = True
+            elif drive.torque_on and self._supports[n]:
+                joint.hand = None
+                self._supports[n] = False
 
     def _let_patient_act(self) -> None:
         """Add the patient's effort to the arm while the drives hold or move it."""
@@ -207,8 +226,9 @@ class SimulatedApparatus:
             joint.hand = (begins, step, hand.stiffness_nm_rad[n], hand.damping_nm_s[n], hand.strength_nm)
 
     def _take_hand_off(self) -> None:
-        for joint in self._plant.joints:
+        for n, joint in enumerate(self._plant.joints):
             joint.hand = None
+            self._supports[n] = False
 
     # -- the drives -----------------------------------------------------------------------------------------------
 
@@ -286,8 +306,8 @@ class SimulatedApparatus:
 
     def hold_against(self, motor: int, strength_nm: float) -> None:
         """Let the patient resist movement of motor 1-5 with at most ``strength_nm``. 0 ends the resistance."""
-        joint = self._plant.joints[motor - 1]
-        joint.hand = (joint.arm_angle, 0.0, _GUARDING_NM_RAD, _GUARDING_NM_S, strength_nm) if strength_nm else None
+        angle = self._plant.joints[motor - 1].arm_angle
+        self.hold(motor, (angle, 0.0, _GUARDING_NM_RAD, _GUARDING_NM_S, strength_nm) if strength_nm else None)
 
     def set_effort(self, effort_nm: float) -> None:
         """Let the patient help with a torque along the path, or resist with a torque below 0. 0: the patient is relaxed."""
@@ -296,6 +316,7 @@ class SimulatedApparatus:
     def hold(self, motor: int, hand: Hand | None) -> None:
         """Hold the arm of motor 1-5 with a hand or a fixture, or let go."""
         self._plant.joints[motor - 1].hand = hand
+        self._supports[motor - 1] = False
 
     def place(self, motor: int, angle: float) -> None:
         """Put the shaft of motor 1-5 and the arm at an angle (rad), at rest, as if a hand had guided them."""
