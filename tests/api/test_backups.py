@@ -94,6 +94,7 @@ def test_due_backup_is_made_once_the_arm_is_free(clinic: tuple[Settings, Databas
     database.close()
 
 
+@pytest.mark.campaign
 def test_one_of_several_services_makes_the_nightly_backup(tmp_path: Path, services_url: str) -> None:
     """All services find the backup due at the same moment."""
     databases = [Database(services_url) for _ in range(3)]

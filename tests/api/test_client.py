@@ -177,6 +177,7 @@ def played(kata: Kata) -> Run:
     return next(found)
 
 
+@pytest.mark.campaign
 def test_script_lists_the_progress_of_every_patient(kata: Kata, run_script: Callable[..., str]) -> None:
     lines = dict(line.split(": ", 1) for line in run_script("list_progress").splitlines())
     assert set(lines) == {patient.clinic_number for patient in kata.patients() if patient.episode_id}

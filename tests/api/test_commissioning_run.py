@@ -138,6 +138,7 @@ def answer(client: TestClient, instruction: dict[str, Any], **gains: Any) -> dic
     return found
 
 
+@pytest.mark.campaign
 @pytest.mark.timeout(240)
 def test_gains_are_tried_and_taken_back(tmp_path: Path) -> None:
     with running(tmp_path, "technician") as client:
@@ -370,6 +371,7 @@ def test_a_station_adopts_the_finished_configuration(tmp_path: Path, monkeypatch
             assert client.get("/api/station/commissioning").json()["state"] == "commissioned"
 
 
+@pytest.mark.campaign
 def test_gains_are_tuned_again_on_a_commissioned_station(tmp_path: Path) -> None:
     with contextlib.closing(SimulatorProcess(tmp_path)) as apparatus:
         station = tmp_path / "station.toml"

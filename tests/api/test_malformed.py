@@ -11,7 +11,7 @@ import pytest
 from kata.auth.login_session import COOKIE
 from tests.support.browser_clinic import Clinic
 
-_FEW: Final = 128
+_FEW: Final = 32
 _MANY: Final = 1000
 _PLACES: Final = (
     "evil.example",

@@ -18,6 +18,7 @@ def document() -> dict[str, Any]:
     return create_app(Settings()).openapi()
 
 
+@pytest.mark.campaign
 def test_document_is_valid_openapi(document: dict[str, Any]) -> None:
     # The import takes three seconds, which each worker would spend when it collects the tests.
     from openapi_spec_validator import validate

@@ -184,8 +184,8 @@ AS_EVERYBODY: Final = pytest.mark.parametrize(
         for requester in REQUESTERS
     ],
 )
-_AT_EVERY_ROUTE: Final = {"without a cookie", "administrator"}
-"""The identities that request every route. An ended login session is refused at the same place as a missing one."""
+_AT_EVERY_ROUTE: Final = {"without a cookie"}
+"""The identity that requests every route. An ended login session is refused at the same place as a missing one."""
 _EVERY_ROUTE: Final = pytest.mark.parametrize(
     ("requester", "every_route"),
     [

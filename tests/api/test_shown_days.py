@@ -191,6 +191,7 @@ def client(tmp_path_factory: pytest.TempPathFactory) -> Iterator[TestClient]:
         yield made
 
 
+@pytest.mark.campaign
 def test_every_shown_day_is_the_clinics(client: TestClient) -> None:
     database: Database = client.app.state.services.database  # type: ignore[attr-defined]
     recent = utc_now().date() - timedelta(days=1)

@@ -162,7 +162,12 @@ def test_a_demonstration_link_is_good_once(tmp_path: Any) -> None:
 
 
 @pytest.mark.parametrize(
-    "settings", [{"simulate": False}, {"host": "0.0.0.0"}, {"host": "192.168.1.7"}, {"host": "kata"}]
+    "settings",
+    [
+        {"simulate": False},
+        {"host": "0.0.0.0"},
+        *(pytest.param({"host": host}, marks=pytest.mark.campaign) for host in ("192.168.1.7", "kata")),
+    ],
 )
 def test_demonstration_links_exist_only_on_loopback_with_a_simulated_apparatus(
     tmp_path: Any, settings: dict[str, Any]

@@ -137,6 +137,7 @@ def on_the_network(tmp_path_factory: pytest.TempPathFactory) -> Iterator[tuple[i
         service.wait(20)
 
 
+@pytest.mark.campaign
 def test_started_by_hand_other_users_can_read_nothing(on_the_network: tuple[int, ssl.SSLContext, Path]) -> None:
     _, _, log = on_the_network
     assert len([path for path in log.parent.rglob("*") if path.is_file()]) > 5

@@ -59,6 +59,7 @@ def test_known_capsule_gives_range_onset_and_stiffness(clinic: Clinic, recording
     assert row.interval_range_deg is not None and row.interval_range_deg < 0.2
 
 
+@SQLITE_FIRST
 def test_patient_who_pushes_in_one_repetition_has_no_figures(clinic: Clinic, recording: UUID, baseline: UUID) -> None:
     row = played(clinic, recording, bursts_nm=(0.0, 1.5, 0.0))
     assert (row.unmeasured, row.range_deg, row.curve) == ("guarding", None, None)
@@ -83,6 +84,7 @@ def test_baseline_of_another_speed_does_not_count(clinic: Clinic, recording: UUI
         assert end_feel.baseline_of(session, recording, STATION, SPEED_DEG_S, utc_now()) is None
 
 
+@SQLITE_FIRST
 def test_baseline_that_turned_early_does_not_count(clinic: Clinic, recording: UUID) -> None:
     """Someone touched the weight. Beyond the turn the test would not know the apparatus' weight, and take the patient's arm too far."""
     row = ended(clinic, begin(clinic, recording, "baseline"), (40.0,), shoulder=False)
@@ -92,6 +94,7 @@ def test_baseline_that_turned_early_does_not_count(clinic: Clinic, recording: UU
     assert refused.value.code == "no_baseline_today"
 
 
+@SQLITE_FIRST
 def test_test_goes_no_farther_than_its_baseline(clinic: Clinic, recording: UUID) -> None:
     """The doctor widened the limits between the two."""
     run_id = begin(clinic, recording, "baseline")

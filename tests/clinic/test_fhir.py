@@ -39,6 +39,7 @@ from tests.support.fhir_bundle import Json, everything, exported, judged, of_kin
 from tests.support.fhir_patient import KANA, NAME, NUMBER, treated
 
 
+@pytest.mark.campaign
 @SQLITE_FIRST
 def test_a_patient_with_fifty_sessions_is_accepted_by_both_validators(database: Database, tmp_path: Path) -> None:
     patient_id = treated(database)
@@ -91,6 +92,7 @@ def _said(bundle: Json) -> dict[str, Json]:
     return {entry["resource"]["id"]: entry["resource"] for entry in bundle["entry"]}
 
 
+@SQLITE_FIRST
 def test_removed_statements_are_withdrawn_at_the_receiver(database: Database, tmp_path: Path) -> None:
     patient_id = treated(database, sessions=2)
     before = _said(exported(database, patient_id, tmp_path / "bundle.json"))
@@ -147,6 +149,7 @@ _AMENDMENTS = {
 }
 
 
+@SQLITE_FIRST
 def test_values_that_change_after_an_export_are_amended_for_ever(database: Database, tmp_path: Path) -> None:
     patient_id = treated(database, sessions=2)
     first = _said(exported(database, patient_id, tmp_path / "bundle.json"))
@@ -163,6 +166,7 @@ def test_values_that_change_after_an_export_are_amended_for_ever(database: Datab
     }
 
 
+@SQLITE_FIRST
 def test_changed_condition_flag_and_note_keep_their_status(database: Database, tmp_path: Path) -> None:
     patient_id = treated(database, sessions=1)
     first = _said(exported(database, patient_id, tmp_path / "bundle.json"))
@@ -176,6 +180,7 @@ def test_changed_condition_flag_and_note_keep_their_status(database: Database, t
     assert all(after[key].get("status") == first[key].get("status") for key in changed)
 
 
+@SQLITE_FIRST
 def test_statement_of_an_older_version_stays_final(database: Database, tmp_path: Path) -> None:
     patient_id = treated(database, sessions=1)
     first = _said(exported(database, patient_id, tmp_path / "bundle.json"))
@@ -232,6 +237,7 @@ def test_every_code_of_our_own_is_declared_in_the_bundle(database: Database, tmp
     assert used <= known
 
 
+@SQLITE_FIRST
 @pytest.mark.parametrize("written", ["", "Rotator cuff tear, postoperative"])
 def test_no_diagnosis_is_exported_that_nobody_made(database: Database, tmp_path: Path, written: str) -> None:
     patient_id = treated(database, sessions=1)
@@ -244,6 +250,7 @@ def test_no_diagnosis_is_exported_that_nobody_made(database: Database, tmp_path:
     assert "verificationStatus" not in condition
 
 
+@SQLITE_FIRST
 def test_partial_run_has_no_error_but_its_compared_share(database: Database, tmp_path: Path) -> None:
     patient = treated(database, sessions=1)
     with database.write() as session:
@@ -270,6 +277,7 @@ def test_partial_run_has_no_error_but_its_compared_share(database: Database, tmp
         assert not any(name.endswith("-rmse") for name in shares)
 
 
+@SQLITE_FIRST
 def test_run_names_its_following_error_and_its_change_by_settings(database: Database, tmp_path: Path) -> None:
     patient = treated(database, sessions=1)
     with database.write() as session:
@@ -407,6 +415,7 @@ def test_bundle_repeats_the_values_of_the_record(database: Database, tmp_path: P
     assert seen["note"][0]["authorString"] == "Suzuki Aya"
 
 
+@SQLITE_FIRST
 def test_unsigned_note_is_marked_and_has_no_author(database: Database, tmp_path: Path) -> None:
     """The software may have drafted it, and no user has signed it."""
     patient_id = treated(database, sessions=1)
@@ -609,6 +618,7 @@ def contraindicated(database: Database, patient_id: UUID) -> None:
             )  # fmt: skip
 
 
+@SQLITE_FIRST
 def test_every_exported_statement_was_entered(database: Database, tmp_path: Path) -> None:
     """No element is exported that ``ENTERED`` does not explain, and it explains none that is never exported."""
     patient_id = treated(database, sessions=11)

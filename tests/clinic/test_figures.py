@@ -172,6 +172,7 @@ def test_handmade_layout_is_plotlys() -> None:
         assert made["layout"][name].items() >= expected.items()
 
 
+@pytest.mark.campaign
 def test_worker_takes_no_memory_for_unused_libraries() -> None:
     """A worker that has drawn a figure and compared a playback has imported none of them. Together they would take 60 MB."""
     worker = figures.FigureWorker()

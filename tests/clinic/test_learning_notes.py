@@ -33,6 +33,7 @@ def played(
         return run_id, runs.as_run(runs.get(session, run_id)).learning
 
 
+@SQLITE_FIRST
 def test_grown_error_falls_back_and_names_its_motors(clinic: Clinic, recording_id: UUID) -> None:
     _, first = played(clinic, recording_id, -0.5)
     assert first == []

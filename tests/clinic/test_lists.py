@@ -69,6 +69,7 @@ def test_patient_is_found_by_words_in_any_spelling(database: Database, words: st
     assert found(database, words) == ["A-17"]
 
 
+@SQLITE_FIRST
 def test_patients_from_before_the_search_are_found_as_well(database: Database) -> None:
     sign_up(database, "A-17", "Satō Ken", kana="サトウ ケン", birth_date="1968-04-12")
     with database.read() as session:

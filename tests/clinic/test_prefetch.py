@@ -63,6 +63,7 @@ def test_copy_has_the_correction_that_a_method_needs(clinic: Clinic, recording_i
     )
 
 
+@SQLITE_FIRST
 def test_simulated_correction_is_not_copied_to_a_real_apparatus(clinic: Clinic, recording_id: UUID) -> None:
     with clinic.database.write() as session:
         stations.register(session, StationConfig(name="Station 1"), "1", utc_now(), simulated=True)

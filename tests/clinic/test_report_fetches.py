@@ -109,6 +109,7 @@ def test_a_drawing_of_a_usual_program_is_accepted(tmp_path: Path) -> None:
     assert letterhead.read("", "", "", logo).logo
 
 
+@pytest.mark.campaign
 def test_a_report_fetches_nothing_even_with_a_hostile_logo(sqlite: Database, server: _Server, tmp_path: Path) -> None:
     """Skip the check of the logo."""
     secret = tmp_path / "secret.svg"

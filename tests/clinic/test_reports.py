@@ -391,6 +391,7 @@ def test_every_page_names_patient_page_and_print_time(draft: SessionContent) -> 
         assert "Printed 30 November 2026 12:04 JST" in page
 
 
+@pytest.mark.campaign
 def test_sixty_runs_fill_many_pages_with_repeated_table_heads(draft: SessionContent) -> None:
     run = draft.runs[0]
     many = replace(draft, runs=tuple(replace(run, number=number) for number in range(1, 61)))
@@ -450,7 +451,7 @@ def test_nothing_runs_and_nothing_is_fetched(signed: tuple[SessionContent, Episo
     assert page.policy.startswith("default-src 'none'; ")
 
 
-@pytest.mark.parametrize("language", LANGUAGES)
+@pytest.mark.parametrize("language", ["en", pytest.param("ja", marks=pytest.mark.campaign)])
 def test_whatever_people_write_is_only_text(sqlite: Database, language: Language) -> None:
     """Check the page, the margins of the style sheet, the head, and the print."""
     hostile = Texts(HOSTILE[:100], HOSTILE[:100], HOSTILE[:100], HOSTILE, HOSTILE[:100], HOSTILE)

@@ -100,6 +100,7 @@ def test_run_with_reduced_range_is_partial_and_not_in_progress(clinic: Clinic) -
         assert progress.tracked(session, progress.timeline_of(session, episode_id)) == []
 
 
+@SQLITE_FIRST
 def test_run_reduced_for_a_moment_is_a_whole_figure(clinic: Clinic) -> None:
     run = lifted(clinic)(reduced_from(365))
     assert run.compared_percent == pytest.approx(100 * 365 / 400, abs=0.3)
@@ -108,6 +109,7 @@ def test_run_reduced_for_a_moment_is_a_whole_figure(clinic: Clinic) -> None:
         assert session.get_one(RunRow, run.id).worst_peak_deg is not None
 
 
+@SQLITE_FIRST
 def test_run_reduced_at_once_says_that_nothing_was_compared(clinic: Clinic) -> None:
     run = lifted(clinic)(reduced_from(0))
     assert (run.comparison, run.compared_percent, run.partial) == (None, 0.0, True)

@@ -82,7 +82,7 @@ def test_derived_recording_keeps_the_mark_on_a_real_station(clinic: Clinic) -> N
 
 
 @SQLITE_FIRST
-@pytest.mark.parametrize("simulated", [True, False])
+@pytest.mark.parametrize("simulated", [True, pytest.param(False, marks=pytest.mark.campaign)])
 def test_session_run_report_and_bundle_have_the_mark(clinic: Clinic, tmp_path: Path, simulated: bool) -> None:
     recording_id = taught(clinic)
     started(clinic.database, utc_now(), simulated=simulated)

@@ -149,6 +149,7 @@ def same_set_up_by_hand(seed: int) -> CommissioningRecord:
     return with_step(begin_record(config, "hand"), run_step(STEPS[-1], workbench, lambda: CLOCK_BEGIN), config)
 
 
+@pytest.mark.campaign
 def test_lag_and_friction_are_refused_where_the_fit_is_poor() -> None:
     times = np.arange(0, 10, 0.01)
     setpoints = excitation([15.0, 109.0, 8.0, 0.0, 0.0], 10.0, 0.01)
@@ -181,7 +182,8 @@ def lags_of(late_s: float, every: int = 1) -> list[float]:
     return [axis.lag_s for axis in workbench.draft.axes]
 
 
-@pytest.mark.parametrize(("late_s", "every"), [pytest.param(0.003, 70, marks=pytest.mark.campaign), (0.035, 90)])
+@pytest.mark.campaign
+@pytest.mark.parametrize(("late_s", "every"), [(0.003, 70), (0.035, 90)])
 def test_single_late_cycles_change_no_lag(late_s: float, every: int) -> None:
     assert lags_of(late_s, every) == pytest.approx(lags_of(0.0), rel=0.05)
 

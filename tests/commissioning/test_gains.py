@@ -195,6 +195,7 @@ def test_a_worse_trial_is_taken_back_in_one_press(kept: Kept) -> None:
     assert values(ran, 3)["d gain"] == (720, 720)
 
 
+@pytest.mark.campaign
 def test_gains_changed_when_empty_are_measured_with_weight() -> None:
     ran, technician, draft = tuned(simulated("virtual"), keep, measure(5, Gains(150, 120, 150)), keep)
     assert [review.load for review in technician.reviews] == ["weight", "empty", "empty", "weight"]

@@ -56,6 +56,7 @@ def test_the_result_is_shown_and_nothing_is_written(station: Path, capsys: pytes
             assert f"motor {motor} {name}" in shown
 
 
+@pytest.mark.campaign
 def test_the_result_is_used_after_the_motions_have_passed(station: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(acceptance, "BASIC_MOTIONS", BASIC_MOTIONS[3:4])
     monkeypatch.setattr(acceptance, "built_in_motions", lambda: built_in_motions()[3:4])

@@ -5,7 +5,7 @@ from typing import Final
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 from kata.commissioning import lags, registers
@@ -14,6 +14,7 @@ from kata.commissioning.live_drives import live_drives
 from kata.commissioning.workbench import ManualAction, StepError, Workbench
 from kata.simulator.fault_injector import FaultKind
 from kata.testing.world import RecordingWorld
+from tests.support.examples import examples
 
 MOTOR = 3
 DRIVE_FAULTS: Final[list[FaultKind]] = [
@@ -149,7 +150,7 @@ def test_a_short_silence_after_a_step_is_no_torque() -> None:
     assert not any(world.torque)
 
 
-@settings(max_examples=12, deadline=None, derandomize=True)
+@examples(few=4, many=100)
 @given(
     fault=st.one_of(
         st.tuples(st.sampled_from(DRIVE_FAULTS), st.integers(1, 5)), st.tuples(st.sampled_from(BUS_FAULTS), st.none())

@@ -437,7 +437,7 @@ def killed_at(url: str, statement: int) -> None:
     assert os.WIFSIGNALED(status) and os.WTERMSIG(status) == signal.SIGKILL
 
 
-@pytest.mark.parametrize("backend", ["sqlite", "postgresql"])
+@pytest.mark.parametrize("backend", [pytest.param("sqlite", marks=pytest.mark.campaign), "postgresql"])
 def test_killed_upgrade_restarts_to_the_same_database(
     backend: str, tmp_path: Path, request: pytest.FixtureRequest
 ) -> None:

@@ -70,7 +70,7 @@ def change(movement: Movement, event: str) -> None:
 
 
 @pytest.mark.parametrize("end_feel", [False, True])
-@settings(examples(few=10, many=100), suppress_health_check=[HealthCheck.function_scoped_fixture])
+@settings(examples(few=4, many=100), suppress_health_check=[HealthCheck.function_scoped_fixture])
 @given(
     config=stations(),
     speed_deg_s=st.sampled_from([2.0, 5.0, 10.0, 15.0, 45.0, 90.0]),

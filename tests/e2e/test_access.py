@@ -98,6 +98,7 @@ def test_access_token_is_created_used_and_revoked(page: Page, clinic: Clinic) ->
     assert refused.value.code == "token_ended"
 
 
+@pytest.mark.campaign
 def test_an_administrator_has_to_have_a_second_factor(page: Page, clinic: Clinic, another: BrowserContext) -> None:
     code = made(page, "Mori Sakura", "mori", "Administrator")
     hers = first_page(another)

@@ -155,6 +155,7 @@ def test_therapist_finds_answers_with_few_clicks(office: Office, artefacts: Path
         question(office, artefacts)
 
 
+@pytest.mark.campaign
 @pytest.mark.shared_clinic("invented")
 @pytest.mark.parametrize("office", ["administrator"], indirect=True)
 def test_administrator_finds_answers_with_few_clicks(office: Office, artefacts: Path) -> None:

@@ -347,6 +347,7 @@ def test_five_hundred_hostile_texts_run_nowhere(page: Page, poisoned: Poisoned, 
 # -- names of files, and translations ----------------------------------------------------------------------------------
 
 
+@pytest.mark.campaign
 @pytest.mark.timeout(600)
 @pytest.mark.parametrize("every", [7, pytest.param(1, marks=pytest.mark.campaign)])
 def test_a_hostile_file_name_is_a_name(
@@ -394,6 +395,7 @@ def test_a_hostile_sentence_of_the_service_is_a_text(
     assert violations == []
 
 
+@pytest.mark.campaign
 @pytest.mark.timeout(600)
 def test_a_hostile_translation_of_a_report_is_a_text(
     page: Page,

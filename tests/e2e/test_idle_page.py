@@ -128,6 +128,7 @@ def stand_idle(pages: list[Page]) -> None:
         page.evaluate("() => window.idle")
 
 
+@pytest.mark.campaign
 @pytest.mark.timeout(900)
 @pytest.mark.parametrize(
     ("role", "every"),

@@ -207,6 +207,7 @@ def test_every_page_speaks_japanese(tab: Page, clinic: Clinic, every: int) -> No
     assert not problems, problems
 
 
+@pytest.mark.campaign
 @pytest.mark.shared_clinic("invented")
 @pytest.mark.timeout(600)
 def test_every_dialog_has_units_and_japanese_words(tab: Page, clinic: Clinic) -> None:
@@ -269,6 +270,7 @@ def test_a_stop_and_the_door_speak_japanese(page: Page, clinic: Clinic) -> None:
     assert found == {}
 
 
+@pytest.mark.campaign
 @pytest.mark.shared_clinic("invented")
 def test_page_uses_the_chosen_language_at_every_login(tab: Page, clinic: Clinic, another: BrowserContext) -> None:
     tab.goto(f"{clinic.url}/kata.svg")

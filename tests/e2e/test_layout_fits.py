@@ -22,6 +22,7 @@ def page(tab: Page, clinic: Clinic) -> Page:
     return tab
 
 
+@pytest.mark.campaign
 def test_search_and_shortcuts_leave_stop_in_reach(page: Page) -> None:
     stop = page.get_by_role("button", name="Stop", exact=True)
     page.keyboard.press("ControlOrMeta+K")
@@ -51,6 +52,7 @@ def alarms(page: Page, clinic: Clinic) -> set[str]:
     return {item["id"] for item in items if item["kind"] == "alarm"}
 
 
+@pytest.mark.campaign
 def test_alarm_leaves_the_patients_name_and_becomes_a_notification(page: Page, clinic: Clinic) -> None:
     patient = page.request.get(f"{clinic.url}/api/patients").json()["items"][0]["id"]
     page.goto(f"{clinic.url}/patients/{patient}")

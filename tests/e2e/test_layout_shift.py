@@ -126,6 +126,7 @@ def loaded(page: Page, url: str, screen: Screen) -> dict[str, Any]:
     pytest.fail(f"the connection was lost while {screen.path} was loaded, {ATTEMPTS} times")
 
 
+@pytest.mark.campaign
 @pytest.mark.timeout(900)
 @pytest.mark.parametrize("sizes", [1, pytest.param(len(SIZES), marks=pytest.mark.campaign)])
 def test_layout_stays_in_place_while_a_page_loads(page: Page, clinic: Clinic, sizes: int) -> None:

@@ -115,6 +115,7 @@ def answer_highest(page: Page, words: dict[str, str], item: int, scale: ItemScal
         mode.get_by_role("button", name=words["next"], exact=True).click()
 
 
+@pytest.mark.campaign
 @pytest.mark.parametrize(
     ("language", "every"),
     [("en", False), *(pytest.param(language, True, marks=pytest.mark.campaign) for language in WORDS)],

@@ -89,6 +89,7 @@ def assert_banner_covers_nothing(page: Page) -> None:
     expect(banner).to_have_css("position", "static")
 
 
+@pytest.mark.campaign
 def test_three_dimensional_picture_has_no_dark_area_on_paper(tab: Page, clinic: Clinic) -> None:
     tab.add_init_script("localStorage.setItem('kata-scheme', 'dark')")
     tab.goto(clinic.url + addresses(tab, clinic)["session-motion"])
@@ -99,6 +100,7 @@ def test_three_dimensional_picture_has_no_dark_area_on_paper(tab: Page, clinic: 
     expect(frame).to_have_css("background-image", "none")
 
 
+@pytest.mark.campaign
 def test_tables_of_a_report_stay_on_the_sheet(tab: Page, clinic: Clinic) -> None:
     session = addresses(tab, clinic)["session"]
     tab.goto(f"{clinic.url}/api{session}/report.html")

@@ -138,6 +138,7 @@ def test_signing_out_is_in_sight_everywhere_and_leaves_nothing(page: Page, clini
     assert_nobodys(page, page.context)
 
 
+@pytest.mark.campaign
 def test_signing_out_without_a_service_leaves_nothing_either(page: Page, clinic: Clinic) -> None:
     sign_up(page, NAME)
     clinic.kill()

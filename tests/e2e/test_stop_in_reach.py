@@ -130,6 +130,7 @@ def test_pages_of_all_sizes_fit_and_have_stop(tab: Page, clinic: Clinic, every: 
     assert found == {}
 
 
+@pytest.mark.campaign
 @pytest.mark.parametrize("every", [False, _EVERY])
 def test_stop_stays_when_a_script_does_not_load(tab: Page, clinic: Clinic, every: bool) -> None:
     """A service that is lost while the page loads cannot send the rest of it. The first scripts are taken as loaded.
@@ -159,6 +160,7 @@ def test_stop_stays_when_a_script_does_not_load(tab: Page, clinic: Clinic, every
         station.release_estop()
 
 
+@pytest.mark.campaign
 @pytest.mark.parametrize("name", [pytest.param("station-patient", marks=pytest.mark.campaign), "patient"])
 def test_telephone_scrolls_past_a_stop(tab: Page, clinic: Clinic, name: str) -> None:
     """A stop comes into view, with its cause, what to do and the acknowledgement, and the page is read below it."""
@@ -246,6 +248,7 @@ def test_header_keeps_links_and_stop_in_reach_at_every_size(tab: Page, clinic: C
     _assert_answer_beside_header(tab, failing=False)
 
 
+@pytest.mark.campaign
 def test_unconfirmed_stop_covers_nothing_of_the_header(tab: Page, clinic: Clinic) -> None:
     """A stop that no device confirms has its text below the header."""
     # A page keeps the route of a WebSocket.
@@ -325,6 +328,7 @@ def test_finger_stops_on_every_page(finger: Page, clinic: Clinic, every: bool) -
             _tap_stop(finger)
 
 
+@pytest.mark.campaign
 @pytest.mark.timeout(900)
 @pytest.mark.parametrize("every", [False, _EVERY])
 def test_finger_stops_beside_an_open_dialog_or_menu(finger: Page, clinic: Clinic, every: bool) -> None:

@@ -57,6 +57,7 @@ def test_model_is_drawn_and_redrawn_from_another_view(page: Page) -> None:
     expect(page.get_by_test_id("apparatus-canvas")).not_to_have_class("stale", timeout=LONG_MS)
 
 
+@pytest.mark.campaign
 def test_model_has_the_colours_of_the_scheme(page: Page) -> None:
     open_station(page)
     page.evaluate(NEXT_PICTURE)

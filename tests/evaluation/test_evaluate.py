@@ -153,6 +153,7 @@ def test_playback_on_the_independent_plant_meets_the_goals(short: Taught) -> Non
     assert abs(outcome.motors[4].peak_deg) < 1.0
 
 
+@pytest.mark.campaign
 def test_identified_rotors_are_not_much_heavier_than_the_plants() -> None:
     """A heavy rotor in the model makes the feed-forward of a fast start too large: the arm went ahead by 0.39 deg."""
     station = _config(MUJOCO, 2)
@@ -177,6 +178,7 @@ def raised_sideways() -> Case:
     return Case("raised", "right", Taught("raised", times, poses), (3,))
 
 
+@pytest.mark.campaign
 def test_arm_that_is_too_heavy_is_refused_before_it_starts() -> None:
     """With a balancer of 1.5 kg, motor 3 needs 3.7 Nm for the level arm, and friction comes on top."""
     (outcome,) = play(Job(raised_sideways(), "smooth", 1, None, MechanicsChoice("mujoco", balancer_kg=1.5)))

@@ -10,7 +10,8 @@ from kata.simulator.parameters import DRIVES, GOAL_SMOOTHING_S, JOINTS
 
 
 # The next test identifies the station without a seed.
-@pytest.mark.parametrize("seed", [pytest.param(None, marks=pytest.mark.campaign), 3])
+@pytest.mark.campaign
+@pytest.mark.parametrize("seed", [None, 3])
 def test_lag_of_simulated_drives_depends_only_on_their_control(seed: int | None) -> None:
     found = identify_station(simulated("virtual"), exercise(15.0), seed).axes
     for axis, drive, joint in zip(found, DRIVES, JOINTS, strict=True):
@@ -22,6 +23,7 @@ def test_lag_of_simulated_drives_depends_only_on_their_control(seed: int | None)
         assert axis.residual_deg < 0.25
 
 
+@pytest.mark.campaign
 def test_the_simulated_station_knows_the_lag_of_its_drives() -> None:
     for axis, found in zip(
         simulated("virtual").axes,

@@ -82,7 +82,10 @@ def played(station: Watched, ratio: float) -> Ratios:
     return compared(station, station.play(load, 8.0))
 
 
-@pytest.mark.parametrize(("plant", "side", "ratio"), [("simple", "right", 2.0), ("mujoco", "left", 3.0)])
+@pytest.mark.parametrize(
+    ("plant", "side", "ratio"),
+    [pytest.param("simple", "right", 2.0, marks=pytest.mark.campaign), ("mujoco", "left", 3.0)],
+)
 def test_live_ratio_of_a_take_and_a_playback_is_true(plant: str, side: Side, ratio: float) -> None:
     station = Watched(side, plant)
     for found in (taught(station, ratio), played(station, ratio)):

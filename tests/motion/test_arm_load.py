@@ -56,6 +56,7 @@ def carried(side: Side) -> tuple[Floats, Floats]:
     return motors, np.array([held_nm(plant, row, side) for row in motors])
 
 
+@pytest.mark.campaign
 def test_one_load_holds_the_plants_arm_on_both_sides() -> None:
     """Fitted to the right side. The cable holds the forearm, 80 deg bent, at 0.4 of its 0.245 m; its end is 1 m above the shoulder."""
     bent = np.radians(80.0)

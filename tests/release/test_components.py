@@ -45,6 +45,7 @@ def test_the_list_of_the_page_names_every_locked_package(lists: dict[str, Path])
     assert set(components(lists["page"]).items()) == locked
 
 
+@pytest.mark.campaign
 @pytest.mark.parametrize(("name", "version"), [("python", "V1_6"), ("page", "V1_5")])
 def test_the_lists_are_valid_and_name_no_build(lists: dict[str, Path], name: str, version: str) -> None:
     # The import takes seconds, also of the workers that do not run this test.

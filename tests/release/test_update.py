@@ -60,6 +60,7 @@ def test_an_update_stops_nothing_while_a_session_is_open(shared: UpdateClinic) -
     shared.end_session()
 
 
+@pytest.mark.campaign
 def test_stations_of_one_computer_migrate_and_start_together(tmp_path: Path) -> None:
     with closing(UpdateClinic(tmp_path, stations=2)) as clinic:
         for unit in clinic.units:
