@@ -211,7 +211,7 @@ def test_a_condition_of_an_earlier_episode_still_concerns_its_shoulder(
     recorded(client, patient, "tumour", episode_id=left["id"])
 
 
-@pytest.mark.parametrize("cached", [False, True])
+@pytest.mark.parametrize("cached", [pytest.param(False, marks=pytest.mark.campaign), True])
 def test_a_condition_recorded_after_loading_stops_the_next_motion(
     client: TestClient, patient: dict[str, Any], wanted: dict[str, Any], monkeypatch: pytest.MonkeyPatch, cached: bool
 ) -> None:
@@ -275,7 +275,7 @@ def changed_in(cache: OfflineCache, wanted: dict[str, Any]) -> bool:
     return recording is not None and bool(recording.allowed.motions)
 
 
-@pytest.mark.parametrize("cached", [False, True])
+@pytest.mark.parametrize("cached", [pytest.param(False, marks=pytest.mark.campaign), True])
 def test_limits_changed_after_loading_stop_the_next_motion(
     client: TestClient, patient: dict[str, Any], wanted: dict[str, Any], monkeypatch: pytest.MonkeyPatch, cached: bool
 ) -> None:

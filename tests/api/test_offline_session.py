@@ -336,11 +336,16 @@ def begun_away(client: TestClient, patient: dict[str, Any]) -> SessionOpened:
     ("change", "conflicts"),
     [
         (_another, ["another"]),
-        (_programme, ["programme"]),
-        (_care_closed, ["care_closed"]),
-        (_patient_archived, ["patient_archived"]),
         (_restricted, ["restricted"]),
-        (_nothing, []),
+        *(
+            pytest.param(change, conflicts, marks=pytest.mark.campaign)
+            for change, conflicts in (
+                (_programme, ["programme"]),
+                (_care_closed, ["care_closed"]),
+                (_patient_archived, ["patient_archived"]),
+                (_nothing, []),
+            )
+        ),
     ],
 )
 def test_conflicting_change_elsewhere_becomes_an_alarm_of_the_session(

@@ -51,7 +51,9 @@ def playing(client: TestClient) -> dict[str, Any]:
     }
 
 
-@pytest.mark.parametrize("role", _ROLES)
+@pytest.mark.parametrize(
+    "role", [*(pytest.param(role, marks=pytest.mark.campaign) for role in _ROLES[:2]), *_ROLES[2:]]
+)
 def test_other_users_see_the_state_and_no_patient(client: TestClient, playing: dict[str, Any], role: Role) -> None:
     app: Any = client.app
     other = TestClient(app, cookies={COOKIE: signed_in(app.state.services.database, role)})

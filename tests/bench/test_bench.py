@@ -52,6 +52,7 @@ def stop(out: Path, *loads: str) -> None:
         assert 0 < figures[f"stop_p50_ms_{load}"] <= figures[f"stop_p999_ms_{load}"] <= figures[f"stop_max_ms_{load}"]
 
 
+@pytest.mark.campaign
 def test_stop(tmp_path: Path) -> None:
     stop(tmp_path / "stop.json", "idle", "slow_disk")
 
@@ -122,6 +123,7 @@ def test_history(tmp_path: Path) -> None:
     assert all(value > 0 for value in figures.values())
 
 
+@pytest.mark.campaign
 def test_slow_station_is_measured_with_its_own_cycle() -> None:
     wanted = loop_cases([10, 200], real_time=(True,), loaded=(False,))
     assert wanted == [LoopCase(10, False, True), LoopCase(200, False, True)]
@@ -137,6 +139,7 @@ def stop_under_attack(out: Path, stops: int, *attacks: str, stations: int = 1) -
         assert 0 < report["figures"][f"p50_ms_{name}"] <= report["figures"][f"max_ms_{name}"]
 
 
+@pytest.mark.campaign
 def test_stop_is_answered_under_attack(tmp_path: Path) -> None:
     """Two stations on PostgreSQL and the other attacks: in the campaign."""
     stop_under_attack(tmp_path / "attack.json", 3, "socket_flood")

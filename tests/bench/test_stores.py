@@ -79,6 +79,7 @@ def test_quickly_filled_database_equals_a_normally_filled_one(tmp_path: Path) ->
     other.close()
 
 
+@pytest.mark.campaign
 def test_quickly_filled_figures_are_those_of_the_records(tmp_path: Path) -> None:
     tables = (StationHourRow, EpisodeOutcomeRow)
     with store("sqlite", 4, 200, MINUTE_S, tmp_path) as (database, _, _), database.write() as session:

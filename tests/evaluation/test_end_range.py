@@ -108,7 +108,6 @@ def counted(case: EndFeelCase, prescribed: EndRangePrescription, holding: Holdin
     return Counted(true_s, live_s, counter.times_s()[MOTOR])
 
 
-@pytest.mark.campaign
 def test_live_and_stored_time_are_within_two_percent() -> None:
     prescribed = EndRangePrescription(motion=ABDUCTION, minutes=5.0, band_deg=8.0, torque_nm=0.7)
     found = counted(EndFeelCase("simple", 0, "healthy", MOTOR), prescribed, LONG)

@@ -18,6 +18,7 @@ from kata.motion.taught import Taught
 from kata.simulator.process import SimulatorProcess
 
 
+@pytest.mark.campaign
 def test_both_agree_within_a_fifth_of_a_degree(short: Taught) -> None:
     """Compares the RMSE and the 95th percentile of the errors.
 

@@ -39,7 +39,7 @@ def test_service_killed_while_writing_keeps_every_acknowledged_change(tmp_path: 
         assert clinic.kill(after_s).acknowledged > 0
 
 
-@pytest.mark.parametrize("room_comes_back", [True, False])
+@pytest.mark.parametrize("room_comes_back", [True, pytest.param(False, marks=pytest.mark.campaign)])
 def test_full_disk_stops_playback_and_keeps_the_measured_samples(tmp_path: Path, room_comes_back: bool) -> None:
     """The kernel refuses to let the journal grow, in the middle of a record."""
     with closing(KeptClinic(tmp_path)) as clinic:

@@ -67,7 +67,9 @@ def lines(folder: Path, how: str) -> list[str]:
     return subprocess.run(command, capture_output=True, text=True, check=True).stdout.splitlines()
 
 
-@pytest.mark.parametrize(("how", "mappings", "arenas"), [("asked", 1, malloc.ARENAS), ("not", 0, 7)])
+@pytest.mark.parametrize(
+    ("how", "mappings", "arenas"), [("asked", 1, malloc.ARENAS), pytest.param("not", 0, 7, marks=pytest.mark.campaign)]
+)
 def test_freed_large_block_is_returned_and_threads_share_arenas(
     tmp_path: Path, how: str, mappings: int, arenas: int
 ) -> None:

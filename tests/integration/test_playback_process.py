@@ -154,7 +154,11 @@ MODBUS_AS_SLOW_AS_MOST = {
 
 # tests/api/test_demo.py teaches and plays at 10 Hz.
 @pytest.mark.parametrize(
-    "station", [pytest.param(DYNAMIXEL_10, marks=pytest.mark.campaign), DYNAMIXEL_100, MODBUS_AS_SLOW_AS_MOST]
+    "station",
+    [
+        DYNAMIXEL_100,
+        *(pytest.param(station, marks=pytest.mark.campaign) for station in (DYNAMIXEL_10, MODBUS_AS_SLOW_AS_MOST)),
+    ],
 )
 def test_teach_play_back_and_compare(tmp_path: Path, motion: Taught, station: dict[str, Any]) -> None:
     rate_hz = station["rate_hz"]
@@ -313,6 +317,7 @@ def test_repeated_resistance_in_one_place_stops_and_holds_the_arm(rig: Rig) -> N
     assert (end.reason, end.cause_code) == ("stopped", "load_repeated")
 
 
+@pytest.mark.campaign
 def test_dead_service_leaves_torque_off_and_a_complete_journal(tmp_path: Path, motion: Taught) -> None:
     with closing(Rig(tmp_path)) as rig:
         load(rig, known(motion), "run")
