@@ -1,6 +1,6 @@
 """Each benchmark runs briefly and writes its figures; their values are not tested.
 
-Every test run has the benchmarks of the installed command and the one that shows a requirement of safety; `make campaign` has the others.
+Every test run has the benchmarks of the installed command; `make campaign` has the others.
 """
 
 from pathlib import Path
