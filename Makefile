@@ -65,7 +65,7 @@ define once_more
 || { [ $$? = 1 ] && echo "The tests that failed run once more, alone." && \
 		$(PYTEST) --last-failed --last-failed-no-failures none $(1); }
 endef
-test: $(PACKAGES) $(PAGE) $(JUDGES) $(if $(KATA_CHROMIUM),,$(BROWSER)) ## every test, the journeys in a real browser included
+test: $(PACKAGES) $(PAGE) $(JUDGES) $(if $(KATA_CHROMIUM),,$(BROWSER)) ## a proof of each requirement, also in a real browser; `make campaign` has the repeated proofs
 	@cd frontend && npm test --silent
 	@$(PARALLEL) 2 $(COUNTED) --cov
 	@$(PARALLEL) 3 $(OTHERS) $(call once_more,$(OTHERS))

@@ -48,6 +48,7 @@ def one_ended(client: TestClient, run_id: str) -> bool:
     return client.get(f"/api/runs/{run_id}").json()["ended_at"] is not None
 
 
+@pytest.mark.campaign
 def test_visit_goes_from_its_programme_to_its_addendum(
     client: TestClient, patient: dict[str, Any], shrug: dict[str, Any], rotation: dict[str, Any]
 ) -> None:

@@ -14,6 +14,7 @@ from tests.support.page_actions import first_page, open_tab, sign_up, wait_until
 pytestmark = pytest.mark.shared_clinic("empty")
 
 
+@pytest.mark.campaign
 def test_account_is_created_used_locked_and_closed(page: Page, clinic: Clinic, another: BrowserContext) -> None:
     sign_up(page, "Yamada Hanako")
     record = page.url

@@ -148,6 +148,7 @@ def drifting_station(office: Office, artefacts: Path) -> None:
     expect(rising.first).to_contain_text(drifting[0])
 
 
+@pytest.mark.campaign
 @pytest.mark.shared_clinic("invented")
 def test_therapist_finds_answers_with_few_clicks(office: Office, artefacts: Path) -> None:
     for question in (due_today, find_by_kana, better_than_last_month, why_stopped):

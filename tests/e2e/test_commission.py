@@ -112,6 +112,7 @@ def overshoot(row: Locator) -> int:
     return int(row.get_by_role("cell").nth(6).inner_text())
 
 
+@pytest.mark.campaign
 @pytest.mark.shared_clinic("empty")
 @pytest.mark.timeout(120)
 def test_stop_ends_the_practice_and_the_station_returns(page: Page) -> None:

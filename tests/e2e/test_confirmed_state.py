@@ -34,6 +34,7 @@ def watch(page: Page) -> None:
     )
 
 
+@pytest.mark.campaign
 def test_killed_service_shows_within_two_seconds_and_returns_without_reload(page: Page, clinic: Clinic) -> None:
     open_station(page)
     expect(page.get_by_test_id("angles")).to_have_attribute("data-alive", "true")

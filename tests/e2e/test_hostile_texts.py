@@ -170,6 +170,7 @@ def test_every_column_of_text_holds_them(poisoned: Poisoned) -> None:
     }
 
 
+@pytest.mark.campaign
 def test_every_text_that_the_api_knows_has_held_them(poisoned: Poisoned, texts: list[str]) -> None:
     document = json.loads((ROOT / "frontend/openapi.json").read_text())
     schemas = document["components"]["schemas"]
@@ -291,6 +292,7 @@ def _query(operation: Any, ids: dict[str, str]) -> dict[str, str]:
 # -- shown in a browser ------------------------------------------------------------------------------------------------
 
 
+@pytest.mark.campaign
 def test_watcher_detects_every_unsafe_text(page: Page, poisoned: Poisoned, violations: list[str]) -> None:
     page.goto(poisoned.url)
     with page.expect_console_message(

@@ -15,6 +15,7 @@ from tests.support.page_actions import wait_until_idle
 PATIENT = "Yamada Hanako"
 
 
+@pytest.mark.campaign
 @pytest.mark.shared_clinic("invented")
 def test_the_work_at_a_desk_is_done_by_keyboard_alone(page: Page, clinic: Clinic) -> None:
     wrong: list[str] = []

@@ -8,6 +8,7 @@ from tests.support.page_accounts import menu, sign_in_new_account
 from tests.support.page_actions import first_page, prepare_station, sign_up
 
 
+@pytest.mark.campaign
 @pytest.mark.shared_clinic("empty")
 def test_second_user_watches_until_taking_over(page: Page, clinic: Clinic, another: BrowserContext) -> None:
     sign_in_new_account(another, page, "Ito Mai", "ito-lease", "therapist")

@@ -35,6 +35,7 @@ def clinic(tmp_path: Path, theirs: Provider, monkeypatch: pytest.MonkeyPatch) ->
     started.close()
 
 
+@pytest.mark.campaign
 def test_linked_user_signs_in_and_unlocks_through_the_provider(
     page: Page, clinic: Clinic, another: BrowserContext, theirs: Provider
 ) -> None:

@@ -52,6 +52,7 @@ def pasted(page: Page, field: Locator, text: str) -> None:
     expect(field).to_have_attribute("type", "password")
 
 
+@pytest.mark.campaign
 def test_passwords_are_masked_pasted_and_filled_in(page: Page, clinic: Clinic, stranger: Page) -> None:
     code = made(page, "Ito Nana", "ito-nana", "Therapist")
     # A new password, by the one-time code.
