@@ -84,7 +84,7 @@ def played(station: Watched, ratio: float) -> Ratios:
 
 @pytest.mark.parametrize(
     ("plant", "side", "ratio"),
-    [pytest.param("simple", "right", 2.0, marks=pytest.mark.campaign), ("mujoco", "left", 3.0)],
+    [("simple", "right", 2.0), pytest.param("mujoco", "left", 3.0, marks=pytest.mark.campaign)],
 )
 def test_live_ratio_of_a_take_and_a_playback_is_true(plant: str, side: Side, ratio: float) -> None:
     station = Watched(side, plant)

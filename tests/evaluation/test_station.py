@@ -35,6 +35,7 @@ def test_motion_is_taught_by_hand_and_pedal_and_played_completely(short: Taught)
     assert path_s[-1] == pytest.approx((taught.t_ns[-1] - taught.t_ns[0]) / 1e9, abs=0.02)
 
 
+@pytest.mark.campaign
 def test_same_seed_gives_the_same_samples_and_other_seeds_differ(short: Taught) -> None:
     def played(seed: int) -> Journal:
         station = VirtualStation(simulated("virtual"), seed)

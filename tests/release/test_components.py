@@ -29,11 +29,13 @@ def components(file: Path) -> dict[str, str]:
     }
 
 
+@pytest.mark.campaign
 def test_the_list_of_python_names_every_pin(lists: dict[str, Path]) -> None:
     pinned = {name: block.split("==")[1].split()[0] for name, block in pins("requirements.txt").items()}
     assert components(lists["python"]) == pinned
 
 
+@pytest.mark.campaign
 def test_the_list_of_the_page_names_every_locked_package(lists: dict[str, Path]) -> None:
     packages = json.loads((ROOT / "frontend/package-lock.json").read_text())["packages"]
     locked = {
