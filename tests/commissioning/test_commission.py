@@ -273,7 +273,7 @@ FAULTS: list[tuple[str, Callable[[FactoryNewApparatus], None], Mistakes, Templat
     ("blocked range", shut_in, Mistakes(), texts.RANGE_TOO_SMALL, 4),
 ]
 _LONG = {"blocked range"}
-"""This fault is found after all motors have moved, which takes twenty times as long. The campaign plants it."""
+"""This fault is found after all motors have moved, which takes longest. The campaign plants it."""
 
 
 @pytest.mark.parametrize(
