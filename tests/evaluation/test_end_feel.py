@@ -26,7 +26,6 @@ def test_usual_speed_is_within_the_goals() -> None:
     test_relaxed_shoulder_is_measured_within_the_goals(judge(replace(CASE, speed_deg_s=SPEED_DEG_S)))
 
 
-@pytest.mark.campaign
 def test_relaxed_shoulder_is_measured_within_the_goals(relaxed: EndFeelErrors) -> None:
     assert relaxed.outcome == "measured"
     for goal in GOALS:
@@ -40,7 +39,6 @@ def test_guarding_patient_is_refused() -> None:
     assert judge(replace(CASE, kind="guarding")).outcome == "guarding"
 
 
-@pytest.mark.campaign
 def test_summary_shows_each_goal_beside_its_figures(relaxed: EndFeelErrors) -> None:
     table = summary([relaxed, replace(relaxed, range_error_deg=-3.0)])
     shown = {str(column.header): str(next(iter(column.cells))) for column in table.columns}
