@@ -278,7 +278,8 @@ def test_a_released_arm_falls_and_a_balancer_slows_it() -> None:
 
 def test_hands_hold_a_heavy_arm_until_its_drives_have_torque() -> None:
     """Without hands, this arm falls to the end of its range while the drives are configured and verified."""
-    apparatus = SimulatedApparatus(1, 0, supported=True, make_mechanics=IndependentPlant)
+    apparatus = SimulatedApparatus(1, 0, make_mechanics=IndependentPlant)
+    apparatus.support()
     before = apparatus.arm_deg
     apparatus.advance(3_000_000_000)
     assert apparatus.arm_deg == pytest.approx(before, abs=1.0)

@@ -38,7 +38,9 @@ class VirtualStation(DirectStation):
         """
         config = structs.replace(config, side=side)
         turned = side != CANONICAL_SIDE
-        self._world = world or World(config, seed, turned=turned, supported=True, make_mechanics=make_mechanics)
+        self._world = world or World(config, seed, turned=turned, make_mechanics=make_mechanics)
+        if world is None:
+            self._world.apparatus.support()
         self._arm: list[tuple[int, tuple[float, ...]]] = []
         super().__init__(config, self._world.open_transport, lambda: self._world.t_ns, self._world.sleep)
 

@@ -100,22 +100,16 @@ class World:
         on_drive_event: DriveCallback | None = None,
         *,
         turned: bool = False,
-        supported: bool = False,
         make_mechanics: MakeMechanics = Plant,
         make_drives: MakeDrives | None = None,
     ) -> None:
         """Create the apparatus. ``make_drives``: makes drives of a protocol that the simulator does not have. For ``seed``,
-        ``on_drive_event``, ``turned``, ``supported`` and ``make_mechanics`` see :class:`~kata.simulator.apparatus.SimulatedApparatus`.
+        ``on_drive_event``, ``turned`` and ``make_mechanics`` see :class:`~kata.simulator.apparatus.SimulatedApparatus`.
         """
         self.config = config
         self.t_ns = 1_000_000_000_000
         self.apparatus = SimulatedApparatus(
-            seed,
-            self.t_ns,
-            on_drive_event=on_drive_event,
-            turned=turned,
-            supported=supported,
-            make_mechanics=make_mechanics,
+            seed, self.t_ns, on_drive_event=on_drive_event, turned=turned, make_mechanics=make_mechanics
         )
         make_drives = make_drives or SIMULATED_DRIVES[config.protocol]
         self.line, self.faults, self.drives = make_drives(self.apparatus, config.baud)

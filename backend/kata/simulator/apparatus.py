@@ -100,15 +100,13 @@ class SimulatedApparatus:
         on_drive_event: DriveCallback | None = None,
         still: bool = False,
         turned: bool = False,
-        supported: bool = False,
         make_mechanics: MakeMechanics = Plant,
     ) -> None:
         """Create the apparatus. ``seed``: chooses another patient, other gears and another therapist. ``now_ns``: start of a stepped clock;
         None: real time. ``still``: without mechanics. ``turned``: turned by 180 deg about X, for the other shoulder.
-        ``supported``: the therapist's hands hold the arm where it is while its drive has no torque.
         """
         self.seed = seed
-        self._supported = supported
+        self._supported = False
         self._make_mechanics = make_mechanics
         self._turned = turned
         self.drives = [Drive(n + 1, parameters, self._on_drive_change) for n, parameters in enumerate(DRIVES)]
@@ -140,7 +138,6 @@ class SimulatedApparatus:
         self._effort = PatientEffort()
         self._patient_acts = False
         self._supports = [False] * len(self.drives)
-        self._support_arm()
 
     # -- time -----------------------------------------------------------------------------------------------------
 
@@ -303,6 +300,11 @@ class SimulatedApparatus:
             raise HandRefusedError(texts.MOTION_NEEDS_ROWS())
         self._hand.guide(name, motion, [math.degrees(joint.arm_angle) for joint in self._plant.joints], pedal)
         self._add_event("hand_started")
+
+    def support(self) -> None:
+        """Let the therapist's hands hold the arm where it is, from now on, on each axis whose drive has no torque."""
+        self._supported = True
+        self._support_arm()
 
     def hold_against(self, motor: int, strength_nm: float) -> None:
         """Let the patient resist movement of motor 1-5 with at most ``strength_nm``. 0 ends the resistance."""
