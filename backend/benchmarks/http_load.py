@@ -91,6 +91,17 @@ LISTS: Final = (
     RequestKind("/api/sessions", {"stop": "{stop}"}),
     RequestKind("/api/sessions", {"therapist": "{therapist}", "stop": "{stop}"}),
     RequestKind("/api/sessions", {"therapist": "Nobody", "stop": "{stop}"}),
+    *(
+        RequestKind("/api/sessions", {"unsigned": "true"} | more)
+        for more in (
+            {},
+            {"therapist": "{therapist}"},
+            {"station": "{station}"},
+            {"stop": "{stop}"},
+            {"since": "2019-05-01T00:00:00Z", "until": "2019-05-08T00:00:00Z"},
+        )
+    ),
+    RequestKind("/api/sessions", {"unsigned": "true"}, paged=True),
     RequestKind("/api/patients", {"search": "Nobody"}),
     RequestKind("/api/sessions/{session_id}"),
     RequestKind("/api/sessions/filter-options"),

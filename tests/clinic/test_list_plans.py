@@ -3,6 +3,7 @@
 SQLite explains its plan before a query. It does not know the number of rows, so the plan in this empty database is that of a full one.
 """
 
+from base64 import urlsafe_b64encode
 from collections.abc import Callable, Iterator
 from datetime import UTC, datetime
 from typing import Any
@@ -29,8 +30,9 @@ IN_ORDER = {
     "SCAN sessions USING INDEX ix_sessions_started_at_id",
     ALL_PATIENTS,
     "SCAN patients USING INDEX ix_patients_restricted",
+    "SCAN unsigned",
 }
-"""Permitted scans: the index of the list's order, which ends with the page, and the few restricted records."""
+"""Permitted scans: the index of the list's order, which ends with the page, the few restricted records, and the few unsigned sessions."""
 
 
 @pytest.fixture(scope="module")
@@ -101,6 +103,33 @@ def test_stopped_sessions_are_found_in_order_without_scanning_every_session(
     wanted = SessionFilter(hidden=HIDDEN, stop="estop_pressed", **whose)
     found = looks(empty, lambda session: lists.find(session, wanted, 50, None))
     assert any(f"SEARCH session_stops USING COVERING INDEX {index}" in step for step in found), found
+
+
+@pytest.mark.parametrize("stop", [None, "estop_pressed"])
+@pytest.mark.parametrize(
+    "wanted",
+    [
+        {"therapist": "Sato"},
+        {"station": "Station 1"},
+        {"therapist": "Sato", "station": "Station 1"},
+        {"since": MAY},
+        {"until": MAY},
+    ],
+    ids=str,
+)
+@pytest.mark.parametrize("is_first", [True, False])
+def test_filters_of_unsigned_sessions_read_no_signed_session(
+    empty: Database, wanted: dict[str, Any], stop: str | None, is_first: bool
+) -> None:
+    """SQLite once read every session of the therapist or station to find the few that are not signed."""
+    after = None if is_first else urlsafe_b64encode(f'["{MAY.isoformat()}","{UUID(int=3)}"]'.encode()).decode()
+    chosen = SessionFilter(hidden=HIDDEN, unsigned=True, stop=stop, **wanted)
+    found = looks(empty, lambda session: lists.find(session, chosen, 50, after))
+    of_sessions = {step for step in found if " sessions " in step}
+    assert of_sessions == {
+        "SEARCH sessions USING INDEX ix_sessions_unsigned (therapist>?)",
+        "SEARCH sessions USING INDEX sqlite_autoindex_sessions_1 (id=?)",
+    }
 
 
 @pytest.mark.parametrize("words", ["", "yamada 1968", "K-000042"])

@@ -6,6 +6,7 @@ from typing import Final
 import pytest
 from playwright.sync_api import Page, expect
 
+from tests.support.accessibility import addresses
 from tests.support.browser_clinic import LONG_MS, Clinic
 from tests.support.page_actions import wait_until_idle
 from tests.support.shown_pages import SIZES
@@ -96,6 +97,32 @@ def test_archiving_is_taken_back_with_one_press(page: Page) -> None:
     expect(page.get_by_text("Archived", exact=True)).to_be_hidden()
 
 
+_UNEVEN_ROWS: Final = """() => [...document.querySelectorAll('[class*="_metrics_"]')].flatMap((grid) => {
+    const edge = grid.getBoundingClientRect().right;
+    const rows = new Map();
+    for (const figure of grid.children) {
+        const {top, right} = figure.getBoundingClientRect();
+        rows.set(top, Math.max(right, rows.get(top) ?? 0));
+    }
+    return [...rows.values()].filter((right) => Math.abs(right - edge) > 1).map((right) => edge - right);
+})"""
+"""Free pixels at the end of each row of key figures."""
+
+
+def test_rows_of_key_figures_are_filled(page: Page, clinic: Clinic) -> None:
+    """In a card of a desktop the last figure once took two thirds of its row."""
+    patient = addresses(page, clinic)["patient"]
+    page.goto(clinic.url + patient)
+    expect(page.get_by_role("region", name="Result")).to_be_visible(timeout=LONG_MS)
+    for size, (width, height) in SIZES.items():
+        page.set_viewport_size({"width": width, "height": height})
+        assert page.evaluate(_UNEVEN_ROWS) == [], size
+
+
+_BROWSER_BARS_PX: Final = 128
+"""Height of the status bar, address bar and navigation bar of a tablet."""
+
+
 def test_live_view_and_controls_fit_on_one_screen(page: Page, clinic: Clinic) -> None:
     listed = page.request.get(f"{clinic.url}/api/patients").json()["items"]
     patient = next(row["id"] for row in listed if row["affected_side"] == "right")
@@ -111,6 +138,9 @@ def test_live_view_and_controls_fit_on_one_screen(page: Page, clinic: Clinic) ->
         page.set_viewport_size({"width": width, "height": height})
         for seen in (begin, page.get_by_test_id("apparatus-canvas"), page.get_by_test_id("angle-5")):
             expect(seen, size).to_be_in_viewport(ratio=1, timeout=LONG_MS)
+        if size == "tablet":
+            page.set_viewport_size({"width": width, "height": height - _BROWSER_BARS_PX})
+            expect(begin).to_be_in_viewport(ratio=1)
         # What belongs to the simulated apparatus comes after both.
         simulator = page.get_by_role("region", name="Simulated apparatus").bounding_box()
         last, live = begin.bounding_box(), page.get_by_test_id("angle-5").bounding_box()

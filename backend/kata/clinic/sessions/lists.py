@@ -11,7 +11,7 @@ from typing import Any, Final
 from uuid import UUID
 
 from pydantic import Field
-from sqlalchemy import ColumnElement, Select, Subquery, func, select
+from sqlalchemy import CTE, ColumnElement, Select, Subquery, func, select
 from sqlalchemy.orm import InstrumentedAttribute
 from sqlalchemy.orm import Session as DatabaseSession
 
@@ -75,7 +75,17 @@ UNSIGNED: Final[tuple[ColumnElement[bool], ...]] = (
     SessionRow.therapist >= "",
 )
 """Conditions of a session that has ended and whose note is not signed."""
+_FEW_UNSIGNED: Final[CTE] = (
+    select(SessionRow.id, SessionRow.patient_id, SessionRow.started_at, SessionRow.therapist, SessionRow.station)
+    .where(*UNSIGNED)
+    .cte("unsigned")
+    .prefix_with("MATERIALIZED")
+)
+"""The unsigned sessions, read before any filter. With a filter, SQLite would read all sessions of a therapist, station or time."""
 _BY_TIME: Final = Keyset(tuple[datetime, UUID], SessionRow.started_at, SessionRow.id, descending=True)
+_BY_TIME_UNSIGNED: Final = Keyset(
+    tuple[datetime, UUID], _FEW_UNSIGNED.c.started_at, _FEW_UNSIGNED.c.id, descending=True
+)
 _BY_STOP: Final = Keyset(tuple[datetime, UUID], SessionStopRow.started_at, SessionStopRow.session_id, descending=True)
 
 
@@ -87,7 +97,7 @@ def find(
     :raises ProblemError: 422 when ``after`` is not a valid cursor.
     """
     # Find the ids first, which needs only an index; then load one page of rows.
-    order = _BY_TIME if session_filter.stop is None else _BY_STOP
+    order = _order(session_filter)
     page_ids = order.page(_ids(session_filter), after, limit).subquery()
     rows = _rows(session, page_ids, SessionRow.started_at.desc(), SessionRow.id.desc())
     page_rows, further = order.cut(rows, limit, lambda row: (row.started_at, row.id))
@@ -119,30 +129,34 @@ def _rows(session: DatabaseSession, page_ids: Subquery, *order: ColumnElement[An
     return session.execute(query.order_by(*order)).all()
 
 
+def _order(session_filter: SessionFilter) -> Keyset[tuple[datetime, UUID]]:
+    if session_filter.stop is not None:
+        return _BY_STOP
+    return _BY_TIME_UNSIGNED if session_filter.unsigned else _BY_TIME
+
+
 def _ids(session_filter: SessionFilter) -> Select[Any]:
     """Return the query of the ids without order and limit. The page adds both."""
+    sessions = _FEW_UNSIGNED.c if session_filter.unsigned else SessionRow.__table__.c
     query: Select[Any]
-    table: type[SessionRow] | type[SessionStopRow]
     if session_filter.stop is None:
-        table = SessionRow
-        query = select(SessionRow.id)
+        columns = sessions
+        query = select(sessions.id)
     else:
-        table = SessionStopRow
-        query = select(SessionStopRow.session_id.label("id")).where(SessionStopRow.code == session_filter.stop)
+        columns = SessionStopRow.__table__.c
+        query = select(columns.session_id.label("id")).where(columns.code == session_filter.stop)
         if session_filter.patient_id or session_filter.unsigned or session_filter.hidden is not None:
-            query = query.join(SessionRow, SessionRow.id == SessionStopRow.session_id)
-    if session_filter.unsigned:
-        query = query.where(*UNSIGNED)
+            query = query.where(sessions.id == columns.session_id)
     if session_filter.since:
-        query = query.where(table.started_at >= session_filter.since)
+        query = query.where(columns.started_at >= session_filter.since)
     if session_filter.until:
-        query = query.where(table.started_at < session_filter.until)
+        query = query.where(columns.started_at < session_filter.until)
     if session_filter.hidden is not None:
-        query = query.where(SessionRow.patient_id.not_in(session_filter.hidden))
+        query = query.where(sessions.patient_id.not_in(session_filter.hidden))
     for column, value in (
-        (SessionRow.patient_id, session_filter.patient_id),
-        (table.therapist, session_filter.therapist),
-        (table.station, session_filter.station),
+        (sessions.patient_id, session_filter.patient_id),
+        (columns.therapist, session_filter.therapist),
+        (columns.station, session_filter.station),
     ):
         if value is not None:
             query = query.where(column == value)

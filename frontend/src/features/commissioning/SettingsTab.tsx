@@ -13,7 +13,7 @@ import { ButtonLink } from "../../ui/links";
 import { ProblemNote } from "../../ui/ProblemNote";
 import type { Column } from "../../ui/tableRows";
 import { RequirePermission } from "../auth/RequirePermission";
-import { describeAcceptedValues, describeField, describeFieldUnit } from "./describeSetting";
+import { describeAcceptedValues, describeField, describeFieldUnit, withMinus } from "./describeSetting";
 import { ImportSettings } from "./ImportSettings";
 
 type Version = Schemas["StationVersion"];
@@ -266,7 +266,7 @@ function MotorValue({ row, motor }: { row: MotorRow; motor: number }) {
   );
 }
 
-/** Shows a name or a value as the station's file contains it, in any language. */
+/** Shows a name or a value as the station's file contains it, in any language, with a minus sign before a negative number. */
 function FileText({ text, bold = false, small = false }: { text: string; bold?: boolean; small?: boolean }) {
   return (
     <Text
@@ -278,7 +278,7 @@ function FileText({ text, bold = false, small = false }: { text: string; bold?: 
       // Only a long text, such as the path of a port, breaks within a word.
       style={{ overflowWrap: text.length > LONG_TEXT ? "anywhere" : "normal" }}
     >
-      {text || "–"}
+      {withMinus(text) || "–"}
     </Text>
   );
 }

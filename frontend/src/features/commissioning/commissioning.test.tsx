@@ -7,7 +7,7 @@ import type { Schemas } from "../../lib/api/client";
 import { api } from "../../lib/api/client";
 import { CommissioningState, describeState } from "./CommissioningState";
 import { readCommissioningSearch } from "./commissioningTabs";
-import { describeAcceptedValues, describeField, describeRecordedValue } from "./describeSetting";
+import { describeAcceptedValues, describeField, describeRecordedValue, withMinus } from "./describeSetting";
 import { driftFigure, driftTable, type Entry, measured } from "./driftCharts";
 import { GainTuning } from "./GainTuning";
 import { SignatureNote } from "./RecordsTab";
@@ -137,11 +137,17 @@ describe("the words of a station's file", () => {
 
   it("say which values a field accepts", () => {
     expect(describeAcceptedValues(null)).toBe("");
-    expect(describeAcceptedValues({ ...accepted, low: -9600.5 })).toBe("-9,600.5 to 508");
+    expect(describeAcceptedValues({ ...accepted, low: -9600.5 })).toBe("−9600.5 to 508");
+    expect(describeAcceptedValues({ ...accepted, high: 16383 })).toBe("0 to 16383");
     expect(describeAcceptedValues({ ...accepted, step: 2 })).toBe("0 to 508 in steps of 2");
-    expect(describeAcceptedValues({ ...accepted, none: -1 })).toBe("0 to 508, or -1 for none");
-    expect(describeAcceptedValues({ ...accepted, choices: [-1, 1] })).toBe("One of -1, 1");
+    expect(describeAcceptedValues({ ...accepted, none: -1 })).toBe("0 to 508, or −1 for none");
+    expect(describeAcceptedValues({ ...accepted, choices: [-1, 1] })).toBe("One of −1, 1");
     expect(describeAcceptedValues({ ...accepted, choices: [1120, 1000000] })).toBe("One of 1120, 1000000");
+  });
+
+  it("have minus signs, and no other hyphen is replaced", () => {
+    expect(withMinus("-19")).toBe("−19");
+    expect(withMinus("0, -0.5, 2e-3, /dev/tty-1")).toBe("0, −0.5, 2e-3, /dev/tty-1");
   });
 
   it("explain a field of an axis and a driver's own setting", () => {

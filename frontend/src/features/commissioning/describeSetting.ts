@@ -12,9 +12,8 @@ const {
   units: UNITS,
   values: VALUES,
 }: Record<"fields" | "units" | "values", Names> = i18next.getResourceBundle(LANGUAGE, "commissioning");
-const NUMBER = new Intl.NumberFormat(LANGUAGE, { maximumSignificantDigits: 10 });
-/** A value to choose, as the station's file contains it. */
-const CHOICE = new Intl.NumberFormat(LANGUAGE, { maximumSignificantDigits: 10, useGrouping: false });
+/** Digits as the station's file contains them, so that a value and its range can be compared. */
+const NUMBER = new Intl.NumberFormat(LANGUAGE, { maximumSignificantDigits: 10, useGrouping: false });
 
 /** Return what a field of the station's file means. `name`: name in the file, for example `axes[1].lag_s`. */
 export const describeField = (name: string): string =>
@@ -34,11 +33,14 @@ export function describeAcceptedValues(accepted: Schemas["AcceptedValues"] | nul
   let values: string = t("commissioning:ranges.span", { low: NUMBER.format(low), high: NUMBER.format(high) });
   if (choices.length > 0)
     values = t("commissioning:ranges.choices", {
-      choices: choices.map((one) => CHOICE.format(one)).join(", "),
+      choices: choices.map((one) => NUMBER.format(one)).join(", "),
     });
   if (step !== null) values = t("commissioning:ranges.steps", { values, step });
-  return none === null ? values : t("commissioning:ranges.orNone", { values, none });
+  return withMinus(none === null ? values : t("commissioning:ranges.orNone", { values, none }));
 }
+
+/** Return a text with a minus sign instead of the hyphen before each negative number. */
+export const withMinus = (text: string): string => text.replace(/(^|[\s,])-(?=\d)/g, "$1−");
 
 /** The templates of the names that records contain. `{load}` is replaced by a part that varies. */
 const TEMPLATES = Object.entries(VALUES).map(([template, words = ""]) => ({

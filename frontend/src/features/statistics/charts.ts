@@ -224,14 +224,17 @@ export function outcomeFigure(shown: Shown[], part: "change" | "important", axis
       color: COLOURS[0],
     },
     marker: { color: COLOURS[0], size: 10 },
-    hovertemplate: part === "important" ? "%{x:.1f} %" : `${axis}: %{x:.1f}`,
+    hovertemplate:
+      part === "important" ? t("clinic:tiles.percent", { value: "%{x:.1f}" }) : `${axis}: %{x:.1f}`,
   };
   return figure([trace], 90 + ROW_PX * own.length, {
     xaxis: {
       ...GRID,
       title: { text: axis },
       // The axis of a change contains zero, which is no change.
-      ...(part === "important" ? { range: [0, 100], ticksuffix: "%" } : { rangemode: "tozero" }),
+      ...(part === "important"
+        ? { range: [0, 100], ticksuffix: t("clinic:tiles.percent", { value: "" }) }
+        : { rangemode: "tozero" }),
     },
     // Half a row is free above the first point and below the last one.
     yaxis: { ...GRID, range: [own.length - 0.5, -0.5], type: "category" },

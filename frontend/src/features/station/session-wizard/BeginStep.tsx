@@ -72,15 +72,17 @@ export function BeginStep(props: { patientId: string; session: Session | null; o
   });
   return (
     <Stack gap="xs">
-      <Select
-        size="md"
-        label={t("station:wizard.programme")}
-        allowDeselect={false}
-        data={options}
-        value={chosen}
-        onChange={setGiven}
-      />
-      <Group>
+      {/* Side by side where there is space, so that a tablet shows the button without scrolling. */}
+      <Group align="end">
+        <Select
+          size="md"
+          flex="1 1 16rem"
+          label={t("station:wizard.programme")}
+          allowDeselect={false}
+          data={options}
+          value={chosen}
+          onChange={setGiven}
+        />
         <Button
           size="lg"
           loading={begin.isPending}
