@@ -33,7 +33,7 @@ _PRIVATE: Final = {
     "Referrer-Policy": "no-referrer",
 }
 _HTML: Final = PROBLEMS.of(404, 422) | {200: {"content": {"text/html": {"schema": {"type": "string"}}}}}
-_PDF: Final[dict[int | str, dict[str, Any]]] = PROBLEMS.of(404, 422, 503) | {
+_PDF: Final[dict[int | str, dict[str, Any]]] = PROBLEMS.of(404, 422) | {
     200: {"content": {"application/pdf": {"schema": {"type": "string", "contentMediaType": "application/pdf"}}}}
 }
 
