@@ -57,7 +57,7 @@ def test_rehabilitation_plan_is_a_japanese_pdf(client: TestClient, treated: Trea
     assert "リハビリテーション実施計画書" in PdfReader(io.BytesIO(answer.content)).pages[0].extract_text()
 
 
-def test_without_the_printing_library_the_service_says_so_and_shows_the_page(
+def test_without_the_printing_library_only_pages_are_shown(
     client: TestClient, address: str, treated: Treated, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """plutoprint has no wheel for 64-bit ARM."""

@@ -144,7 +144,7 @@ def blocks_of(clinic: Clinic, run: UUID) -> int:
     return int(clinic.ask("SELECT count(*) FROM run_sample_blocks WHERE run_id = :run", run=run))
 
 
-def test_past_stays_in_one_partition_and_the_coming_months_have_their_own(clinic: Clinic) -> None:
+def test_past_is_one_partition_and_coming_months_are_others(clinic: Clinic) -> None:
     parts = int(clinic.ask("SELECT count(*) FROM pg_inherits WHERE inhparent = 'run_sample_blocks'::regclass"))
     assert parts == 1 + 24 + 1
     all_rows = clinic.ask("SELECT count(*) FROM run_sample_blocks")
@@ -177,7 +177,7 @@ def test_block_of_an_unknown_run_is_refused_in_every_partition(clinic: Clinic) -
             connection.execute(text(insert), {"run": UUID(int=1), "month": month})
 
 
-def test_month_without_a_partition_is_stored_and_moved_by_the_next_run(clinic: Clinic) -> None:
+def test_month_without_partition_is_stored_and_moved_later(clinic: Clinic) -> None:
     month = clinic.ask("SELECT date_trunc('month', now() AT TIME ZONE 'UTC' + interval '2 months')::date::text")
     part = f"run_sample_blocks_{month[:7].replace('-', '_')}"
     insert = "INSERT INTO run_sample_blocks (run_id, number, data, month) VALUES (:run, 9999, '', CAST(:month AS date))"

@@ -50,7 +50,7 @@ def behind_pooler(services_url: str) -> Iterator[tuple[Database, str]]:
         yield made, pooler_url
 
 
-def test_limits_hold_in_each_transaction_and_do_not_stay_on_the_connection(pooled: Database) -> None:
+def test_limits_hold_in_each_transaction_and_not_on_the_connection(pooled: Database) -> None:
     with pooled.read() as session:
         assert session.scalar(text("SHOW statement_timeout")) == SERVER_LIMIT
         assert session.scalar(text("SHOW jit")) == "off"
