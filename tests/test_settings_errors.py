@@ -106,6 +106,12 @@ def test_conflicting_and_multiple_wrong_settings_are_all_reported(
     monkeypatch.setenv("KATA_TLS_KEY", "key.pem")
     assert ended_with(monkeypatch, "backup") == 2
     assert capsys.readouterr().err.startswith("Certificate and key must be set together")
+    monkeypatch.delenv("KATA_TLS_KEY")
+    monkeypatch.setenv("KATA_DATABASE_POOLER_URL", "postgresql+psycopg://kata:secret@pooler/kata")
+    assert ended_with(monkeypatch, "backup") == 2
+    printed = capsys.readouterr().err
+    assert printed.startswith("A pooler needs the address of PostgreSQL itself too")
+    assert "secret" not in printed
     monkeypatch.setenv("KATA_PORT", "x")
     monkeypatch.setenv("KATA_DATABASE_URL", "secret-of-the-clinic")
     assert ended_with(monkeypatch, "doctor") == 2

@@ -60,6 +60,10 @@ class Settings(BaseSettings):
     database_url: str = ""
     """SQLAlchemy's database URL; empty: a SQLite file in the data folder. Connections to PostgreSQL on another computer use TLS and
     verify the server's certificate and name, unless the URL contains another ``sslmode``."""
+    database_pooler_url: str = ""
+    """URL of the same PostgreSQL database through a pooler that shares its connections between transactions (PgBouncer,
+    ``pool_mode = transaction``). The service's requests use it. The overview of the stations, upgrades, locks and backups use
+    ``KATA_DATABASE_URL``."""
     station: Path | None = None
     """The station's TOML file."""
     simulate: bool = False
@@ -164,7 +168,7 @@ class Settings(BaseSettings):
     def _absolute(cls, data: Path) -> Path:
         return data.absolute()
 
-    @field_validator("database_url")
+    @field_validator("database_url", "database_pooler_url")
     @classmethod
     def _address(cls, url: str) -> str:
         try:
@@ -240,6 +244,8 @@ class Settings(BaseSettings):
     def _pair(self) -> Self:
         if (self.tls_certificate is None) != (self.tls_key is None):
             raise ValueError("certificate and key must be set together: KATA_TLS_CERTIFICATE, KATA_TLS_KEY")
+        if self.database_pooler_url and not self.database_url.startswith("postgresql"):
+            raise ValueError("a pooler needs the address of PostgreSQL itself too: KATA_DATABASE_URL")
         if bool(self.openid_issuer) != bool(self.openid_client_id):
             raise ValueError("issuer and client id must be set together: KATA_OPENID_ISSUER, KATA_OPENID_CLIENT_ID")
         return self
@@ -270,6 +276,11 @@ class Settings(BaseSettings):
     def effective_database_url(self) -> str:
         """Return the URL of the database that is opened."""
         return by_tls(self.database_url) if self.database_url else f"sqlite:///{self.data / 'kata.db'}"
+
+    @property
+    def effective_database_pooler_url(self) -> str:
+        """Return the URL of the pooler, or an empty text if there is none."""
+        return by_tls(self.database_pooler_url) if self.database_pooler_url else ""
 
     @property
     def effective_audit_anchor(self) -> Path:

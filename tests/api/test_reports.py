@@ -1,6 +1,7 @@
 """Reports over REST: content, type and headers."""
 
 import io
+import sys
 from typing import Any
 from uuid import uuid4
 
@@ -54,6 +55,18 @@ def test_rehabilitation_plan_is_a_japanese_pdf(client: TestClient, treated: Trea
     assert answer.headers["cache-control"] == "no-store"
     assert "Yamada" not in answer.headers["content-disposition"]
     assert "リハビリテーション実施計画書" in PdfReader(io.BytesIO(answer.content)).pages[0].extract_text()
+
+
+def test_without_the_printing_library_only_pages_are_shown(
+    client: TestClient, address: str, treated: Treated, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """plutoprint has no wheel for 64-bit ARM."""
+    monkeypatch.setitem(sys.modules, "plutoprint", None)
+    refused = client.get(f"{address}.pdf")
+    problem(refused, 503, "no_printing")
+    assert "browser" in refused.json()["next_step"]
+    problem(client.get(f"/api/episodes/{treated.episode_id}/rehabilitation-plan.pdf"), 503, "no_printing")
+    assert client.get(f"{address}.html").status_code == 200
 
 
 @pytest.mark.parametrize("kind", ["html", "pdf"])

@@ -211,7 +211,9 @@ async def set_up_storage(settings: Settings, stack: AsyncExitStack) -> Storage:
     if await asyncio.to_thread(make_key, settings):
         log.warning(_NEW_KEY, settings.backup_key_file)
     await asyncio.to_thread(_upgrade, settings.effective_database_url)
-    database = Database(settings.effective_database_url, answer_s=SERVICE_ANSWER_S)
+    database = Database(
+        settings.effective_database_url, answer_s=SERVICE_ANSWER_S, pooler_url=settings.effective_database_pooler_url
+    )
     stack.callback(database.close)
     database.monitor = AvailabilityMonitor(database.writer)
     StatisticsUpkeep(database)

@@ -22,7 +22,8 @@ def night_lock(database: Database) -> ExitStack | None:
     """
     with ExitStack() as stack:
         if not database.file:
-            connection = stack.enter_context(database.writer.connect())
+            # The lock belongs to a session of the server, which a pooler would give to another client.
+            connection = stack.enter_context(database.direct.connect())
             # The lock ends with its connection, so the connection must leave the pool.
             connection.detach()
             if not connection.execute(select(func.pg_try_advisory_lock(_NIGHTLY_LOCK_KEY))).scalar_one():

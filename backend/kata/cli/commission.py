@@ -46,7 +46,8 @@ from kata.device.bus.serial_transport import port_of
 from kata.device.config import StationConfig
 from kata.evaluation.factory_new import FactoryNewApparatus, SimulatedTechnician
 from kata.reporting import letterhead
-from kata.reporting.rendering import PrintOptions, commissioning_pdf
+from kata.reporting.rendering import PrintOptions, can_print, commissioning_pdf
+from kata.reporting.texts import NO_PRINTING
 from kata.settings import Settings
 from kata.system import realtime
 from kata.system.console import console, fail
@@ -244,7 +245,10 @@ def _save(record: CommissioningRecord, station: Path) -> None:
         config.write(configuration_of(record), station)
         config.read(station)
     signed = write_record(record, record_path(station))
-    record_path(station).with_suffix(".pdf").write_bytes(_report_of(signed))
+    if can_print():
+        record_path(station).with_suffix(".pdf").write_bytes(_report_of(signed))
+    else:
+        console.print(f"{NO_PRINTING()} The record itself is complete.", markup=False, soft_wrap=True)
 
 
 def run_check(station: Path, by: str, *, lines: bool = False) -> bool:

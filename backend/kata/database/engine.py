@@ -43,6 +43,10 @@ _SERVICE_PARAMETERS: Final = {
     "max_parallel_workers_per_gather": "0",
     "jit": "off",
 }
+_OF_A_CONNECTION: Final = ("tcp_keepalives_idle", "tcp_keepalives_interval", "tcp_keepalives_count")
+"""Parameters of one network connection. Behind a pooler they would describe the pooler's connection, which it configures itself."""
+_DIRECT_CONNECTIONS: Final = 1
+"""Number of direct connections that stay open beside a pooler."""
 _SERVER_TIMEOUT_SHARE: Final = 0.8
 """Share of the answer time after which the server itself ends a slow statement."""
 
@@ -67,9 +71,10 @@ class SessionHook(Protocol):
 class Database:
     """The clinic's database. It opens short sessions to read or to write."""
 
-    def __init__(self, url: str, *, answer_s: float | None = None) -> None:
+    def __init__(self, url: str, *, answer_s: float | None = None, pooler_url: str = "") -> None:
         """``url``: SQLAlchemy's database URL; nothing is opened yet. ``answer_s``: time limit of one answer, including the connection;
-        None: no limit, for command-line tools.
+        None: no limit, for command-line tools. ``pooler_url``: URL of the same PostgreSQL database through a transaction pooler, which
+        then carries every session of :meth:`read` and :meth:`write`.
 
         :raises DatabaseError: when the URL is invalid or its driver is not installed.
         """
@@ -86,8 +91,12 @@ class Database:
             if self.url.get_backend_name() == "sqlite":
                 self.writer = _create_sqlite_engine(self.url, writes=True, answer_s=answer_s)
                 self.reader = _create_sqlite_engine(self.url, writes=False, answer_s=answer_s)
+                self.direct = self.writer
+            elif pooler_url:
+                self.writer = self.reader = _create_server_engine(make_url(pooler_url), answer_s, pooled=True)
+                self.direct = _create_server_engine(self.url, answer_s, pool_size=_DIRECT_CONNECTIONS)
             else:
-                self.writer = self.reader = _create_server_engine(self.url, answer_s)
+                self.writer = self.reader = self.direct = _create_server_engine(self.url, answer_s)
         except ArgumentError as error:
             raise DatabaseError(f"KATA_DATABASE_URL is not a database URL that Kata supports: {error}") from error
         except ModuleNotFoundError as error:
@@ -166,23 +175,33 @@ class Database:
             self.monitor.close()
         self.reader.dispose()
         self.writer.dispose()
+        self.direct.dispose()
 
 
-def _create_server_engine(url: URL, answer_s: float | None) -> Engine:
+def _create_server_engine(url: URL, answer_s: float | None, *, pooled: bool = False, pool_size: int = 5) -> Engine:
+    """``pooled``: a transaction pooler is between this process and the server. Each transaction can then have another server connection."""
     if url.drivername != "postgresql+psycopg":
         return create_engine(url, pool_pre_ping=True, hide_parameters=True)
-    limited: dict[str, Any] = {"connect_timeout": _CONNECT_TIMEOUT_S}
+    arguments: dict[str, Any] = {"connect_timeout": _CONNECT_TIMEOUT_S}
     if answer_s:
-        limited["tcp_user_timeout"] = int(answer_s * 1000)
+        arguments["tcp_user_timeout"] = int(answer_s * 1000)
+    if pooled:
+        # A statement that one server connection has prepared does not exist on the next one.
+        arguments["prepare_threshold"] = None
     engine = create_engine(
-        url, pool_pre_ping=True, hide_parameters=True, connect_args=limited, pool_timeout=answer_s or 30.0
+        url,
+        pool_pre_ping=True,
+        hide_parameters=True,
+        connect_args=arguments,
+        pool_size=pool_size,
+        pool_timeout=answer_s or 30.0,
     )
     if answer_s:
-        _limit_answer_time(engine, answer_s)
+        _limit_answer_time(engine, answer_s, pooled=pooled)
     return engine
 
 
-def _limit_answer_time(engine: Engine, answer_s: float) -> None:
+def _limit_answer_time(engine: Engine, answer_s: float, *, pooled: bool) -> None:
     """Limit the time of statements on the server, and also in this process, because a stopped server does not end a statement."""
     import psycopg
     from psycopg.abc import PQGen
@@ -197,19 +216,35 @@ def _limit_answer_time(engine: Engine, answer_s: float) -> None:
                     self.pgconn.finish()
                 raise
 
-    server_ms = int(answer_s * _SERVER_TIMEOUT_SHARE * 1000)
-    limits = _SERVICE_PARAMETERS | {"statement_timeout": str(server_ms), "lock_timeout": str(server_ms)}
-    set_limits = "SELECT " + ", ".join(f"set_config('{name}', '{value}', false)" for name, value in limits.items())
-
     def connect(_: Any, __: Any, arguments: list[Any], keyword_arguments: dict[str, Any]) -> Any:
         return Limited.connect(*arguments, **keyword_arguments)
 
     def connected(connection: Any, _: Any) -> None:
-        connection.execute(set_limits)
+        connection.execute(_set_limits(answer_s, of_transaction=False))
         connection.commit()
 
+    def begun(connection: Any) -> None:
+        connection.exec_driver_sql(_set_limits(answer_s, of_transaction=True))
+
     event.listen(engine, "do_connect", connect)
-    event.listen(engine, "connect", connected)
+    if pooled:
+        # A limit of the session would stay on the pooler's connection, which other programs use too.
+        event.listen(engine, "begin", begun)
+    else:
+        event.listen(engine, "connect", connected)
+
+
+def _set_limits(answer_s: float, *, of_transaction: bool) -> str:
+    """Return the statement that sets the service's limits, for the session or only for the present transaction."""
+    server_ms = int(answer_s * _SERVER_TIMEOUT_SHARE * 1000)
+    limits = _SERVICE_PARAMETERS | {"statement_timeout": str(server_ms), "lock_timeout": str(server_ms)}
+    is_local = str(of_transaction).lower()
+    calls = [
+        f"set_config('{name}', '{value}', {is_local})"
+        for name, value in limits.items()
+        if not (of_transaction and name in _OF_A_CONNECTION)
+    ]
+    return "SELECT " + ", ".join(calls)
 
 
 def _create_sqlite_engine(url: URL, *, writes: bool, answer_s: float | None) -> Engine:

@@ -68,7 +68,7 @@ def upgrade(database: Database) -> None:
     try:
         if database.file:
             database.file.parent.mkdir(parents=True, exist_ok=True)
-        with database.writer.connect() as connection, _upgrade_lock(connection):
+        with database.direct.connect() as connection, _upgrade_lock(connection):
             present = schema_of(connection)
             connection.rollback()
             if present != newest_revision():

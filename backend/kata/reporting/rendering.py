@@ -9,6 +9,7 @@ import hashlib
 from dataclasses import dataclass, replace
 from datetime import datetime
 from functools import cache
+from importlib.util import find_spec
 from typing import TYPE_CHECKING
 
 from markupsafe import Markup
@@ -209,6 +210,11 @@ def _environment() -> "Environment":
     )
     environment.filters["css_string"] = css_string
     return environment
+
+
+def can_print() -> bool:
+    """Return whether the printing library is installed. Reports as pages need no library."""
+    return find_spec("plutoprint") is not None
 
 
 def _pdf(page: ReportPage, options: PrintOptions) -> bytes:

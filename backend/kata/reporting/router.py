@@ -15,7 +15,8 @@ from kata.clinic.sessions.schemas import Draft
 from kata.commissioning.record import signature_state
 from kata.database.base import utc_now
 from kata.dependencies import PROBLEMS, TheDatabase, TheFigures
-from kata.reporting import episode, rehabilitation_plan, rendering, session
+from kata.errors import ProblemError
+from kata.reporting import episode, rehabilitation_plan, rendering, session, texts
 from kata.reporting.letterhead import Letterhead
 from kata.reporting.note_draft import draft
 from kata.reporting.phrases import Language
@@ -64,6 +65,20 @@ def _print_options(
 ThePrintOptions = Annotated[PrintOptions, Depends(_print_options)]
 
 
+def _needs_printing(request: Request) -> None:
+    """Refuse a PDF when the printing library is missing, as on computers for which it has no wheel.
+
+    :raises ProblemError: 503 ``no_printing``.
+    """
+    if not rendering.can_print():
+        has_page = request.url.path.endswith("/report.pdf") and "/commissionings/" not in request.url.path
+        next_step = texts.PRINT_IN_BROWSER() if has_page else texts.INSTALL_PLUTOPRINT()
+        raise ProblemError(503, "no_printing", texts.NO_PRINTING(), next_step)
+
+
+_PRINTS: Final = [Depends(_needs_printing)]
+
+
 @router.get(
     "/api/sessions/{session_id}/report.html",
     summary="Get a session's report as HTML",
@@ -84,6 +99,7 @@ def get_session_report_html(
     summary="Get a session's report as PDF",
     response_class=Response,
     responses=_PDF,
+    dependencies=_PRINTS,
 )
 def get_session_report_pdf(
     database: TheDatabase, worker: TheFigures, options: ThePrintOptions, session_id: UUID
@@ -114,6 +130,7 @@ def get_episode_report_html(
     summary="Get an episode's report as PDF",
     response_class=Response,
     responses=_PDF,
+    dependencies=_PRINTS,
 )
 def get_episode_report_pdf(
     database: TheDatabase, worker: TheFigures, options: ThePrintOptions, episode_id: UUID
@@ -129,6 +146,7 @@ def get_episode_report_pdf(
     summary="Get a draft of the Japanese rehabilitation plan as PDF",
     response_class=Response,
     responses=_PDF,
+    dependencies=_PRINTS,
 )
 def get_rehabilitation_plan_pdf(
     database: TheDatabase, worker: TheFigures, options: ThePrintOptions, episode_id: UUID
@@ -158,6 +176,7 @@ def get_note_draft(
     summary="Get a commissioning record as PDF",
     response_class=Response,
     responses=_PDF,
+    dependencies=_PRINTS,
 )
 def get_commissioning_report_pdf(
     database: TheDatabase, worker: TheFigures, options: ThePrintOptions, commissioning_id: UUID
