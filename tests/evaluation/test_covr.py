@@ -35,7 +35,7 @@ def test_robot_in_control_stays_within_the_limit(plant: PlantName) -> None:
         assert max(one.beyond_deg for one in figures) <= WITHIN_DEG
 
 
-@pytest.mark.parametrize(("plant", "motor"), product(get_args(PlantName), MOTORS))
+@pytest.mark.parametrize(("plant", "motor"), [*product(get_args(PlantName), MOTORS)])
 def test_recording_beyond_the_limit_is_refused(plant: PlantName, motor: int) -> None:
     assert is_refused_beyond(CovrCase("robot_in_control", plant, motor, 1))
 
