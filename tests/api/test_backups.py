@@ -72,6 +72,7 @@ def clinic(tmp_path: Path) -> tuple[Settings, Database]:
     return Settings(data=tmp_path, database_url=""), database
 
 
+@pytest.mark.campaign
 def test_due_backup_is_made_once_the_arm_is_free(clinic: tuple[Settings, Database]) -> None:
     settings, database = clinic
     asked: list[bool] = []
@@ -127,6 +128,7 @@ def test_one_of_several_services_makes_the_nightly_backup(tmp_path: Path, servic
         database.close()
 
 
+@pytest.mark.campaign
 def test_a_service_that_ends_takes_its_backup_along(clinic: tuple[Settings, Database]) -> None:
     settings, database = clinic
 

@@ -87,6 +87,7 @@ def test_without_a_named_zone_every_day_is_of_utc(tmp_path: Path, monkeypatch: p
         assert changed.json()["time_zone"] == "Asia/Tokyo"
 
 
+@pytest.mark.campaign
 def test_the_first_start_stores_the_computers_named_zone(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     move_computer(monkeypatch, "Asia/Tokyo")
     with running(tmp_path, simulate=False, clinic_time_zone="", clinic_name="Midori Clinic") as client:

@@ -143,6 +143,7 @@ def test_the_figure_worker_calculates_the_same_results(
     assert results(second) == results(first)
 
 
+@pytest.mark.campaign
 def test_a_process_with_a_worker_imports_a_run_without_scipy(tmp_path: Path) -> None:
     """The service must answer a Stop. To import scipy would delay its answer, and would cost it 55 MB."""
     program = """

@@ -219,6 +219,7 @@ def test_kept_gains_that_vibrate_are_refused() -> None:
     assert ran.curves and values(ran, 4)["d gain"] == (0, 0)
 
 
+@pytest.mark.campaign
 def test_a_faulty_begin_is_not_measured_again() -> None:
     ran, technician, _ = tuned(with_gains(m4=Gains(1600, 800, 0)), *[measure_proposed] * 3)
     assert ran.passed, ran.fault

@@ -190,6 +190,7 @@ def test_arm_that_is_too_heavy_is_refused_before_it_starts() -> None:
     assert report["problems"][0]["refused"] is True
 
 
+@pytest.mark.campaign
 def test_resistance_ends_a_play_with_its_reason() -> None:
     """The load of an unidentified station is unknown: the arm is taken back, and the play does not wait for its end."""
     motion = raised_sideways().motion
@@ -203,6 +204,7 @@ def test_resistance_ends_a_play_with_its_reason() -> None:
         station.play(load, motion.duration_s)
 
 
+@pytest.mark.campaign
 def test_first_learned_play_counts_as_the_smooth_one(together: Together, outcomes: list[CaseResult]) -> None:
     """Other processes change neither figures nor order."""
     smooth, first, second, third, paper = together.results

@@ -206,8 +206,8 @@ def treat_many(folder: Path, seed: int, least: int) -> tuple[int, Counter[str]]:
 
 
 def test_no_setpoint_of_a_random_treatment_leaves_the_limits(tmp_path: Path) -> None:
-    count, results = treat_many(tmp_path, seed=5, least=1_500)
-    assert count >= 1_500
+    count, results = treat_many(tmp_path, seed=5, least=3_000)
+    assert count >= 3_000
     assert results["performed"] > 1
 
 
