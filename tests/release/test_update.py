@@ -110,7 +110,6 @@ def killed_and_resumed(
     return changes, done
 
 
-@pytest.mark.campaign
 def test_a_killed_update_that_does_not_start_is_undone(shared: UpdateClinic) -> None:
     """Resumed, the update starts the new version again, which fails as in an update that is not killed."""
     schema = shared.schema()
