@@ -219,12 +219,14 @@ def _limit_answer_time(engine: Engine, answer_s: float, *, pooled: bool) -> None
     def connect(_: Any, __: Any, arguments: list[Any], keyword_arguments: dict[str, Any]) -> Any:
         return Limited.connect(*arguments, **keyword_arguments)
 
+    set_limits = _set_limits(answer_s, of_transaction=pooled)
+
     def connected(connection: Any, _: Any) -> None:
-        connection.execute(_set_limits(answer_s, of_transaction=False))
+        connection.execute(set_limits)
         connection.commit()
 
     def begun(connection: Any) -> None:
-        connection.exec_driver_sql(_set_limits(answer_s, of_transaction=True))
+        connection.exec_driver_sql(set_limits)
 
     event.listen(engine, "do_connect", connect)
     if pooled:

@@ -31,16 +31,12 @@ class VirtualStation(DirectStation):
         side: Side = CANONICAL_SIDE,
         *,
         make_mechanics: MakeMechanics = Plant,
-        world: World | None = None,
     ) -> None:
-        """Connect. ``config``: for the canonical side. ``seed``: varies the simulated mechanics, which ``make_mechanics`` makes. ``world``:
-        an existing apparatus to use instead.
-        """
+        """Connect. ``config``: for the canonical side. ``seed``: varies the simulated mechanics, which ``make_mechanics`` makes."""
         config = structs.replace(config, side=side)
         turned = side != CANONICAL_SIDE
-        self._world = world or World(config, seed, turned=turned, make_mechanics=make_mechanics)
-        if world is None:
-            self._world.apparatus.support()
+        self._world = World(config, seed, turned=turned, make_mechanics=make_mechanics)
+        self._world.apparatus.support()
         self._arm: list[tuple[int, tuple[float, ...]]] = []
         super().__init__(config, self._world.open_transport, lambda: self._world.t_ns, self._world.sleep)
 

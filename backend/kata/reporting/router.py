@@ -16,6 +16,7 @@ from kata.commissioning.record import signature_state
 from kata.database.base import utc_now
 from kata.dependencies import PROBLEMS, TheDatabase, TheFigures
 from kata.errors import ProblemError
+from kata.messages import Template
 from kata.reporting import episode, rehabilitation_plan, rendering, session, texts
 from kata.reporting.letterhead import Letterhead
 from kata.reporting.note_draft import draft
@@ -65,18 +66,16 @@ def _print_options(
 ThePrintOptions = Annotated[PrintOptions, Depends(_print_options)]
 
 
-def _needs_printing(request: Request) -> None:
-    """Refuse a PDF when the printing library is missing, as on computers for which it has no wheel.
-
-    :raises ProblemError: 503 ``no_printing``.
+def _prints(otherwise: Template) -> list[Any]:
+    """Return the dependency of a route that needs the printing library, which has no wheel for some computers. Without the library the
+    route answers 503 ``no_printing`` with this next step.
     """
-    if not rendering.can_print():
-        has_page = request.url.path.endswith("/report.pdf") and "/commissionings/" not in request.url.path
-        next_step = texts.PRINT_IN_BROWSER() if has_page else texts.INSTALL_PLUTOPRINT()
-        raise ProblemError(503, "no_printing", texts.NO_PRINTING(), next_step)
 
+    def check() -> None:
+        if not rendering.can_print():
+            raise ProblemError(503, "no_printing", texts.NO_PRINTING(), otherwise())
 
-_PRINTS: Final = [Depends(_needs_printing)]
+    return [Depends(check)]
 
 
 @router.get(
@@ -99,7 +98,7 @@ def get_session_report_html(
     summary="Get a session's report as PDF",
     response_class=Response,
     responses=_PDF,
-    dependencies=_PRINTS,
+    dependencies=_prints(texts.PRINT_IN_BROWSER),
 )
 def get_session_report_pdf(
     database: TheDatabase, worker: TheFigures, options: ThePrintOptions, session_id: UUID
@@ -130,7 +129,7 @@ def get_episode_report_html(
     summary="Get an episode's report as PDF",
     response_class=Response,
     responses=_PDF,
-    dependencies=_PRINTS,
+    dependencies=_prints(texts.PRINT_IN_BROWSER),
 )
 def get_episode_report_pdf(
     database: TheDatabase, worker: TheFigures, options: ThePrintOptions, episode_id: UUID
@@ -146,7 +145,7 @@ def get_episode_report_pdf(
     summary="Get a draft of the Japanese rehabilitation plan as PDF",
     response_class=Response,
     responses=_PDF,
-    dependencies=_PRINTS,
+    dependencies=_prints(texts.INSTALL_PLUTOPRINT),
 )
 def get_rehabilitation_plan_pdf(
     database: TheDatabase, worker: TheFigures, options: ThePrintOptions, episode_id: UUID
@@ -176,7 +175,7 @@ def get_note_draft(
     summary="Get a commissioning record as PDF",
     response_class=Response,
     responses=_PDF,
-    dependencies=_PRINTS,
+    dependencies=_prints(texts.INSTALL_PLUTOPRINT),
 )
 def get_commissioning_report_pdf(
     database: TheDatabase, worker: TheFigures, options: ThePrintOptions, commissioning_id: UUID
