@@ -74,9 +74,9 @@ def until_started(pid: int) -> set[int]:
 @pytest.mark.parametrize(
     ("how", "code"),
     [
-        # The service handles Ctrl-C like the signal of systemd. Each test that ends a service sends that signal.
+        # The service handles Ctrl-C like the signal of systemd.
         pytest.param(signal.SIGINT, {0}, marks=pytest.mark.campaign),
-        pytest.param(signal.SIGTERM, {0}, marks=pytest.mark.campaign),
+        (signal.SIGTERM, {0}),
         (signal.SIGKILL, {-signal.SIGKILL}),
     ],
 )

@@ -49,7 +49,7 @@ MB: Final = 1e6
 
 
 class Clinic:
-    """A clinic on PostgreSQL with ``RUNS`` half-hour runs in the single table, and what a service read from it."""
+    """A clinic on PostgreSQL with ``RUNS`` runs of ten minutes in the single table, and what a service read from it."""
 
     def __init__(self, url: str) -> None:
         self.url = url

@@ -351,16 +351,13 @@ def test_five_hundred_hostile_texts_run_nowhere(page: Page, poisoned: Poisoned, 
 
 @pytest.mark.campaign
 @pytest.mark.timeout(600)
-@pytest.mark.parametrize("every", [7, pytest.param(1, marks=pytest.mark.campaign)])
-def test_a_hostile_file_name_is_a_name(
-    page: Page, poisoned: Poisoned, texts: list[str], violations: list[str], every: int
-) -> None:
-    """Choose a file with every seventh text as its name, or with each text in the campaign."""
+def test_a_hostile_file_name_is_a_name(page: Page, poisoned: Poisoned, texts: list[str], violations: list[str]) -> None:
+    """Choose a file with each text as its name."""
     page.goto(f"{poisoned.url}/patients/{poisoned.poison.places[0].patients}?tab=data")
     page.get_by_role("button", name="Import motion from CSV file").dispatch_event("click")
     chooser = page.locator("input[type=file]").first
     chooser.wait_for(state="attached")
-    names = [text.replace("/", "\N{DIVISION SLASH}") for text in texts[::every]]
+    names = [text.replace("/", "\N{DIVISION SLASH}") for text in texts]
     missing: list[str] = page.evaluate(_CHOOSE, names)
     assert missing == []
     assert violations == []

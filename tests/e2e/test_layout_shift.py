@@ -4,7 +4,6 @@ import logging
 import re
 from collections.abc import Callable
 from dataclasses import dataclass
-from itertools import cycle, islice
 from typing import Any, Final
 
 import pytest
@@ -18,8 +17,6 @@ log = logging.getLogger(__name__)
 LIMIT: Final = 0.1
 """Cumulative Layout Shift that web.dev calls good: the share of the viewport that moves, times the distance."""
 SIZES: Final = {"phone": (412, 823), "tablet, upright": (800, 1280), "tablet": (1280, 800), "desktop": (1350, 940)}
-FEW: Final = ("home", "station with a patient", "chart", "session")
-"""Pages with the most parts that load one after the other."""
 ATTEMPTS: Final = 20
 
 # As web.dev defines it: the worst window of at most five seconds whose shifts are at most one second apart, without those that follow input.
@@ -128,16 +125,12 @@ def loaded(page: Page, url: str, screen: Screen) -> dict[str, Any]:
 
 @pytest.mark.campaign
 @pytest.mark.timeout(900)
-@pytest.mark.parametrize("sizes", [1, pytest.param(len(SIZES), marks=pytest.mark.campaign)])
-def test_layout_stays_in_place_while_a_page_loads(page: Page, clinic: Clinic, sizes: int) -> None:
-    """Load four pages in a size each; in the campaign each page in all sizes."""
+def test_layout_stays_in_place_while_a_page_loads(page: Page, clinic: Clinic) -> None:
+    """Load each page in all sizes."""
     page.add_init_script(f"({NOTED})()")
     moved = {}
-    turns = cycle(SIZES.items())
     for name, screen in screens(page, clinic).items():
-        if sizes == 1 and name not in FEW:
-            continue
-        for size, (width, height) in islice(turns, sizes):
+        for size, (width, height) in SIZES.items():
             page.set_viewport_size({"width": width, "height": height})
             shifts = loaded(page, clinic.url, screen)
             log.info("%s, %s: %.3f", name, size, shifts["worst"])

@@ -36,7 +36,6 @@ _DIALOGS: Final = (
 _MOST_CONTROLS: Final = 40
 _PARTS: Final = re.compile("StationPage|NotificationButton|AxisSparkline|StationApparatus")
 """Scripts of the station page and of parts that load on demand."""
-_FEW_PARTS: Final = re.compile("StationPage|StationApparatus")
 
 _TOUCHED: Final = ("telephone", "landscape", "tablet")
 """Sizes of devices that have a touch screen."""
@@ -131,11 +130,10 @@ def test_pages_of_all_sizes_fit_and_have_stop(tab: Page, clinic: Clinic, every: 
 
 
 @pytest.mark.campaign
-@pytest.mark.parametrize("every", [False, _EVERY])
-def test_stop_stays_when_a_script_does_not_load(tab: Page, clinic: Clinic, every: bool) -> None:
+def test_stop_stays_when_a_script_does_not_load(tab: Page, clinic: Clinic) -> None:
     """A service that is lost while the page loads cannot send the rest of it. The first scripts are taken as loaded.
 
-    The stop's banner has its acknowledgement all the same. `make test` leaves out the page's own script and a part that loads on demand.
+    The stop's banner has its acknowledgement all the same.
     """
     first = set(re.findall(r'"(/assets/[^"]+\.js)"', tab.request.get(clinic.url).text()))
     asked: list[str] = []
@@ -149,7 +147,7 @@ def test_stop_stays_when_a_script_does_not_load(tab: Page, clinic: Clinic, every
     with ShownStation(clinic) as station:
         station.make_idle()
         station.press_estop()
-        for path in names if every else [name for name in names if _FEW_PARTS.search(name)]:
+        for path in names:
             tab.route(f"**{path}", lambda route: route.abort())
             tab.goto(f"{clinic.url}/station")
             expect(tab.get_by_role("button", name="Stop", exact=True), path).to_be_visible(timeout=LONG_MS)
@@ -330,12 +328,10 @@ def test_finger_stops_on_every_page(finger: Page, clinic: Clinic, every: bool) -
 
 @pytest.mark.campaign
 @pytest.mark.timeout(900)
-@pytest.mark.parametrize("every", [False, _EVERY])
-def test_finger_stops_beside_an_open_dialog_or_menu(finger: Page, clinic: Clinic, every: bool) -> None:
-    """In `make test` beside a menu and a dialog, in the campaign beside all dialogs."""
+def test_finger_stops_beside_an_open_dialog_or_menu(finger: Page, clinic: Clinic) -> None:
     pages = addresses(finger, clinic)
     dialogs: list[tuple[str, str]] = [("home", "Pages"), *_DIALOGS, ("home", "Search")]
-    for place, (name, opener) in enumerate(dialogs if every else dialogs[:2]):
+    for place, (name, opener) in enumerate(dialogs):
         _open(finger, clinic.url + pages[name], _TOUCHED[place % len(_TOUCHED)])
         finger.get_by_role("button", name=re.compile(f"^{opener}")).first.tap(timeout=LONG_MS)
         expect(finger.get_by_role("dialog").or_(finger.get_by_role("menu"))).to_be_visible(timeout=LONG_MS)

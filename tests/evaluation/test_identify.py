@@ -8,9 +8,9 @@ from kata.device.config import simulated
 from kata.evaluation.excitation import exercise, identify_station
 from kata.simulator.parameters import DRIVES, GOAL_SMOOTHING_S, JOINTS
 
+pytestmark = pytest.mark.campaign
 
-# The next test identifies the station without a seed.
-@pytest.mark.campaign
+
 @pytest.mark.parametrize("seed", [None, 3])
 def test_lag_of_simulated_drives_depends_only_on_their_control(seed: int | None) -> None:
     found = identify_station(simulated("virtual"), exercise(15.0), seed).axes
@@ -23,7 +23,6 @@ def test_lag_of_simulated_drives_depends_only_on_their_control(seed: int | None)
         assert axis.residual_deg < 0.25
 
 
-@pytest.mark.campaign
 def test_the_simulated_station_knows_the_lag_of_its_drives() -> None:
     for axis, found in zip(
         simulated("virtual").axes,

@@ -10,6 +10,8 @@ from hatch_build import list_page_packages, list_python_packages
 from tests.support.paths import ROOT
 from tests.support.pins import pins
 
+pytestmark = pytest.mark.campaign
+
 
 @pytest.fixture(scope="module")
 def lists(tmp_path_factory: pytest.TempPathFactory) -> dict[str, Path]:
@@ -29,13 +31,11 @@ def components(file: Path) -> dict[str, str]:
     }
 
 
-@pytest.mark.campaign
 def test_the_list_of_python_names_every_pin(lists: dict[str, Path]) -> None:
     pinned = {name: block.split("==")[1].split()[0] for name, block in pins("requirements.txt").items()}
     assert components(lists["python"]) == pinned
 
 
-@pytest.mark.campaign
 def test_the_list_of_the_page_names_every_locked_package(lists: dict[str, Path]) -> None:
     packages = json.loads((ROOT / "frontend/package-lock.json").read_text())["packages"]
     locked = {
@@ -47,7 +47,6 @@ def test_the_list_of_the_page_names_every_locked_package(lists: dict[str, Path])
     assert set(components(lists["page"]).items()) == locked
 
 
-@pytest.mark.campaign
 @pytest.mark.parametrize(("name", "version"), [("python", "V1_6"), ("page", "V1_5")])
 def test_the_lists_are_valid_and_name_no_build(lists: dict[str, Path], name: str, version: str) -> None:
     # The import takes seconds, also of the workers that do not run this test.
