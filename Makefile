@@ -47,13 +47,9 @@ MEASURED := tests/bench tests/evaluation/test_real_time.py tests/simulator/test_
 TIMED := tests/integration $(addprefix tests/api/test_,cli.py contraindications.py crash.py demo.py derived.py end_feel.py episodes.py \
 	guarded.py json_bombs.py lease.py offline_session.py operations.py outage.py restricted_live.py station.py stopping.py teaching_checklist.py visit.py \
 	watchdog.py)
-# Tests of the device that reach every line and branch of the modules that coverage counts. Counting takes more than twice the time: the
-# others run without it, and so do the long ones of these modules that reach no further line, which are marked no_cover.
-UNCOUNTED := $(addprefix tests/device/test_,config.py config_effective.py documentation.py end_of_the_process.py ipc.py journal.py \
-	latency_histogram.py limits_at_speed.py loader.py log_thread.py matrix.py power.py reconnect.py setpoint_gate.py \
-	start_of_torque.py station_file.py suspended_computer.py weakened_drive.py)
-COUNTED := $(filter-out $(UNCOUNTED),$(wildcard tests/device/test_*.py))
-OTHERS := $(addprefix --ignore=,$(COUNTED) tests/e2e $(MEASURED) $(TIMED))
+# Counting the reached lines and branches takes more than twice the time, so only tests that are needed for it run with it.
+COUNTED := -m "counted and not campaign" tests/device
+OTHERS := -m "not counted and not campaign" $(addprefix --ignore=,tests/e2e $(MEASURED) $(TIMED))
 # Apart from the others, because each worker keeps a clinic running. artefacts/journeys gets a picture of each page on which a journey failed.
 JOURNEYS := tests/e2e
 # At a lower priority than the kernel's threads. Only the campaign needs the plugin of Schemathesis, whose import takes two seconds.
@@ -116,13 +112,18 @@ $(PACKAGES): requirements-dev.txt pyproject.toml
 		{ echo "Kata needs Python 3.11 or newer; this is $$($(PYTHON) --version 2>&1). Another one: make PYTHON=python3.12 ..."; exit 1; }
 	@$(PYTHON) -c 'import ensurepip, venv' 2>/dev/null || \
 		{ echo "Python's venv is missing here. On Debian and Ubuntu: sudo apt install python3-venv"; exit 1; }
-	@echo "Installing Python packages (a minute or two, once) ..."
+	@echo "Installing Python packages (half a minute, once) ..."
 	@test -x $(BIN)/python || $(PYTHON) -m venv $(VENV)
-	@# The pins name every package: --no-deps, because pip would look for an extra (coverage[toml]) besides its pin.
-	@$(BIN)/python -m pip install --quiet --require-hashes --no-deps --requirement requirements-dev.txt
+	@mkdir -p $(@D)
+	@sed -n '/^uv==/,/[^\\]$$/p' requirements-dev.txt > .cache/uv.txt
+	@$(BIN)/python -m pip install --quiet --require-hashes --no-deps --requirement .cache/uv.txt
+	@# The pins name every package: --no-deps, because pip would look for an extra (coverage[toml]) besides its pin. uv installs side by side what
+	@# pip installs one after another. It does not read pip's settings: where they name another index, pip installs.
+	@$(BIN)/uv pip install --quiet --no-cache --python $(BIN)/python --require-hashes --no-deps --requirement requirements-dev.txt || \
+		$(BIN)/python -m pip install --quiet --require-hashes --no-deps --requirement requirements-dev.txt
 	@$(BIN)/python -m pip install --quiet --no-build-isolation --no-deps --editable .
 	@$(BIN)/python -m pip check --quiet
-	@mkdir -p $(@D) && touch $@
+	@touch $@
 
 $(NODE_MODULES): $(PACKAGES) frontend/package-lock.json
 	@echo "Installing the page's packages (half a minute, once) ..."
