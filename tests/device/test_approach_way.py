@@ -46,6 +46,7 @@ def _approach(folder: Path, cycle_hz: int, here_deg: Floats, start_deg: Floats) 
     return station, refusal.code if refusal else ""
 
 
+@pytest.mark.counted
 @pytest.mark.parametrize(("here", "start"), _OVERHEAD)
 @pytest.mark.parametrize("cycle_hz", [100, 50])
 def test_approach_from_overhead_arrives_or_is_refused(
@@ -55,7 +56,6 @@ def test_approach_from_overhead_arrives_or_is_refused(
     assert refusal == "way_leaves_limits"
 
 
-@pytest.mark.no_cover
 @given(st.integers(0, 2**32 - 1), st.sampled_from([100, 50]), st.booleans())
 @examples(few=4, many=1_000)
 def test_accepted_approach_from_anywhere_arrives(
@@ -115,7 +115,6 @@ def test_approach_is_straight_where_its_side_of_arrival_is_outside(tmp_path: Pat
     assert station.causes() == []
 
 
-@pytest.mark.no_cover
 def test_approach_from_the_hanging_arm_is_accepted(tmp_path: Path) -> None:
     station, refusal = _approach(
         tmp_path, 100, np.array([15.0, 109.0, 10.0, 0.0, 0.0]), np.array([17.0, 107.0, 40.0, 60.0, -20.0])

@@ -184,6 +184,7 @@ def test_invalid_and_missing_answers_are_counted_from_the_first_cycle(watched: W
     assert [watched.hear(0, said).corrupt[0] for said in (unsound, silent, silent)] == [True, True, False]
 
 
+@pytest.mark.counted
 def test_estop_poll_counts_like_a_reading_of_the_cycle(watched: Watched) -> None:
     watched.hear(0, watched.reading(0))
     unheard = msgspec.structs.replace(watched.reading(40), inputs=None)
@@ -346,6 +347,7 @@ def test_changing_speed_faster_than_allowed_lasts(watched: Watched) -> None:
             assert state.accelerating_ms == (0.0, 10.0 if lasts else 0.0, 0.0, 0.0, 0.0)
 
 
+@pytest.mark.counted
 def test_same_change_in_half_the_time_is_twice_the_acceleration(watched: Watched) -> None:
     watched.drive(0, speed_deg_s=0.0)
     watched.drive(5, speed_deg_s=20.1)

@@ -52,7 +52,6 @@ def test_drive_warns_within_a_margin_of_its_own_limits(
     assert shown(stepped) == ([(code, 3)] if code else [])
 
 
-@pytest.mark.no_cover
 def test_warning_names_motor_value_and_limit_and_is_one_event(playing: Stepped) -> None:
     playing.apparatus.health = {2: structs.replace(WELL, temperature_c=72.0)}
     playing.forward(1.0)

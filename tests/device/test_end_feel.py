@@ -37,7 +37,6 @@ def turns(stepped: Stepped) -> list[float]:
     return [float(angles[n]) for n in back]
 
 
-@pytest.mark.no_cover
 def test_three_repetitions_stay_below_the_chosen_torque(stepped: Stepped) -> None:
     started(stepped)
     shoulder = Shoulder(stepped)
@@ -48,6 +47,7 @@ def test_three_repetitions_stay_below_the_chosen_torque(stepped: Stepped) -> Non
     assert end is not None and end.reason == "completed"
 
 
+@pytest.mark.counted
 def test_shoulder_that_resists_nowhere_is_measured_to_the_end(stepped: Stepped) -> None:
     started(stepped, ONCE)
     shoulder = Shoulder(stepped, onset_deg=90.0)
@@ -56,7 +56,6 @@ def test_shoulder_that_resists_nowhere_is_measured_to_the_end(stepped: Stepped) 
     assert len(turns(stepped)) == 1
 
 
-@pytest.mark.no_cover
 def test_patient_ends_the_test_by_the_pedal(stepped: Stepped) -> None:
     started(stepped)
     shoulder = Shoulder(stepped)
@@ -71,6 +70,7 @@ def test_patient_ends_the_test_by_the_pedal(stepped: Stepped) -> None:
     assert end is not None and end.reason == "returned"
 
 
+@pytest.mark.counted
 def test_pulled_out_pedal_ends_the_test(stepped: Stepped) -> None:
     """The patient could not end it any more."""
     started(stepped)
@@ -82,7 +82,6 @@ def test_pulled_out_pedal_ends_the_test(stepped: Stepped) -> None:
     assert len(turns(stepped)) == 1
 
 
-@pytest.mark.no_cover
 def test_pedal_on_the_way_back_ends_the_test_too(stepped: Stepped) -> None:
     started(stepped)
     shoulder = Shoulder(stepped, onset_deg=20.0)
@@ -99,7 +98,6 @@ def with_weighing(**changes: object) -> EndFeel:
     return msgspec.structs.replace(TEST, expected_nm=expected, arm_nm=(growth(),), weighed_s=(0.6, 5.6), **changes)
 
 
-@pytest.mark.no_cover
 @pytest.mark.parametrize("heavier_nm", [-3.0, pytest.param(-1.5, marks=pytest.mark.campaign), 1.5])
 def test_arm_of_another_weight_is_weighed_on_the_way(stepped: Stepped, heavier_nm: float) -> None:
     started(stepped, with_weighing(repetitions=1))
@@ -108,7 +106,6 @@ def test_arm_of_another_weight_is_weighed_on_the_way(stepped: Stepped, heavier_n
     assert CHOSEN_NM - 0.4 < shoulder.largest_nm < CHOSEN_NM + 0.1
 
 
-@pytest.mark.no_cover
 @pytest.mark.parametrize(("chosen_nm", "allowed_nm"), [(1.0, 1.7), (2.0, 2.9)])
 def test_shoulder_that_resists_from_the_start_is_no_weight(
     stepped: Stepped, chosen_nm: float, allowed_nm: float
@@ -121,7 +118,6 @@ def test_shoulder_that_resists_from_the_start_is_no_weight(
     assert len(turns(stepped)) == 1
 
 
-@pytest.mark.no_cover
 def test_patient_who_works_while_weighed_is_taken_back(stepped: Stepped) -> None:
     """The weight would be wrong by as much at the turn, and the shoulder would get more than the chosen torque."""
     started(stepped, with_weighing(repetitions=1))
@@ -135,7 +131,6 @@ def test_patient_who_works_while_weighed_is_taken_back(stepped: Stepped) -> None
     assert len(turns(stepped)) == 1
 
 
-@pytest.mark.no_cover
 def test_push_on_the_way_back_makes_it_faster(stepped: Stepped) -> None:
     started(stepped)
     shoulder = Shoulder(stepped)
@@ -148,7 +143,6 @@ def test_push_on_the_way_back_makes_it_faster(stepped: Stepped) -> None:
     assert before_deg - stepped.apparatus.angles_deg[AXIS] > 1.5 * 0.6 * SPEED_DEG_S
 
 
-@pytest.mark.no_cover
 def test_push_does_not_take_the_arm_beyond_the_start(stepped: Stepped) -> None:
     started(stepped, ONCE)
     shoulder = Shoulder(stepped, onset_deg=10.0)
@@ -160,7 +154,6 @@ def test_push_does_not_take_the_arm_beyond_the_start(stepped: Stepped) -> None:
     assert min(stepped.journal().setpoint_deg[:, AXIS]) > -0.2
 
 
-@pytest.mark.no_cover
 def test_heavier_arm_without_weighing_is_taken_back_early(stepped: Stepped) -> None:
     started(stepped, ONCE)
     shoulder = Shoulder(stepped, heavier_nm=1.5)
@@ -168,7 +161,6 @@ def test_heavier_arm_without_weighing_is_taken_back_early(stepped: Stepped) -> N
     assert 0.5 < shoulder.largest_nm < CHOSEN_NM - 0.7
 
 
-@pytest.mark.no_cover
 @pytest.mark.parametrize("guarding_nm", [2.5, 3.0])
 def test_sudden_guarding_is_answered_within_50_ms(stepped: Stepped, guarding_nm: float) -> None:
     started(stepped)
@@ -185,7 +177,6 @@ def test_sudden_guarding_is_answered_within_50_ms(stepped: Stepped, guarding_nm:
     assert cycles - 2 <= 5
 
 
-@pytest.mark.no_cover
 def test_paused_test_goes_on_and_still_turns(stepped: Stepped) -> None:
     started(stepped, ONCE)
     shoulder = Shoulder(stepped)
@@ -197,7 +188,6 @@ def test_paused_test_goes_on_and_still_turns(stepped: Stepped) -> None:
     assert CHOSEN_NM - 0.4 < shoulder.largest_nm < CHOSEN_NM
 
 
-@pytest.mark.no_cover
 @pytest.mark.parametrize("times", [1, 3])
 def test_pause_on_the_way_back_does_not_repeat_the_stretch(stepped: Stepped, times: int) -> None:
     """A therapist pauses because the patient is in pain. To continue must not take the arm out again."""
@@ -218,7 +208,6 @@ def test_pause_on_the_way_back_does_not_repeat_the_stretch(stepped: Stepped, tim
     assert len(turns(stepped)) == 1
 
 
-@pytest.mark.no_cover
 def test_pedal_during_a_pause_ends_the_test(stepped: Stepped) -> None:
     started(stepped)
     shoulder = Shoulder(stepped)
@@ -237,7 +226,6 @@ def test_pedal_during_a_pause_ends_the_test(stepped: Stepped) -> None:
     assert end is not None and end.reason == "returned"
 
 
-@pytest.mark.no_cover
 def test_pedal_before_the_first_way_ends_nothing(stepped: Stepped) -> None:
     """The therapist shows the pedal to the patient."""
     assert stepped.send(msgspec.structs.replace(LOAD, end_feel=ONCE), Trajectory(TIMES_S, way())) is None
@@ -286,7 +274,6 @@ def on_the_way_back(stepped: Stepped) -> Shoulder:
     return shoulder
 
 
-@pytest.mark.no_cover
 def test_resistance_on_the_way_back_holds_the_arm(stepped: Stepped) -> None:
     """The way back is not continued against the patient."""
     shoulder = on_the_way_back(stepped)
@@ -369,7 +356,6 @@ def test_arm_that_leaves_no_torque_for_a_test_is_refused() -> None:
     assert refusal is not None and "the arm and the test need 4.1 Nm of motor 4" in refusal.message
 
 
-@pytest.mark.no_cover
 @pytest.mark.parametrize("resting", [0, 2])
 def test_resistance_of_a_resting_motor_stops_the_way_back(stepped: Stepped, resting: int) -> None:
     """On the way back of an end-feel test; the test's motor moves, another one meets resistance."""
@@ -381,7 +367,6 @@ def test_resistance_of_a_resting_motor_stops_the_way_back(stepped: Stepped, rest
     assert stepped.apparatus.angles_deg[AXIS] > before_deg - 0.5 * SPEED_DEG_S
 
 
-@pytest.mark.no_cover
 def test_paused_test_gives_way_above_the_chosen_torque(stepped: Stepped) -> None:
     """The patient guards while the arm is held in the stretch. The patient's level is far above the chosen torque."""
     started(stepped, ONCE)

@@ -78,6 +78,7 @@ def test_nothing_holds_when_all_is_well() -> None:
     assert evaluate_faults(msgspec.structs.replace(MOVING, torque_on=False, torque_reported=(False,) * 5), CONFIG) == []
 
 
+@pytest.mark.counted
 @pytest.mark.parametrize(
     ("code", "field", "still_good", "bad"),
     [
@@ -208,6 +209,7 @@ def refused(last: float | tuple[float, float], following: float, rate_hz: int = 
     return [code for code, _ in found]
 
 
+@pytest.mark.counted
 def test_setpoint_beyond_the_command_range_is_not_sent() -> None:
     assert refused(HIGH_DEG, HIGH_DEG) == []
     assert refused(HIGH_DEG, HIGH_DEG + 1e-6) == []  # rounding
@@ -237,6 +239,7 @@ def test_the_step_counts_from_the_newest_setpoint() -> None:
     assert refused((98.0, 97.0), 99.6) == ["setpoint_step"]
 
 
+@pytest.mark.counted
 @pytest.mark.parametrize("direction", [1, -1])
 def test_a_bend_beyond_the_highest_acceleration_is_not_sent(direction: int) -> None:
     # 4,000 deg/s2 at 100 Hz: a step may be 0.4 deg longer or shorter than the one before.

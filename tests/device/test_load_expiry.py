@@ -60,6 +60,7 @@ def test_held_arm_does_not_expire(tmp_path: Path) -> None:
     assert stepped.send(Play()) is None
 
 
+@pytest.mark.counted
 def test_suspension_of_the_computer_counts(tmp_path: Path) -> None:
     stepped = loaded(tmp_path)
     stepped.cycle(late_ms=(_LIMIT_S - 1) * 1000.0)
@@ -68,7 +69,6 @@ def test_suspension_of_the_computer_counts(tmp_path: Path) -> None:
     assert stepped.mode == "idle"
 
 
-@pytest.mark.no_cover
 @given(
     st.lists(
         st.tuples(st.sampled_from([1.0, 300.0, 599.0, 601.0, 7200.0]), st.booleans(), st.booleans()),

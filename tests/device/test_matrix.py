@@ -177,7 +177,6 @@ def _rows() -> list[Any]:
 
 
 # Not counted for coverage: each line needs a test of its own, and counting takes time.
-@pytest.mark.no_cover
 @pytest.mark.parametrize(("kind", "signal"), _rows())
 def test_every_cell_of_the_fault_matrix(healthy: dict[Mode, Stepped], tmp_path: Path, kind: Kind, signal: str) -> None:
     for mode in MODES:

@@ -53,7 +53,6 @@ def begin(
 # -- ahead of the drives ----------------------------------------------------------------------------------------------
 
 
-@pytest.mark.no_cover
 def test_setpoints_lead_the_reference_by_the_drive_lag(tmp_path: Path) -> None:
     config = station(lag_s=0.08, lag2_s2=0.003, friction_deg=0.4)
     stepped, trajectory = begin(tmp_path, config, "smooth")
@@ -70,7 +69,6 @@ def test_setpoints_lead_the_reference_by_the_drive_lag(tmp_path: Path) -> None:
     assert stepped.causes() == []
 
 
-@pytest.mark.no_cover
 @pytest.mark.parametrize("method", ["smooth", "learned"])
 def test_journal_contains_the_setpoints_that_were_sent(tmp_path: Path, method: Method) -> None:
     """The drives in this test follow at once, so they are as far ahead as the setpoint."""
@@ -84,7 +82,6 @@ def test_journal_contains_the_setpoints_that_were_sent(tmp_path: Path, method: M
     assert np.abs(feed_forward).max() == pytest.approx(0.08 * 30 * np.pi / 2, abs=0.3)
 
 
-@pytest.mark.no_cover
 def test_lead_vanishes_at_rest_and_resuming_has_no_jump(tmp_path: Path) -> None:
     config = station(lag_s=0.1, lag2_s2=0.004, friction_deg=0.5)
     stepped, trajectory = begin(tmp_path, config, "smooth")
@@ -124,7 +121,6 @@ def test_speed_override_counts_in_feed_forward(tmp_path: Path) -> None:
     assert feed_forward == pytest.approx(0.1 * pace_then * trajectory.motion_at(place).speed_deg_s[MOVING], abs=0.1)
 
 
-@pytest.mark.no_cover
 def test_nothing_is_sent_beyond_a_limit_for_being_ahead(tmp_path: Path) -> None:
     limits = [(-180.0, 180.0)] * 5
     limits[MOVING] = (-1.0, 60.1)
@@ -141,7 +137,6 @@ def test_nothing_is_sent_beyond_a_limit_for_being_ahead(tmp_path: Path) -> None:
 
 
 # In every run each rate once, and both directions.
-@pytest.mark.no_cover
 @pytest.mark.parametrize(
     ("rate_hz", "direction"),
     [
@@ -170,7 +165,6 @@ def test_a_fast_setpoint_brakes_before_a_limit(tmp_path: Path, rate_hz: int, dir
     assert np.abs(np.diff(sent(stepped), 2)).max() < 0.98 * second_difference
 
 
-@pytest.mark.no_cover
 @pytest.mark.parametrize("rate_hz", [50, 100])
 def test_reversing_a_fast_arm_does_not_drop_it_for_jerk(tmp_path: Path, rate_hz: int) -> None:
     """The slowest drives that may be configured, the highest speed, the fastest reversal."""
@@ -200,7 +194,6 @@ def test_the_last_look_still_refuses_a_reference_that_jerks(tmp_path: Path) -> N
     assert "setpoint_acceleration" in stepped.causes() or "setpoint_step" in stepped.causes()
 
 
-@pytest.mark.no_cover
 def test_approach_and_return_use_feed_forward_and_end_exactly(tmp_path: Path) -> None:
     config = station(lag_s=0.1)
     stepped, trajectory = begin(tmp_path, config, "smooth", rows(from_deg=20.0))
@@ -219,7 +212,6 @@ def test_approach_and_return_use_feed_forward_and_end_exactly(tmp_path: Path) ->
     assert stepped.apparatus.angles_deg == pytest.approx(REST_DEG, abs=0.01)
 
 
-@pytest.mark.no_cover
 def test_recording_cut_at_full_speed_joins_the_return_without_jumps(tmp_path: Path) -> None:
     """The setpoint is still ahead there: the return begins at the setpoint, without adding the feed-forward again."""
     angles = np.tile(np.array(REST_DEG), (len(TIMES_S), 1))
@@ -258,7 +250,6 @@ def learned(deg: float) -> Correction:
     return Correction(0.02, np.full((201, 5), deg))
 
 
-@pytest.mark.no_cover
 def test_learned_correction_applies_at_full_speed_and_not_at_rest(tmp_path: Path) -> None:
     stepped, trajectory = begin(tmp_path, station(), "learned", correction=learned(1.5))
     assert sent(stepped)[-1] == pytest.approx(trajectory.at(0.0)[MOVING], abs=1e-6)
@@ -276,6 +267,7 @@ def test_learned_correction_applies_at_full_speed_and_not_at_rest(tmp_path: Path
     assert np.abs(np.diff(sent(stepped))).max() < 0.8
 
 
+@pytest.mark.counted
 def test_learned_correction_is_read_at_the_setpoints_place(tmp_path: Path) -> None:
     sloping = Correction(0.02, np.tile(np.linspace(0.0, 2.0, 201)[:, None], 5))
     stepped, trajectory = begin(tmp_path, station(), "learned", correction=sloping)
@@ -285,7 +277,6 @@ def test_learned_correction_is_read_at_the_setpoints_place(tmp_path: Path) -> No
     assert sent(stepped)[-1] - trajectory.at(place)[MOVING] == pytest.approx(place * 2.0 / 4.0, abs=1e-6)
 
 
-@pytest.mark.no_cover
 def test_learned_correction_of_forward_motion_is_not_added_on_return(tmp_path: Path) -> None:
     stepped, trajectory = begin(tmp_path, station(), "learned", correction=learned(1.5), load_level=10)
     stepped.send(Play())
@@ -300,7 +291,6 @@ def test_learned_correction_of_forward_motion_is_not_added_on_return(tmp_path: P
     assert sent(stepped)[-1] == pytest.approx(trajectory.at(place_s(stepped) + 0.01 - 0.005)[MOVING], abs=1e-6)
 
 
-@pytest.mark.no_cover
 def test_a_correction_that_jumps_is_followed_in_small_steps(tmp_path: Path) -> None:
     """Its share of the highest acceleration: a step differs by at most 0.288 deg from the one before, at 100 Hz."""
     jumping = Correction(0.02, np.tile(np.where(np.arange(201) % 40 < 20, 3.0, -3.0)[:, None], 5))
@@ -338,7 +328,6 @@ def test_paper_method_steps_to_the_first_sample_without_an_approach(paper: Stepp
     assert paper.causes() == []
 
 
-@pytest.mark.no_cover
 @pytest.mark.parametrize("cycles_before", [0, 3, 7])
 def test_paper_method_sends_only_one_sample_per_100_ms(paper: Stepped, cycles_before: int) -> None:
     """The same samples at any start time: no lead, no feed-forward, nothing between samples."""
@@ -363,7 +352,6 @@ def test_paper_method_sends_only_one_sample_per_100_ms(paper: Stepped, cycles_be
     assert paper.causes() == []
 
 
-@pytest.mark.no_cover
 def test_ten_hertz_station_plays_the_paper_method_at_its_rate(tmp_path: Path) -> None:
     stepped, _ = begin(tmp_path, station(rate_hz=10), "paper")
     stepped.send(Play())
@@ -372,7 +360,6 @@ def test_ten_hertz_station_plays_the_paper_method_at_its_rate(tmp_path: Path) ->
     assert stepped.causes() == []
 
 
-@pytest.mark.no_cover
 def test_pause_in_the_paper_method_holds_and_resumes(paper: Stepped) -> None:
     paper.send(Play())
     until_place(paper, 1.0)
@@ -394,7 +381,6 @@ def test_pause_in_the_paper_method_holds_and_resumes(paper: Stepped) -> None:
     assert np.abs(np.diff(sent(paper))).max() < 5.1
 
 
-@pytest.mark.no_cover
 @pytest.mark.parametrize("before_playing", [True, False])
 def test_the_way_back_in_the_papers_way_is_gentle(paper: Stepped, before_playing: bool) -> None:
     if not before_playing:
@@ -420,7 +406,6 @@ def test_stop_in_the_paper_method_ramps_down_before_torque_off(paper: Stepped) -
     assert paper.causes() == ["operator_stop"]
 
 
-@pytest.mark.no_cover
 def test_resistance_in_the_papers_way_takes_the_arm_back(tmp_path: Path) -> None:
     stepped, _ = begin(tmp_path, station(), "paper", load_level=10)
     stepped.send(Play())
@@ -436,6 +421,7 @@ def test_resistance_in_the_papers_way_takes_the_arm_back(tmp_path: Path) -> None
     stepped.until("idle")
 
 
+@pytest.mark.counted
 @pytest.mark.parametrize(("away_deg", "refused"), [(8.0, False), (-8.0, False), (8.1, True), (-8.1, True)])
 def test_paper_start_too_far_away_is_refused_before_torque(tmp_path: Path, away_deg: float, refused: bool) -> None:
     stepped = Stepped(tmp_path, station())
@@ -460,7 +446,6 @@ def test_paper_start_too_far_away_is_refused_before_torque(tmp_path: Path, away_
     assert stepped.snapshot.refusals["approach"] == refusal
 
 
-@pytest.mark.no_cover
 @given(st.floats(5.0, 100.0), st.floats(-9.0, 9.0), st.integers(0, 60), st.sampled_from([-2.0, 2.0]))
 @examples(few=25, many=2_000)
 def test_paper_method_begins_or_is_refused(
@@ -492,7 +477,6 @@ def test_paper_method_begins_or_is_refused(
 
 
 # In every run each motor once, and both protocols.
-@pytest.mark.no_cover
 @pytest.mark.parametrize(("step_deg", "refused"), [(7.9, False), (8.1, True)])
 @pytest.mark.parametrize(
     ("protocol", "motor"),
@@ -522,7 +506,6 @@ def test_paper_method_leaves_a_hold_or_is_refused(
     assert station.causes() == []
 
 
-@pytest.mark.no_cover
 @pytest.mark.parametrize("method", ["smooth", "learned"])
 def test_other_methods_start_from_any_arm_position(tmp_path: Path, method: Method) -> None:
     stepped, trajectory = begin(tmp_path, station(), method, rows(from_deg=40.0))
@@ -543,7 +526,6 @@ def test_the_last_look_knows_the_rate_of_the_run(paper: Stepped) -> None:
     assert not paper.torque
 
 
-@pytest.mark.no_cover
 @pytest.mark.parametrize("method", METHODS)
 def test_each_method_comes_to_its_end(tmp_path: Path, method: Method) -> None:
     stepped, _ = begin(tmp_path, station(lag_s=0.06, friction_deg=0.3), method)
@@ -616,7 +598,6 @@ def do(stepped: Stepped, act: Act) -> None:
         stepped.send(COMMANDS[act])
 
 
-@pytest.mark.no_cover
 @given(
     samples(),
     st.sampled_from(METHODS),
@@ -677,7 +658,6 @@ _ACTS: list[Act] = ["push", "pause", "reduce_range", "return", "wait"]
 
 
 # In every run each act at both times, and each lag with several acts.
-@pytest.mark.no_cover
 @pytest.mark.parametrize(
     ("act", "after_s", "lag"),
     [

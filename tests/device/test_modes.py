@@ -108,6 +108,7 @@ def events(stepped: Stepped, code: str) -> list[str]:
 # -- sides ------------------------------------------------------------------------------------------------------------
 
 
+@pytest.mark.counted
 @pytest.mark.parametrize(("stands_for", "wanted"), [("right", "left"), ("left", "right")])
 def test_only_the_current_sides_shoulder_is_taught_or_played(tmp_path: Path, stands_for: Side, wanted: Side) -> None:
     stepped = Stepped(tmp_path, StationConfig(side=stands_for))
@@ -164,6 +165,7 @@ def test_a_refused_command_changes_nothing(stepped: Stepped) -> None:
     assert len(stepped.link.journals) == 1
 
 
+@pytest.mark.counted
 def test_invalid_mode_transition_stops_at_once(playing: Stepped, monkeypatch: pytest.MonkeyPatch) -> None:
     def astray(machine: modes.StateMachine, state: CycleState) -> None:
         machine._enter("teaching")
@@ -178,7 +180,6 @@ def test_invalid_mode_transition_stops_at_once(playing: Stepped, monkeypatch: py
     assert refusal is None  # the fault has passed with that cycle
 
 
-@pytest.mark.no_cover
 def test_every_event_is_numbered_without_gaps(stepped: Stepped) -> None:
     bring(stepped, "playing")
     stepped.until("idle")
@@ -194,7 +195,6 @@ def test_every_event_is_numbered_without_gaps(stepped: Stepped) -> None:
 # -- stop -------------------------------------------------------------------------------------------------------------
 
 
-@pytest.mark.no_cover
 @pytest.mark.parametrize("mode", WITH_TORQUE)
 def test_stop_ramps_down_while_torque_is_on_and_cuts_it(stepped: Stepped, mode: Mode) -> None:
     bring(stepped, mode)
@@ -320,6 +320,7 @@ def test_an_error_of_the_programs_own_ends_a_teaching_too(stepped: Stepped, monk
     assert stepped.journal().end is not None
 
 
+@pytest.mark.counted
 def test_error_stops_its_cycle_and_keeps_an_earlier_cause_first(
     playing: Stepped, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -354,6 +355,7 @@ def test_persistent_fault_stays_uncleared_when_the_program_fails(stepped: Steppe
     ]
 
 
+@pytest.mark.counted
 def test_offline_errors_stop_too(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     def broken(*_: object) -> None:
         raise RuntimeError("as if")
@@ -389,11 +391,13 @@ def test_two_disagreements_are_forgiven_by_a_heartbeat_that_agrees(playing: Step
     assert playing.causes() == ["other_run"]
 
 
+@pytest.mark.counted
 @pytest.mark.parametrize(("mode", "occupied"), [("idle", ""), ("teaching", "t"), ("ready", "run"), ("playing", "run")])
 def test_activity_has_the_name_that_the_service_gave(stepped: Stepped, mode: Mode, occupied: str) -> None:
     assert bring(stepped, mode).loop._machine.active_id == occupied
 
 
+@pytest.mark.counted
 @pytest.mark.parametrize(("mode", "reason"), [("ready", "unloaded"), ("teaching", "finished")])
 def test_lost_service_ends_activities_without_torque_at_once(stepped: Stepped, mode: Mode, reason: str) -> None:
     bring(stepped, mode)
@@ -432,7 +436,6 @@ def test_events_without_an_open_journal_are_not_lost(stepped: Stepped) -> None:
 # -- events and journals --------------------------------------------------------------------------------------------
 
 
-@pytest.mark.no_cover
 def test_run_is_reported_from_load_to_end(stepped: Stepped) -> None:
     assert stepped.snapshot.run is None
     bring(stepped, "ready")
@@ -469,7 +472,6 @@ def test_run_is_reported_from_load_to_end(stepped: Stepped) -> None:
     assert stepped.snapshot.run is None
 
 
-@pytest.mark.no_cover
 def test_finished_run_leaves_nothing_for_the_next_one(stepped: Stepped) -> None:
     bring(stepped, "playing")
     stepped.until("idle")
@@ -551,6 +553,7 @@ def test_setpoint_aims_at_the_middle_of_its_hold_time(
             assert machine.setpoint_deg == pytest.approx(tuple(aimed), abs=1e-6)
 
 
+@pytest.mark.counted
 def test_cycle_without_all_five_angles_is_no_sample_of_runs(playing: Stepped) -> None:
     playing.apparatus.silent = {3}
     playing.cycle()
@@ -560,7 +563,6 @@ def test_cycle_without_all_five_angles_is_no_sample_of_runs(playing: Stepped) ->
     assert sorted(np.diff(recorded.t_ns))[-2:] == [10_000_000, 20_000_000]
 
 
-@pytest.mark.no_cover
 def test_path_time_is_recorded_only_on_the_recording(stepped: Stepped) -> None:
     bring(stepped, "playing")
     stepped.until("idle")

@@ -137,7 +137,6 @@ def test_remaining_time_counts_down_to_zero(playing: Stepped) -> None:
     assert left[-1] < 0.2
 
 
-@pytest.mark.no_cover
 @pytest.mark.parametrize(
     ("rate_hz", "between_s"),
     [(10, 0.1), (50, 0.02), (100, 0.01)],
@@ -156,6 +155,7 @@ def test_samples_and_setpoints_go_at_the_stations_rate(tmp_path: Path, rate_hz: 
     assert len(stepped.apparatus.written) == pytest.approx(len(recorded.t_ns), abs=2)
 
 
+@pytest.mark.counted
 def test_an_arm_outside_its_range_is_not_approached_with(stepped: Stepped) -> None:
     stepped.apparatus.angles_deg[4] = 60.0
     stepped.send(LOAD, a_trajectory())

@@ -90,7 +90,6 @@ def played(folder: Path, load: Load, rest: tuple[float, ...] | None = None) -> S
     return stepped
 
 
-@pytest.mark.no_cover
 def test_lead_of_the_setpoint_stays_inside_of_the_limits(tmp_path: Path) -> None:
     load = asked(swing([0, 0, 60, 0, 0], [0, 0, 60, 89.9, 0]), NINETY)
     stepped = played(tmp_path, load)
@@ -102,6 +101,7 @@ def test_lead_of_the_setpoint_stays_inside_of_the_limits(tmp_path: Path) -> None
     assert true_beyond_deg(pose_deg(written), "right", NINETY).max() < _EXACT_DEG
 
 
+@pytest.mark.counted
 def test_arm_outside_of_the_pose_limits_is_only_moved_inside(tmp_path: Path) -> None:
     load = asked(swing([0, 0, 60, 0, 0], [0, 0, 60, 40, 0]), NINETY)
     outside = motor_angles_deg([0.0, 0.0, 60.0, 130.0, 0.0])
@@ -117,7 +117,6 @@ def test_arm_outside_of_the_pose_limits_is_only_moved_inside(tmp_path: Path) -> 
     assert stepped.causes() == []
 
 
-@pytest.mark.no_cover
 def test_setpoint_beyond_the_pose_limits_is_a_fault(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     load = asked(swing([0, 0, 60, 0, 0], [0, 0, 60, 89.9, 0]), NINETY)
     stepped = played(tmp_path, load)
@@ -183,7 +182,6 @@ def play_randomly(folder: Path, rng: np.random.Generator, side: Side) -> tuple[i
     return len(setpoints), "played"
 
 
-@pytest.mark.no_cover
 @pytest.mark.parametrize("side", SIDES)
 def test_no_setpoint_of_a_random_path_leaves_the_limits(tmp_path: Path, side: Side) -> None:
     rng = np.random.default_rng([11, SIDES.index(side)])

@@ -252,8 +252,8 @@ def playing(folder: Path, method: Method = "smooth", **settings: float) -> Stepp
     "method",
     [
         "paper",
-        pytest.param("smooth", marks=pytest.mark.no_cover),
-        pytest.param("learned", marks=[pytest.mark.no_cover, pytest.mark.campaign]),
+        "smooth",
+        pytest.param("learned", marks=pytest.mark.campaign),
     ],
 )
 def test_less_makes_the_strokes_smaller_and_they_grow_again(tmp_path: Path, method: Method) -> None:
@@ -306,7 +306,6 @@ def test_reduced_range_reduces_the_learned_correction(tmp_path: Path) -> None:
     assert sent(stepped)[-1] - middle_deg[MOVING] == pytest.approx(2.0 * run.range_override.share, abs=0.05)
 
 
-@pytest.mark.no_cover
 def test_reduced_playback_is_marked_and_neither_compared_nor_learned(tmp_path: Path) -> None:
     stepped = playing(tmp_path)
     until_place(stepped, 3.0)
@@ -321,7 +320,6 @@ def test_reduced_playback_is_marked_and_neither_compared_nor_learned(tmp_path: P
     assert np.any(recorded.path_s[recorded.phase == journal.PHASE_PLAYING] > lessened.max())
 
 
-@pytest.mark.no_cover
 def test_reduction_requested_in_a_pause_applies_on_resume(tmp_path: Path) -> None:
     stepped = playing(tmp_path)
     until_place(stepped, 2.0)
@@ -338,7 +336,6 @@ def test_reduction_requested_in_a_pause_applies_on_resume(tmp_path: Path) -> Non
     assert stepped.causes() == []
 
 
-@pytest.mark.no_cover
 def test_going_back_from_less_begins_where_the_arm_is(tmp_path: Path) -> None:
     stepped = playing(tmp_path, lag_s=0.08)
     until_place(stepped, 1.9)
@@ -353,6 +350,7 @@ def test_going_back_from_less_begins_where_the_arm_is(tmp_path: Path) -> None:
     assert np.abs(np.diff(sent(stepped))).max() < 2.0
 
 
+@pytest.mark.counted
 def test_reduction_is_refused_without_playback_or_remaining_range(tmp_path: Path) -> None:
     stepped = Stepped(tmp_path)
     refusal = stepped.send(ReduceRange())

@@ -72,7 +72,6 @@ def reversals(stepped: Stepped) -> int:
     return run.reversals
 
 
-@pytest.mark.no_cover
 def test_resistance_above_the_patients_level_reverses_the_stroke_and_waits(stroke: Stepped) -> None:
     met_at_s = position_s(stroke)
     push(stroke)
@@ -98,7 +97,6 @@ def test_resistance_above_the_patients_level_reverses_the_stroke_and_waits(strok
     assert steps_deg.max() < 0.2  # the reversal is as gentle as playing
 
 
-@pytest.mark.no_cover
 def test_arm_waits_after_a_reversal_until_play_is_pressed(stroke: Stepped) -> None:
     push(stroke)
     stroke.until("paused")
@@ -116,7 +114,6 @@ def test_arm_waits_after_a_reversal_until_play_is_pressed(stroke: Stepped) -> No
     assert end.reason == "completed"
 
 
-@pytest.mark.no_cover
 def test_arm_waiting_after_a_reversal_may_return_to_the_start(stroke: Stepped) -> None:
     push(stroke)
     stroke.until("paused")
@@ -131,7 +128,6 @@ def test_arm_waiting_after_a_reversal_may_return_to_the_start(stroke: Stepped) -
     assert end.reason == "returned"
 
 
-@pytest.mark.no_cover
 def test_reversal_returns_no_further_than_the_start(stepped: Stepped) -> None:
     at_the_start(stepped)
     stepped.send(Play())
@@ -159,7 +155,6 @@ def test_push_shorter_than_a_tenth_of_a_second_is_ignored(stroke: Stepped) -> No
     assert reversals(stroke) == 1
 
 
-@pytest.mark.no_cover
 @pytest.mark.parametrize("level", [1, LEVEL, 25])
 def test_load_within_the_patients_level_is_no_resistance(stepped: Stepped, level: int) -> None:
     """Level 25 is the drive's own limit; the drive reports slightly less."""
@@ -185,7 +180,6 @@ def test_torque_against_the_direction_of_movement_is_no_resistance(stroke: Stepp
     assert reversals(stroke) == 1
 
 
-@pytest.mark.no_cover
 def test_resistance_elsewhere_turns_the_stroke_back_again(stepped: Stepped) -> None:
     at_the_start(stepped)
     for seconds in (1.5, 3.0):  # to 1.5 s, from there back to the start, and to 3.0 s
@@ -216,7 +210,6 @@ def held(began_held: Stepped, tmp_path: Path) -> Stepped:
     return began_held.copied(tmp_path)
 
 
-@pytest.mark.no_cover
 def test_repeated_resistance_in_one_place_returns_and_holds_the_arm(held: Stepped) -> None:
     assert held.causes() == ["load_repeated"]
     assert held.snapshot.stop is not None
@@ -233,6 +226,7 @@ def test_repeated_resistance_in_one_place_returns_and_holds_the_arm(held: Steppe
     assert run.position_s == pytest.approx(1.2, abs=0.2)
 
 
+@pytest.mark.counted
 def test_pause_during_the_second_reversal_does_not_save_the_run(stroke: Stepped) -> None:
     push(stroke)
     stroke.until("paused")
@@ -248,7 +242,6 @@ def test_pause_during_the_second_reversal_does_not_save_the_run(stroke: Stepped)
     assert stroke.torque
 
 
-@pytest.mark.no_cover
 def test_pause_during_the_first_reversal_is_a_normal_pause(stroke: Stepped) -> None:
     push(stroke)
     stroke.forward(0.5)
@@ -305,7 +298,6 @@ def test_lost_browser_releases_a_held_arm_with_its_reason(held: Stepped) -> None
     assert not held.torque
 
 
-@pytest.mark.no_cover
 @pytest.mark.parametrize("way", ["approaching", "returning"])
 def test_resistance_during_approach_or_return_holds_the_arm_in_place(stepped: Stepped, way: str) -> None:
     stepped.apparatus.angles_deg[PUSHED] = 50.0
@@ -388,7 +380,6 @@ def test_resistance_in_a_pause_holds_the_arm(stroke: Stepped, push_nm: float) ->
     assert stroke.mode == "idle"
 
 
-@pytest.mark.no_cover
 def test_a_push_that_outlasts_the_turn_holds_the_arm(stroke: Stepped) -> None:
     """A reversal inside a hold leads nowhere: a push that continues after it stops the run."""
     times = np.arange(0.0, 12.01, 0.01)
@@ -431,7 +422,6 @@ def test_a_torque_within_the_level_moves_no_held_arm(held: Stepped) -> None:
     assert held.apparatus.angles_deg == pytest.approx(at_deg, abs=1e-9)
 
 
-@pytest.mark.no_cover
 def test_giving_way_ends_at_the_patients_limit(stepped: Stepped) -> None:
     limits = [(-180.0, 180.0)] * 5
     limits[PUSHED] = (19.0, 41.0)
@@ -445,7 +435,6 @@ def test_giving_way_ends_at_the_patients_limit(stepped: Stepped) -> None:
     assert stepped.apparatus.angles_deg[PUSHED] == pytest.approx(19.0)
 
 
-@pytest.mark.no_cover
 def test_stuck_torque_reading_moves_an_arm_at_most_fifteen_degrees(stroke: Stepped) -> None:
     stroke.send(Pause())
     stroke.until("paused")
@@ -454,7 +443,6 @@ def test_stuck_torque_reading_moves_an_arm_at_most_fifteen_degrees(stroke: Stepp
     assert stroke.apparatus.angles_deg[PUSHED] == pytest.approx(at_deg + 15.0, abs=0.01)
 
 
-@pytest.mark.no_cover
 def test_after_giving_way_the_recording_is_met_slowly(stepped: Stepped) -> None:
     """Two degrees off the path, at 5 deg/s."""
     at_the_start(stepped)
@@ -555,6 +543,7 @@ def a_run(folder: Path, trajectory: Trajectory, level: int = 25, **settings: obj
     return Run(load, trajectory, JournalWriter(folder, header, JournalDisk()), config)
 
 
+@pytest.mark.counted
 @pytest.mark.parametrize(
     ("first_s", "second_s", "again"),
     [(3.0, 4.0, True), (3.0, 4.001, False), (4.0, 3.0, True), (4.0, 2.999, False), (3.0, 3.0, True)],
@@ -615,7 +604,6 @@ def test_a_drive_pushes_along_its_path_or_towards_its_setpoint(
 # -- every phase ------------------------------------------------------------------------------------------------------
 
 
-@pytest.mark.no_cover
 @given(pushes())
 @example(Push("play", axis=3, speed_deg_s=0.05, level=1, above=1.01, direction=1))
 @example(Push("return", axis=1, speed_deg_s=4.0, level=1, above=1.01, direction=-1))
@@ -651,7 +639,6 @@ def _reversed(folder: Path, playing_s: float) -> Stepped:
     return station
 
 
-@pytest.mark.no_cover
 def test_pause_during_a_reversal_still_yields_to_the_push(tmp_path: Path) -> None:
     station = _reversed(tmp_path, 3.0)
     assert station.send(Pause()) is None
@@ -660,7 +647,6 @@ def test_pause_during_a_reversal_still_yields_to_the_push(tmp_path: Path) -> Non
     assert station.causes() == ["load_while_held"]
 
 
-@pytest.mark.no_cover
 def test_play_after_pause_does_not_ignore_a_lasting_push(tmp_path: Path) -> None:
     station = _reversed(tmp_path, 3.0)
     assert station.send(Pause()) is None

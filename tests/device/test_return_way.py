@@ -113,7 +113,6 @@ def check_returned(station: Stepped, motion: Motion) -> None:
     assert np.abs(written[-1] - motion.here_deg).max() < 1.0
 
 
-@pytest.mark.no_cover
 @pytest.mark.parametrize(("seed", "paused_at", "reduced"), [(2, 0.91, False), (36, None, False), (175, None, True)])
 def test_arm_returns_where_the_straight_way_leaves_the_limits(
     tmp_path: Path, seed: int, paused_at: float | None, reduced: bool
@@ -126,7 +125,6 @@ def test_arm_returns_where_the_straight_way_leaves_the_limits(
     check_returned(station, motion)
 
 
-@pytest.mark.no_cover
 @given(
     st.integers(0, 2**32 - 1),
     st.sampled_from(["smooth", "smooth", "paper"]),
@@ -148,7 +146,6 @@ def test_arm_returns_from_every_place_of_a_recording(
         check_returned(station, motion)
 
 
-@pytest.mark.no_cover
 @given(st.integers(0, 2**32 - 1), st.floats(0.0, 1.0))
 @examples(few=3, many=1_000)
 def test_range_is_only_reduced_to_shares_within_the_limits(seed: int, place: float) -> None:
@@ -172,6 +169,7 @@ def answer_straight(monkeypatch: pytest.MonkeyPatch, answers: Iterator[bool]) ->
     )
 
 
+@pytest.mark.counted
 def test_arm_goes_on_back_after_resting_too_early(playing: Stepped, monkeypatch: pytest.MonkeyPatch) -> None:
     """The straight way was free when the arm began to slow down, and no more where it came to rest."""
     answer_straight(monkeypatch, chain([False, True, False], repeat(True)))
@@ -186,6 +184,7 @@ def test_arm_goes_on_back_after_resting_too_early(playing: Stepped, monkeypatch:
     assert np.abs(paused_deg - REST_DEG).max() > 20.0
 
 
+@pytest.mark.counted
 def test_arm_returns_through_the_start_if_no_way_is_straight(playing: Stepped, monkeypatch: pytest.MonkeyPatch) -> None:
     answer_straight(monkeypatch, repeat(False))
     start_deg = np.array(REST_DEG)
@@ -252,7 +251,6 @@ def _returned(folder: Path, motion: Motion, paused_before_end_s: float) -> Float
     return np.array(station.apparatus.written[before - 1 :])
 
 
-@pytest.mark.no_cover
 def test_return_along_recording_keeps_approach_speed(tmp_path: Path) -> None:
     setpoints_deg = _returned(tmp_path, _motion(1), 0.4)
     # Over 0.2 s, because the feed-forward changes within some setpoints where the arm starts and turns.
@@ -260,7 +258,6 @@ def test_return_along_recording_keeps_approach_speed(tmp_path: Path) -> None:
     assert fastest_deg_s < 1.05 * CONFIG.approach_speed_deg_s
 
 
-@pytest.mark.no_cover
 def test_return_along_recording_repeats_no_repetition(tmp_path: Path) -> None:
     motion = _motion(2)
     setpoints_deg = _returned(tmp_path, motion, 0.4)

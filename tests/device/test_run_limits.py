@@ -54,7 +54,6 @@ def test_the_tighter_of_mechanism_and_patient_counts_at_each_end(stepped: Steppe
     assert stepped.loop._machine.limits_deg == stepped.config.mechanism_deg
 
 
-@pytest.mark.no_cover
 def test_arm_outside_patient_limits_is_fetched_back_inside(stepped: Stepped) -> None:
     load(stepped, 5.0, 42.0)
     assert stepped.send(Approach()) is None
@@ -70,7 +69,6 @@ def test_arm_outside_patient_limits_is_fetched_back_inside(stepped: Stepped) -> 
     assert stepped.apparatus.angles_deg == pytest.approx(rest_deg, abs=0.01)
 
 
-@pytest.mark.no_cover
 def test_limits_tighten_behind_the_arm_during_the_approach(stepped: Stepped) -> None:
     stepped.apparatus.angles_deg[MOVING] = 60.0
     stepped.forward(0.05)
@@ -122,6 +120,7 @@ def test_approach_ends_with_the_arm_inside_or_after_a_second(
     assert stepped.causes() == (["position_limit"] if outside_deg > 2.0 else [])
 
 
+@pytest.mark.counted
 def test_the_papers_way_holds_within_the_patients_limits(stepped: Stepped) -> None:
     """This method has no approach to the start, but an arm outside the limits is moved to them."""
     stepped.apparatus.angles_deg[MOVING] = 14.0
@@ -157,7 +156,6 @@ def test_every_pose_between_these_ranges_is_reachable() -> None:
 shares = st.tuples(*[st.floats(0.0, 1.0)] * 5)
 
 
-@pytest.mark.no_cover
 @given(shares, shares, shares, shares, st.floats(0.0, 0.1), st.sampled_from(["smooth", "learned"]))
 @examples(few=3, many=50)
 def test_no_setpoint_moves_away_from_the_patients_limits(
@@ -254,7 +252,6 @@ def speeds_deg_s(stepped: Stepped) -> Floats:
     return speeds
 
 
-@pytest.mark.no_cover
 @pytest.mark.parametrize(("limit_deg_s", "fastest_deg_s"), [(None, 15.0), (20.0, 15.0), (4.0, 4.0)])
 def test_approach_and_return_keep_the_patients_speed_limit(
     stepped: Stepped, limit_deg_s: float | None, fastest_deg_s: float
@@ -270,7 +267,6 @@ def test_approach_and_return_keep_the_patients_speed_limit(
     assert speeds_deg_s(stepped).max() == pytest.approx(fastest_deg_s, abs=0.1)
 
 
-@pytest.mark.no_cover
 def test_reduced_range_keeps_the_patients_speed_limit(stepped: Stepped) -> None:
     """The path's own highest speed is 3.1 deg/s; reducing the range at the end of the range would add 2.5."""
     of_patient = msgspec.structs.replace(LOAD, max_speed_deg_s=3.2)
@@ -286,7 +282,6 @@ def test_reduced_range_keeps_the_patients_speed_limit(stepped: Stepped) -> None:
     assert speeds_deg_s(stepped).max() <= 3.2 * 1.01
 
 
-@pytest.mark.no_cover
 def test_the_guard_of_setpoints_knows_the_patients_speed_limit(stepped: Stepped) -> None:
     """A step of 1.5 deg takes half a second at 3 deg/s; at the station's own limit it is allowed."""
     of_patient = msgspec.structs.replace(LOAD, max_speed_deg_s=3.0)

@@ -221,6 +221,7 @@ def test_arm_moves_with_the_patients_effort_and_rests_without(self_paced: Steppe
     assert np.radians(let_go_deg) < pacing(self_paced).work_j < 3.0 * np.radians(let_go_deg)
 
 
+@pytest.mark.counted
 def test_effort_and_work_are_stored_with_the_run(self_paced: Stepped) -> None:
     helped(self_paced, 3.5, 3.0)
     self_paced.apparatus.torques_nm[AXIS] = 0.0
@@ -289,6 +290,7 @@ def test_push_against_a_resting_arm_is_resistance(self_paced: Stepped) -> None:
     assert reversals(self_paced) == 1
 
 
+@pytest.mark.counted
 def test_help_above_the_level_counts_as_resistance_while_paused(self_paced: Stepped) -> None:
     helped(self_paced, 1.2, 3.0)
     assert self_paced.send(Pause()) is None
@@ -308,6 +310,7 @@ def test_arm_slows_down_towards_the_end_of_the_range(self_paced: Stepped) -> Non
     assert 0.0 < pacing(self_paced).pace_percent <= before + 1e-9
 
 
+@pytest.mark.counted
 def test_recorded_rest_passes_without_effort(tmp_path: Path) -> None:
     """Setpoints are sent in every second cycle here."""
     stepped = Stepped(tmp_path, msgspec.structs.replace(StationConfig(), arm=IDENTIFIED, rate_hz=50))

@@ -1,5 +1,7 @@
 """A start is refused if its sender looked before the arm was taken back from resistance, or before a recording was loaded."""
 
+import pytest
+
 from kata.device.ipc_messages import Approach, Play, Unload, stamped
 from tests.support.stepped import NEVER_NS, Stepped
 from tests.support.trajectories import LOAD, a_trajectory
@@ -27,6 +29,7 @@ def test_play_from_before_a_reversal_is_refused(stepped: Stepped) -> None:
     assert stepped.send(Play()) is None
 
 
+@pytest.mark.counted
 def test_approach_from_before_a_load_is_refused(stepped: Stepped) -> None:
     """An Approach is delayed. Meanwhile its recording is unloaded, and another one is loaded."""
     assert stepped.send(LOAD, a_trajectory(8.0)) is None

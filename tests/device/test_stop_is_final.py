@@ -96,6 +96,7 @@ def test_a_command_from_before_a_fault_is_refused(stepped: Stepped) -> None:
     assert stepped.mode == "ready"
 
 
+@pytest.mark.counted
 def test_an_expired_command_is_refused(stepped: Stepped) -> None:
     ready(stepped)
     now_ns = stepped.snapshot.t_ns
@@ -139,6 +140,7 @@ def test_torque_is_unknown_while_the_port_is_lost(playing: Stepped) -> None:
     assert "Support the arm" in stop.causes[0].next_step
 
 
+@pytest.mark.counted
 def test_reconnected_arm_is_held_until_released(playing: Stepped) -> None:
     """On reconnecting the arm dropped unannounced."""
     playing.apparatus.gone = True
@@ -201,6 +203,7 @@ def test_a_silent_drives_torque_is_unknown(playing: Stepped) -> None:
     assert playing.snapshot.torque == "unknown"
 
 
+@pytest.mark.counted
 def test_torque_is_unknown_at_first(tmp_path: Path) -> None:
     stepped = Stepped(tmp_path, apparatus=SteppedApparatus(silent={0}))
     assert stepped.snapshot.torque == "unknown"
@@ -244,6 +247,7 @@ def test_stop_lasts_until_the_drive_is_verified_again(stepped: Stepped) -> None:
     assert stepped.send(Acknowledge()) is None
 
 
+@pytest.mark.counted
 def test_an_unverified_drive_cannot_be_acknowledged(playing: Stepped) -> None:
     """A drive that reconnects is read again before the stop can be acknowledged."""
     playing.link.request_stop()
@@ -354,6 +358,7 @@ def test_equal_contacts_stop_after_the_stated_time(tmp_path: Path) -> None:
     assert stepped.send(Acknowledge()) is None
 
 
+@pytest.mark.counted
 def test_contacts_that_disagree_at_first_stop(tmp_path: Path) -> None:
     stepped = Stepped(tmp_path, apparatus=SteppedApparatus(contacts_disagree=True))
     assert stepped.causes() == ["contacts_disagree"]

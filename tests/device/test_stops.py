@@ -54,7 +54,6 @@ def test_port_lost_between_two_cycles_is_noticed_in_the_next(playing: Stepped) -
     assert playing.causes() == ["bus_lost"]
 
 
-@pytest.mark.no_cover
 def test_release_alone_starts_nothing_and_acknowledgement_alone_starts_nothing(playing: Stepped) -> None:
     playing.apparatus.estop_open = True
     playing.forward(0.2)
@@ -86,6 +85,7 @@ def test_release_alone_starts_nothing_and_acknowledgement_alone_starts_nothing(p
     playing.until("idle")
 
 
+@pytest.mark.counted
 def test_an_emergency_stop_found_pressed_at_start_is_a_stop(tmp_path: Path) -> None:
     stepped = Stepped(tmp_path, apparatus=SteppedApparatus(estop_open=True))
 
@@ -295,6 +295,7 @@ def test_an_error_in_the_control_program_stops_at_once(playing: Stepped, monkeyp
     assert playing.causes() == ["unexpected_error"]
 
 
+@pytest.mark.counted
 def test_a_jump_is_never_sent(playing: Stepped) -> None:
     movement = playing.loop._machine._movement
     assert movement is not None
@@ -306,6 +307,7 @@ def test_a_jump_is_never_sent(playing: Stepped) -> None:
     assert np.abs(np.diff(np.array(playing.apparatus.written), axis=0)).max() < 0.6
 
 
+@pytest.mark.counted
 def test_a_setpoint_that_is_no_number_is_never_sent(playing: Stepped) -> None:
     movement = playing.loop._machine._movement
     assert movement is not None
@@ -326,6 +328,7 @@ def test_a_silent_drive_without_torque_is_a_stop_too(stepped: Stepped) -> None:
     assert refusal.message == "Motor 1 does not answer."
 
 
+@pytest.mark.counted
 def test_lost_service_ends_a_playback_without_torque(playing: Stepped) -> None:
     playing.link.closing = True
     playing.link.service_silent_ms = float("inf")

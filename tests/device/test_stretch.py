@@ -76,7 +76,6 @@ def held(stepped: Stepped, stretch: EndFeel = STRETCH, **shoulder_has: float) ->
     return shoulder
 
 
-@pytest.mark.no_cover
 def test_torque_is_reached_held_and_released(stepped: Stepped) -> None:
     shoulder = held(stepped)
     assert shoulder.largest_nm > CHOSEN_NM - 0.5
@@ -92,6 +91,7 @@ def test_torque_is_reached_held_and_released(stepped: Stepped) -> None:
     assert end.target_nm == CHOSEN_NM
 
 
+@pytest.mark.counted
 def test_every_repetition_holds_the_torque(stepped: Stepped) -> None:
     started(stepped, msgspec.structs.replace(STRETCH, repetitions=2))
     shoulder = _Held(stepped)
@@ -104,6 +104,7 @@ def test_every_repetition_holds_the_torque(stepped: Stepped) -> None:
     shoulder.until("idle")
 
 
+@pytest.mark.counted
 def test_shoulder_that_resists_nowhere_is_held_at_the_end(stepped: Stepped) -> None:
     """The end of the path is the largest angle."""
     shoulder = held(stepped, onset_deg=90.0)
@@ -114,7 +115,6 @@ def test_shoulder_that_resists_nowhere_is_held_at_the_end(stepped: Stepped) -> N
     assert stepped.journal().end.held_s == 0.0  # type: ignore[union-attr]
 
 
-@pytest.mark.no_cover
 def test_relaxing_capsule_is_followed_slowly(stepped: Stepped) -> None:
     shoulder = held(stepped, msgspec.structs.replace(STRETCH, hold_s=20.0))
     shoulder.forward(1.0)
@@ -128,7 +128,6 @@ def test_relaxing_capsule_is_followed_slowly(stepped: Stepped) -> None:
     assert stretch_of(stepped).phase == "hold"
 
 
-@pytest.mark.no_cover
 def test_slow_push_moves_the_held_arm_back(stepped: Stepped) -> None:
     shoulder = held(stepped, msgspec.structs.replace(STRETCH, hold_s=20.0))
     shoulder.forward(1.0)
@@ -140,7 +139,6 @@ def test_slow_push_moves_the_held_arm_back(stepped: Stepped) -> None:
     assert stretch_of(stepped).phase == "hold"
 
 
-@pytest.mark.no_cover
 @pytest.mark.parametrize("guarding_nm", [0.6, 2.0])
 def test_sudden_guarding_in_a_hold_releases_within_50_ms(stepped: Stepped, guarding_nm: float) -> None:
     shoulder = held(stepped)
@@ -157,7 +155,6 @@ def test_sudden_guarding_in_a_hold_releases_within_50_ms(stepped: Stepped, guard
     assert stretch_of(stepped).phase == "release"
 
 
-@pytest.mark.no_cover
 def test_reduced_torque_moves_the_held_arm_back(stepped: Stepped) -> None:
     shoulder = held(stepped, msgspec.structs.replace(STRETCH, hold_s=20.0))
     shoulder.forward(1.0)
@@ -170,6 +167,7 @@ def test_reduced_torque_moves_the_held_arm_back(stepped: Stepped) -> None:
     assert any("was reduced to 1.6 Nm at" in event.message for event in stepped.link.events)
 
 
+@pytest.mark.counted
 def test_torque_is_reduced_four_times_at_most(stepped: Stepped) -> None:
     held(stepped)
     for _ in range(4):
@@ -179,7 +177,6 @@ def test_torque_is_reduced_four_times_at_most(stepped: Stepped) -> None:
     assert refusal.message == "The torque of the stretch is at its minimum, 0.4 Nm."
 
 
-@pytest.mark.no_cover
 def test_reduced_torque_stays_in_later_repetitions(stepped: Stepped) -> None:
     started(stepped, msgspec.structs.replace(STRETCH, repetitions=2))
     shoulder = _Held(stepped)
@@ -192,6 +189,7 @@ def test_reduced_torque_stays_in_later_repetitions(stepped: Stepped) -> None:
     assert end is not None and end.target_nm == pytest.approx(0.6 * CHOSEN_NM)
 
 
+@pytest.mark.counted
 def test_patient_ends_the_stretch_by_the_pedal(stepped: Stepped) -> None:
     shoulder = held(stepped, msgspec.structs.replace(STRETCH, repetitions=3))
     stepped.apparatus.pedal_down = True
@@ -202,7 +200,6 @@ def test_patient_ends_the_stretch_by_the_pedal(stepped: Stepped) -> None:
     assert end is not None and end.reason == "returned"
 
 
-@pytest.mark.no_cover
 def test_pause_in_a_hold_continues_with_the_release(stepped: Stepped) -> None:
     shoulder = held(stepped)
     assert stepped.send(Pause()) is None
@@ -218,7 +215,6 @@ def test_pause_in_a_hold_continues_with_the_release(stepped: Stepped) -> None:
     assert shoulder.farthest_deg <= paused_deg + 0.01
 
 
-@pytest.mark.no_cover
 def test_paused_way_out_goes_on(stepped: Stepped) -> None:
     started(stepped, STRETCH)
     shoulder = _Held(stepped)
@@ -230,6 +226,7 @@ def test_paused_way_out_goes_on(stepped: Stepped) -> None:
     assert CHOSEN_NM - 0.4 < shoulder.largest_nm < CHOSEN_NM + 0.05
 
 
+@pytest.mark.counted
 def test_held_arm_returns_by_command(stepped: Stepped) -> None:
     shoulder = held(stepped)
     assert stepped.send(Pause()) is None
@@ -240,7 +237,6 @@ def test_held_arm_returns_by_command(stepped: Stepped) -> None:
     assert end is not None and end.reason == "returned"
 
 
-@pytest.mark.no_cover
 def test_patient_who_works_while_weighed_is_released(stepped: Stepped) -> None:
     started(stepped, STRETCH)
     shoulder = _Held(stepped, onset_deg=45.0)
@@ -252,7 +248,6 @@ def test_patient_who_works_while_weighed_is_released(stepped: Stepped) -> None:
     assert shoulder.farthest_deg < 30.0
 
 
-@pytest.mark.no_cover
 def test_resistance_above_the_level_moves_a_held_arm_back(stepped: Stepped) -> None:
     """Another motor meets resistance. The repetition ends."""
     shoulder = held(stepped)
@@ -270,6 +265,7 @@ def test_resistance_above_the_level_moves_a_held_arm_back(stepped: Stepped) -> N
     assert shoulder.farthest_deg < before_deg
 
 
+@pytest.mark.counted
 def test_resistance_on_the_way_out_ends_the_repetition(stepped: Stepped) -> None:
     started(stepped, STRETCH)
     shoulder = _Held(stepped)

@@ -181,6 +181,7 @@ def test_snapshot_reports_the_current_take(stepped: Stepped) -> None:
     assert recorded.setpoint_deg == pytest.approx(recorded.measured_deg)
 
 
+@pytest.mark.counted
 def test_at_ten_hertz_each_take_begins_with_a_sample(tmp_path: Path) -> None:
     stepped = Stepped(tmp_path, StationConfig(rate_hz=10))
     stepped.send(TEACH)
@@ -197,6 +198,7 @@ def test_at_ten_hertz_each_take_begins_with_a_sample(tmp_path: Path) -> None:
         assert recorded.path_s[recorded.take == take] == pytest.approx([0.0, 0.1, 0.2])
 
 
+@pytest.mark.counted
 def test_pedal_reading_is_reported_during_teaching(stepped: Stepped) -> None:
     taken_for: list[str] = []
 
