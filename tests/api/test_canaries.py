@@ -27,7 +27,7 @@ _CANARY: Final = "Kanari73"
 _LAST: Final = {"sign_out", "lock_screen"}
 """These end the login session, so they are asked last."""
 _ALWAYS: Final = {"create_patient", "sign_in_by_password"}
-"""These have known answers, and are asked even if only every sixth route is asked."""
+"""These have known answers, and are asked even if only every twelfth route is asked."""
 _BUNDLE: Final = "get_support_bundle"
 """It takes seconds, and is asked once, after everything that it could contain."""
 _DOCUMENT: Final = api_document()
@@ -128,7 +128,7 @@ def _send_no_http(port: int) -> None:
             connection.recv(4096)
 
 
-@pytest.fixture(scope="module", params=[6, pytest.param(1, marks=pytest.mark.campaign)])
+@pytest.fixture(scope="module", params=[12, pytest.param(1, marks=pytest.mark.campaign)])
 def asked(
     request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFactory
 ) -> Iterator[tuple[_Canaries, dict[str, int]]]:

@@ -194,6 +194,7 @@ def test_script_lists_the_progress_of_every_patient(kata: Kata, run_script: Call
         assert (f"SPADI {totals[-1]:.0f} to {totals[0]:.0f}" if totals else "no SPADI") in line
 
 
+@pytest.mark.campaign
 def test_script_plots_taught_and_played_angles(kata: Kata, run_script: Callable[..., str], tmp_path: Path) -> None:
     run, page = played(kata), tmp_path / "run.html"
     run_script("plot_run", str(run.id), page)

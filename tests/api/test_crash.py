@@ -11,6 +11,7 @@ from pathlib import Path
 from typing import Any
 
 import httpx2
+import pytest
 
 from benchmarks import postgresql
 from kata.auth.login_session import COOKIE
@@ -128,6 +129,7 @@ def test_measured_samples_survive_a_killed_service(tmp_path: Path) -> None:
         second.end(signal.SIGTERM)
 
 
+@pytest.mark.campaign
 def test_service_killed_during_an_outage_recovers_its_session(server: postgresql.Server, tmp_path: Path) -> None:
     first = Served(tmp_path, server.url)
     patient_id, recording_id = prepare(first)

@@ -483,6 +483,7 @@ def test_server_with_other_connections_is_not_replaced(settings: Settings, datab
     assert clinic_numbers(database) == ["K-1"]
 
 
+@pytest.mark.campaign
 def test_restore_waits_for_a_client_that_is_disconnecting(
     settings: Settings, database: Database, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -526,6 +527,7 @@ def test_restore_that_fails_halfway_leaves_everything_unchanged(
         assert (settings.journal / "run-1.journal").exists()
 
 
+@SQLITE_FIRST
 def test_interrupted_restore_is_reported_at_start_and_can_be_repeated(
     settings: Settings, database: Database, monkeypatch: pytest.MonkeyPatch
 ) -> None:

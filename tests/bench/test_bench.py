@@ -38,6 +38,7 @@ def test_loop_under_load_and_without_privileges(tmp_path: Path) -> None:
     loop(tmp_path / "loop.json", 10, "loaded")
 
 
+@pytest.mark.campaign
 def test_estop(tmp_path: Path) -> None:
     report = bench("estop", "--presses", "3", "--idle", "--plot-minutes", "0.1", out=tmp_path / "estop.json")
     figures = report["figures"]

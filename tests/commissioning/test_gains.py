@@ -130,6 +130,7 @@ def kept() -> Kept:
     return tuned(simulated("virtual"), *REFUSED, measure(3, Gains(1600, 800, 360)), take_back)
 
 
+@pytest.mark.campaign
 def test_good_gains_are_kept(kept: Kept) -> None:
     ran, technician, draft = kept
     assert ran.passed and draft == simulated("virtual")

@@ -377,6 +377,7 @@ def statements(database: Database, at: Callable[[int], None]) -> None:
     event.listen(database.writer, "before_cursor_execute", about_to)
 
 
+@pytest.mark.campaign
 def test_every_upgrade_statement_leaves_a_whole_version_on_disk(tmp_path: Path) -> None:
     """A killed process leaves its files as they are at that moment."""
     database = Database(f"sqlite:///{tmp_path / 'kata.db'}")

@@ -146,6 +146,7 @@ def test_an_administrator_has_to_have_a_second_factor(page: Page, clinic: Clinic
     expect(hers.get_by_role("heading", name="A second factor is required")).to_be_visible()
 
 
+@pytest.mark.campaign
 def test_each_role_sees_its_own_pages(page: Page, clinic: Clinic, another: BrowserContext) -> None:
     sign_up(page, "Tanaka Ren")
     record = page.url

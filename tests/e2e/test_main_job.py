@@ -220,6 +220,7 @@ def hold_while_it_moves(page: Page, button: Locator) -> None:
     page.mouse.up()
 
 
+@pytest.mark.campaign
 def test_resistance_reverses_the_arm_and_the_second_time_holds_it(page: Page) -> None:
     sign_up(page, "Tanaka Sora")
     import_motion(page, built_in_motions()[4])

@@ -84,6 +84,7 @@ def of_today(page: Page, clinic: Clinic, server: postgresql.Server, name: str) -
     return patient_id
 
 
+@pytest.mark.campaign
 def test_session_is_completed_in_the_browser_during_a_database_outage(
     page: Page, clinic: Clinic, server: postgresql.Server
 ) -> None:

@@ -15,6 +15,7 @@ from tests.support.page_actions import (
 )
 
 
+@pytest.mark.campaign
 @pytest.mark.shared_clinic("empty")
 def test_programme_is_created_changed_played_and_reported(page: Page) -> None:
     wrong: list[str] = []

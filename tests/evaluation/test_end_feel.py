@@ -26,6 +26,7 @@ def test_usual_speed_is_within_the_goals() -> None:
     test_relaxed_shoulder_is_measured_within_the_goals(judge(replace(CASE, speed_deg_s=SPEED_DEG_S)))
 
 
+@pytest.mark.campaign
 def test_relaxed_shoulder_is_measured_within_the_goals(relaxed: EndFeelErrors) -> None:
     assert relaxed.outcome == "measured"
     for goal in GOALS:

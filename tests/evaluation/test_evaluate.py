@@ -219,6 +219,7 @@ def test_first_learned_play_counts_as_the_smooth_one(together: Together, outcome
     assert "3/3" in together.printed, "each job is counted once when it ends"
 
 
+@pytest.mark.campaign
 def test_speed_is_stated_for_the_clock_and_for_processor_time(together: Together) -> None:
     """On a computer with other work, only the processor time shows the speed that one free core would have."""
     words = r"(\d+) s of the apparatus' clock in \d+ s: [\d.]+ times faster than real time\. In (\d+) s of processor time: ([\d.]+) times"
@@ -394,6 +395,7 @@ def test_frozen_shoulder_is_not_guided_through_a_healthy_range() -> None:
             assert frozen[:, n].max() <= high
 
 
+@pytest.mark.campaign
 def test_only_the_learning_method_changes_from_play_to_play(by_method: dict[Method, list[CaseResult]]) -> None:
     rmse = {name: [sum(motor.rmse_deg for motor in play.motors) for play in plays] for name, plays in by_method.items()}
     assert rmse["learned"][0] == rmse["smooth"][0]
@@ -403,6 +405,7 @@ def test_only_the_learning_method_changes_from_play_to_play(by_method: dict[Meth
     assert rmse["paper"][0] > 1.5 * rmse["smooth"][0]
 
 
+@pytest.mark.campaign
 def test_only_the_paper_method_jumps_at_the_start(by_method: dict[Method, list[CaseResult]]) -> None:
     starts = {method: max(abs(motor.start_deg) for motor in plays[0].motors) for method, plays in by_method.items()}
     assert starts["paper"] > 1.0

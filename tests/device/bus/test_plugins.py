@@ -62,6 +62,7 @@ def declare(folder: Path, package: str, target: str, monkeypatch: pytest.MonkeyP
     monkeypatch.syspath_prepend(str(folder))
 
 
+@pytest.mark.campaign
 def test_the_example_package_passes_the_conformance_suite(site: Path) -> None:
     paths = os.pathsep.join([str(site), str(ROOT / "backend"), str(ROOT)])
     suite = [sys.executable, "-m", "pytest", "-q", "-p", "no:schemathesis", "-p", "no:cacheprovider", "tests"]
