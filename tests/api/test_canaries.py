@@ -132,7 +132,7 @@ def _send_no_http(port: int) -> None:
 def asked(
     request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFactory
 ) -> Iterator[tuple[_Canaries, dict[str, int]]]:
-    """Return a clinic after requests to every sixth or every route, and the status codes of the answers by operation."""
+    """Return a clinic after requests to every twelfth or every route, and the status codes of the answers by operation."""
     clinic = _Canaries(tmp_path_factory.mktemp("canaries"))
     try:
         codes = _ask(clinic, request.param)

@@ -705,7 +705,7 @@ def test_restricted_record_is_found_by_whole_number_and_identified(
 
 
 def test_break_glass_needs_a_reason_and_lasts_four_hours(
-    service: TestClient, records: dict[str, dict[str, UUID]]
+    service: TestClient, records: dict[str, dict[str, UUID]], caplog: pytest.LogCaptureFixture
 ) -> None:
     patient_id = records["restricted"]["patient_id"]
     path = f"/api/patients/{patient_id}"
@@ -716,6 +716,8 @@ def test_break_glass_needs_a_reason_and_lasts_four_hours(
 
     answer = therapist.post(f"{path}/break-glass-accesses", json=REASON).json()
     assert (answer["open_to_you"], answer["glass_until"] is not None) == (True, True)
+    assert "in an emergency" in caplog.text
+    assert "Test therapist" not in caplog.text, "the log is part of support bundles"
     assert therapist.get(path).status_code == 200
     assert therapist.post(f"{path}/break-glass-accesses", json=REASON).json()["code"] == "not_restricted"
     assert _as(service, "therapist")[0].get(path).json()["code"] == "restricted"

@@ -1,12 +1,16 @@
 """``kata support-bundle`` describes an installation, also a broken one, and contains no secret."""
 
 import json
+import logging
 import zipfile
 from pathlib import Path
 
 import pytest
+from msgspec import structs
 
+from kata.api.logs import JsonLines
 from kata.cli import support_bundle
+from kata.device import config
 from kata.settings import Settings
 
 _SECRET = "geheim7"
@@ -53,3 +57,27 @@ def test_log_of_the_unit_is_read_from_the_journal(tmp_path: Path, monkeypatch: p
     monkeypatch.setenv("PATH", str(tmp_path), prepend=":")
     parts = _parts(Settings(data=tmp_path), tmp_path / "bundle.zip")
     assert "--unit kata" in parts["log.txt"]
+
+
+def test_collected_log_is_copied_without_the_audit_trail(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """With ``KATA_LOG_FORMAT=json`` the unit's log contains every row of it, with users and records."""
+    record = logging.LogRecord("kata.station", logging.WARNING, "", 0, "the device process has ended", None, None)
+    row = logging.LogRecord("kata.audit", logging.INFO, "", 0, "view", None, None)
+    row.audit = {"who": "Sato Ken", "patient_id": "7"}
+    lines = [JsonLines().format(record), JsonLines().format(row), "a line of systemd", "{no JSON", "[1]"]
+    log = tmp_path / "log"
+    log.write_text("".join(f"{line}\n" for line in lines))
+    program = tmp_path / "journalctl"
+    program.write_text(f"#!/bin/sh\ncat {log}\n")
+    program.chmod(0o755)
+    monkeypatch.setenv("PATH", str(tmp_path), prepend=":")
+    parts = _parts(Settings(data=tmp_path), tmp_path / "bundle.zip")
+    assert parts["log.txt"].splitlines() == [line for line in lines if "Sato" not in line]
+
+
+def test_station_is_described_without_its_name(tmp_path: Path) -> None:
+    station = tmp_path / "station.toml"
+    config.write(structs.replace(config.simulated("/dev/ttyKATA"), name="Room of Sato"), station)
+    written = _parts(Settings(data=tmp_path, station=station), tmp_path / "bundle.zip")["station.toml"]
+    assert "/dev/ttyKATA" in written
+    assert "Sato" not in written

@@ -15,7 +15,7 @@ class PoisonedClinic(Clinic):
     """``kata serve --simulate`` on a poisoned database."""
 
     def __init__(self, folder: Path, texts: list[str]) -> None:
-        poisoned_user = signed_in_at(folder)
+        poisoned_user = signed_in_at(folder, name=texts[0])
         database = Database(f"sqlite:///{folder / 'kata.db'}")
         upgrade(database)
         StatisticsUpkeep(database)

@@ -22,6 +22,7 @@ from sqlalchemy import func, inspect, select, table
 from sqlalchemy.orm import Session
 
 from kata import __version__
+from kata.audit.audit_log import ROWS
 from kata.cli.doctor import as_json, examine
 from kata.clinic.events.tables import DeviceEventRow
 from kata.database.engine import Database
@@ -40,6 +41,8 @@ SHOWN: Final = frozenset(
 """Settings whose values the bundle contains. For all others it says only whether they differ from the default."""
 _CODE: Final = re.compile("[a-z0-9_]+")
 """Pattern of the device's codes."""
+_NAME: Final = re.compile(r"\s*name\s*=")
+"""Begin of the line of a station's file with its name."""
 _README: Final = """\
 Support bundle of Kata {version}, made at {at} (UTC).
 
@@ -47,13 +50,13 @@ It contains no patient data, no names of users, no passwords, keys or tokens. Pl
 is text.
 
 versions.json   program, Python, packages and operating system
-settings.json   settings of the service; of names, addresses and secrets only whether they are set
-station.toml    configuration of the station
+settings.json   settings of the service; of names and secrets only whether they are set
+station.toml    configuration of the station without its name
 doctor.json     answers of `kata doctor`
 database.json   kind, schema, size, and number of rows of each table
 events.json     the newest {events} events of the device: time, kind, code, category and motor
 journal.json    journal files of the device: name, size and time
-log.txt         log of the service
+log.txt         log of the service without the audit trail
 metrics.txt     figures of loop, bus and service (only from the page of a running service)
 """
 
@@ -66,7 +69,9 @@ def write(settings: Settings, out: Path) -> None:
     parts: dict[str, Callable[[], str]] = {
         "versions.json": lambda: _json(_versions()),
         "settings.json": lambda: _json(shown_settings(settings)),
-        "station.toml": lambda: settings.station.read_text() if settings.station else "# none: the built-in station\n",
+        "station.toml": lambda: (
+            _without_name(settings.station) if settings.station else "# none: the built-in station\n"
+        ),
         # Without the station, because the check would open its port while a running service may be moving an arm.
         "doctor.json": lambda: _json(as_json(examine(settings.model_copy(update={"station": None})))),
         "database.json": lambda: _json(_with_database(settings, _database)),
@@ -153,6 +158,11 @@ def _events(_: Database, session: Session) -> list[dict[str, Any]]:
     ]
 
 
+def _without_name(station: Path) -> str:
+    """Return a station's file without its name, because clinics choose it."""
+    return "".join(line for line in station.read_text().splitlines(keepends=True) if not _NAME.match(line))
+
+
 def _journal(settings: Settings) -> list[dict[str, Any]]:
     files = sorted(file for file in settings.journal.rglob("*") if file.is_file())
     return [
@@ -166,9 +176,21 @@ def _journal(settings: Settings) -> list[dict[str, Any]]:
 
 
 def _unit_log() -> str:
-    """Return the log of the systemd unit. The page of a running service replaces it by the service's own log."""
+    """Return the log of the systemd unit without rows of the audit trail, which ``KATA_LOG_FORMAT=json`` adds to it.
+
+    The page of a running service replaces it by the service's own log.
+    """
     program = shutil.which("journalctl")
     if program is None:
         return "There is no journalctl here. The service writes its log to standard error.\n"
     command = [program, "--unit", "kata", "--lines", str(LOG_LINES), "--no-pager", "--output", "cat"]
-    return subprocess.run(command, capture_output=True, text=True, errors="replace", timeout=30, check=True).stdout
+    done = subprocess.run(command, capture_output=True, text=True, errors="replace", timeout=30, check=True)
+    return "".join(line for line in done.stdout.splitlines(keepends=True) if not _is_audit_row(line))
+
+
+def _is_audit_row(line: str) -> bool:
+    try:
+        record = json.loads(line)
+    except ValueError:
+        return False
+    return isinstance(record, dict) and record.get("logger") == ROWS
