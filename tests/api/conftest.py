@@ -27,11 +27,11 @@ def client(request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFact
     """Return one service for all tests of a module, with an idle apparatus. Each test leaves it idle.
 
     A module with the mark ``no_apparatus`` has a service without one: the device process and the simulator take a second to
-    start and a fifth of a processor while they run. With the mark ``slow_apparatus`` they run at 20 Hz, which costs a quarter of that.
+    start. They run at 20 Hz, with the mark ``full_rate`` at 100 Hz, which costs a fifth of a processor.
     """
     without = request.node.get_closest_marker("no_apparatus") is not None
-    slow = request.node.get_closest_marker("slow_apparatus") is not None
-    with running(tmp_path_factory.mktemp("kata"), simulate=not without, slow=slow) as made:
+    full_rate = request.node.get_closest_marker("full_rate") is not None
+    with running(tmp_path_factory.mktemp("kata"), simulate=not without, full_rate=full_rate) as made:
         limit_s = time.monotonic() + 30
         while not without and (mode := made.get("/api/station").json()["live"]["mode"]) != "idle":
             assert time.monotonic() < limit_s, mode

@@ -21,8 +21,6 @@ from tests.support.responses import problem
 from tests.support.station_api import accepted, until_mode
 from tests.support.station_commands import operate
 
-pytestmark = pytest.mark.slow_apparatus
-
 
 def recorded(client: TestClient, patient: dict[str, Any], code: str, **more: Any) -> dict[str, Any]:
     answer = client.post(f"/api/patients/{patient['id']}/contraindications", json={"code": code} | more)

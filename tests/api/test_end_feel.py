@@ -2,6 +2,7 @@
 
 from typing import Any
 
+import pytest
 from fastapi.testclient import TestClient
 
 from tests.support.audit_rows import audit_log
@@ -11,6 +12,9 @@ from tests.support.responses import problem
 from tests.support.station_api import accepted, until_mode
 from tests.support.station_commands import operate
 from tests.support.visits import eventually
+
+# At 20 Hz too few angles are measured on the way.
+pytestmark = pytest.mark.full_rate
 
 
 def asked(session_id: str, recording_id: str, kind: str, **more: Any) -> dict[str, Any]:

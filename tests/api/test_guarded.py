@@ -16,8 +16,6 @@ from tests.support.responses import problem
 from tests.support.station_api import accepted, load, until, until_mode
 from tests.support.station_commands import operate, seen
 
-pytestmark = pytest.mark.slow_apparatus
-
 EACH = sorted(GUARDED)
 SEEN_LIMIT = timedelta(seconds=COMMAND_VALID_S)
 
