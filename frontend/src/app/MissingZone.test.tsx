@@ -1,26 +1,19 @@
 import { MantineProvider } from "@mantine/core";
-import { createMemoryHistory, createRootRoute, createRouter, RouterProvider } from "@tanstack/react-router";
 import { cleanup, render, screen } from "@testing-library/react";
 import { afterEach, expect, it } from "vitest";
 import { authStore } from "../features/auth/authState";
 import { ME, VIEWER } from "../features/auth/testUsers";
 import { MissingZone } from "./MissingZone";
+import { TestRouter } from "./TestRouter";
 
 function show() {
-  const routeTree = createRootRoute({
-    component: () => (
-      <>
-        <MissingZone />
-        <p>page</p>
-      </>
-    ),
-  });
   render(
     <MantineProvider env="test">
-      <RouterProvider router={createRouter({ routeTree, history: createMemoryHistory() })} />
+      <TestRouter>
+        <MissingZone />
+      </TestRouter>
     </MantineProvider>,
   );
-  return screen.findByText("page");
 }
 
 afterEach(() => {
@@ -28,9 +21,9 @@ afterEach(() => {
   authStore.signedIn(ME);
 });
 
-it("asks an administrator for the missing time zone", async () => {
+it("asks an administrator for the missing time zone", () => {
   authStore.signedIn({ ...ME, time_zone: "" });
-  await show();
+  show();
   const note = screen.getByTestId("missing-zone");
   expect(note.textContent).toContain("The clinic has no time zone. All days and times are UTC.");
   expect(screen.getByRole("link", { name: "Set the time zone" }).getAttribute("href")).toBe(
@@ -38,23 +31,23 @@ it("asks an administrator for the missing time zone", async () => {
   );
 });
 
-it("tells everyone else that days and times are those of UTC", async () => {
+it("tells everyone else that days and times are those of UTC", () => {
   authStore.signedIn({ ...VIEWER, time_zone: "" });
-  await show();
+  show();
   expect(screen.getByTestId("missing-zone").textContent).toContain("All days and times are UTC.");
   expect(screen.queryByRole("link")).toBeNull();
 });
 
-it("says that the browser does not know the clinic's time zone", async () => {
+it("says that the browser does not know the clinic's time zone", () => {
   authStore.signedIn({ ...ME, time_zone: "Mars/Olympus" });
-  await show();
+  show();
   expect(screen.getByTestId("missing-zone").textContent).toContain(
     "does not know the time zone Mars/Olympus",
   );
 });
 
-it("says nothing about the clinic's own time zone", async () => {
+it("says nothing about the clinic's own time zone", () => {
   authStore.signedIn({ ...ME, time_zone: "Asia/Tokyo" });
-  await show();
+  show();
   expect(screen.queryByTestId("missing-zone")).toBeNull();
 });

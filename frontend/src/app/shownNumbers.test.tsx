@@ -10,12 +10,7 @@ import type { ReactElement } from "react";
 import { afterEach, beforeAll, describe, expect, it, vi } from "vitest";
 import bareNumbers from "../../../tests/support/bare_numbers.js";
 import { ERASURE, PATIENT, UNDERSTOOD } from "../features/import-export/testData";
-
-vi.mock("../ui/links", () => ({
-  PageLink: ({ children }: { children: string }) => <span>{children}</span>,
-  ButtonLink: ({ children }: { children: string }) => <span>{children}</span>,
-}));
-vi.mock("../ui/Plot", () => ({ Plot: () => null }));
+import { TestRouter } from "./TestRouter";
 
 type Language = "en" | "ja";
 const WORDS: Record<Language, Record<string, string & string[]>> = JSON.parse(
@@ -42,9 +37,9 @@ async function inLanguage(language: Language) {
   const { authStore } = await import("../features/auth/authState");
   const { ME } = await import("../features/auth/testUsers");
   authStore.signedIn(ME);
-  const { api } = await import("../lib/api/client");
+  const { api, ProblemError } = await import("../lib/api/client");
   const { t } = await import("../lib/i18n");
-  return { api, t };
+  return { api, ProblemError, t };
 }
 type Page = Awaited<ReturnType<typeof inLanguage>>;
 
@@ -52,7 +47,9 @@ const show = (element: ReactElement) =>
   render(
     <MantineProvider env="test">
       <QueryClientProvider client={new QueryClient({ defaultOptions: { queries: { retry: false } } })}>
-        <main>{element}</main>
+        <TestRouter>
+          <main>{element}</main>
+        </TestRouter>
       </QueryClientProvider>
     </MantineProvider>,
   );
@@ -85,6 +82,11 @@ afterEach(() => {
 });
 
 describe.each([["en"], ["ja"]] as const)("in the language %s", (language) => {
+  let page: Page;
+  beforeAll(async () => {
+    page = await inLanguage(language);
+  });
+
   it("the walk finds a number without a unit, in text and field", () => {
     show(
       <>
@@ -96,7 +98,7 @@ describe.each([["en"], ["ja"]] as const)("in the language %s", (language) => {
   });
 
   it("the import of a motion has units, side and length", async () => {
-    const { api } = await inLanguage(language);
+    const { api } = page;
     vi.spyOn(api, "previewMotion").mockResolvedValue(UNDERSTOOD);
     const { ImportMotion } = await import("../features/import-export/ImportMotion");
     show(<ImportMotion patientId="p" side="left" onSaved={() => {}} />);
@@ -109,8 +111,7 @@ describe.each([["en"], ["ja"]] as const)("in the language %s", (language) => {
   });
 
   it("a refused file names its lines and its number of errors", async () => {
-    const { api } = await inLanguage(language);
-    const { ProblemError } = await import("../lib/api/client");
+    const { api, ProblemError } = page;
     const error = { pointer: "line 3, column time_s", field: "", field_key: null, detail_key: null };
     vi.spyOn(api, "previewMotion").mockRejectedValue(
       new ProblemError({ detail: "No.", errors: [{ ...error, detail: "'x' is not a number" }] }),
@@ -123,7 +124,7 @@ describe.each([["en"], ["ja"]] as const)("in the language %s", (language) => {
   });
 
   it("the import of patients has no number without a unit", async () => {
-    const { api, t } = await inLanguage(language);
+    const { api, t } = page;
     vi.spyOn(api, "importPatients").mockResolvedValue({
       items: [PATIENT],
       left_out: ["Patient.telecom"],
@@ -142,7 +143,7 @@ describe.each([["en"], ["ja"]] as const)("in the language %s", (language) => {
   });
 
   it("an erasure request has its time", async () => {
-    const { api, t } = await inLanguage(language);
+    const { api, t } = page;
     vi.spyOn(api, "erasures").mockResolvedValue({ items: [ERASURE], next: null });
     const { ErasureRequests } = await import("../features/import-export/ErasureRequests");
     show(<ErasureRequests patient={PATIENT} />);
@@ -153,7 +154,6 @@ describe.each([["en"], ["ja"]] as const)("in the language %s", (language) => {
   });
 
   it("the settings of a programme's item have units and the shoulder", async () => {
-    const page = await inLanguage(language);
     await openItem(page);
     const dialog = await screen.findByRole("dialog");
     fireEvent.click(screen.getByRole("switch", { name: page.t("programmes:endRange.title") }));
@@ -163,7 +163,7 @@ describe.each([["en"], ["ja"]] as const)("in the language %s", (language) => {
   });
 
   it("every value of a commissioning record has a unit, and the record its time", async () => {
-    const { api, t } = await inLanguage(language);
+    const { api, t } = page;
     const english = await import("../locales/en/commissioning.json");
     // These are texts, or names of texts.
     const names = Object.keys(english.default.values).filter(

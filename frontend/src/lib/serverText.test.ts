@@ -1,18 +1,9 @@
-import { beforeEach, describe, expect, it, vi } from "vitest";
+import { afterEach, describe, expect, it } from "vitest";
 import english from "../../server-messages.json";
 import japanese from "../locales/ja/server.json";
+import { loadServerTexts, translatePlaced, translateServerText } from "./serverText";
 
-beforeEach(() => {
-  vi.resetModules();
-  localStorage.clear();
-});
-
-async function load(language: "en" | "ja") {
-  localStorage.setItem("kata.language", language);
-  const serverText = await import("./serverText");
-  await serverText.loadServerTexts();
-  return serverText;
-}
+afterEach(() => loadServerTexts("en"));
 
 const nested = (code: string, text: string, params = {}) => ({ code, text, params });
 
@@ -77,12 +68,12 @@ describe("a server text on a Japanese page", () => {
       "モータを設定できません：E17。",
     ],
   ])("translates %s by its code", async (text, key, translation) => {
-    const { translateServerText } = await load("ja");
+    await loadServerTexts("ja");
     expect(translateServerText(text, key)).toBe(translation);
   });
 
   it("is translated inside a figure, and user texts are not", async () => {
-    const { translatePlaced } = await load("ja");
+    await loadServerTexts("ja");
     const figure = {
       data: [{ name: "Teaching", hovertemplate: "%{y:.2f}°" }, { name: "Abduction" }],
       layout: { xaxis: { title: { text: "Time, s" } } },
@@ -102,7 +93,7 @@ describe("a server text on a Japanese page", () => {
 });
 
 it("stays English on an English page", async () => {
-  const { translateServerText, translatePlaced } = await load("en");
+  await loadServerTexts("en");
   expect(translateServerText("Try again.", { code: "try_again", params: {} })).toBe("Try again.");
   const table = {
     rows: [["active"]],

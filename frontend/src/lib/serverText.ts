@@ -1,6 +1,6 @@
 import type english from "../../server-messages.json";
 import type { components } from "./api/schema";
-import { LANGUAGE } from "./language";
+import { LANGUAGE, type Language } from "./language";
 
 type Schemas = components["schemas"];
 type Key = Schemas["TextKey"] | Schemas["NestedText"];
@@ -10,14 +10,16 @@ type Nested = Schemas["NestedText"];
 type ServerCode = keyof typeof english;
 type Catalogue = Readonly<Record<ServerCode, string>>;
 
-let catalogue: Partial<Catalogue> = {};
+/** The translations; null while the page shows the service's English texts. */
+let catalogue: Partial<Catalogue> | null = null;
 
 /**
  * Fetch the translations of the service's messages before the page is drawn. Without them the page shows the
  * service's own English texts.
  */
-export async function loadServerTexts(): Promise<void> {
-  if (LANGUAGE === "en") return;
+export async function loadServerTexts(language: Language = LANGUAGE): Promise<void> {
+  catalogue = null;
+  if (language === "en") return;
   try {
     // If a translation is missing, this does not compile.
     catalogue = (await import("../locales/ja/server.json")).default satisfies Catalogue;
@@ -28,7 +30,8 @@ export async function loadServerTexts(): Promise<void> {
 
 /** Translate a text of the service by its code. A text without a code, or with an unknown one, stays English. */
 export function translateServerText(text: string, key: Key | null | undefined): string {
-  const template = key && Object.hasOwn(catalogue, key.code) ? catalogue[key.code as ServerCode] : undefined;
+  const template =
+    key && catalogue && Object.hasOwn(catalogue, key.code) ? catalogue[key.code as ServerCode] : undefined;
   if (!key || template === undefined) return text;
   return template.replace(
     /\{\{|\}\}|\{(\w+):([^}]*)\}/g,
@@ -44,7 +47,7 @@ export function translateServerText(text: string, key: Key | null | undefined): 
 export function translatePlaced<Content extends { texts?: Schemas["PlacedText"][] }>(
   content: Content,
 ): Content {
-  if (LANGUAGE === "en" || !content.texts?.length) return content;
+  if (!catalogue || !content.texts?.length) return content;
   const translated = structuredClone(content);
   for (const key of content.texts) for (const place of key.places) replaceAt(translated, place, key);
   return translated;

@@ -1,30 +1,14 @@
 import { MantineProvider } from "@mantine/core";
 import { act, cleanup, render, screen, waitFor } from "@testing-library/react";
-import { afterEach, expect, test, vi } from "vitest";
+import { afterEach, beforeEach, expect, test, vi } from "vitest";
 import { Plot } from "./Plot";
+import plotly, { listeners, plot } from "./testPlotly";
 
-const plotly = vi.hoisted(() => {
-  const listeners: Record<string, (change: Record<string, unknown>) => void> = {};
-  const plot = {
-    layout: {} as Record<string, unknown>,
-    on: (name: string, listener: (change: Record<string, unknown>) => void) => {
-      listeners[name] = listener;
-    },
-    removeAllListeners: () => {},
-  };
-  return {
-    listeners,
-    plot,
-    react: vi.fn(
-      async (_element: unknown, _data: unknown, layout: Record<string, unknown>, _config: unknown) => {
-        layout.written = "by Plotly";
-        return plot;
-      },
-    ),
-    purge: vi.fn(),
-  };
+// Other files draw, too.
+beforeEach(() => {
+  plotly.react.mockClear();
+  plotly.purge.mockClear();
 });
-vi.mock("plotly.js-basic-dist-min", () => ({ default: plotly }));
 afterEach(cleanup);
 
 const figure = (name: string) => ({ data: [{ name }], layout: { height: 300 }, texts: [] });
@@ -40,17 +24,17 @@ test("a zoom requests a window and redraws in place", async () => {
   const { rerender, unmount } = render(page(wholeFigure));
   await waitFor(() => expect(plotly.react).toHaveBeenCalledTimes(1));
   expect(wholeFigure.layout).toEqual({ height: 300 });
-  await waitFor(() => expect(plotly.listeners.plotly_relayout).toBeDefined());
+  await waitFor(() => expect(listeners.plotly_relayout).toBeDefined());
 
-  act(() => plotly.listeners.plotly_relayout?.({ "xaxis.range[0]": 10, "xaxis.range[1]": 20 }));
+  act(() => listeners.plotly_relayout?.({ "xaxis.range[0]": 10, "xaxis.range[1]": 20 }));
   expect(onWindow).toHaveBeenLastCalledWith({ start_s: 10, end_s: 20 });
-  act(() => plotly.listeners.plotly_relayout?.({ "yaxis.range[0]": 10, "yaxis.range[1]": 20 }));
+  act(() => listeners.plotly_relayout?.({ "yaxis.range[0]": 10, "yaxis.range[1]": 20 }));
   expect(onWindow).toHaveBeenCalledTimes(1);
 
   rerender(page(figure("ten seconds")));
   await waitFor(() => expect(plotly.react).toHaveBeenCalledTimes(2));
   expect(plotly.purge).not.toHaveBeenCalled();
-  act(() => plotly.listeners.plotly_relayout?.({ "xaxis.autorange": true }));
+  act(() => listeners.plotly_relayout?.({ "xaxis.autorange": true }));
   expect(onWindow).toHaveBeenLastCalledWith(null);
 
   unmount();
@@ -73,7 +57,7 @@ test("has the colour of the page, prints in light colours on a sheet and keeps t
   const layout = () => plotly.react.mock.lastCall?.[2];
   expect(layout()).toMatchObject({ paper_bgcolor: "rgb(36, 36, 36)" });
   vi.spyOn(HTMLElement.prototype, "clientWidth", "get").mockReturnValue(1200);
-  plotly.plot.layout = { xaxis: { range: [10, 20], autorange: false } };
+  plot.layout = { xaxis: { range: [10, 20], autorange: false } };
 
   window.dispatchEvent(new Event("beforeprint"));
   expect(layout()).toMatchObject({

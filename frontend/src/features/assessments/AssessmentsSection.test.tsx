@@ -2,20 +2,14 @@ import { MantineProvider } from "@mantine/core";
 import { QueryClient, QueryClientProvider } from "@tanstack/react-query";
 import { cleanup, fireEvent, render, screen, waitFor } from "@testing-library/react";
 import { afterEach, beforeEach, describe, expect, it, vi } from "vitest";
+import { TestRouter } from "../../app/TestRouter";
 import { api, type Patient, ProblemError } from "../../lib/api/client";
 import { AssessmentsSection } from "./AssessmentsSection";
 import { describeSpadi } from "./describeFindings";
 import { ASSESSMENT, BASELINE, FORM } from "./examples";
 
-vi.mock("../../ui/links", () => ({
-  ButtonLink: ({ to, children }: { to: string; children: string }) => <a href={to}>{children}</a>,
-}));
-
-vi.mock("../progress/ProgressChart", () => ({
-  ProgressChart: ({ chart }: { chart: string }) => <output>{chart}</output>,
-}));
-
 const assessments = vi.spyOn(api, "assessments");
+const progress = vi.spyOn(api, "progress");
 const withdraw = vi.spyOn(api, "withdrawAssessment");
 const WITHDRAWN = { ...ASSESSMENT, id: "w", withdrawn_at: "2026-03-10T09:30:00Z" };
 
@@ -24,6 +18,7 @@ beforeEach(() => {
   vi.spyOn(api, "patient").mockResolvedValue({ id: "p", episode_id: "e", affected_side: "left" } as Patient);
   vi.spyOn(api, "assessmentForm").mockResolvedValue(FORM);
   withdraw.mockResolvedValue(WITHDRAWN);
+  progress.mockResolvedValue({ table: { rows: [] }, notes: {}, figure: { data: [] } } as never);
   assessments.mockResolvedValue({ items: [WITHDRAWN, ASSESSMENT, BASELINE], next: null, baseline: BASELINE });
 });
 afterEach(cleanup);
@@ -32,7 +27,9 @@ function show() {
   render(
     <MantineProvider env="test">
       <QueryClientProvider client={new QueryClient({ defaultOptions: { queries: { retry: false } } })}>
-        <AssessmentsSection patientId="p" />
+        <TestRouter>
+          <AssessmentsSection patientId="p" />
+        </TestRouter>
       </QueryClientProvider>
     </MantineProvider>,
   );
@@ -42,9 +39,15 @@ const press = async (name: string | RegExp) => fireEvent.click(await screen.find
 
 it("shows one chart beside the findings, at first that of the range of motion", async () => {
   show();
-  expect((await screen.findByRole("status")).textContent).toBe("rom");
+  const charts = () => progress.mock.calls.map(([episode, chart]) => [episode, chart]);
+  await waitFor(() => expect(charts()).toEqual([["e", "rom"]]));
   fireEvent.click(screen.getByRole("radio", { name: "SPADI" }));
-  expect(screen.getByRole("status").textContent).toBe("spadi");
+  await waitFor(() =>
+    expect(charts()).toEqual([
+      ["e", "rom"],
+      ["e", "spadi"],
+    ]),
+  );
 });
 
 describe("the newest findings", () => {

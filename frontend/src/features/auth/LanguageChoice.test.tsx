@@ -2,17 +2,13 @@ import { MantineProvider } from "@mantine/core";
 import { QueryClient, QueryClientProvider } from "@tanstack/react-query";
 import { cleanup, render, screen } from "@testing-library/react";
 import userEvent from "@testing-library/user-event";
-import { afterEach, expect, it, vi } from "vitest";
+import { afterEach, beforeEach, expect, it, vi } from "vitest";
 import { api } from "../../lib/api/client";
-import { switchLanguage } from "../../lib/language";
 import { store } from "../../lib/live/store";
 import { LanguageChoice } from "./LanguageChoice";
 import { ME } from "./testUsers";
 
-vi.mock("../../lib/language", async (original) => ({
-  ...(await original<object>()),
-  switchLanguage: vi.fn(),
-}));
+const reload = vi.fn();
 
 const show = (own: boolean) =>
   render(
@@ -23,10 +19,15 @@ const show = (own: boolean) =>
     </QueryClientProvider>,
   );
 
+const stored = () => localStorage.getItem("kata.language");
+
+beforeEach(() => vi.stubGlobal("location", { reload }));
 afterEach(() => {
   cleanup();
+  vi.unstubAllGlobals();
   vi.restoreAllMocks();
-  vi.mocked(switchLanguage).mockReset();
+  reload.mockReset();
+  localStorage.clear();
 });
 
 it("saves a user's language, then applies it", async () => {
@@ -34,14 +35,14 @@ it("saves a user's language, then applies it", async () => {
   show(true);
   await userEvent.click(screen.getByRole("radio", { name: "日本語" }));
   expect(chooseLanguage.mock.calls[0]?.[0]).toBe("ja");
-  expect(switchLanguage).toHaveBeenCalledWith("ja");
+  expect([stored(), reload.mock.calls.length]).toEqual(["ja", 1]);
 });
 
 it("does not apply a language that the service refuses", async () => {
   vi.spyOn(api, "chooseLanguage").mockRejectedValue(new Error("no"));
   show(true);
   await userEvent.click(screen.getByRole("radio", { name: "日本語" }));
-  expect(switchLanguage).not.toHaveBeenCalled();
+  expect([stored(), reload.mock.calls.length]).toEqual([null, 0]);
   expect(await screen.findByRole("alert")).toBeTruthy();
 });
 
@@ -49,7 +50,7 @@ it("stores the language in this browser before sign-in", async () => {
   const chooseLanguage = vi.spyOn(api, "chooseLanguage");
   show(false);
   await userEvent.click(screen.getByRole("radio", { name: "日本語" }));
-  expect(switchLanguage).toHaveBeenCalledWith("ja");
+  expect([stored(), reload.mock.calls.length]).toEqual(["ja", 1]);
   expect(chooseLanguage).not.toHaveBeenCalled();
 });
 

@@ -1,8 +1,8 @@
 import { MantineProvider } from "@mantine/core";
 import { QueryClient, QueryClientProvider } from "@tanstack/react-query";
 import { cleanup, fireEvent, render, screen, within } from "@testing-library/react";
-import type { ReactNode } from "react";
 import { afterEach, describe, expect, it, vi } from "vitest";
+import { TestRouter } from "../../app/TestRouter";
 import type { Schemas } from "../../lib/api/client";
 import { api } from "../../lib/api/client";
 import { CommissioningState, describeState } from "./CommissioningState";
@@ -13,12 +13,6 @@ import { GainTuning } from "./GainTuning";
 import { SignatureNote } from "./RecordsTab";
 import { comparisons, newest, type Response, responseTable } from "./responseCharts";
 import { comparedRows, HistoryTab, motorRows } from "./SettingsTab";
-
-vi.mock("../../ui/links", () => ({
-  ButtonLink: ({ search, children }: { search: object; children: ReactNode }) => (
-    <a href={JSON.stringify(search)}>{children}</a>
-  ),
-}));
 
 const state: Schemas["CommissioningState"] = {
   state: "commissioned",
@@ -306,13 +300,15 @@ describe("the history of the configuration", () => {
       ({ number, since: "2026-03-02T10:00:00Z", changed_by, software: "1.0.0" }) as Schemas["StationVersion"];
     render(
       <MantineProvider env="test">
-        <HistoryTab versions={[version(3, "Ito Mai"), version(2, ""), version(1, "")]} more />
+        <TestRouter>
+          <HistoryTab versions={[version(3, "Ito Mai"), version(2, ""), version(1, "")]} more />
+        </TestRouter>
       </MantineProvider>,
     );
     screen.getByText(/^3 rows are shown; there are more/);
-    expect(screen.getAllByRole("link").map((link) => JSON.parse(link.getAttribute("href") ?? ""))).toEqual([
-      { tab: "settings", version: 3, other: 2 },
-      { tab: "settings", version: 2, other: 1 },
+    expect(screen.getAllByRole("link").map((link) => link.getAttribute("href"))).toEqual([
+      "/commissioning?tab=settings&version=3&other=2",
+      "/commissioning?tab=settings&version=2&other=1",
     ]);
     fireEvent.click(screen.getByRole("button", { name: "Version" }));
     expect(within(screen.getAllByRole("row")[1] as HTMLElement).getByText("First version")).toBeTruthy();

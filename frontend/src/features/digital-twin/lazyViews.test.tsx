@@ -1,11 +1,12 @@
 import { MantineProvider } from "@mantine/core";
+import { QueryClient, QueryClientProvider } from "@tanstack/react-query";
 import { act, cleanup, render, screen } from "@testing-library/react";
 import { afterEach, describe, expect, it, vi } from "vitest";
 import type { Live } from "../../lib/api/client";
 import { type LiveState, store } from "../../lib/live/store";
 import { LiveApparatus } from "./lazyViews";
 
-vi.mock("./StationApparatus", () => ({ default: () => "drawn" }));
+const drawn = () => screen.queryByRole("radiogroup", { name: "View" });
 
 let state: LiveState;
 const listeners = new Set<() => void>();
@@ -14,8 +15,8 @@ function setTorque(torque: Live["torque"]) {
   state = {
     connected: true,
     heardAt: 0,
-    station: null,
-    live: { torque } as Partial<Live>,
+    station: { axes: [] },
+    live: { torque, side: "right", mode: "idle" } as Partial<Live>,
     events: [],
   } as unknown as LiveState;
   for (const listener of listeners) listener();
@@ -30,7 +31,9 @@ function show(torque: Live["torque"]) {
   });
   render(
     <MantineProvider>
-      <LiveApparatus />
+      <QueryClientProvider client={new QueryClient()}>
+        <LiveApparatus />
+      </QueryClientProvider>
     </MantineProvider>,
   );
 }
@@ -47,14 +50,14 @@ describe("the apparatus in three dimensions", () => {
       show(torque);
       await act(() => new Promise((done) => setTimeout(done)));
       expect(screen.getByText("Available when the motors have no torque.")).toBeTruthy();
-      expect(screen.queryByText("drawn")).toBeNull();
+      expect(drawn()).toBeNull();
     },
   );
 
   it("begins without torque, and stays", async () => {
     show("off");
-    expect(await screen.findByText("drawn")).toBeTruthy();
+    await vi.waitFor(() => expect(drawn()).toBeTruthy());
     act(() => setTorque("on"));
-    expect(screen.getByText("drawn")).toBeTruthy();
+    expect(drawn()).toBeTruthy();
   });
 });

@@ -7,12 +7,6 @@ import { type LiveState, store } from "../../lib/live/store";
 import { HOLD_MS } from "../../safety/useHold";
 import { EndFeelMeasurement } from "./EndFeelMeasurement";
 
-vi.mock("../auth/hooks", () => ({ useMayOperate: () => true, useHasPermission: () => true }));
-vi.mock("../station/session-wizard/PreflightChecklist", () => ({
-  PreflightChecklist: () => null,
-  useChecklist: () => ({ data: { complete: true } }),
-}));
-
 type Motion = Schemas["EndFeelMotion"];
 const motion = (given: Partial<Motion>): Motion => ({
   recording_id: "a",
@@ -29,6 +23,7 @@ const motion = (given: Partial<Motion>): Motion => ({
 });
 
 function show(motions: Motion[], level: number | null = 20) {
+  vi.spyOn(api, "checklist").mockResolvedValue({ complete: true, checks: [] } as never);
   vi.spyOn(api, "endFeelGuide").mockResolvedValue({ speed_deg_s: 5, motions });
   render(
     <MantineProvider env="test">

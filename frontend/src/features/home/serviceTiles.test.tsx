@@ -1,9 +1,9 @@
 import { MantineProvider } from "@mantine/core";
 import { QueryClient, QueryClientProvider } from "@tanstack/react-query";
-import { createMemoryHistory, createRootRoute, createRouter, RouterProvider } from "@tanstack/react-router";
 import { cleanup, render, screen } from "@testing-library/react";
 import type { ReactNode } from "react";
 import { afterEach, expect, it, vi } from "vitest";
+import { TestRouter } from "../../app/TestRouter";
 import { api, type Schemas } from "../../lib/api/client";
 import { AdherenceTile } from "./outcomeTiles";
 import { BackupTile, UnsignedTile } from "./serviceTiles";
@@ -16,13 +16,13 @@ async function textOfTile(newest: Pick<Schemas["Backup"], "at" | "failure">) {
   return (await screen.findByRole("link", { name: /2026/ })).textContent;
 }
 
-function show(component: () => ReactNode) {
-  const routeTree = createRootRoute({ component });
-  const router = createRouter({ routeTree, history: createMemoryHistory() });
+function show(Tile: () => ReactNode) {
   render(
     <MantineProvider env="test">
       <QueryClientProvider client={new QueryClient()}>
-        <RouterProvider router={router} />
+        <TestRouter>
+          <Tile />
+        </TestRouter>
       </QueryClientProvider>
     </MantineProvider>,
   );

@@ -3,6 +3,7 @@ import { QueryClient, QueryClientProvider } from "@tanstack/react-query";
 import { cleanup, fireEvent, render, screen, waitFor } from "@testing-library/react";
 import type { ReactElement } from "react";
 import { afterEach, describe, expect, it, vi } from "vitest";
+import { TestRouter } from "../../app/TestRouter";
 import { api, ProblemError, type Schemas } from "../../lib/api/client";
 import { authStore } from "../auth/authState";
 import { ME } from "../auth/testUsers";
@@ -12,15 +13,11 @@ import { ImportPatients } from "./ImportPatients";
 import { SampleLinks } from "./SampleLinks";
 import { ERASURE, PATIENT, UNDERSTOOD } from "./testData";
 
-vi.mock("../../ui/links", () => ({
-  PageLink: ({ children }: { children: string }) => <span>{children}</span>,
-}));
-
 const show = (element: ReactElement) =>
   render(
     <MantineProvider env="test">
       <QueryClientProvider client={new QueryClient({ defaultOptions: { queries: { retry: false } } })}>
-        {element}
+        <TestRouter>{element}</TestRouter>
       </QueryClientProvider>
     </MantineProvider>,
   );

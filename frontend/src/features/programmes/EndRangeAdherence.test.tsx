@@ -1,12 +1,10 @@
 import { MantineProvider } from "@mantine/core";
 import { cleanup, fireEvent, render, screen } from "@testing-library/react";
-import { afterEach, expect, it, vi } from "vitest";
+import { afterEach, expect, it } from "vitest";
+import { TestRouter } from "../../app/TestRouter";
 import type { Schemas } from "../../lib/api/client";
 import { EndRangeAdherence } from "./EndRangeAdherence";
 
-vi.mock("../../ui/links", () => ({
-  PageLink: ({ children }: { children: React.ReactNode }) => <span>{children}</span>,
-}));
 afterEach(cleanup);
 
 const done = (counted_s: number | null, prescribed_s: number | null) => ({
@@ -31,12 +29,14 @@ it("compares this week's time with the prescription and lists sessions", () => {
   const session = { session_id: "s", started_at: "2026-11-17T09:30:00Z", motions: [done(null, 300)] };
   render(
     <MantineProvider>
-      <EndRangeAdherence
-        weeks={[
-          week("2026-11-09", { end_range: [done(60, null)] }),
-          week("2026-11-16", { end_range: [done(125.9, 900)], end_range_sessions: [session] }),
-        ]}
-      />
+      <TestRouter>
+        <EndRangeAdherence
+          weeks={[
+            week("2026-11-09", { end_range: [done(60, null)] }),
+            week("2026-11-16", { end_range: [done(125.9, 900)], end_range_sessions: [session] }),
+          ]}
+        />
+      </TestRouter>
     </MantineProvider>,
   );
   expect(screen.getByTestId("end-range").textContent).toContain("2:05 of 15:00 min");

@@ -2,13 +2,11 @@ import { MantineProvider } from "@mantine/core";
 import { QueryClient, QueryClientProvider } from "@tanstack/react-query";
 import { cleanup, render, screen, waitFor, within } from "@testing-library/react";
 import { afterEach, expect, it, vi } from "vitest";
+import { TestRouter } from "../../app/TestRouter";
 import { api, type Schemas } from "../../lib/api/client";
 import { AS_TAUGHT } from "../station/playSettingsModel";
 import { PlannedAndDone } from "./PlannedAndDone";
 
-vi.mock("../../ui/links", () => ({
-  PageLink: ({ children }: { children: React.ReactNode }) => <span>{children}</span>,
-}));
 afterEach(cleanup);
 
 const RUN: Schemas["PlannedRun"] = {
@@ -54,7 +52,9 @@ function show(plan: Schemas["SessionPlan"]) {
   const { container } = render(
     <MantineProvider>
       <QueryClientProvider client={new QueryClient()}>
-        <PlannedAndDone sessionId="s" />
+        <TestRouter>
+          <PlannedAndDone sessionId="s" />
+        </TestRouter>
       </QueryClientProvider>
     </MantineProvider>,
   );

@@ -2,14 +2,11 @@ import { MantineProvider } from "@mantine/core";
 import { QueryClient, QueryClientProvider, useQuery } from "@tanstack/react-query";
 import { cleanup, fireEvent, render, screen, waitFor, within } from "@testing-library/react";
 import { afterEach, beforeEach, describe, expect, it, vi } from "vitest";
+import { TestRouter } from "../../app/TestRouter";
 import { api, ProblemError, type Programme, type ProgrammeItem } from "../../lib/api/client";
 import { forgetDrafts } from "../../lib/draft";
 import { AS_TAUGHT } from "../station/playSettingsModel";
 import { ProgrammeView } from "./ProgrammePage";
-
-vi.mock("../../ui/links", () => ({
-  PageLink: ({ children }: { children: React.ReactNode }) => <span>{children}</span>,
-}));
 
 const item = (position: number, name: string): ProgrammeItem => ({
   ...AS_TAUGHT,
@@ -81,7 +78,9 @@ function show() {
   render(
     <MantineProvider env="test">
       <QueryClientProvider client={client}>
-        <Held />
+        <TestRouter>
+          <Held />
+        </TestRouter>
       </QueryClientProvider>
     </MantineProvider>,
   );
@@ -181,7 +180,9 @@ describe("a programme", { timeout: 30_000 }, () => {
     render(
       <MantineProvider env="test">
         <QueryClientProvider client={new QueryClient()}>
-          <ProgrammeView programme={{ ...PROGRAMME, closed: true }} />
+          <TestRouter>
+            <ProgrammeView programme={{ ...PROGRAMME, closed: true }} />
+          </TestRouter>
         </QueryClientProvider>
       </MantineProvider>,
     );

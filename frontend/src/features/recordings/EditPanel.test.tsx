@@ -6,10 +6,6 @@ import { api, ProblemError, type Recording } from "../../lib/api/client";
 import { describeOrigin } from "./describeOrigin";
 import { EditPanel } from "./EditPanel";
 
-vi.mock("../../ui/Plot", () => ({
-  Plot: ({ label }: { label: string }) => <figure aria-label={label} />,
-}));
-
 const RECORDING: Recording = {
   id: "a",
   patient_id: "p",

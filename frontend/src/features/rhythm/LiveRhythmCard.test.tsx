@@ -1,16 +1,12 @@
 import { MantineProvider } from "@mantine/core";
 import { QueryClient, QueryClientProvider } from "@tanstack/react-query";
 import { act, cleanup, render, screen, within } from "@testing-library/react";
-import type { ReactNode } from "react";
 import { afterEach, beforeEach, expect, it, vi } from "vitest";
+import { TestRouter } from "../../app/TestRouter";
 import { api, type Live, type Schemas } from "../../lib/api/client";
 import { store } from "../../lib/live/store";
 import { motorsOf } from "../digital-twin/linkage";
 import { LiveRhythmCard } from "./LiveRhythmCard";
-
-vi.mock("../../ui/links", () => ({
-  PageLink: ({ children }: { children: ReactNode }) => <a href="/">{children}</a>,
-}));
 
 const ELEVATIONS = Array.from({ length: 70 }, (_, n) => 12.5 + n);
 const band = (from_deg: number, ratio: number | null): Schemas["RhythmBand"] => ({
@@ -91,7 +87,9 @@ async function show(sound = SOUND) {
   render(
     <MantineProvider env="test">
       <QueryClientProvider client={new QueryClient()}>
-        <LiveRhythmCard patientId="p" />
+        <TestRouter>
+          <LiveRhythmCard patientId="p" />
+        </TestRouter>
       </QueryClientProvider>
     </MantineProvider>,
   );

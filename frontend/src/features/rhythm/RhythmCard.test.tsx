@@ -3,16 +3,11 @@ import { QueryClient, QueryClientProvider } from "@tanstack/react-query";
 import { cleanup, fireEvent, render, screen, within } from "@testing-library/react";
 import type { ReactNode } from "react";
 import { afterEach, expect, it, vi } from "vitest";
+import { TestRouter } from "../../app/TestRouter";
 import { api } from "../../lib/api/client";
 import { RhythmOfRecording, RhythmOfRun } from "./RhythmCard";
 import { type Curve, describePlane, type Rhythm, rhythmFigure } from "./rhythmFigure";
 
-vi.mock("../../ui/Plot", () => ({
-  Plot: ({ label }: { label: string }) => <div data-testid="plot">{label}</div>,
-}));
-vi.mock("../../ui/links", () => ({
-  PageLink: ({ children }: { children: ReactNode }) => <a href="/">{children}</a>,
-}));
 afterEach(cleanup);
 
 const band = (from_deg: number, ratio: number | null) => ({
@@ -56,7 +51,9 @@ const rhythm = (given: Partial<Rhythm>): Rhythm => ({
 function show(card: ReactNode) {
   render(
     <MantineProvider env="test">
-      <QueryClientProvider client={new QueryClient()}>{card}</QueryClientProvider>
+      <QueryClientProvider client={new QueryClient()}>
+        <TestRouter>{card}</TestRouter>
+      </QueryClientProvider>
     </MantineProvider>,
   );
 }
@@ -70,6 +67,7 @@ it("shows ratios, reasons and the published ratio of each direction", async () =
   expect(lowering?.textContent).toContain("No published value for this plane and direction");
   expect(screen.getByText(/not of bones/)).toBeTruthy();
   expect(screen.getByText(/no motion of the unaffected side has been taught/)).toBeTruthy();
+  expect(screen.getByRole("figure")).toBeTruthy();
   fireEvent.click(screen.getByRole("button", { name: "Show numbers" }));
   expect(screen.getByRole("columnheader", { name: "Taught, raising, °" })).toBeTruthy();
 });
@@ -90,13 +88,14 @@ it("says where the scapula is ahead of the unaffected side", async () => {
   expect(await screen.findByText(/^Played: from 22° .* the scapula is ahead .* 8.0° at 32°/)).toBeTruthy();
   expect(screen.getByText(/^Taught: the scapula is not ahead .* −3.0°/)).toBeTruthy();
   expect(screen.getByText(/not a diagnosis/)).toBeTruthy();
+  expect(screen.getByRole("link", { name: "Sound arm" }).getAttribute("href")).toBe("/recordings/s");
 });
 
 it("gives ranges instead of a ratio when the arm was not raised", async () => {
   vi.spyOn(api, "runRhythm").mockResolvedValue(rhythm({ curves: [], elevation_max_deg: 21 }));
   show(<RhythmOfRun runId="r" />);
   expect(await screen.findByText(/No ratio: .* from 12° to 21°, .* from −1° to 20°/)).toBeTruthy();
-  expect(screen.queryByTestId("plot")).toBeNull();
+  expect(screen.queryByRole("figure")).toBeNull();
 });
 
 it("draws a line for each curve and the apparatus' limit", () => {

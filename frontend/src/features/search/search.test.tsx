@@ -1,8 +1,9 @@
 import { MantineProvider } from "@mantine/core";
 import { QueryClient, QueryClientProvider } from "@tanstack/react-query";
-import { createMemoryHistory, createRootRoute, createRouter, RouterProvider } from "@tanstack/react-router";
+import { createMemoryHistory } from "@tanstack/react-router";
 import { cleanup, fireEvent, render, screen } from "@testing-library/react";
 import { afterEach, beforeEach, describe, expect, it, vi } from "vitest";
+import { TestRouter } from "../../app/TestRouter";
 import { api, type Me, type Patient } from "../../lib/api/client";
 import { authStore } from "../auth/authState";
 import { SearchButton } from "./SearchButton";
@@ -24,11 +25,12 @@ const session = { id: "s1", started_at: "2026-11-05T09:30:00Z", patient: YAMADA 
 function show(permissions: Me["permissions"]) {
   vi.spyOn(authStore, "get").mockReturnValue({ is: "in", me: { permissions } as Me } as never);
   const history = createMemoryHistory();
-  const routeTree = createRootRoute({ component: SearchButton });
   render(
     <MantineProvider env="test">
       <QueryClientProvider client={new QueryClient()}>
-        <RouterProvider router={createRouter({ routeTree, history })} />
+        <TestRouter history={history}>
+          <SearchButton />
+        </TestRouter>
       </QueryClientProvider>
     </MantineProvider>,
   );

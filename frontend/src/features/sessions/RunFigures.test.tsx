@@ -5,9 +5,6 @@ import { afterEach, expect, it, vi } from "vitest";
 import { api } from "../../lib/api/client";
 import { RunFigures } from "./RunFigures";
 
-vi.mock("../../ui/Plot", () => ({
-  Plot: ({ label }: { label: string }) => <div data-testid="plot">{label}</div>,
-}));
 afterEach(cleanup);
 
 it("offers the wall clock and states its offset", async () => {
@@ -37,7 +34,8 @@ it("shows the motor with the largest error first, another one or all on request"
       </QueryClientProvider>
     </MantineProvider>,
   );
-  const shown = () => screen.queryAllByTestId("plot").map((plot) => plot.textContent?.slice(0, 8));
+  const shown = () =>
+    screen.queryAllByRole("figure").map((plot) => plot.getAttribute("aria-label")?.slice(0, 8));
   await vi.waitFor(() => expect(shown()).toEqual(["Motor 3:"]));
   fireEvent.click(screen.getByRole("radio", { name: "Motor 5" }));
   expect(shown()).toEqual(["Motor 5:"]);

@@ -1,7 +1,12 @@
 import { MantineProvider } from "@mantine/core";
 import { cleanup, render, screen } from "@testing-library/react";
-import { afterEach, expect, it, vi } from "vitest";
+import i18next from "i18next";
+import { afterEach, expect, it } from "vitest";
 import type { Session } from "../../lib/api/client";
+import japanese from "../../locales/ja";
+import { ResultMetrics } from "./SessionResult";
+
+for (const [namespace, texts] of Object.entries(japanese)) i18next.addResourceBundle("ja", namespace, texts);
 
 const SESSION = {
   side: "left",
@@ -37,9 +42,7 @@ const SESSION = {
 } as unknown as Session;
 
 async function show(language: "en" | "ja", session: Session) {
-  vi.resetModules();
-  localStorage.setItem("kata.language", language);
-  const { ResultMetrics } = await import("./SessionResult");
+  await i18next.changeLanguage(language);
   render(
     <MantineProvider env="test">
       <ResultMetrics session={session} />
@@ -49,9 +52,9 @@ async function show(language: "en" | "ja", session: Session) {
 
 const words = (testid: string) => screen.getByTestId(testid).textContent ?? "";
 
-afterEach(() => {
+afterEach(async () => {
   cleanup();
-  localStorage.clear();
+  await i18next.changeLanguage("en");
 });
 
 it.each([

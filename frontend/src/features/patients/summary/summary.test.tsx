@@ -2,6 +2,7 @@ import { MantineProvider } from "@mantine/core";
 import { QueryClient, QueryClientProvider } from "@tanstack/react-query";
 import { cleanup, fireEvent, render, screen, within } from "@testing-library/react";
 import { afterEach, describe, expect, it, vi } from "vitest";
+import { TestRouter } from "../../../app/TestRouter";
 import { type Assessment, api, type Schemas } from "../../../lib/api/client";
 import * as csv from "../../../lib/csv";
 import { timeScale } from "../../../ui/timeScale";
@@ -14,11 +15,6 @@ import { radarPoint } from "./romRadar";
 import { SinceLastMonth } from "./SinceLastMonth";
 import { sinceLastMonth } from "./sinceLastMonth";
 import { Trends } from "./Trends";
-
-vi.mock("@tanstack/react-router", async (original) => ({
-  ...(await original<typeof import("@tanstack/react-router")>()),
-  Link: ({ children }: { children: React.ReactNode }) => <g>{children}</g>,
-}));
 
 afterEach(cleanup);
 
@@ -39,7 +35,12 @@ const assessed = (day: string, of: Partial<Assessment> = {}): Assessment => ({
   ...of,
 });
 const NEWEST = assessed("2026-11-20");
-const show = (shown: React.ReactNode) => render(<MantineProvider env="test">{shown}</MantineProvider>);
+const show = (shown: React.ReactNode) =>
+  render(
+    <MantineProvider env="test">
+      <TestRouter>{shown}</TestRouter>
+    </MantineProvider>,
+  );
 
 describe("last month", () => {
   const weeks = [NEWEST, assessed("2026-11-13"), assessed("2026-10-23"), assessed("2026-10-16")];
