@@ -32,7 +32,7 @@ const written: Plugin = {
 
 const TESTS = "src/**/*.test.{ts,tsx}";
 
-/** Test files that replace modules, which other files must not see. */
+/** Test files that replace or reload modules, which other files must not see. */
 const replacing = globSync(TESTS).filter((file) =>
   /\bvi\.(mock|doMock|resetModules)\(/.test(readFileSync(file, "utf8")),
 );
@@ -85,8 +85,12 @@ export default defineConfig({
     testTimeout: 60_000,
     // Vitest leaves one processor free, which on two processors is half of them.
     maxWorkers: "100%",
-    // The icons' ES modules are six thousand files, which Node would read for each test file. This is one file.
-    alias: { "@tabler/icons-react": "@tabler/icons-react/dist/cjs/tabler-icons-react.cjs" },
+    alias: {
+      // The icons' ES modules are six thousand files, which Node would read for each test file. This is one file.
+      "@tabler/icons-react": "@tabler/icons-react/dist/cjs/tabler-icons-react.cjs",
+      // jsdom cannot draw.
+      "plotly.js-basic-dist-min": join(import.meta.dirname, "src/ui/testPlotly.ts"),
+    },
     // A new environment and the imports take two seconds for each file, so most files share theirs.
     projects: [
       { extends: true, test: { name: "shared", isolate: false, include: [TESTS], exclude: replacing } },
