@@ -1,6 +1,6 @@
 import { MantineProvider } from "@mantine/core";
 import { QueryClient, QueryClientProvider } from "@tanstack/react-query";
-import { act, cleanup, render, screen } from "@testing-library/react";
+import { act, cleanup, render, screen, waitFor } from "@testing-library/react";
 import { afterEach, describe, expect, it, vi } from "vitest";
 import type { Live } from "../../lib/api/client";
 import { type LiveState, store } from "../../lib/live/store";
@@ -56,7 +56,7 @@ describe("the apparatus in three dimensions", () => {
 
   it("begins without torque, and stays", async () => {
     show("off");
-    await vi.waitFor(() => expect(drawn()).toBeTruthy());
+    await waitFor(() => expect(drawn()).toBeTruthy());
     act(() => setTorque("on"));
     expect(drawn()).toBeTruthy();
   });
