@@ -36,8 +36,8 @@ _SUBJECTS: Final[dict[str, tuple[tuple[str, str, str], ...]]] = {
         ("lib/live/store.ts", "CONFIRM_EVERY_MS", "A page's script confirms so often that it has shown a live state."),
         (
             "station/lease.py",
-            "SHOWN_LIMIT_S",
-            "A page whose script has confirmed no live state that was sent within this time counts as absent.",
+            "PRESENT_AFTER_SHOWN_S",
+            "A page is absent if its script has not confirmed a live state that was sent within this time. A page that hangs pauses a playback after the sum of this and the absence.",
         ),
         ("safety/useHold.ts", "HOLD_MS", "The press that moves the arm to the start is held for so long."),
         (

@@ -11,7 +11,7 @@ from sqlalchemy import text
 
 from kata.api import logs
 from kata.api.logs import JsonLines, Lines
-from kata.audit.audit_log import ROWS
+from kata.audit.audit_log import AUDIT_ROW_LOGGER
 from kata.audit.tables import AuditRow
 from kata.auth.login_session import COOKIE
 from kata.clinic.patients import service
@@ -61,11 +61,11 @@ def test_every_audit_row_is_a_line_of_the_collected_log(client: TestClient, capl
     """A collected log cannot be changed afterwards. Neither log nor trail contains values of fields."""
     app: Any = client.app
     body = {"clinic_number": "K-told", "name": NAME, "affected_side": "right"}
-    with caplog.at_level(logging.INFO, logger=ROWS):
+    with caplog.at_level(logging.INFO, logger=AUDIT_ROW_LOGGER):
         made = client.post("/api/patients", json=body).json()
         assert client.get(f"/api/patients/{made['id']}").status_code == 200
         assert app.state.services.audit_log.until_written()
-    lines = [json.loads(JsonLines().format(record)) for record in caplog.records if record.name == ROWS]
+    lines = [json.loads(JsonLines().format(record)) for record in caplog.records if record.name == AUDIT_ROW_LOGGER]
     answer = {line["message"]: line["audit"] for line in lines}
     row = answer["create_patient done"]
     assert (row["patient_id"], row["role"], row["who"]) == (made["id"], "administrator", "Test administrator")
@@ -77,15 +77,15 @@ def test_every_audit_row_is_a_line_of_the_collected_log(client: TestClient, capl
 
 
 def test_plain_log_omits_audit_rows() -> None:
-    before = logging.getLogger(ROWS).level
+    before = logging.getLogger(AUDIT_ROW_LOGGER).level
     handlers = list(logging.getLogger().handlers)
     try:
         logs.begin("json")
-        assert logging.getLogger(ROWS).isEnabledFor(logging.INFO)
+        assert logging.getLogger(AUDIT_ROW_LOGGER).isEnabledFor(logging.INFO)
         logs.begin("plain")
-        assert not logging.getLogger(ROWS).isEnabledFor(logging.INFO)
+        assert not logging.getLogger(AUDIT_ROW_LOGGER).isEnabledFor(logging.INFO)
     finally:
-        logging.getLogger(ROWS).setLevel(before)
+        logging.getLogger(AUDIT_ROW_LOGGER).setLevel(before)
         logging.getLogger().handlers[:] = handlers
 
 

@@ -21,7 +21,7 @@ from kata.audit import deduplication
 from kata.audit.tables import AuditRow
 from kata.auth import access_tokens
 from kata.auth.login_session import COOKIE
-from kata.auth.permissions import RULES, UNAUDITED_VIEWS, audit_action
+from kata.auth.permissions import RULES, UNAUDITED_READ_PERMISSIONS, audit_action
 from kata.auth.tables import AccountRow, LoginSessionRow
 from kata.clinic import tables
 from kata.clinic.patients.tables import ErasureRow
@@ -647,7 +647,7 @@ def test_every_view_of_a_patients_record_is_audited(service: TestClient) -> None
     of_patients = {name for name, path in views.items() if any(f"{{{id_}}}" in path for id_ in OF_A_PATIENT)}
     of_patients |= READ & views.keys()
     assert len(of_patients) > 40
-    assert {name: RULES[name].needs for name in of_patients if RULES[name].needs in UNAUDITED_VIEWS} == {}
+    assert {name: RULES[name].needs for name in of_patients if RULES[name].needs in UNAUDITED_READ_PERMISSIONS} == {}
 
 
 def test_service_with_a_route_without_a_rule_does_not_start() -> None:

@@ -27,7 +27,8 @@ def test_names_addresses_and_secrets_of_the_settings_stay_out(tmp_path: Path) ->
     texts = {
         name: Path(f"/x/{_SECRET}") if "Path" in str(field.annotation) else _SECRET
         for name, field in Settings.model_fields.items()
-        if ("str" in str(field.annotation) or "Path" in str(field.annotation)) and name not in support_bundle.SHOWN
+        if ("str" in str(field.annotation) or "Path" in str(field.annotation))
+        and name not in support_bundle.DISCLOSED_SETTINGS
     }
     url = f"postgresql+psycopg://kata:{_PASSWORD}@localhost:1/kata"
     settings = Settings(data=tmp_path).model_copy(update=texts | {"database_url": url})

@@ -20,7 +20,7 @@ from kata.motion.builtin import built_in_motions
 from kata.motion.identify_load import IdentifiedAxis
 from tests.support.obedient import Obedient
 
-AXIS = IdentifiedAxis(0.05, 0.001, 0.2, 0.0, 0.0, 0.0, 0.0, 0.0, 1.0, 0.05, 0.01, explained=0.99)
+AXIS = IdentifiedAxis(0.05, 0.001, 0.2, 0.0, 0.0, 0.0, 0.0, 0.0, 1.0, 0.05, 0.01, r_squared=0.99)
 
 
 @pytest.fixture
@@ -95,7 +95,7 @@ def test_patients_are_refused_until_the_motions_have_passed(station: Path, monke
 def test_a_poor_fit_changes_nothing(
     station: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    poor = (*(AXIS,) * 3, replace(AXIS, explained=0.5), AXIS)
+    poor = (*(AXIS,) * 3, replace(AXIS, r_squared=0.5), AXIS)
     monkeypatch.setattr(lags, "identified", lambda samples: poor)
     before = {path.name: path.read_bytes() for path in station.parent.iterdir()}
     assert not cli.identify(station, "Mori", write=True)

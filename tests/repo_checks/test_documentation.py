@@ -14,7 +14,9 @@ LONGEST = 1500
 """Words of a page. Generated pages are exempt: their tables are as long as the code makes them."""
 LONGEST_README = 1000
 DECISIONS = ROOT / "docs/explanation/decisions"
-ARCHITECTURE = [ROOT / f"docs/explanation/{name}.md" for name in ("architecture", "where-to-change")]
+ARCHITECTURE = [
+    ROOT / f"docs/explanation/{name}.md" for name in ("architecture", "where-to-change", "where-to-change-the-page")
+]
 _FENCE = re.compile(r"^```.*?^```", re.MULTILINE | re.DOTALL)
 _LINK = re.compile(r"!?\[[^\]]*\]\(([^)\s]+)\)")
 

@@ -8,7 +8,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from kata.device.ipc_messages import Mode, TorqueState
-from kata.station.lease import SHOWN_LIMIT_S, AbsenceAction, Browser, ClockReading, Lease, OpenPage
+from kata.station.lease import PRESENT_AFTER_SHOWN_S, AbsenceAction, Browser, ClockReading, Lease, OpenPage
 from kata.station.lease_manager import ListeningPage
 
 SATO = Browser(UUID(int=1), "Sato")
@@ -136,7 +136,7 @@ def test_browser_whose_page_shows_states_may_be_silent_for_hours(lease: Lease, p
 def test_open_page_whose_script_hangs_is_absent(lease: Lease, page: OpenPage) -> None:
     """The browser answers the pings of the connection by itself."""
     page.shown = at(10)
-    absent_since = 10 + SHOWN_LIMIT_S
+    absent_since = 10 + PRESENT_AFTER_SHOWN_S
     assert lease.shows(SATO, at(absent_since - 0.1))
     assert not lease.shows(SATO, at(absent_since))
     assert due(lease, absent_since + 1.9, "playing") is None
@@ -160,7 +160,7 @@ def test_page_that_lags_behind_is_absent(lease: Lease, page: OpenPage) -> None:
         now_s += 1.0
     listening.note_shown(2)
     assert page.shown == at(11)
-    assert not lease.shows(SATO, at(11 + SHOWN_LIMIT_S))
+    assert not lease.shows(SATO, at(11 + PRESENT_AFTER_SHOWN_S))
     # A number that was never sent confirms only what was sent.
     listening.note_shown(99)
     assert page.shown == at(14)
@@ -189,9 +189,9 @@ def test_lease_never_outlives_the_last_sign_of_life(events: list[tuple[float, st
             lease.note_request(SATO, at(s))
             sign_s = s
         for later_s in (0.0, 1.0, 3.1, 31.1):
-            if s + later_s >= sign_s + SHOWN_LIMIT_S + 2.0:
+            if s + later_s >= sign_s + PRESENT_AFTER_SHOWN_S + 2.0:
                 assert due(lease, s + later_s, "playing") in ("pause", "stop")
-            if s + later_s >= sign_s + SHOWN_LIMIT_S + 30.0:
+            if s + later_s >= sign_s + PRESENT_AFTER_SHOWN_S + 30.0:
                 assert due(lease, s + later_s, "approaching") == "stop"
 
 

@@ -24,11 +24,11 @@ from kata.api.services import Services, services_of
 from kata.auth import access_tokens, login_session, secrets
 from kata.auth.login import address_of, authenticate, cookie_of
 from kata.auth.permissions import (
-    COMMANDS,
+    COMMAND_PERMISSIONS,
     ROLE_PERMISSIONS,
     RULES,
     TOKEN_PERMISSIONS,
-    UNAUDITED_VIEWS,
+    UNAUDITED_READ_PERMISSIONS,
     RouteRule,
     audit_action,
 )
@@ -101,7 +101,7 @@ def document(described: dict[str, Any]) -> None:
         for operation in operations.values():
             rule = RULES[operation["operationId"]]
             if rule.needs != "public":
-                statuses = (401, 403, 429, 503) if rule.locked else (401, 403, 423, 429, 503)
+                statuses = (401, 403, 429, 503) if rule.allowed_while_locked else (401, 403, 423, 429, 503)
                 for status, answer in PROBLEMS.of(*statuses).items():
                     operation["responses"].setdefault(str(status), answer)
 
@@ -113,14 +113,14 @@ async def _authorize(connection: HTTPConnection, body: Any) -> None:
     context = RequestContext(
         audit_action(route),
         address=address_of(connection),
-        audits_views=rule.needs not in UNAUDITED_VIEWS,
-        is_command=rule.needs in COMMANDS,
+        audits_views=rule.needs not in UNAUDITED_READ_PERMISSIONS,
+        is_command=rule.needs in COMMAND_PERMISSIONS,
     )
     CURRENT_ACTOR.set(None)
     REQUEST_CONTEXT.set(context)
     if rule.needs == "public":
         return
-    if rule.accepts_metrics_token and await run_in_threadpool(_has_token, connection):
+    if rule.accepts_metrics_token and await run_in_threadpool(_has_metrics_token, connection):
         return
     services = services_of(connection)
     context.station = services.station_name
@@ -144,7 +144,7 @@ async def _authorize(connection: HTTPConnection, body: Any) -> None:
         try:
             await run_in_threadpool(_check_records, services, actor, rule, context, records)
         except DatabaseUnavailableError:
-            patient_id = services.offline_cache.owner_of(records) if rule.without_database else None
+            patient_id = services.offline_cache.owner_of(records) if rule.allowed_without_database else None
             if patient_id is None:
                 raise
             context.patient_id = patient_id
@@ -174,7 +174,9 @@ async def _read_actor(connection: HTTPConnection, rule: RouteRule, cookie: str) 
     services = services_of(connection)
     auth_cache = services.auth_cache
     cached = (
-        auth_cache.cached_actor(cookie, services.auth.limits.longest.total_seconds()) if rule.without_database else None
+        auth_cache.cached_actor(cookie, services.auth.limits.longest.total_seconds())
+        if rule.allowed_without_database
+        else None
     )
     query = asyncio.ensure_future(run_in_threadpool(authenticate, connection, services.database))
     # Commands of a running session do not wait until the outage is detected.
@@ -230,7 +232,7 @@ def check_only_reads(method: str | None, rule: RouteRule) -> None:
         raise ProblemError(403, "token_only_reads", texts.TOKEN_ONLY_READS(), texts.SIGN_IN_AT_THE_PAGE())
 
 
-def _has_token(connection: HTTPConnection) -> bool:
+def _has_metrics_token(connection: HTTPConnection) -> bool:
     """Return whether the request carries the token of the file. The file is read each time, so a new token needs no restart."""
     file = services_of(connection).settings.metrics_token_file
     token_sent = _bearer_token(connection)
@@ -264,9 +266,9 @@ def check_user(actor: Actor, rule: RouteRule, station: str, records: Sequence[tu
 
     :raises ProblemError: 403 or 423.
     """
-    if actor.locked and not rule.locked:
+    if actor.locked and not rule.allowed_while_locked:
         raise ProblemError(423, "locked", texts.SCREEN_LOCKED(), texts.GIVE_PASSWORD_STOP_WORKS())
-    if actor.enrolling and not rule.enrolling:
+    if actor.enrolling and not rule.allowed_while_enrolling:
         raise ProblemError(403, "second_factor_needed", texts.SECOND_FACTOR_MISSING(), texts.SET_UP_SECOND_FACTOR())
 
     granted = ROLE_PERMISSIONS[actor.role]

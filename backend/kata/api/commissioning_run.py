@@ -16,7 +16,7 @@ import msgspec
 from kata.api import texts
 from kata.commissioning.gains_review import GainsChoice, GainsReview
 from kata.commissioning.record import writing_problem
-from kata.commissioning.steps import MOVING
+from kata.commissioning.steps import STEPS_WITH_TORQUE
 from kata.device import config
 from kata.device.config import StationConfig
 from kata.device.ipc_messages import Refusal
@@ -234,7 +234,7 @@ class CommissioningRun:
             if self._station.lease_manager.shows(browser):
                 self.note_request(browser)
             longest_s = STOP_AND_RELEASE_AFTER_S if self.progress.instruction else PAUSE_AFTER_S
-            if self.progress.step in MOVING and time.monotonic() - self._seen_s > longest_s:
+            if self.progress.step in STEPS_WITH_TORQUE and time.monotonic() - self._seen_s > longest_s:
                 log.warning("the browser of the commissioning (login session %s) is disconnected", browser.id)
                 await self.stop(browser_lost=True)
                 self._on_browser_lost(browser)

@@ -6,7 +6,7 @@ from collections import deque
 from datetime import UTC, datetime
 from typing import Any, Final, Literal
 
-from kata.audit.audit_log import ROWS
+from kata.audit.audit_log import AUDIT_ROW_LOGGER
 
 
 class Lines(logging.Formatter):
@@ -51,7 +51,7 @@ class RecentLines(logging.Handler):
 
     def emit(self, record: logging.LogRecord) -> None:
         """Keep a record, except rows of the audit trail, because they name patients' records."""
-        if record.name == ROWS:
+        if record.name == AUDIT_ROW_LOGGER:
             return
         try:
             self._lines.append(self.format(record)[:LONGEST_KEPT_LINE])
@@ -76,4 +76,4 @@ def begin(log_format: Literal["plain", "json"]) -> None:
     logging.basicConfig(level=logging.INFO, handlers=[handler, RECENT])
     logging.getLogger("alembic").setLevel(logging.WARNING)
     # Only a log collector needs the rows of the audit trail.
-    logging.getLogger(ROWS).setLevel(logging.INFO if log_format == "json" else logging.WARNING)
+    logging.getLogger(AUDIT_ROW_LOGGER).setLevel(logging.INFO if log_format == "json" else logging.WARNING)

@@ -186,8 +186,8 @@ async def get_drive_trend(station: TheStation) -> DriveTrendData:
 async def take_lease(request: Request, station: TheStation, watcher: Watcher, body: LeaseRequest) -> LeaseLive:
     """Operate the apparatus from this browser. The first command also takes the lease if it is free.
 
-    Other browsers can watch and can stop the apparatus. If the operator's browser cannot be reached, playback pauses after 2 s, and the
-    motors release the arm after 30 s.
+    Other browsers can watch and can stop the apparatus. If the operator's browser has been absent for 2 s, playback pauses, and after
+    30 s the motors release the arm. A page that hangs is absent from 1 s after its last shown state.
     """
     before = station.lease_manager.holder
     refusal = station.lease_manager.take(watcher, take_over=body.take_over)

@@ -32,11 +32,11 @@ from kata.audit.restored import restored_gaps
 from kata.audit.tables import AuditRow
 from kata.database.engine import Database
 
-ROWS: Final = "kata.audit"
+AUDIT_ROW_LOGGER: Final = "kata.audit"
 """Name of the logger that writes every row. It is used only if the log is collected (``api/logs.py``)."""
 
 log = logging.getLogger(__name__)
-_row_log = logging.getLogger(ROWS)
+_row_log = logging.getLogger(AUDIT_ROW_LOGGER)
 
 _FULL_POLL_S: Final = 0.2
 _SHUTDOWN_LIMIT_S: Final = 10.0

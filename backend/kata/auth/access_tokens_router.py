@@ -1,7 +1,7 @@
 """Routes for access tokens. Users manage their own tokens, administrators those of all accounts."""
 
 from datetime import timedelta
-from typing import Annotated
+from typing import Annotated, Final
 from uuid import UUID
 
 from fastapi import APIRouter
@@ -15,13 +15,15 @@ from kata.pagination import Page
 from kata.types import Moment, Name, Schema
 
 router = APIRouter(tags=["access tokens"])
+MAX_TOKEN_DAYS: Final = 366
+"""Longest time that an access token is valid. A forgotten token then ends within a year, leap years included."""
 
 
 class AccessTokenCreate(Schema):
     """A new access token."""
 
     name: Name = Field(description="Purpose of the token.", examples=["Nightly export"])
-    valid_days: Annotated[int, Field(ge=1, le=366, description="Days until the token expires.")]
+    valid_days: Annotated[int, Field(ge=1, le=MAX_TOKEN_DAYS, description="Days until the token expires.")]
     password: Password | None = Field(
         None, description="The user's password. It is not needed within ten minutes after the last authentication."
     )

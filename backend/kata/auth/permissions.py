@@ -41,13 +41,13 @@ ROLE_PERMISSIONS: Final[Mapping[Role, frozenset[Permission]]] = MappingProxyType
     }
 )
 
-UNAUDITED_VIEWS: Final[frozenset[Permission]] = frozenset(
+UNAUDITED_READ_PERMISSIONS: Final[frozenset[Permission]] = frozenset(
     {"public", "own_account", "see_station", "diagnose", "see_operation"}
 )
 """Permissions whose read requests the audit trail does not record, because their answers contain no patient's record. Read requests of
 all other permissions are recorded.
 """
-COMMANDS: Final[frozenset[Permission]] = frozenset({"stop", "operate"})
+COMMAND_PERMISSIONS: Final[frozenset[Permission]] = frozenset({"stop", "operate"})
 """Permissions of commands to the apparatus. The answer to a command does not wait for the audit trail."""
 TOKEN_PERMISSIONS: Final[frozenset[Permission]] = frozenset({"see_station", "see_operation", "read_records"})
 """Permissions that an access token has, if its owner has them. A program with a token can only read. It cannot read accounts or the audit
@@ -64,11 +64,11 @@ class RouteRule:
     """True if only accounts that work at this service's station may use the route."""
     allowed_for_restricted: bool = False
     """True if the route is allowed on a restricted record, because it requests or manages access to it."""
-    locked: bool = False
+    allowed_while_locked: bool = False
     """True if the route is allowed while the screen is locked."""
-    enrolling: bool = False
+    allowed_while_enrolling: bool = False
     """True if the route is allowed before the required second factor is set up."""
-    without_database: bool = False
+    allowed_without_database: bool = False
     """True if users whom the database has confirmed before may use the route while the database does not answer. The request may then
     name only records of patients in the offline cache (:mod:`kata.clinic.sessions.offline_cache`).
     """
@@ -81,14 +81,16 @@ class RouteRule:
 
 
 _PUBLIC: Final = RouteRule("public")
-_OWN_ACCOUNT: Final = RouteRule("own_account", locked=True, enrolling=True, without_database=True)
+_OWN_ACCOUNT: Final = RouteRule(
+    "own_account", allowed_while_locked=True, allowed_while_enrolling=True, allowed_without_database=True
+)
 _READ: Final = RouteRule("read_records")
 _WRITE: Final = RouteRule("write_records")
 _OPERATE: Final = RouteRule("operate", own_station_only=True)
-_OPERATE_WITHOUT_DATABASE: Final = RouteRule("operate", own_station_only=True, without_database=True)
-_DIAGNOSE: Final = RouteRule("diagnose", own_station_only=True, without_database=True)
+_OPERATE_WITHOUT_DATABASE: Final = RouteRule("operate", own_station_only=True, allowed_without_database=True)
+_DIAGNOSE: Final = RouteRule("diagnose", own_station_only=True, allowed_without_database=True)
 _ADMINISTER: Final = RouteRule("administer")
-_SEE_STATION: Final = RouteRule("see_station", locked=True, without_database=True)
+_SEE_STATION: Final = RouteRule("see_station", allowed_while_locked=True, allowed_without_database=True)
 
 _RENAMED: Final[Mapping[str, str]] = MappingProxyType(
     {
@@ -140,8 +142,8 @@ RULES: Final[Mapping[str, RouteRule]] = MappingProxyType(
         "get_me": _OWN_ACCOUNT,
         "lock_screen": _OWN_ACCOUNT,
         "unlock_screen": _OWN_ACCOUNT,
-        "begin_second_factor": RouteRule("own_account", enrolling=True),
-        "confirm_second_factor": RouteRule("own_account", enrolling=True),
+        "begin_second_factor": RouteRule("own_account", allowed_while_enrolling=True),
+        "confirm_second_factor": RouteRule("own_account", allowed_while_enrolling=True),
         "remove_second_factor": RouteRule("own_account"),
         "change_password": RouteRule("own_account"),
         "choose_language": RouteRule("own_account"),
@@ -163,7 +165,7 @@ RULES: Final[Mapping[str, RouteRule]] = MappingProxyType(
         "create_patient": _WRITE,
         "get_patient": _READ,
         "update_patient": _WRITE,
-        "get_patient_banner": RouteRule("read_records", without_database=True),
+        "get_patient_banner": RouteRule("read_records", allowed_without_database=True),
         "list_contraindication_kinds": _READ,
         "list_contraindications": _READ,
         "add_contraindication": _WRITE,
@@ -193,8 +195,8 @@ RULES: Final[Mapping[str, RouteRule]] = MappingProxyType(
         "list_questionnaires": _READ,
         "start_patient_mode": _WRITE,
         # The only routes for the patient, in addition to those of a locked screen.
-        "get_patient_questionnaire": RouteRule("own_account", locked=True),
-        "answer_patient_questionnaire": RouteRule("own_account", locked=True),
+        "get_patient_questionnaire": RouteRule("own_account", allowed_while_locked=True),
+        "answer_patient_questionnaire": RouteRule("own_account", allowed_while_locked=True),
         "get_adherence": _READ,
         "get_progress": _READ,
         # Recordings and programmes.
@@ -217,15 +219,15 @@ RULES: Final[Mapping[str, RouteRule]] = MappingProxyType(
         "list_sessions": _READ,
         "get_session_filter_options": _READ,
         "list_patient_sessions": _READ,
-        "create_session": RouteRule("write_records", own_station_only=True, without_database=True),
-        "get_session": RouteRule("read_records", without_database=True),
-        "update_session": RouteRule("write_records", without_database=True),
+        "create_session": RouteRule("write_records", own_station_only=True, allowed_without_database=True),
+        "get_session": RouteRule("read_records", allowed_without_database=True),
+        "update_session": RouteRule("write_records", allowed_without_database=True),
         "get_session_plan": _READ,
-        "list_ready_patients": RouteRule("read_records", own_station_only=True, without_database=True),
-        "get_checklist": RouteRule("read_records", without_database=True),
-        "confirm_check": RouteRule("write_records", own_station_only=True, without_database=True),
+        "list_ready_patients": RouteRule("read_records", own_station_only=True, allowed_without_database=True),
+        "get_checklist": RouteRule("read_records", allowed_without_database=True),
+        "confirm_check": RouteRule("write_records", own_station_only=True, allowed_without_database=True),
         "get_teaching_checklist": _READ,
-        "end_session": RouteRule("write_records", without_database=True),
+        "end_session": RouteRule("write_records", allowed_without_database=True),
         "get_note_draft": _READ,
         "sign_session": _WRITE,
         "add_addendum": _WRITE,
@@ -287,7 +289,7 @@ RULES: Final[Mapping[str, RouteRule]] = MappingProxyType(
         "import_station_settings": RouteRule("commission", own_station_only=True),
         "get_commissioning_run": RouteRule("see_operation"),
         "start_commissioning": RouteRule("commission", own_station_only=True),
-        "confirm_commissioning": RouteRule("commission", own_station_only=True, without_database=True),
+        "confirm_commissioning": RouteRule("commission", own_station_only=True, allowed_without_database=True),
         "get_metrics": RouteRule("see_operation", accepts_metrics_token=True),
         "get_support_bundle": RouteRule("see_operation"),
         # The apparatus.
@@ -295,12 +297,14 @@ RULES: Final[Mapping[str, RouteRule]] = MappingProxyType(
         "live_stations": _SEE_STATION,
         "list_stations": _SEE_STATION,
         "get_station": _SEE_STATION,
-        "get_drive_trend": RouteRule("see_station", without_database=True),
-        "get_commissioning_status": RouteRule("see_station", without_database=True),
+        "get_drive_trend": RouteRule("see_station", allowed_without_database=True),
+        "get_commissioning_status": RouteRule("see_station", allowed_without_database=True),
         "list_events": RouteRule("see_station"),
         # Counts and ids. Pages request them at intervals.
         "list_notifications": RouteRule("see_station"),
-        "stop": RouteRule("stop", locked=True, enrolling=True, without_database=True),
+        "stop": RouteRule(
+            "stop", allowed_while_locked=True, allowed_while_enrolling=True, allowed_without_database=True
+        ),
         "take_lease": _OPERATE_WITHOUT_DATABASE,
         "release_lease": _OPERATE_WITHOUT_DATABASE,
         "set_side": _OPERATE,
@@ -316,14 +320,14 @@ RULES: Final[Mapping[str, RouteRule]] = MappingProxyType(
         "return_to_rest": _OPERATE_WITHOUT_DATABASE,
         "release_torque": _OPERATE_WITHOUT_DATABASE,
         "acknowledge": _OPERATE_WITHOUT_DATABASE,
-        "get_simulator": RouteRule("diagnose", without_database=True),
+        "get_simulator": RouteRule("diagnose", allowed_without_database=True),
         "set_pedal": _DIAGNOSE,
         "set_estop": _DIAGNOSE,
         "set_effort": _DIAGNOSE,
         "guide_arm": _DIAGNOSE,
         "release_arm": _DIAGNOSE,
         "upload_motion": RouteRule(
-            "diagnose", own_station_only=True, without_database=True, upload_media_type="text/csv"
+            "diagnose", own_station_only=True, allowed_without_database=True, upload_media_type="text/csv"
         ),
     }
 )

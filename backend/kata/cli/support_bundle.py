@@ -22,7 +22,7 @@ from sqlalchemy import func, inspect, select, table
 from sqlalchemy.orm import Session
 
 from kata import __version__
-from kata.audit.audit_log import ROWS
+from kata.audit.audit_log import AUDIT_ROW_LOGGER
 from kata.cli.doctor import as_json, examine
 from kata.clinic.events.tables import DeviceEventRow
 from kata.database.engine import Database
@@ -32,7 +32,7 @@ EVENTS: Final = 1000
 """Number of device events in the bundle, newest first."""
 LOG_LINES: Final = 5000
 """Number of newest lines of the systemd unit's log in the bundle."""
-SHOWN: Final = frozenset(
+DISCLOSED_SETTINGS: Final = frozenset(
     {
         "simulate", "seed", "rate_hz", "real_time", "clinic_time_zone", "backup_time", "host", "port", "log_format", "plain_http",
         "connections_per_address", "trusted_proxies", "idle_minutes", "login_session_hours", "second_factor", "data", "station",
@@ -91,7 +91,7 @@ def shown_settings(settings: Settings) -> dict[str, Any]:
     values = settings.model_dump(mode="json")
     defaults = {name: field.get_default(call_default_factory=True) for name, field in Settings.model_fields.items()}
     return {
-        name: value if name in SHOWN else "default" if getattr(settings, name) == defaults[name] else "set"
+        name: value if name in DISCLOSED_SETTINGS else "default" if getattr(settings, name) == defaults[name] else "set"
         for name, value in values.items()
     }
 
@@ -193,4 +193,4 @@ def _is_audit_row(line: str) -> bool:
         record = json.loads(line)
     except ValueError:
         return False
-    return isinstance(record, dict) and record.get("logger") == ROWS
+    return isinstance(record, dict) and record.get("logger") == AUDIT_ROW_LOGGER

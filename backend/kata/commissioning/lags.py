@@ -15,8 +15,8 @@ from kata.motion.identify_load import IdentifiedAxis, identify_load
 from kata.motion.linkage import Floats
 
 _EXCITATION_S: Final = 24.0
-LEAST_EXPLAINED: Final = 0.9
-"""Share of the lead that the model must explain. Otherwise a feed-forward would not improve the tracking."""
+MIN_R_SQUARED: Final = 0.9
+"""Smallest accepted share of the variance of setpoint minus angle that the model explains (R²). With less a feed-forward would not improve the tracking."""
 LARGEST_UNCERTAINTY: Final = 0.3
 """Largest half of a lag's confidence interval, as a share of the lag. The feed-forward then removes at least 70 % of the lag's error."""
 _ENDS_S: Final = 1.0
@@ -62,7 +62,7 @@ def find_lags(workbench: Workbench) -> None:
         workbench.add_value("droop deg/Nm", motor, before=axis.droop_deg_nm, after=now.droop_deg_nm)
         workbench.add_value("residual deg", motor, after=round(lag.residual_deg, 3))
         workbench.add_value("lag uncertainty s", motor, after=round(lag.lag_uncertainty_s, 4))
-        workbench.add_value("explained %", motor, after=round(100 * lag.explained, 1))
+        workbench.add_value("explained %", motor, after=round(100 * lag.r_squared, 1))
 
 
 def identified(samples: list[LiveSample]) -> tuple[IdentifiedAxis, ...]:
@@ -111,9 +111,9 @@ def check_fit(motor: int, lag: IdentifiedAxis) -> None:
     possible = (
         0.0 < lag.lag_s <= LARGEST_LAG_S and lag.lag2_s2 <= LARGEST_LAG2_S2 and lag.friction_deg <= LARGEST_FRICTION_DEG
     )
-    if lag.explained < LEAST_EXPLAINED or not possible:
+    if lag.r_squared < MIN_R_SQUARED or not possible:
         raise StepError(
-            texts.POOR_FIT(motor=motor, explained_percent=100 * lag.explained, residual_deg=lag.residual_deg)
+            texts.POOR_FIT(motor=motor, explained_percent=100 * lag.r_squared, residual_deg=lag.residual_deg)
         )
     if lag.lag_uncertainty_s > LARGEST_UNCERTAINTY * lag.lag_s:
         raise StepError(texts.LAG_UNCERTAIN(motor=motor, lag_s=lag.lag_s, uncertainty_s=lag.lag_uncertainty_s))

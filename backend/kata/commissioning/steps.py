@@ -31,7 +31,7 @@ STEP_TEXTS: Final = (
     StepTexts("acceptance", texts.STEP_ACCEPTANCE(), texts.STEP_ACCEPTANCE_DOES()),
 )
 
-MOVING: Final = ("torque", "zero", "stops", "gains", "lags", "acceptance")
+STEPS_WITH_TORQUE: Final = ("torque", "zero", "stops", "gains", "lags", "acceptance")
 """Steps in which motors have torque."""
 
 

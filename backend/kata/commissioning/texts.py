@@ -212,7 +212,7 @@ STEADY_ERROR_LARGE: Final = message(
 NOT_IDENTIFIABLE: Final = message("not_identifiable", "Lag and friction cannot be identified: {reason:name}.")
 POOR_FIT: Final = message(
     "poor_fit",
-    "Lag and friction of motor {motor:d} explain only {explained_percent:.0f} % of its motion ({residual_deg:.1f}° remain). Check the motor for play and stiffness.",
+    "Lag and friction of motor {motor:d} explain only {explained_percent:.0f} % of the variance of its distance from the setpoint ({residual_deg:.1f}° remain). Check the motor for play and stiffness.",
 )
 LAG_UNCERTAIN: Final = message(
     "lag_uncertain",

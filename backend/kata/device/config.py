@@ -120,7 +120,7 @@ class Inputs(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=Tr
     """An input is valid for this many cycles. After that the emergency stop counts as pressed and the pedal as up."""
     usb_pedal: str | None = None
     """Path of a USB pedal that the computer sees as a keyboard, such as the RI-PF1BK: /dev/input/by-id/...-event-kbd.
-    ``pedal_port`` is then ignored.
+    The pedal at ``pedal_port`` is then not read, but no other input may have its port.
     """
 
     @property

@@ -59,7 +59,7 @@ _REDUCED_STEP_S: Final = 0.05
 """Time between two poses of which the reduced range is checked."""
 _REDUCED_DIGITS: Final = 2
 """Decimal places of the angles, in deg, by which two such poses are the same."""
-_REDUCED_SHARES: Final = 0.05
+_REDUCED_SHARE_STEP: Final = 0.05
 """Difference between two shares of the range that are checked."""
 _ONE_WAY_DEG: Final = 0.02
 """A way out may stray back by this in a step of the check: less than an encoder's count."""
@@ -201,7 +201,7 @@ def _least_share(load: Load, config: StationConfig, trajectory: Trajectory) -> f
     # Repetitions have the same poses.
     poses_deg = np.unique(np.round(trajectory.along(times_s), _REDUCED_DIGITS), axis=0)
     arm = load.arm_limits
-    shares = np.linspace(1.0, MIN_SHARE, round((1.0 - MIN_SHARE) / _REDUCED_SHARES) + 1)
+    shares = np.linspace(1.0, MIN_SHARE, round((1.0 - MIN_SHARE) / _REDUCED_SHARE_STEP) + 1)
     for greater, share in pairwise(float(share) for share in shares):
         reduced_deg = trajectory.rest_deg + share * (poses_deg - trajectory.rest_deg)
         margin_deg = nearest(reduced_deg, lambda angles: reachable_set(angles, load.side)).margin_deg

@@ -42,7 +42,7 @@ from kata.motion.taught import Taught
 from kata.settings import Settings
 from kata.simulator.apparatus import State
 from kata.station.guard import Guard
-from kata.station.lease import SHOWN_LIMIT_S, Browser
+from kata.station.lease import PRESENT_AFTER_SHOWN_S, Browser
 from kata.station.lease_manager import ListeningPage
 from kata.station.schemas import Live
 
@@ -295,7 +295,7 @@ async def _show_states(page: ListeningPage) -> None:
     for sequence in count(1):
         page.note_sent(sequence)
         page.note_shown(sequence)
-        await asyncio.sleep(SHOWN_LIMIT_S / 4)
+        await asyncio.sleep(PRESENT_AFTER_SHOWN_S / 4)
 
 
 @asynccontextmanager

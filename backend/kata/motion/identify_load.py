@@ -74,8 +74,8 @@ class IdentifiedAxis:
     torque_share: float
     residual_deg: float
     residual_nm: float
-    explained: float = 1.0
-    """Share of the setpoint's lead over the angle that the model explains, 0 to 1."""
+    r_squared: float = 1.0
+    """Share of the variance of setpoint minus angle that the model explains (R²), 0 to 1."""
     lag_uncertainty_s: float = 0.0
     """Half of the 95 % confidence interval of ``lag_s``."""
 
@@ -206,7 +206,7 @@ def _axis(
         torque_share=share,
         residual_deg=residual_deg,
         residual_nm=float(residual_nm),
-        explained=1.0 - residual_deg**2 / lead if (lead := float(np.var(lag_deg))) > 0.0 else 0.0,
+        r_squared=1.0 - residual_deg**2 / lead if (lead := float(np.var(lag_deg))) > 0.0 else 0.0,
         lag_uncertainty_s=_uncertainty(columns, lag_deg, lag_of),
     )
 

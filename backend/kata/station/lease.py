@@ -14,8 +14,9 @@ from kata.device.ipc_messages import Mode, Refusal, TorqueState
 from kata.station import texts
 from kata.station.schemas import LeaseLive
 
-SHOWN_LIMIT_S: Final = 1.0
-"""A page is present for so long after the newest live state that it has shown was sent. Its script confirms about three states a second."""
+PRESENT_AFTER_SHOWN_S: Final = 1.0
+"""A page counts as present until this long after the service sent the newest live state that the page's script has confirmed. The script
+confirms about three states a second, so a page that hangs is absent after at most this time."""
 PAUSE_AFTER_S: Final = 2.0
 """Longest absence of the holder's browser during playback. A page reloads, and a weak network recovers, within this time."""
 STOP_AND_RELEASE_AFTER_S: Final = 30.0
@@ -61,7 +62,7 @@ class OpenPage:
     @property
     def present_until(self) -> ClockReading:
         """Return the time until which the page counts as present."""
-        return self.shown.later(SHOWN_LIMIT_S)
+        return self.shown.later(PRESENT_AFTER_SHOWN_S)
 
 
 @dataclass(slots=True)
@@ -70,7 +71,7 @@ class _Holding:
     since: datetime
     taken_from: str | None
     present_until: ClockReading
-    """Time until which the browser is present without regard to its open pages."""
+    """The browser counts as present until this time even if no page of it is open."""
     listened: bool = False
     """True if a page of the browser has listened. A browser that only sends requests is present for a while after each request."""
     paused: bool = False

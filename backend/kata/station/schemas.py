@@ -291,8 +291,8 @@ class LeaseLive(_Schema):
         description="Previous operator, if this one took over; else null.", examples=["Kato"]
     )
     unreachable_since: datetime | None = Field(
-        description="Time since which the holder's browser has been unreachable. Playback pauses after 2 s, and the motors release the arm "
-        "after 30 s. Null while it is reachable."
+        description="Time since which the holder's browser has been unreachable. A page that hangs is unreachable from 1 s after "
+        "its last shown state. Playback pauses 2 s later, and the motors release the arm after 30 s. Null while it is reachable."
     )
     paused: bool = Field(description="The playback was paused because the holder's browser was unreachable.")
 

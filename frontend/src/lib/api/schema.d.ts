@@ -2584,8 +2584,8 @@ export interface paths {
          * Take the lease of the apparatus
          * @description Operate the apparatus from this browser. The first command also takes the lease if it is free.
          *
-         *     Other browsers can watch and can stop the apparatus. If the operator's browser cannot be reached, playback pauses after 2 s, and the
-         *     motors release the arm after 30 s.
+         *     Other browsers can watch and can stop the apparatus. If the operator's browser has been absent for 2 s, playback pauses, and after
+         *     30 s the motors release the arm. A page that hangs is absent from 1 s after its last shown state.
          */
         post: operations["take_lease"];
         /**
@@ -6756,7 +6756,7 @@ export interface components {
             taken_from: string | null;
             /**
              * Unreachable Since
-             * @description Time since which the holder's browser has been unreachable. Playback pauses after 2 s, and the motors release the arm after 30 s. Null while it is reachable.
+             * @description Time since which the holder's browser has been unreachable. A page that hangs is unreachable from 1 s after its last shown state. Playback pauses 2 s later, and the motors release the arm after 30 s. Null while it is reachable.
              */
             unreachable_since: string | null;
             /**
