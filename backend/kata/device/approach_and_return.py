@@ -17,9 +17,10 @@ from kata.motion.path import Path
 
 
 def approach_way(run: Run, here_deg: Floats) -> tuple[Path, float]:
-    """Return the way from the arm at ``here_deg``, ``(5,)``, to the recording's start, and how far it leads outwards in deg.
+    """Return the path from the arm at ``here_deg``, ``(5,)``, to the recording's start, and by how many degrees it exceeds the limits.
 
-    It passes the pose from which every axis arrives in its own direction, unless only the straight way stays within the limits.
+    It passes a pose beside the start, so that every axis arrives from the side to which it will leave. If that detour exceeds the limits,
+    the path is straight.
     """
     start_deg, departure_deg = run.trajectory.start_deg, run.trajectory.departure_deg
     speed_deg_s = run.config.approach_speed_deg_s

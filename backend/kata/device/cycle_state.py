@@ -68,9 +68,9 @@ class CycleState(Struct, frozen=True):
     status_age_ms: tuple[float, ...]
     """Age of the last status. Without a status: time since the port was opened. Without a port: inf."""
     corrupt: tuple[bool, ...]
-    """True if, of the answers missing since the drive's last valid one, at least half arrived corrupt and the others timed out. One corrupt
-    answer is not enough, because data that a busy computer delivers late also looks corrupt, and a drive that is switched off must not
-    be reported as corrupt.
+    """True if at least half of the answers that failed since the drive's last valid answer were corrupt; the others timed out. One corrupt
+    answer is not enough: data that a busy computer delivers late also looks corrupt, and a drive that is switched off must not be
+    reported as corrupt.
     """
     measured_t_ns: int | None
     """Time at which this cycle's angles arrived; None unless all five arrived."""

@@ -16,8 +16,7 @@ from kata.device.cycle_state import CycleState
 from kata.messages import Template
 
 MAX_OVERRUN_MS: Final = 250.0
-"""Maximum delay of a setpoint. After this time the arm has stopped, and the present setpoint is no longer near the arm.
-"""
+"""A setpoint that is later than this is a fault: the arm has stopped meanwhile, so the next setpoint would be far from it."""
 _MAX_OVERTORQUE_MS: Final = 100.0
 _MAX_OVERACCELERATION_MS: Final = 30.0
 _MAX_JUMP_DEG: Final = 5.0

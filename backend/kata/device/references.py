@@ -65,7 +65,7 @@ _ONE_WAY_DEG: Final = 0.02
 """A way out may stray back by this in a step of the check: less than an encoder's count."""
 _SHORTEST_WAY_DEG: Final = 10.0
 _LEAST_LEFT_NM: Final = 0.5
-"""Torque that the patient's level must leave beside friction and weight everywhere on the way out."""
+"""At every place of the outward movement, the patient's level must exceed friction and weight by this torque."""
 _CORRECTION: Final = "correction"
 """Name of the correction among the trajectory's arrays."""
 _READ_ONLY, _SHARED = 1, 1
@@ -195,7 +195,7 @@ def _check_patients_limits(load: Load, config: StationConfig, trajectory: Trajec
 def _least_share(load: Load, config: StationConfig, trajectory: Trajectory) -> float:
     """Return the smallest share of the range from which on the motion stays within the limits of the pose.
 
-    A reduced motion takes shorter ways than the recorded one. Where that leads around a limit, they lead through it.
+    A reduced motion cuts corners. Where the recording goes around a limit, the reduced motion may pass through it.
     """
     times_s = np.append(np.arange(0.0, trajectory.duration_s, _REDUCED_STEP_S), trajectory.duration_s)
     # Repetitions have the same poses.

@@ -124,8 +124,8 @@ class Run:
         return self.limits.now_deg
 
     def begin(self, here_deg: Floats) -> None:
-        """Begin an approach at ``here_deg``, ``(5,)``. The return ends there, or at the nearest angles within the limits. If the way
-        from the recording's start to those leads outwards, it ends where the approach comes inside the limits.
+        """Begin an approach at ``here_deg``, ``(5,)``. The return ends there, or at the nearest angles within the limits. If the path
+        from the recording's start to these angles exceeds the limits, it ends at the first pose of the approach that is within them.
         """
         self.start_path(here_deg)
         inside_deg = clip(here_deg, self._lowest_deg, self._highest_deg)

@@ -22,7 +22,7 @@ that lag and noise of a drive do not cause a fault when the limits tighten.
 """
 
 WAY_TOLERANCE_DEG: Final = 0.05
-"""A way may lead outwards by this much. Between the poses that are checked, it may lead outwards by about 0.01 deg more."""
+"""A path may exceed the limits by this much, and by about 0.01 deg more between the poses that are checked."""
 _WAY_STEP_DEG: Final = 1.0
 """Distance between two poses at which a way is checked, measured at the motor with the longest way."""
 

@@ -50,7 +50,7 @@ def export(database: Database, patient_id: UUID, path: Path, clinic: ExportSetti
 
 
 def write(session: Session, patient: PatientRow, path: Path, clinic: ExportSettings) -> dict[UUID, Statement]:
-    """Write the bundle to a file. Return its statements by id, for a later export, without those that are stored."""
+    """Write the bundle to a file. Return the statements that are new or changed since the last export, by id. The caller stores them."""
     before = exported_statements.stored(session, patient.id)
     now: dict[UUID, Statement] = {}
     with path.open("w", encoding="utf-8") as file:
@@ -67,9 +67,9 @@ def write(session: Session, patient: PatientRow, path: Path, clinic: ExportSetti
 def _compared(
     stating: Iterator[Resource], before: Mapping[UUID, Statement], now: dict[UUID, Statement]
 ) -> Iterator[Resource]:
-    """Yield all resources, amended ones with that status, then the withdrawals of what only an earlier export stated.
+    """Yield all resources, then a withdrawal for each statement that only an earlier export made.
 
-    Add each statement to ``now``.
+    A resource that has changed since the last export gets the status amended. Each statement is added to ``now``.
     """
     for resource in stating:
         id_ = UUID(resource["id"])

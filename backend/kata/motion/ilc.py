@@ -35,7 +35,7 @@ _CUTOFF_HZ: Final = 4.0
 _GAIN: Final = 0.6
 _LEAK: Final = 0.02
 _GROWN_ERROR_RATIO: Final = 1.1
-"""An error counts as grown above this multiple of the error before plus :data:`_NOISE_DEG`, because muscle tone varies."""
+"""An error has grown if it exceeds this multiple of the previous error plus :data:`_NOISE_DEG`. Smaller changes come from muscle tone."""
 _NOISE_DEG: Final = 0.02
 _LEAST_FREE_SHARE: Final = 0.3
 """Smallest undisturbed share of a repetition whose error can be compared with that of another."""
@@ -55,7 +55,7 @@ _LONGEST_GAP_S: Final = 0.1
 
 @dataclass(frozen=True)
 class LearnedRepetition:
-    """The repetition from which a correction was learned. For an axis that fell back, it is the better repetition before."""
+    """The repetition from which a correction was learned. For an axis that fell back, the values are those of the earlier, better one."""
 
     played_deg: Floats
     """``(m, 5)``: the correction that the repetition was played with."""
