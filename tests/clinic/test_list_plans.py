@@ -152,3 +152,18 @@ def test_home_page_reads_only_the_sessions_of_the_last_weeks(empty: Database) ->
     of_sessions = [step for step in found if " sessions " in step]
     assert "SEARCH sessions USING COVERING INDEX ix_sessions_started_at_episode_id (started_at>?)" in of_sessions
     assert not [step for step in of_sessions if step.startswith("SCAN")]
+
+
+@pytest.mark.parametrize(
+    "ask",
+    [
+        lambda session: worklist.worklist(session, THERAPIST, MAY, UTC),
+        lambda session: worklist.lowest_adherence(session, THERAPIST, MAY),
+    ],
+    ids=["worklist", "adherence"],
+)
+def test_home_page_and_adherence_scan_only_small_indexes(empty: Database, ask: Callable[[Session], Any]) -> None:
+    derived = {"SCAN among", "SCAN CONSTANT ROW", "SCAN (subquery-1)"}
+    found = looks(empty, ask)
+    assert set(beside_an_index(found)) <= derived | {"SCAN sessions USING INDEX ix_sessions_open"}
+    assert not [step for step in found if "station_versions" in step and "(station=?)" not in step]
