@@ -82,7 +82,10 @@ def _summary(result: dict[str, Any]) -> str:
     shift, paint_ms = (
         audits[name].get("numericValue", 0) for name in ("cumulative-layout-shift", "largest-contentful-paint")
     )
-    return f"{scores}; shift {shift:.3f}; largest paint {paint_ms / 1000:.1f} s; below full score: {', '.join(failed) or 'none'}"
+    shifted = [item["node"]["selector"] for item in audits["layout-shifts"].get("details", {}).get("items", [])]
+    moved = f" of {shifted[0]}" if shifted else ""
+    paint = f"largest paint {paint_ms / 1000:.1f} s"
+    return f"{scores}; shift {shift:.3f}{moved}; {paint}; below full score: {', '.join(failed) or 'none'}"
 
 
 if __name__ == "__main__":
