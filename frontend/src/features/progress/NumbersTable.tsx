@@ -6,6 +6,7 @@ import { formatDeg, formatMoment } from "../../lib/format";
 import { t } from "../../lib/i18n";
 import { translatePlaced } from "../../lib/serverText";
 import { SaveTableButton } from "../../ui/CsvButton";
+import { reachByKeyboard } from "../../ui/reachByKeyboard";
 
 type Column = Schemas["ProgressColumn"];
 
@@ -28,7 +29,7 @@ export function NumbersTable(props: { name: string; title: string; table: Schema
         </Button>
       </Group>
       {shown && (
-        <ScrollArea.Autosize mah={480} type="auto" viewportProps={{ tabIndex: 0 }}>
+        <ScrollArea.Autosize mah={480} type="auto" viewportRef={reachByKeyboard}>
           <Table
             stickyHeader
             withTableBorder
