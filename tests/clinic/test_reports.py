@@ -132,7 +132,7 @@ def test_partial_run_is_marked_beside_its_errors(signed: tuple[SessionContent, E
     text = " ".join(Parsed(rendering.session_page(replace(visit, runs=(run,)), how())).text.split())
     for said in (
         "(partial)", "compared: 8\u00a0% of the playing time, partial, real time ahead by up to 0.094\u00a0s",
-        "smooth, pace set by the patient,", "mean pace 61\u00a0%, patient's mean effort 1.4\u00a0Nm, work 3.2\u00a0J (estimates)", "3.75 −12.25", "Change by settings is the requested minus the taught motion",
+        "pace set by the patient,", "mean pace 61\u00a0%, patient's mean effort 1.4\u00a0Nm, work 3.2\u00a0J (estimates)", "3.75 −12.25", "Change by settings is the requested minus the taught motion",
     ):  # fmt: skip
         assert " ".join(said.split()) in text, said
     assert "peak and RMSE include the start" not in text

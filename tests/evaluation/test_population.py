@@ -18,7 +18,7 @@ from kata.evaluation.population import (
 )
 from kata.evaluation.stretch import Patient
 
-QUICK = EndFeelCase("simple", 0, "healthy", 4, speed_deg_s=10.0, person=1)
+QUICK = EndFeelCase("simple", 0, "healthy", 3, speed_deg_s=10.0, person=1)
 """Twice the usual speed."""
 
 
@@ -54,13 +54,13 @@ def test_persons_have_their_own_shoulder_and_a_refitted_one_ends_elsewhere() -> 
 
 
 def test_patient_without_a_measured_test_has_no_part_in_the_icc() -> None:
-    measured = judge(RandomPatient(QUICK, "relaxed"))
-    assert measured.outcome == "measured"
+    measured = PatientFigures(RandomPatient(QUICK, "relaxed"), "measured", -0.1, -0.1, 80.0, 0.1, (20.0,), 30.0)
     results = [replace(measured, range_deg=range_deg) for range_deg in (80.0, 81.0, 60.0, 60.5, 70.0, None)]
     lines = refit_summary(results, 2)
     assert lines[0].startswith("ICC of range_deg: 0.99") and "2 of 3 patients" in lines[0]
     shown = summary([replace(measured, peak_over_nm=over_nm) for over_nm in (0.1, 0.3)])
     assert "50.0 % above 0.2" in shown[0]
+    assert "2 answers: p50 20 ms, p99.9 20 ms" in shown[1]
 
 
 @pytest.mark.campaign

@@ -55,7 +55,7 @@ class RandomPatient:
 
 
 @dataclass(frozen=True)
-class TestFigures:
+class PatientFigures:
     """Figures of a test; None without one."""
 
     patient: RandomPatient
@@ -99,7 +99,7 @@ def refitted_patients(plant: PlantName, numbers: Iterable[int], refits: int) -> 
     return found
 
 
-def judge(patient: RandomPatient) -> TestFigures:
+def judge(patient: RandomPatient) -> PatientFigures:
     """Run one test."""
     begun_s = time.process_time()
     case, chosen_nm = patient.case, CHOSEN_NM[patient.case.motor]
@@ -111,9 +111,9 @@ def judge(patient: RandomPatient) -> TestFigures:
     try:
         run = station.play(asked.load, 6 * asked.out.duration_s)
     except PlaybackError as error:
-        return TestFigures(patient, str(error), took_s=time.process_time() - begun_s)
+        return PatientFigures(patient, str(error), took_s=time.process_time() - begun_s)
     outcome, figures = judge_run(case, asked, run)
-    return TestFigures(
+    return PatientFigures(
         patient,
         outcome,
         max(station.against_nm) - chosen_nm,
@@ -134,7 +134,7 @@ def icc(measured: Floats) -> float:
     return float((between - within) / (between + (repetitions - 1) * within))
 
 
-def summary(results: Sequence[TestFigures]) -> list[str]:
+def summary(results: Sequence[PatientFigures]) -> list[str]:
     """Return the outcomes and the torques above the chosen one for each kind of patient, and the slowest answers."""
     lines = []
     for acts in get_args(Patient):
@@ -157,7 +157,7 @@ def summary(results: Sequence[TestFigures]) -> list[str]:
     return lines
 
 
-def refit_summary(results: Sequence[TestFigures], refits: int) -> list[str]:
+def refit_summary(results: Sequence[PatientFigures], refits: int) -> list[str]:
     """Return the ICC of range and stiffness over patients of whom every test was measured."""
     lines = []
     for field in ("range_deg", "stiffness_nm_deg"):
@@ -170,9 +170,9 @@ def refit_summary(results: Sequence[TestFigures], refits: int) -> list[str]:
     return lines
 
 
-def judge_many(patients: Sequence[RandomPatient], processes: int, json_out: Path | None) -> list[TestFigures]:
+def judge_many(patients: Sequence[RandomPatient], processes: int, json_out: Path | None) -> list[PatientFigures]:
     """Run the tests. The JSON file has the tests that have ended."""
-    results: list[TestFigures] = []
+    results: list[PatientFigures] = []
     spawning = multiprocessing.get_context("spawn")
     quiet = partial(logging.disable, logging.INFO)
     with ProcessPoolExecutor(processes, mp_context=spawning, initializer=quiet) as pool:
