@@ -8,6 +8,7 @@ import pytest
 
 from kata.evaluation.end_feel import EndFeelCase, StiffPlant
 from kata.evaluation.population import (
+    PatientFigures,
     RandomPatient,
     icc,
     judge,
