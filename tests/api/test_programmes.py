@@ -119,9 +119,7 @@ def test_end_range_torque_above_resistance_level_is_refused(client: TestClient, 
     assert post(client, lift, item | {"load_level": 25}).status_code == 201
 
 
-def test_self_pace_is_prescribed_only_with_permission_and_the_smooth_method(
-    client: TestClient, lift: dict[str, Any]
-) -> None:
+def test_self_pace_needs_permission_and_the_smooth_method(client: TestClient, lift: dict[str, Any]) -> None:
     item = ITEM | {"self_paced": True}
     refusal = problem(post(client, lift, ITEM, item), 409, "self_pace_not_permitted")
     assert refusal["detail"] == "Item 2, Lift: the doctor has not permitted that the patient sets the pace."

@@ -42,7 +42,7 @@ def test_number_determines_a_patient() -> None:
     }  # fmt: skip
 
 
-def test_persons_have_their_own_shoulder_and_a_refitted_one_ends_elsewhere() -> None:
+def test_persons_differ_and_a_refitted_arm_ends_elsewhere() -> None:
     one, other = (StiffPlant(3, motor=3, person=person).joints[2] for person in (1, 2))
     assert one.rom != other.rom and one.parameters.stiffness_nm != other.parameters.stiffness_nm
     again = StiffPlant(3, motor=3, person=1)
@@ -54,7 +54,7 @@ def test_persons_have_their_own_shoulder_and_a_refitted_one_ends_elsewhere() -> 
     assert replace(first.case, refit_deg=0.0) == replace(second.case, refit_deg=0.0)
 
 
-def test_patient_without_a_measured_test_has_no_part_in_the_icc() -> None:
+def test_unmeasured_patient_has_no_part_in_the_icc() -> None:
     measured = PatientFigures(RandomPatient(QUICK, "relaxed"), "measured", -0.1, -0.1, 80.0, 0.1, (20.0,), 30.0)
     results = [replace(measured, range_deg=range_deg) for range_deg in (80.0, 81.0, 60.0, 60.5, 70.0, None)]
     lines = refit_summary(results, 2)

@@ -90,6 +90,8 @@ it.each([
     show([motion({ baseline_run_id: baseline })]);
     await screen.findByRole("button", { name });
     load.mockImplementation(async () => {
+      // The user lets go while the service loads.
+      fireEvent.pointerUp(document.body);
       becomes("ready", { run_id: "r" });
       return { id: "r" } as Schemas["Run"];
     });

@@ -16,8 +16,13 @@ import { isStretch, StretchSettings, stretchRequest, USUAL_STRETCH } from "./Str
 import { isHeldAtStart, untilMode } from "./untilMode";
 
 type Motion = Schemas["EndFeelMotion"];
-/** Later than this, the user moves the arm to the start: the service refuses a command 2 s after the state that its sender saw. */
+/**
+ * Later than this, a user who has released the button moves the arm to the start: the service refuses a command 2 s after the
+ * state that its sender saw.
+ */
 const LOADED_WITHIN_MS = 1_500;
+/** A user who still holds the button waits for a busy computer. */
+const HELD_WITHIN_MS = 30_000;
 
 type Kind = Schemas["EndFeelLoadRequest"]["kind"];
 
@@ -158,8 +163,11 @@ function MeasureButton({
       ...settings,
     });
     void queries.invalidateQueries({ queryKey: ["session"] });
-    if (!(await untilMode(store, { mode: "ready", runId: run.id, within_ms: LOADED_WITHIN_MS }))) return;
-    await api.approach(seen);
+    const ready = { mode: "ready", runId: run.id } as const;
+    const soon = await untilMode(store, { ...ready, within_ms: LOADED_WITHIN_MS });
+    if (!soon && !(await untilMode(store, { ...ready, within_ms: HELD_WITHIN_MS, released }))) return;
+    // A user who still holds the button acts on the state that is shown now.
+    await api.approach(released.aborted ? seen : store.seen());
     if (kind === "baseline" && (await isHeldAtStart(store, run.id, released))) await api.play(store.seen());
   };
   return (

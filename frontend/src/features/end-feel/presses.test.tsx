@@ -29,6 +29,8 @@ const SESSION = {
 /** An apparatus that reaches each start within a second and plays at once. */
 class Apparatus {
   readonly measured: string[] = [];
+  /** Time from the answer until the run is shown as loaded. */
+  loads_ms = 0;
   #listeners = new Set<() => void>();
   #request: Schemas["EndFeelLoadRequest"] | null = null;
   #state = {} as LiveState;
@@ -43,7 +45,8 @@ class Apparatus {
     vi.spyOn(store, "waitForFreshState").mockResolvedValue();
     vi.spyOn(api, "loadEndFeel").mockImplementation(async (request) => {
       this.#request = request;
-      this.#become("ready");
+      if (this.loads_ms) setTimeout(() => this.#become("ready"), this.loads_ms);
+      else this.#become("ready");
       return { id: "run" } as Schemas["Run"];
     });
     vi.spyOn(api, "approach").mockImplementation(async () => {
@@ -184,6 +187,25 @@ it("keeps the chosen torque for the next motion", async () => {
   await user.hold("Move to the start of the test");
   await user.hold(/^Play/);
   expect(apparatus.measured).toEqual(["baseline r3 2", "test r3 2"]);
+});
+
+it("waits for a slow computer while the button is held, and acts on the state that is shown then", async () => {
+  const { apparatus, user } = await begin();
+  vi.spyOn(store, "seen").mockImplementation(() => ({ stops: 0, seen_at: `${Date.now()}` }));
+  const began_at = Date.now();
+  apparatus.loads_ms = 4000;
+  await user.hold("Hold to measure the baseline", 8 * HOLD_MS);
+  expect(apparatus.measured).toEqual(["baseline r3 1.5"]);
+  const [[approached]] = vi.mocked(api.approach).mock.calls as [[{ seen_at: string }]];
+  expect(Number(approached.seen_at) - began_at).toBeGreaterThanOrEqual(apparatus.loads_ms);
+});
+
+it("does not move the arm of a slow computer after the release", async () => {
+  const { apparatus, user } = await begin();
+  apparatus.loads_ms = 4000;
+  await user.hold("Hold to measure the baseline", 2 * HOLD_MS);
+  await wait(8000);
+  expect(api.approach).not.toHaveBeenCalled();
 });
 
 it.each([
