@@ -1,7 +1,7 @@
 """Accuracy of the end-feel test on simulated shoulders whose true values are known: ``kata evaluate --end-feel``.
 
 ``python -m kata.evaluation.end_feel`` judges single motors and kinds of patients. Each case: a test weight in the fixers (the day's baseline), then a patient's arm with the three repetitions, both by the control loop that
-treats patients, on virtual time. docs/explanation/end-feel.md has the figures.
+treats patients, on virtual time. docs/explanation/end-feel-figures.md has the figures.
 """
 
 import argparse

@@ -1,7 +1,7 @@
 """End-feel tests of many random patients, and of patients whose arm is fastened again: ``python -m kata.evaluation.population``.
 
 Each patient has an own shoulder, on one of a few simulated apparatus whose baselines are measured once. Some patients guard, cough, or help the
-apparatus and let go while the shoulder is stretched. docs/explanation/end-feel.md has the figures.
+apparatus and let go while the shoulder is stretched. docs/explanation/end-feel-figures.md has the figures.
 """
 
 import argparse

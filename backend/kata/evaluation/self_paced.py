@@ -1,7 +1,7 @@
 """Self-paced assistance on simulated arms whose effort is known: ``python -m kata.evaluation.self_paced``.
 
 Each case: a patient's arm on a recording there and back, moved by the control loop that treats patients, on virtual time. The patient's muscles add a
-known torque along the path. docs/explanation/self-paced.md has the figures.
+known torque along the path. docs/explanation/self-paced-figures.md has the figures.
 """
 
 import argparse
