@@ -17,7 +17,8 @@ vi.mock("../station/session-wizard/PreflightChecklist", () => ({
 }));
 
 const GOAL = 10;
-const MOTIONS = [3, 4, 6];
+/** Motions with the same fixtures. A change of fixtures is confirmed by a press of its own. */
+const MOTIONS = [3, 4, 5];
 const SESSION = {
   id: "s",
   patient: { id: "p" },
