@@ -119,6 +119,28 @@ def test_end_range_torque_above_resistance_level_is_refused(client: TestClient, 
     assert post(client, lift, item | {"load_level": 25}).status_code == 201
 
 
+def test_self_pace_needs_permission_and_the_smooth_method(client: TestClient, lift: dict[str, Any]) -> None:
+    item = ITEM | {"self_paced": True}
+    refusal = problem(post(client, lift, ITEM, item), 409, "self_pace_not_permitted")
+    assert refusal["detail"] == "Item 2, Lift: the doctor has not permitted that the patient sets the pace."
+    url = f"/api/patients/{lift['patient_id']}/programmes/preview"
+    preview = client.post(url, json={"items": [item | {"recording_id": lift["id"]}]}).json()["items"]
+    assert "has not permitted" in preview[0]["problem"]
+
+    episode = client.get(f"/api/patients/{lift['patient_id']}/episodes").json()["items"][0]
+    permission = {"self_paced_permitted": True, "limits_by": "Dr. Mori", "updated_at": episode["updated_at"]}
+    assert client.patch(f"/api/episodes/{episode['id']}", json=permission).status_code == 200
+    for method in ("paper", "learned"):
+        problem(post(client, lift, item | {"method": method}), 422, "not_self_paced")
+    made = post(client, lift, item, ITEM).json()
+    assert [kept["self_paced"] for kept in made["current"]["items"]] == [True, False]
+
+    session = client.post(
+        "/api/sessions", json={"patient_id": lift["patient_id"], "programme_version_id": made["current"]["id"]}
+    ).json()
+    assert [planned["self_paced"] for planned in session["programme"]["items"]] == [True, False]
+
+
 def test_programme_beyond_a_doctors_limits_is_reported_and_not_saved(client: TestClient, lift: dict[str, Any]) -> None:
     episode = client.get(f"/api/patients/{lift['patient_id']}/episodes").json()["items"][0]
     forbidding = {

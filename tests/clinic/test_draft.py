@@ -110,6 +110,7 @@ def test_draft_reports_when_nothing_was_played() -> None:
             "Abduction (80 % of the range, 50 % speed, pause 2 s): 2 of 2 repetitions.",
         ),
         ({"method": "learned"}, "Abduction (learned): 1 of 1 repetition."),
+        ({"self_paced": True}, "Abduction (pace set by the patient): 1 of 1 repetition."),
         (
             {"outcome": "stopped", "repetitions_done": 0, "stop": RunStop(code="estop_pressed", message="Pressed.")},
             "Abduction was stopped: Pressed.",

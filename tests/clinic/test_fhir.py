@@ -283,7 +283,7 @@ def test_run_names_its_following_error_and_its_change_by_settings(database: Data
     with database.write() as session:
         for row in session.scalars(select(RunRow)):
             row.clock_offset_s = 0.094
-            row.work_j, row.mean_effort_nm = 3.21, 1.44
+            row.work_j, row.mean_effort_nm, row.mean_pace_percent = 3.21, 1.44, 61.5
             for motor in row.tracking:
                 motor.change_deg = -12.5 if motor.motor == 3 else 1.0
             for motion in row.motions:
@@ -308,6 +308,7 @@ def test_run_names_its_following_error_and_its_change_by_settings(database: Data
         assert (values["clock-offset"]["value"], values["clock-offset"]["unit"]) == (0.094, "s")
         assert (values["self-paced-work"]["value"], values["self-paced-work"]["unit"]) == (3.21, "J")
         assert (values["self-paced-effort"]["value"], values["self-paced-effort"]["unit"]) == (1.44, "N.m")
+        assert (values["self-paced-pace"]["value"], values["self-paced-pace"]["unit"]) == (61.5, "%")
         held = {code: (value["value"], value["unit"]) for code, value in values.items() if "end-range" in code}
         # The prescription's band and torque, not the usual ones.
         assert held == {

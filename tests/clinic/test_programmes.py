@@ -109,7 +109,7 @@ def played(**given: Any) -> RunRow:
     usual = {
         "id": uuid4(), "ended_at": utc_now(), "started_at": MONDAY, "outcome": "completed", "repetitions": 10,
         "repetitions_done": 10, "load_level": 8, "method": "smooth", "played_s": 60.0, "speed_percent": 100.0,
-        "pause_s": 0.0, "range_percent": 100.0,
+        "pause_s": 0.0, "range_percent": 100.0, "self_paced": False,
     }  # fmt: skip
     return RunRow(**usual | given)
 
@@ -330,6 +330,7 @@ def test_settings_that_were_changed_are_named() -> None:
         "load_level": 5,
         "method": "learned",
         "repetitions": 5,
+        "self_paced": True,
     }
     assert set(changed({}, given)) == set(given)
     assert changed({"pause_s": 2.0}, {}) == ["pause_s"]
@@ -529,6 +530,7 @@ def test_exports_have_prescribed_and_counted_end_range_times(clinic: Clinic) -> 
     plan = next(resource for resource in resources if resource["resourceType"] == "CarePlan")
     description = plan["activity"][0]["detail"]["description"]
     assert description.endswith("2 min a session, last 5 deg with at least 1 Nm between apparatus and shoulder")
+    assert "pace set by the patient" not in description
     of_session, not_counted, of_week = [
         resource
         for resource in resources
@@ -541,6 +543,34 @@ def test_exports_have_prescribed_and_counted_end_range_times(clinic: Clinic) -> 
     assert "valueQuantity" not in not_counted and "dataAbsentReason" in not_counted
     assert of_week["component"][0]["valueQuantity"]["value"] == 720.0
     assert of_week["effectivePeriod"] == {"start": "2026-11-16", "end": "2026-11-22"}
+
+
+@SQLITE_FIRST
+def test_prescribed_self_pace_is_exported_and_printed(clinic: Clinic) -> None:
+    lift = clinic.recording()
+    with clinic.database.write() as session:
+        episode = patients.get(session, clinic.patient_id).episode
+        assert episode
+        episode.self_paced_permitted, episode.limits_by = True, "Dr. Mori"
+        wanted = ProgrammeCreate(name="Morning", made_by="Aoki", items=items(lift, self_paced=True))
+        programme_id = service.create(session, clinic.patient_id, wanted, [10.0]).id
+    version = clinic.newest(programme_id)
+    visit_id = clinic.visit(
+        MONDAY,
+        version.id,
+        {"recording_id": lift, "programme_position": 1, "self_paced": True, "mean_pace_percent": 61.0},
+    )
+    with clinic.database.read() as session:
+        patient = patients.get(session, clinic.patient_id)
+        resources = list(bundle.resources(session, patient, ExportSettings()))
+        [item] = planned.of_session(session, visit_id).items
+        visit = session_report.read_content(session, visit_id, ZoneInfo("Asia/Tokyo"))
+        prescribed = rehabilitation_plan.read_content(session, episode.id, ZoneInfo("Asia/Tokyo"))
+    plan = next(resource for resource in resources if resource["resourceType"] == "CarePlan")
+    assert plan["activity"][0]["detail"]["description"].endswith("smooth, pace set by the patient")
+    assert item.self_paced and item.runs[0].self_paced and item.runs[0].changed == []
+    assert prescribed.prescriptions[0].items[0].how.self_paced
+    assert text_of(rendering.session_page(visit, how()).html).count("pace set by the patient") >= 2
 
 
 @SQLITE_FIRST

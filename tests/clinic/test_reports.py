@@ -126,11 +126,13 @@ def test_partial_run_is_marked_beside_its_errors(signed: tuple[SessionContent, E
         motors=motors,
         work_j=3.21,
         mean_effort_nm=1.44,
+        mean_pace_percent=61.4,
+        how=replace(visit.runs[0].how, self_paced=True),
     )
     text = " ".join(Parsed(rendering.session_page(replace(visit, runs=(run,)), how())).text.split())
     for said in (
         "(partial)", "compared: 8\u00a0% of the playing time, partial, real time ahead by up to 0.094\u00a0s",
-        "pace set by the patient: mean effort 1.4\u00a0Nm, work 3.2\u00a0J (estimates)", "3.75 −12.25", "Change by settings is the requested minus the taught motion",
+        "pace set by the patient,", "mean pace 61\u00a0%, patient's mean effort 1.4\u00a0Nm, work 3.2\u00a0J (estimates)", "3.75 −12.25", "Change by settings is the requested minus the taught motion",
     ):  # fmt: skip
         assert " ".join(said.split()) in text, said
     assert "peak and RMSE include the start" not in text

@@ -1,4 +1,4 @@
-"""Self-paced runs in the clinic's records: the permission, and the patient's work and effort."""
+"""Self-paced runs in the clinic's records: the permission, and the patient's work, effort and pace."""
 
 from dataclasses import replace
 from pathlib import Path
@@ -19,6 +19,7 @@ from tests.support.imported_runs import Clinic, pose
 
 FORBIDDEN = DoctorLimits("right", "Dr. Mori", None, None, ())
 PERMITTED = replace(FORBIDDEN, self_paced_permitted=True)
+END = JournalEnd(reason="completed", work_j=3.2, mean_effort_nm=1.4, mean_pace_percent=61.0)
 
 
 def test_only_a_permitted_shoulder_is_self_paced() -> None:
@@ -42,12 +43,12 @@ def test_run_that_began_without_database_is_self_paced() -> None:
     assert started.row.self_paced is True
 
 
-def test_work_and_effort_are_stored(tmp_path: Path, database: Database) -> None:
+def test_work_effort_and_mean_pace_are_stored(tmp_path: Path, database: Database) -> None:
     clinic = Clinic(tmp_path, database)
     recording = clinic.recording(4.0, pose)
     run_id = clinic.begin_run(recording)
-    clinic.journal("run", run_id, [4.0], end=JournalEnd(reason="completed", work_j=3.2, mean_effort_nm=1.4), at=pose)
+    clinic.journal("run", run_id, [4.0], end=END, at=pose)
     clinic.importer.run()
     with database.read() as session:
         run = runs.as_run(session.get_one(RunRow, run_id))
-    assert (run.outcome, run.work_j, run.mean_effort_nm) == ("completed", 3.2, 1.4)
+    assert (run.outcome, run.work_j, run.mean_effort_nm, run.mean_pace_percent) == ("completed", 3.2, 1.4, 61.0)

@@ -11,6 +11,7 @@ from hypothesis import strategies as st
 
 from kata.device.config import StationConfig
 from kata.device.ipc_messages import Approach, EndFeel, Load, Pause, Play, Refusal, Return, SelfPacingState
+from kata.device.journal import PHASE_PLAYING
 from kata.device.references import build
 from kata.device.self_pacing import SLOW_SHARE, PaceController, least_damping_nm_s
 from kata.motion.arm_load import ArmLoad
@@ -234,6 +235,22 @@ def test_effort_and_work_are_stored_with_the_run(self_paced: Stepped) -> None:
     playing = np.array([written[n + 10] - written[n] for n in range(len(written) - 10)])
     assert playing.max() <= 1.02 * FULL_DEG_S * 10 / self_paced.config.rate_hz
     assert written.max() <= FAR_DEG + 0.2
+
+
+def test_mean_pace_contains_waiting_for_the_patient_but_no_pause(self_paced: Stepped) -> None:
+    helped(self_paced, 1.0, 0.0)
+    helped(self_paced, 1.0, 3.0)
+    assert self_paced.send(Pause()) is None
+    helped(self_paced, 2.0, 0.0)
+    assert self_paced.send(Play()) is None
+    helped(self_paced, 3.0, 3.0)
+    self_paced.apparatus.torques_nm[AXIS] = 0.0
+    self_paced.until("idle")
+    journal = self_paced.journal()
+    played_s = np.count_nonzero(journal.phase == PHASE_PLAYING) / self_paced.config.rate_hz
+    assert played_s > 3.0
+    assert journal.end is not None
+    assert journal.end.mean_pace_percent == pytest.approx(100.0 * FAR_DEG / FULL_DEG_S / played_s, rel=0.05)
 
 
 def test_pause_and_stop_act_above_the_patients_pace(self_paced: Stepped) -> None:

@@ -120,6 +120,21 @@ CHANGE_LEVEL_OR_TORQUE: Final = message(
 )
 CHANGE_END_RANGE: Final = message("change_end_range", "Prescribe another motion or band, or play more of the range.")
 ITEM_SAMPLES_DAMAGED: Final = message("item_samples_damaged", "its samples are damaged")
+ITEM_SELF_PACE_NOT_PERMITTED: Final = message(
+    "item_self_pace_not_permitted",
+    "Item {place:d}, {recording:name}: the doctor has not permitted that the patient sets the pace.",
+)
+ASK_DOCTOR_OR_PRESCRIBE_OWN_PACE: Final = message(
+    "ask_doctor_or_prescribe_own_pace",
+    "Prescribe the recording's own pace. The doctor's permission is recorded in the episode, with the doctor's limits.",
+)
+ITEM_SELF_PACED_WITH_METHOD: Final = message(
+    "item_self_paced_with_method",
+    "Item {place:d}, {recording:name}: the patient can set the pace with the smooth method only.",
+)
+CHOOSE_SMOOTH_OR_OWN_PACE: Final = message(
+    "choose_smooth_or_own_pace", "Choose the smooth method, or prescribe the recording's own pace."
+)
 ITEM_OF_OTHER_PATIENT: Final = message(
     "item_of_other_patient", "Item {place:d}, {recording:name}, was taught to another patient."
 )

@@ -298,7 +298,12 @@ class MachineState:
         if stretch := stretch_of(self._run):
             end = msgspec.structs.replace(end, held_s=stretch.held_s, target_nm=stretch.target_nm)
         if pacing := self._run.self_pacing:
-            end = msgspec.structs.replace(end, work_j=pacing.work_j, mean_effort_nm=pacing.mean_effort_nm)
+            end = msgspec.structs.replace(
+                end,
+                work_j=pacing.work_j,
+                mean_effort_nm=pacing.mean_effort_nm,
+                mean_pace_percent=pacing.mean_pace_percent,
+            )
         self._run.journal.finish(end)
         self._run = None
         self._movement = None

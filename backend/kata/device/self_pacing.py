@@ -127,6 +127,7 @@ class SelfPacing:
         self._direction: list[float] | None = None
         """Direction of the path while the arm is played forwards."""
         self._effort_sum_nm, self._moving_steps = 0.0, 0
+        self._pace_sum, self._paced_steps = 0.0, 0
         self.work_j = 0.0
         """Work of the patient along the path; less than 0 if the patient resists more than helps."""
 
@@ -134,6 +135,13 @@ class SelfPacing:
     def mean_effort_nm(self) -> float | None:
         """Mean effort while the patient moved the arm; None if it has not moved."""
         return self._effort_sum_nm / self._moving_steps if self._moving_steps else None
+
+    @property
+    def mean_pace_percent(self) -> float | None:
+        """Mean pace while the recording was played and moved, percent of its speed; None if it was not. Waiting for the patient counts as
+        0.
+        """
+        return 100.0 * self._pace_sum / self._paced_steps if self._paced_steps else None
 
     def state(self) -> SelfPacingState:
         """Return effort, pace and work for the snapshot."""
@@ -185,6 +193,8 @@ class SelfPacing:
         near_end = self._near_end(way, np.array(state.setpoint_deg), share, limits_deg)
         speed = self._controller.update(effort_nm, self._threshold_nm, way.top_rad_s, near_end=near_end)
         self._pace = movement.top_override = speed / way.top_rad_s
+        self._pace_sum += movement.speed_override
+        self._paced_steps += 1
         if movement.speed_override > 0.0:
             self.work_j += effort_nm * movement.speed_override * way.top_rad_s * self._step_s
             self._effort_sum_nm += effort_nm

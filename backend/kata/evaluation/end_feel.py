@@ -1,7 +1,7 @@
 """Accuracy of the end-feel test on simulated shoulders whose true values are known: ``kata evaluate --end-feel``.
 
 ``python -m kata.evaluation.end_feel`` judges single motors and kinds of patients. Each case: a test weight in the fixers (the day's baseline), then a patient's arm with the three repetitions, both by the control loop that
-treats patients, on virtual time. docs/explanation/end-feel.md has the figures.
+treats patients, on virtual time. docs/explanation/end-feel-figures.md has the figures.
 """
 
 import argparse
@@ -13,7 +13,7 @@ from collections import Counter
 from collections.abc import Callable, Sequence
 from concurrent.futures import ProcessPoolExecutor
 from dataclasses import asdict, dataclass, replace
-from functools import cache
+from functools import cache, partial
 from pathlib import Path
 from random import Random
 from typing import Any, Final, Literal, Protocol, get_args
@@ -32,6 +32,7 @@ from kata.motion.edit import Motion
 from kata.motion.end_feel import (
     SPEED_DEG_S,
     EndFeelResult,
+    Figures,
     GuardingError,
     TooFewWaysError,
     TorqueAngleCurve,
@@ -44,7 +45,7 @@ from kata.motion.end_feel import (
 )
 from kata.motion.linkage import Floats
 from kata.simulator.effort import steady_push
-from kata.simulator.independent.patients import PatientName
+from kata.simulator.independent.patients import PATIENTS, PatientName, SimulatedPatient
 from kata.simulator.mechanics import Mechanics, PlantName
 from kata.simulator.parameters import REST_DEG
 from kata.simulator.plant import Plant
@@ -66,6 +67,9 @@ _REST_MARGIN_DEG: Final = 20.0
 """The simple plant's stiff shoulder moves this far from rest before its capsule is stretched to the end."""
 _BASELINE_SHARE: Final = 0.9
 """Share of the drive's torque that the baseline may use, because a test weight feels no pain."""
+_PERSONS_DIFFER_DEG: Final = 8.0
+_PERSONS_SOFTER: Final = 1.25
+"""Persons of one stage on the independent plant differ by up to these values. They are our assumption."""
 _GUARD_SHARE: Final = 0.01 / 0.3
 """A patient's torque rises and falls with a time constant of 0.3 s."""
 
@@ -82,6 +86,10 @@ class EndFeelCase:
     motor: int
     kind: Kind = "relaxed"
     speed_deg_s: float = SPEED_DEG_S
+    person: int | None = None
+    """Chooses the capsule of the simple plant's patient; None: the seed does."""
+    refit_deg: float = 0.0
+    """Angle by which the arm is fastened elsewhere in the fixers: the arm's angle minus the usual one."""
 
 
 @dataclass(frozen=True)
@@ -108,10 +116,18 @@ class EndFeelErrors:
 class StiffPlant(Plant):
     """The simple plant with a capsule that ends a motion earlier: torque grows with the square of the way."""
 
-    def __init__(self, seed: int | None = None, *, turned: bool = False, dummy: bool = False, motor: int = 3) -> None:
-        """``dummy``: a test weight of the nominal arm instead of the patient."""
+    def __init__(
+        self,
+        seed: int | None = None,
+        *,
+        turned: bool = False,
+        dummy: bool = False,
+        motor: int = 3,
+        person: int | None = None,
+    ) -> None:
+        """``dummy``: a test weight of the nominal arm instead of the patient. ``person``: :attr:`EndFeelCase.person`."""
         super().__init__(seed, turned=turned)
-        draw = Random(f"stiff {seed} {motor}").uniform
+        draw = Random(f"stiff {seed if person is None else person} {motor}").uniform
         for joint, nominal in zip(self.joints, Plant().joints, strict=True):
             if dummy:
                 weight_nm = nominal.parameters.weight_nm
@@ -123,6 +139,12 @@ class StiffPlant(Plant):
             far_deg = math.degrees(high) - _REST_MARGIN_DEG - REST_DEG[motor - 1]
             joint.rom = (low, high - math.radians(draw(15.0, min(60.0, far_deg))))
             joint.parameters = replace(joint.parameters, stiffness_nm=stiffness_nm)
+
+    def refit(self, motor: int, refit_deg: float) -> None:
+        """Fasten the arm elsewhere (:attr:`EndFeelCase.refit_deg`)."""
+        joint = self.joints[motor - 1]
+        low, high = joint.rom
+        joint.rom = (low - math.radians(refit_deg), high - math.radians(refit_deg))
 
 
 class PatientPush(Protocol):
@@ -212,12 +234,29 @@ class PatientStation(VirtualStation):
 
 def _mechanics(case: EndFeelCase, *, dummy: bool) -> Callable[..., Mechanics]:
     if case.plant == "simple":
-        return lambda seed, turned=False: StiffPlant(seed, turned=turned, dummy=dummy, motor=case.motor)
+        return partial(_stiff, case, dummy)
     from kata.simulator.independent.plant import IndependentPlant
 
-    return lambda seed, turned=False: IndependentPlant(
-        seed, turned=turned, patient=case.patient, balancer_kg=BALANCER_KG, dummy=dummy
-    )
+    return partial(IndependentPlant, patient=_shoulder_of(case), balancer_kg=BALANCER_KG, dummy=dummy)
+
+
+def _stiff(case: EndFeelCase, dummy: bool, seed: int | None = None, *, turned: bool = False) -> StiffPlant:
+    plant = StiffPlant(seed, turned=turned, dummy=dummy, motor=case.motor, person=case.person)
+    if not dummy:
+        plant.refit(case.motor, case.refit_deg)
+    return plant
+
+
+def _shoulder_of(case: EndFeelCase) -> SimulatedPatient:
+    """Return the shoulder of the case's stage. Persons differ in the ends of the range and in the end-feel."""
+    usual = PATIENTS[case.patient]
+    further_deg, softer = -case.refit_deg, 1.0
+    if case.person is not None:
+        draw = Random(f"shoulder {case.person}").uniform
+        further_deg += draw(-_PERSONS_DIFFER_DEG, _PERSONS_DIFFER_DEG)
+        softer = draw(1 / _PERSONS_SOFTER, _PERSONS_SOFTER)
+    one, two, three = ((low + further_deg, high + further_deg) for low, high in usual.peaks_deg)
+    return replace(usual, peaks_deg=(one, two, three), end_feel_deg=softer * usual.end_feel_deg)
 
 
 @cache
@@ -246,15 +285,30 @@ def _evaluate(case: EndFeelCase) -> EndFeelErrors:
     run = station.play(asked.load, 6 * asked.out.duration_s)
     peak_over_nm = max(station.against_nm) - CHOSEN_NM[case.motor]
     try:
-        result = measured(
-            _curves(run, case.motor), asked.baseline, asked.growth, asked.weighed_deg, CHOSEN_NM[case.motor]
-        )
+        result = _result(case, asked, run)
     except GuardingError as error:
         return EndFeelErrors(case, "guarding", peak_over_nm, disagreement_nm=error.disagreement_nm)
     except TooFewWaysError as error:
         return EndFeelErrors(case, str(error), peak_over_nm)
     truth = station.elastic_nm(asked.grid_deg)
     return _compared(case, result, TorqueAngleCurve(asked.grid_deg, truth, truth), peak_over_nm)
+
+
+def _result(case: EndFeelCase, asked: "Requested", run: Journal) -> EndFeelResult:
+    """:raises GuardingError, TooFewWaysError: as in :func:`kata.motion.end_feel.measured`."""
+    ways = _curves(run, case.motor)
+    return measured(ways, asked.baseline, asked.growth, asked.weighed_deg, CHOSEN_NM[case.motor])
+
+
+def judge_run(case: EndFeelCase, asked: "Requested", run: Journal) -> tuple[str, Figures | None]:
+    """Return ``measured`` and the figures of a test, or the reason why it has none."""
+    try:
+        result = _result(case, asked, run)
+    except GuardingError:
+        return "guarding", None
+    except TooFewWaysError as error:
+        return str(error), None
+    return ("measured", result.figures) if result.figures else (str(result.unmeasured), None)
 
 
 @dataclass(frozen=True)

@@ -1,10 +1,11 @@
 """Self-paced assistance on simulated arms whose effort is known: ``python -m kata.evaluation.self_paced``.
 
 Each case: a patient's arm on a recording there and back, moved by the control loop that treats patients, on virtual time. The patient's muscles add a
-known torque along the path. docs/explanation/self-paced.md has the figures.
+known torque along the path. docs/explanation/self-paced-figures.md has the figures.
 """
 
 import argparse
+import itertools
 import json
 import logging
 import math
@@ -24,11 +25,12 @@ from kata.device.self_pacing import NEAR_END_DEG, SLOW_SHARE
 from kata.evaluation.end_feel import BALANCER_KG
 from kata.evaluation.excitation import identified
 from kata.evaluation.station import VirtualStation
+from kata.motion.axes import CANONICAL_SIDE, N_AXES, Side
 from kata.motion.linkage import Floats
 from kata.motion.trajectory import Trajectory
 from kata.simulator.effort import steady_push
 from kata.simulator.mechanics import MakeMechanics, Mechanics, PlantName
-from kata.simulator.parameters import REST_DEG
+from kata.simulator.parameters import REST_DEG, TURNED
 from kata.simulator.plant import Plant
 
 Patient = Literal["nothing", "helps", "strong", "resists", "trembles", "lets_go", "alternates", "stiff", "session"]
@@ -74,6 +76,7 @@ class PacedCase:
     way: Way = "flexion"
     seed: int | None = None
     """Seed of apparatus and arm; None: the nominal simple plant, whose load is known without an identification."""
+    side: Side = CANONICAL_SIDE
 
 
 @dataclass(frozen=True)
@@ -163,7 +166,9 @@ class PacedStation(VirtualStation):
     def __init__(self, case: PacedCase, config: StationConfig) -> None:
         self.mechanics: Any = None
         self.muscles: _Muscles | None = None
-        reach = np.array(WAYS_DEG[case.way])
+        # Angles of the mechanics are those of the drives, some of which turn the other way on the other side.
+        signs = np.array(TURNED if case.side != CANONICAL_SIDE else (1,) * N_AXES)
+        reach = signs * np.array(WAYS_DEG[case.way])
         self._unit = reach / np.linalg.norm(reach)
         self.rows: list[tuple[float, ...]] = []
         """Time in s, effort in Nm, arm along the way out in rad, speed along the path in rad/s, and stored work in J."""
@@ -176,7 +181,7 @@ class PacedStation(VirtualStation):
             made: Mechanics = self.mechanics
             return made
 
-        super().__init__(config, case.seed, make_mechanics=make)
+        super().__init__(config, case.seed, case.side, make_mechanics=make)
 
     @property
     def mode(self) -> Mode:
@@ -256,6 +261,7 @@ def play(case: PacedCase, observed_s: float = OBSERVED_S) -> tuple[PacedStation,
         recording_id="recording",
         times_s=times.tobytes(),
         angles_deg=trajectory.along(times).tobytes(),
+        side=case.side,
         self_paced=True,
         load_level=LEVEL,
     )
@@ -337,14 +343,18 @@ def main() -> None:
     parser.add_argument("--plant", choices=get_args(PlantName), default="simple")
     parser.add_argument("--arm", choices=get_args(Arm), default="identified")
     parser.add_argument("--way", choices=get_args(Way), default="flexion")
-    parser.add_argument("--seed", type=int)
+    parser.add_argument("--side", choices=get_args(Side), default=CANONICAL_SIDE)
+    parser.add_argument("--seed", type=int, help="first seed; default: the nominal apparatus")
+    parser.add_argument("--seeds", type=int, default=1, help="number of seeds, with --seed")
     parser.add_argument("--patients", default=",".join(get_args(Patient)))
     parser.add_argument("--json", type=Path)
     arguments = parser.parse_args()
     logging.disable(logging.INFO)
     results: list[PacedFigures] = []
-    for patient in arguments.patients.split(","):
-        results.append(judge(PacedCase(arguments.plant, patient, arguments.arm, arguments.way, arguments.seed)))
+    seeds = [None] if arguments.seed is None else range(arguments.seed, arguments.seed + arguments.seeds)
+    for seed, patient in itertools.product(seeds, arguments.patients.split(",")):
+        case = PacedCase(arguments.plant, patient, arguments.arm, arguments.way, seed, arguments.side)
+        results.append(judge(case))
         Console(width=200, highlight=False).print(_line(results[-1]))
         if arguments.json:
             arguments.json.write_text(json.dumps([asdict(figures) for figures in results], indent=1) + "\n")
@@ -352,7 +362,8 @@ def main() -> None:
 
 def _line(figures: PacedFigures) -> str:
     case = figures.case
-    parts = [f"{case.plant}, {case.way}, {case.arm} arm, {case.patient}: {figures.outcome}"]
+    name = f"{case.plant} seed {case.seed}, {case.side}, {case.way}, {case.arm} arm, {case.patient}"
+    parts = [f"{name}: {figures.outcome}"]
     for name, value in asdict(figures).items():
         if name not in ("case", "outcome") and value is not None:
             parts.append(f"{name} {value:.3g}")

@@ -66,17 +66,22 @@ class StretchFigures:
     """Times from a torque of 0.1 Nm above the chosen one to the first setpoint that is nearer to rest."""
 
 
-class _Push:
+class SuddenPush:
     """Random events of a patient: the torque that the muscles add to the arm, outwards. They begin while the shoulder is stretched."""
 
-    def __init__(self, case: StretchCase, station: PatientStation) -> None:
-        self._random = Random(f"stretch {case}")
-        self._patient = case.patient
+    def __init__(
+        self, patient: Patient, chosen_nm: float, station: PatientStation, random: Random, longest_s: float = 6.0
+    ) -> None:
+        """``chosen_nm``: torque of the test or stretch. Half of it stretches the shoulder. ``longest_s``: longest time with a stretched
+        shoulder before the first event.
+        """
+        self._random = random
+        self._patient = patient
         self._station = station
-        self._stretched_nm = _STRETCHED_SHARE * CHOSEN_NM[case.motor]
+        self._stretched_nm = _STRETCHED_SHARE * chosen_nm
         self._goal_nm = self._strength_nm = 0.0
         self._share = 1.0
-        self._until_s, self._rest_s = 0.0, self._random.uniform(0.5, 6.0)
+        self._until_s, self._rest_s = 0.0, self._random.uniform(min(0.5, longest_s / 10), longest_s)
 
     def at(self, time_s: float) -> float:
         """Return the torque at a time, Nm. Call it every 10 ms."""
@@ -111,7 +116,7 @@ def judge(case: StretchCase) -> StretchFigures:
     station = PatientStation(asked_of, station_config(case.plant, case.seed))
     asked = requested(asked_of, station, HOLD_S, REPETITIONS)
     if case.patient != "relaxed":
-        station.push = _Push(case, station)
+        station.push = SuddenPush(case.patient, CHOSEN_NM[case.motor], station, Random(f"stretch {case}"))
     try:
         run = station.play(asked.load, REPETITIONS * (3 * asked.out.duration_s + HOLD_S))
     except PlaybackError as error:
@@ -129,11 +134,11 @@ def judge(case: StretchCase) -> StretchFigures:
         float(np.median(against[counts])) - chosen_nm if np.any(counts) else None,
         float(counts.sum()) * _CYCLE_S,
         run.end.held_s,
-        _answers_ms(station, run, asked.load, chosen_nm),
+        answers_ms(station, run, asked.load, chosen_nm),
     )
 
 
-def _answers_ms(station: PatientStation, run: Journal, load: Load, chosen_nm: float) -> tuple[float, ...]:
+def answers_ms(station: PatientStation, run: Journal, load: Load, chosen_nm: float) -> tuple[float, ...]:
     """Return the time from each torque of 0.1 Nm above the chosen one to the first setpoint nearer to rest."""
     assert load.end_feel is not None
     times = np.array(station.noted_ns)

@@ -82,6 +82,7 @@ LOCAL_CODES: Final[dict[str, str]] = {
     "tracking-peak": "Largest tracking error, without sign",
     "compared-share": "Share of the playing time of which the tracking error is known",
     "clock-offset": "Largest time by which the wall clock is ahead of the clock of the comparison",
+    "self-paced-pace": "Mean pace of a self-paced playback, share of the asked speed; waiting for the patient counts as 0",
     "self-paced-work": "Work of the patient along the path of a self-paced playback, estimated from the torque of the drives",
     "self-paced-effort": "Mean torque of the patient along the path of a self-paced playback while the arm moved, estimated as the work",
     "change-by-settings": "Largest change by settings: the taught motion with the settings of the run minus the taught motion",

@@ -240,6 +240,8 @@ def _activity(item: ProgrammeItemRow, status: str, sessions_per_week: int | None
         f"{item.recording.name}: {item.repetitions} times, {item.speed_percent:g} % speed, {item.range_percent:g} % range, "
         f"pause {item.pause_s:g} s, resistance level {item.load_level} of {RESISTANCE_LEVELS}, {item.method}"
     )
+    if item.self_paced:
+        description += ", pace set by the patient"
     if item.end_range:
         prescribed = EndRangePrescription.model_validate(item.end_range)
         description += (

@@ -124,6 +124,7 @@ def run_tracking(row: RunRow, patient_id: UUID) -> Resource:
         _component("tracking-peak", valueQuantity=quantity(row.worst_peak_deg, "deg")),
         _component("compared-share", valueQuantity=quantity(row.compared_percent, "%")),
         _component("clock-offset", valueQuantity=quantity(row.clock_offset_s, "s")),
+        _component("self-paced-pace", valueQuantity=quantity(row.mean_pace_percent, "%")),
         _component("self-paced-work", valueQuantity=quantity(row.work_j, "J")),
         _component("self-paced-effort", valueQuantity=quantity(row.mean_effort_nm, "N.m")),
         _component("change-by-settings", valueQuantity=quantity(row.change_deg, "deg")),

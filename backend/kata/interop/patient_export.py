@@ -50,7 +50,8 @@ runs.csv          playbacks and end-feel tests: one line each, with the name of 
                   motion_3_end_range_s to motion_6_end_range_s are end-range times. Their band and torque are in sessions.json
                   (end_range_band_deg, end_range_torque_nm)
                   self_paced is true where the patient's effort set the pace. work_j (joules) and mean_effort_nm are then the patient's work
-                  along the path and the mean torque while the arm moved: estimates from the torque of the drives
+                  along the path and the mean torque while the arm moved: estimates from the torque of the drives. mean_pace_percent is
+                  the mean pace, percent of the asked speed; waiting for the patient counts as 0, pauses do not count
                   clock_offset_s is how far the wall clock is ahead of the motion's clock, by which the errors are compared
 end-range.csv     end-range times: one line for each motion of a session and of a week: counted and prescribed seconds. A week begins on Monday
                   of time_zone; preliminary is true while the session or the week is not over, so that its seconds can still grow

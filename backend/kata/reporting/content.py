@@ -55,6 +55,8 @@ class PlaybackDescription:
     asked: PlaybackSettings
     load_level: int | None
     method: str | None
+    self_paced: bool = False
+    """True if the patient's effort sets the pace."""
 
 
 @dataclass(frozen=True)
@@ -142,6 +144,8 @@ class RunContent:
     work_j: float | None
     """Work of the patient in a self-paced run; None in another run."""
     mean_effort_nm: float | None
+    mean_pace_percent: float | None
+    """None also in a self-paced run of a version that did not store it."""
     worst_rmse_deg: float | None
     worst_peak_deg: float | None
     motors: tuple[MotorErrors, ...]

@@ -204,6 +204,8 @@ def _settings(phrases: NotePhrases, run: Run) -> list[str]:
         words.append(phrases.text("settings.pause", seconds=run.pause_s))
     if run.method in _NAMED_METHODS:
         words.append(phrases.text(f"settings.{run.method}"))
+    if run.self_paced:
+        words.append(phrases.text("settings.self_paced"))
     return words
 
 

@@ -31,6 +31,7 @@ PHRASES: Final[dict[str, tuple[str, str]]] = {
     "settings.pause": ("pause {seconds:g} s", "休止{seconds:g}秒"),
     "settings.learned": ("learned", "学習"),
     "settings.paper": ("as in the paper", "論文方式"),
+    "settings.self_paced": ("pace set by the patient", "患者のペース"),
     "not_played": ("Not played: {names}.", "実施せず：{names}。"),
     "reached": (
         "Apparatus angle reached (not the patient's angle: the arm can slip in its cuff): {motions}.",

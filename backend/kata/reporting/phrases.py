@@ -194,9 +194,11 @@ PHRASES: Final[dict[str, tuple[str, str]]] = {
     "rate": ("{rate}\u00a0Hz", "{rate}\u00a0Hz"),
     "reversals": ("moved back by resistance: {count}", "抵抗による引き戻し{count}回"),
     "least_range": ("smallest range {percent}\u00a0%", "最小可動範囲{percent}%"),
-    "self_paced": (
-        "pace set by the patient: mean effort {effort}\u00a0Nm, work {work}\u00a0J (estimates)",
-        "患者のペース：平均の力{effort}\u00a0Nm、仕事{work}\u00a0J（推定値）",
+    "self_paced": ("pace set by the patient", "患者のペース"),
+    "mean_pace": ("mean pace {percent}\u00a0%", "平均ペース{percent}%"),
+    "patients_work": (
+        "patient's mean effort {effort}\u00a0Nm, work {work}\u00a0J (estimates)",
+        "患者の平均の力{effort}\u00a0Nm、仕事{work}\u00a0J（推定値）",
     ),
     "run_details": ("Each playback compared with teaching", "各再生：教示と再生の比較"),
     "legend": (

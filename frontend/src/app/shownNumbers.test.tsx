@@ -222,6 +222,7 @@ async function openItem({ api, t }: Page) {
     recording_name: "Lift",
     repetitions: 10,
     load_level: 8,
+    self_paced: false,
     end_range: null,
   };
   show(

@@ -20,14 +20,32 @@ const isBeside = (place: DOMRect, { clientX, clientY }: PointerEvent) =>
   clientY < place.top - ROLL_PX ||
   clientY > place.bottom + ROLL_PX;
 
+/** Return a signal that aborts when the pointer or key is released, or the window loses the focus or is hidden. */
+function untilReleased(): AbortSignal {
+  const released = new AbortController();
+  const { signal } = released;
+  const release = () => released.abort();
+  for (const event of ["pointerup", "pointercancel", "keyup"])
+    window.addEventListener(event, release, { capture: true, signal });
+  const onMove = ({ buttons }: globalThis.PointerEvent) => {
+    if ((buttons & PRIMARY_BUTTON) === 0) release();
+  };
+  window.addEventListener("pointermove", onMove, { capture: true, signal });
+  window.addEventListener("blur", release, { signal });
+  document.addEventListener("visibilitychange", release, { signal });
+  return signal;
+}
+
 /**
  * Detect a deliberate hold: a pointer or an activation key stays down for one second. An earlier release has no
  * effect, nor has a pointer that slides off the place that the button had when it was pressed. The button captures the
  * pointer, so the hold continues if only the button moves, because texts above it change. The hold ends without effect
  * if `subject`, what the button acts on, changes during it. Voice and switch control cannot hold, so with them a second
  * press confirms. Spread the handlers on a button.
+ *
+ * `onHeld` gets a signal that aborts at the release, also if the button has disappeared. After a second press it is aborted.
  */
-export function useHold(enabled: boolean, subject: string, onHeld: () => void) {
+export function useHold(enabled: boolean, subject: string, onHeld: (released: AbortSignal) => void) {
   const [holding, setHolding] = useState<Holding>("no");
   const timer = useRef<ReturnType<typeof setTimeout> | undefined>(undefined);
   const place = useRef<DOMRect | null>(null);
@@ -42,7 +60,7 @@ export function useHold(enabled: boolean, subject: string, onHeld: () => void) {
   const hold = () => {
     const confirm = () => {
       setNext("no");
-      onHeld();
+      onHeld(untilReleased());
     };
     // If the page hung, it handles a waiting release before this second timer.
     setNext("held", HOLD_MS, () => setNext("held", 0, confirm));
@@ -86,7 +104,7 @@ export function useHold(enabled: boolean, subject: string, onHeld: () => void) {
       if (detail > 0) return;
       if (holding === "again") {
         setNext("no");
-        onHeld();
+        onHeld(AbortSignal.abort());
       } else {
         setNext("again", SECOND_PRESS_MS, () => setHolding("no"));
       }

@@ -10,11 +10,19 @@ interface OpenOnDemandProps {
   /** Shown while the module of `children` loads. */
   fallback: ReactNode;
   children: ReactNode;
+  /** True if `children` are shown at once. */
+  startsOpen?: boolean;
+  onOpen?: () => void;
 }
 
 /** A titled card with a button; `children` load when it is pressed and replace the card. */
-export function OpenOnDemand({ title, open, icon, fallback, children }: OpenOnDemandProps) {
-  const [opened, setOpened] = useState(false);
+export function OpenOnDemand(props: OpenOnDemandProps) {
+  const { title, open, icon, fallback, children, startsOpen = false, onOpen } = props;
+  const [opened, setOpened] = useState(startsOpen);
+  const show = () => {
+    setOpened(true);
+    onOpen?.();
+  };
   if (opened) return <LazyPart loading={fallback}>{children}</LazyPart>;
   return (
     <Card withBorder component="section" aria-label={title}>
@@ -22,7 +30,7 @@ export function OpenOnDemand({ title, open, icon, fallback, children }: OpenOnDe
         <Title order={2} size="h3">
           {title}
         </Title>
-        <Button variant="default" h={44} leftSection={icon} onClick={() => setOpened(true)}>
+        <Button variant="default" h={44} leftSection={icon} onClick={show}>
           {open}
         </Button>
       </Group>

@@ -184,4 +184,20 @@ def _item_problem(
             else texts.ITEM_ABOVE_LOAD_LEVEL(**item_of, **levels)
         )
         return ProblemError(409, "above_limit", above, texts.CHOOSE_LOWER_LEVEL())
+    return _self_paced_problem(item, episode, place, recording.name) if item.self_paced else None
+
+
+def _self_paced_problem(
+    item: ProgrammeItemRequest, episode: EpisodeRow, place: int, recording: str
+) -> ProblemError | None:
+    if not episode.self_paced_permitted:
+        refused = texts.ITEM_SELF_PACE_NOT_PERMITTED(place=place, recording=recording)
+        return ProblemError(409, "self_pace_not_permitted", refused, texts.ASK_DOCTOR_OR_PRESCRIBE_OWN_PACE())
+    if item.method != "smooth":
+        return ProblemError(
+            422,
+            "not_self_paced",
+            texts.ITEM_SELF_PACED_WITH_METHOD(place=place, recording=recording),
+            texts.CHOOSE_SMOOTH_OR_OWN_PACE(),
+        )
     return None

@@ -19,10 +19,10 @@ from kata.motion.method import Method
 from kata.station.schemas import ResistanceLevel
 from kata.types import Moment, Schema
 
-Setting = Literal["speed_percent", "repetitions", "pause_s", "range_percent", "load_level", "method"]
+Setting = Literal["speed_percent", "repetitions", "pause_s", "range_percent", "load_level", "method", "self_paced"]
 Share = Literal["all", "some", "none"]
 _SETTINGS: Final[tuple[Setting, ...]] = (
-    "speed_percent", "repetitions", "pause_s", "range_percent", "load_level", "method",
+    "speed_percent", "repetitions", "pause_s", "range_percent", "load_level", "method", "self_paced",
 )  # fmt: skip
 _Count = Field(ge=0, description="Repetitions.", examples=[10])
 
@@ -37,6 +37,7 @@ class PlannedRun(PlaybackSettings):
     outcome: RunOutcome
     load_level: ResistanceLevel | None
     method: Method | None
+    self_paced: bool = Field(description="True if the patient's effort set the pace.")
     least_range_percent: float | None = Field(
         description="Smallest share of the range that was played after the range was reduced; null if it was not reduced."
     )
@@ -240,6 +241,7 @@ def _as_run(run: RunRow, item: ProgrammeItem | None) -> PlannedRun:
         range_percent=run.range_percent,
         load_level=run.load_level,
         method=run.method,
+        self_paced=run.self_paced,
         least_range_percent=run.least_range_percent,
         repetitions_done=run.repetitions_done,
         changed=[name for name in _SETTINGS if item and _differs(name, run, item)],

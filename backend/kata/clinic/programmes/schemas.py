@@ -36,6 +36,11 @@ class ProgrammeItemRequest(PlaybackSettings):
     load_level: ResistanceLevel
     method: Method = "smooth"
     end_range: EndRangePrescription | None = Field(None, description="Null: no end-range time is prescribed.")
+    self_paced: StrictBool = Field(
+        False,
+        description="True: the patient's effort sets the pace, up to the speed of the item. Needs the doctor's permission in the episode and "
+        "the method smooth.",
+    )
 
 
 class ProgrammeItemsRequest(Schema):

@@ -198,6 +198,7 @@ def as_item(row: ProgrammeItemRow) -> ProgrammeItem:
         load_level=row.load_level,
         method=row.method,
         end_range=row.end_range,
+        self_paced=row.self_paced,
     )
 
 

@@ -4,7 +4,7 @@ from datetime import datetime
 from typing import Any
 from uuid import UUID
 
-from sqlalchemy import JSON, ForeignKey, String, Text, UniqueConstraint
+from sqlalchemy import JSON, ForeignKey, String, Text, UniqueConstraint, false
 from sqlalchemy.orm import Mapped, mapped_column, relationship
 
 from kata.clinic.episodes.tables import EpisodeRow
@@ -73,5 +73,7 @@ class ProgrammeItemRow(Base):
 
     end_range: Mapped[dict[str, Any] | None] = mapped_column(JSON(none_as_null=True))
     """Prescribed end-range time (:class:`kata.clinic.sessions.schemas.EndRangePrescription`); None if none is prescribed."""
+    self_paced: Mapped[bool] = mapped_column(default=False, server_default=false())
+    """True if the patient's effort sets the pace."""
 
     recording: Mapped[RecordingRow] = relationship(lazy="joined", innerjoin=True)

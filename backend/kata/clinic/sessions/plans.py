@@ -72,6 +72,7 @@ def of_version(version: ProgrammeVersionRow) -> list[SessionItem]:
             load_level=item.load_level,
             method=item.method,
             end_range=item.end_range,
+            self_paced=item.self_paced,
         )
         for item in version.items
     ]

@@ -231,6 +231,7 @@ def complete(
     row.rate_hz = journal.rate_hz
     if journal.end:
         row.work_j, row.mean_effort_nm = journal.end.work_j, journal.end.mean_effort_nm
+        row.mean_pace_percent = journal.end.mean_pace_percent
     if row.end_feel:
         _complete_end_feel(session, row, journal)
     elif results := results or (calculate(playback) if playback else None):
@@ -385,6 +386,7 @@ def as_run(row: RunRow, recording_name: str | None = None, angles: PatientAngles
         self_paced=row.self_paced,
         work_j=row.work_j,
         mean_effort_nm=row.mean_effort_nm,
+        mean_pace_percent=row.mean_pace_percent,
         programme_position=row.programme_position,
         repetitions_done=row.repetitions_done,
         reversals=row.reversals,

@@ -252,6 +252,13 @@ class Run(PlaybackSettings):
         "arm did not move.",
         examples=[1.8],
     )
+    mean_pace_percent: float | None = Field(
+        None,
+        ge=0,
+        description="Mean pace, percent of the requested speed. Waiting for the patient counts as 0; pauses do not count. Null as for "
+        "`work_j`, if nothing was played, and for a run of a version that did not store it.",
+        examples=[79.0],
+    )
     programme_position: int | None = Field(
         ge=1, description="Position in the session's programme; null for a run that was not planned."
     )
@@ -457,6 +464,7 @@ class SessionItem(PlaybackSettings):
     load_level: ResistanceLevel
     method: Method
     end_range: EndRangePrescription | None = None
+    self_paced: bool = Field(False, description="True if it is prescribed that the patient's effort sets the pace.")
 
 
 class SessionProgramme(Schema):

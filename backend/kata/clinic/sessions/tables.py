@@ -194,6 +194,9 @@ class RunRow(Base):
     mean_effort_nm: Mapped[float | None]
     """Work and mean effort of the patient along the path. None for other runs, for an interrupted run, and the effort also if the arm did not
     move."""
+    mean_pace_percent: Mapped[float | None]
+    """Mean pace of a self-paced run (:attr:`kata.device.self_pacing.SelfPacing.mean_pace_percent`). None as for the work, if nothing was
+    played, and in rows from before migration 0035."""
     corrected_by: Mapped[UUID | None]
     """Run whose correction was used, if any. This is no foreign key, because SQLite could not drop it again."""
     samples: Mapped[int | None]

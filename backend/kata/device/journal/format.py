@@ -93,3 +93,5 @@ class JournalEnd(msgspec.Struct, frozen=True, kw_only=True):
     """Work of the patient along the path of a self-paced run; None: the run was not self-paced."""
     mean_effort_nm: float | None = None
     """Mean effort while the patient moved the arm; None: the patient did not move it, or the run was not self-paced."""
+    mean_pace_percent: float | None = None
+    """Mean pace of a self-paced run, percent of the recording's speed; None: nothing was played, or the run was not self-paced."""

@@ -14,7 +14,7 @@ import numpy as np
 from kata.simulator.drive import Drive
 from kata.simulator.independent.model import mjcf
 from kata.simulator.independent.parameters import IndependentParameters, independent_parameters, with_nominal_arm
-from kata.simulator.independent.patients import DUMMY, PATIENTS, PassiveShoulder, PatientName
+from kata.simulator.independent.patients import DUMMY, PATIENTS, PassiveShoulder, PatientName, SimulatedPatient
 from kata.simulator.mechanics import Hand
 from kata.simulator.motors import MOTORS, PositionControl, PositionGains
 from kata.simulator.parameters import (
@@ -90,14 +90,14 @@ class IndependentPlant:
         seed: int | None = None,
         *,
         turned: bool = False,
-        patient: PatientName = "healthy",
+        patient: PatientName | SimulatedPatient = "healthy",
         balancer_kg: float | None = None,
         dummy: bool = False,
     ) -> None:
         """Build the model. ``seed``: chooses another patient, other gears and drives. ``balancer_kg`` replaces the balancer of
         the parameters. ``dummy``: a weight in the form of the nominal arm is in the fixers instead of a patient's arm.
         """
-        person = DUMMY if dummy else PATIENTS[patient]
+        person = DUMMY if dummy else patient if isinstance(patient, SimulatedPatient) else PATIENTS[patient]
         values = independent_parameters(seed, person.arm_scale, balancer_kg)
         if dummy:
             values = with_nominal_arm(values)

@@ -3,6 +3,7 @@ import { QueryClient, QueryClientProvider } from "@tanstack/react-query";
 import { act, cleanup, fireEvent, render, screen, waitFor } from "@testing-library/react";
 import { afterEach, beforeEach, expect, it, vi } from "vitest";
 import { api, type Schemas, type Session } from "../../lib/api/client";
+import { forgetDrafts } from "../../lib/draft";
 import { type LiveState, store } from "../../lib/live/store";
 import { HOLD_MS } from "../../safety/useHold";
 import { EndFeelMeasurement } from "./EndFeelMeasurement";
@@ -54,6 +55,7 @@ beforeEach(() => {
 });
 afterEach(() => {
   cleanup();
+  forgetDrafts();
   vi.restoreAllMocks();
 });
 
@@ -64,43 +66,47 @@ it("offers the baseline first, and the test after it", async () => {
     motion({ recording_id: "c" }),
   ]);
   expect(await screen.findAllByTestId("end-feel-motion")).toHaveLength(2);
-  expect(screen.getByRole("button", { name: "Move to the start of the baseline" })).toBeTruthy();
+  expect(screen.getByRole("button", { name: "Hold to measure the baseline" })).toBeTruthy();
   expect(screen.getByRole("button", { name: "Move to the start of the test" })).toBeTruthy();
   expect(screen.getByText(/tried in simulation only/)).toBeTruthy();
 });
 
 it.each([
-  ["test", "base"],
-  ["baseline", null],
-] as const)("one hold loads a %s and moves to its start, and begins nothing", async (kind, baseline) => {
-  const seen = { stops: 3, seen_at: "when pressed" };
-  vi.spyOn(store, "seen").mockReturnValueOnce(seen).mockReturnValue({ stops: 4, seen_at: "later" });
-  const load = vi.spyOn(api, "loadEndFeel").mockResolvedValue({ id: "r" } as Schemas["Run"]);
-  const approach = vi.spyOn(api, "approach").mockResolvedValue({ accepted: true });
-  const play = vi.spyOn(api, "play").mockResolvedValue({ accepted: true });
-  show([motion({ baseline_run_id: baseline })]);
-  const name = `Move to the start of the ${kind}`;
-  await screen.findByRole("button", { name });
-  load.mockImplementation(async () => {
-    becomes("ready", { run_id: "r" });
-    return { id: "r" } as Schemas["Run"];
-  });
-  await hold(name);
-  await waitFor(() => expect(approach).toHaveBeenCalledTimes(1));
-  expect(approach).toHaveBeenCalledWith(seen);
-  expect(load).toHaveBeenCalledWith({
-    session_id: "s",
-    recording_id: "a",
-    kind,
-    torque_nm: 1.5,
-    load_level: 20,
-    speed_deg_s: 5,
-    hold_s: 30,
-    repetitions: 3,
-    largest_deg: null,
-  });
-  expect(play).not.toHaveBeenCalled();
-});
+  ["test", "base", "Move to the start of the test"],
+  ["baseline", null, "Hold to measure the baseline"],
+] as const)(
+  "one hold loads a %s and moves to its start, and begins nothing",
+  async (kind, baseline, name) => {
+    const seen = { stops: 3, seen_at: "when pressed" };
+    vi.spyOn(store, "seen").mockReturnValueOnce(seen).mockReturnValue({ stops: 4, seen_at: "later" });
+    const load = vi.spyOn(api, "loadEndFeel").mockResolvedValue({ id: "r" } as Schemas["Run"]);
+    const approach = vi.spyOn(api, "approach").mockResolvedValue({ accepted: true });
+    const play = vi.spyOn(api, "play").mockResolvedValue({ accepted: true });
+    show([motion({ baseline_run_id: baseline })]);
+    await screen.findByRole("button", { name });
+    load.mockImplementation(async () => {
+      // The user lets go while the service loads.
+      fireEvent.pointerUp(document.body);
+      becomes("ready", { run_id: "r" });
+      return { id: "r" } as Schemas["Run"];
+    });
+    await hold(name);
+    await waitFor(() => expect(approach).toHaveBeenCalledTimes(1));
+    expect(approach).toHaveBeenCalledWith(seen);
+    expect(load).toHaveBeenCalledWith({
+      session_id: "s",
+      recording_id: "a",
+      kind,
+      torque_nm: 1.5,
+      load_level: 20,
+      speed_deg_s: 5,
+      hold_s: 30,
+      repetitions: 3,
+      largest_deg: null,
+    });
+    expect(play).not.toHaveBeenCalled();
+  },
+);
 
 it("loads a stretch with its hold time, repetitions and largest angle", async () => {
   vi.spyOn(store, "seen").mockReturnValue({ stops: 3, seen_at: "when pressed" });
@@ -137,7 +143,7 @@ it("says for how long a stretch was held", async () => {
 
 it("names what is missing before a measurement", async () => {
   show([motion({})], null);
-  const button = await screen.findByRole("button", { name: "Move to the start of the baseline" });
+  const button = await screen.findByRole("button", { name: "Hold to measure the baseline" });
   expect((button as HTMLButtonElement).disabled).toBe(true);
   expect(screen.getByText("Choose a resistance level first.")).toBeTruthy();
   fireEvent.change(screen.getByLabelText("Chosen torque, Nm"), { target: { value: "" } });

@@ -3,6 +3,7 @@ import { Card, NumberInput, Stack, Text, Title } from "@mantine/core";
 import { useQuery, useQueryClient } from "@tanstack/react-query";
 import { useState } from "react";
 import { api, type Schemas, type Session } from "../../lib/api/client";
+import { useDraft } from "../../lib/draft";
 import { formatDeg } from "../../lib/format";
 import { t } from "../../lib/i18n";
 import { store } from "../../lib/live/store";
@@ -12,11 +13,16 @@ import { CommandButton } from "../station/CommandButton";
 import { PreflightChecklist, useChecklist } from "../station/session-wizard/PreflightChecklist";
 import { describeResult, describeStretch } from "./describeResult";
 import { isStretch, StretchSettings, stretchRequest, USUAL_STRETCH } from "./StretchSettings";
-import { untilMode } from "./untilMode";
+import { isHeldAtStart, untilMode } from "./untilMode";
 
 type Motion = Schemas["EndFeelMotion"];
-/** Later than this, the user moves the arm to the start: the service refuses a command 2 s after the state that its sender saw. */
+/**
+ * Later than this, a user who has released the button moves the arm to the start: the service refuses a command 2 s after the
+ * state that its sender saw.
+ */
 const LOADED_WITHIN_MS = 1_500;
+/** A user who still holds the button waits for a busy computer. */
+const HELD_WITHIN_MS = 30_000;
 
 type Kind = Schemas["EndFeelLoadRequest"]["kind"];
 
@@ -24,7 +30,7 @@ const TORQUE = { default: 1.5, min: 0.3, max: 4, step: 0.1 } as const;
 
 /** Measures the end-feel of up to three motions: first a baseline with a test weight, then the patient's arm. */
 export function EndFeelMeasurement({ session, level }: { session: Session; level: number | null }) {
-  const [torque, setTorque] = useState<number | string>(TORQUE.default);
+  const [torque, setTorque] = useDraft<number | string>(`end-feel ${session.id} torque`, TORQUE.default);
   const guide = useQuery({
     queryKey: ["session", session.id, "end-feel"],
     queryFn: () => api.endFeelGuide(session.id),
@@ -121,6 +127,7 @@ function MotionToMeasure({ motion, session, torque, speed, level }: ToMeasure) {
       ) : (
         <>
           <Text>{t("endFeel:weightIn")}</Text>
+          <Text>{t("endFeel:holdOn")}</Text>
           <MeasureButton kind="baseline" {...{ motion, session, torque, speed, level, can }} />
         </>
       )}
@@ -129,8 +136,8 @@ function MotionToMeasure({ motion, session, torque, speed, level }: ToMeasure) {
 }
 
 /**
- * Held for a second, it loads the way and moves to its start. The measurement begins when the user holds Play: nobody can see
- * from here whether a test weight or an arm is in the fixers.
+ * Held for a second, it loads the way and moves to its start. A test and a stretch begin when the user holds Play. A baseline,
+ * which moves a weight, begins if the user still holds the button at the start.
  */
 function MeasureButton({
   kind,
@@ -143,7 +150,7 @@ function MeasureButton({
   settings = stretchRequest(USUAL_STRETCH),
 }: ToMeasure & { kind: Kind; can: boolean; settings?: ReturnType<typeof stretchRequest> }) {
   const queries = useQueryClient();
-  const measure = async () => {
+  const measure = async (released: AbortSignal) => {
     if (level === null) return;
     const seen = store.seen();
     const run = await api.loadEndFeel({
@@ -156,8 +163,12 @@ function MeasureButton({
       ...settings,
     });
     void queries.invalidateQueries({ queryKey: ["session"] });
-    if (!(await untilMode(store, { mode: "ready", runId: run.id, within_ms: LOADED_WITHIN_MS }))) return;
-    await api.approach(seen);
+    const ready = { mode: "ready", runId: run.id } as const;
+    const soon = await untilMode(store, { ...ready, within_ms: LOADED_WITHIN_MS });
+    if (!soon && !(await untilMode(store, { ...ready, within_ms: HELD_WITHIN_MS, released }))) return;
+    // A user who still holds the button acts on the state that is shown now.
+    await api.approach(released.aborted ? seen : store.seen());
+    if (kind === "baseline" && (await isHeldAtStart(store, run.id, released))) await api.play(store.seen());
   };
   return (
     <CommandButton held command="load" disabled={!can} send={measure}>

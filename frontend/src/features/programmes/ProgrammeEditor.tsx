@@ -17,7 +17,7 @@ import { api, ProblemError, type Schemas } from "../../lib/api/client";
 import { forgetDrafts, useDraft } from "../../lib/draft";
 import { formatSpan } from "../../lib/format";
 import { t } from "../../lib/i18n";
-import { useMaxResistanceLevel, useRecordings } from "../../lib/patientQueries";
+import { useMaxResistanceLevel, useRecordings, useSelfPacedPermitted } from "../../lib/patientQueries";
 import { translateServerText } from "../../lib/serverText";
 import { ProblemNote } from "../../ui/ProblemNote";
 import { isWithin, Stepper, type Steps } from "../../ui/Stepper";
@@ -25,6 +25,7 @@ import { useUserName } from "../auth/hooks";
 import { StageWarning } from "../patients/StageWarning";
 import { arePlayable, PlaySettings } from "../station/PlaySettings";
 import { ResistanceLevel } from "../station/ResistanceLevel";
+import { SelfPacedChoice } from "../station/SelfPaced";
 import { describeTimer } from "./describeProgramme";
 import { added, type Draft, type DraftItem, itemsOf, type Wanted } from "./draft";
 import { EditableItems } from "./EditableItems";
@@ -128,6 +129,7 @@ function RecordingsEditor(props: {
       items: draft.items.map((item) => (item.key === key ? { ...item, ...given } : item)),
     });
   const highest = useMaxResistanceLevel(patientId, episode.id);
+  const mayPace = useSelfPacedPermitted(patientId, episode.id);
   const edited = draft.items.find((item) => item.key === editedKey);
   return (
     <>
@@ -144,6 +146,7 @@ function RecordingsEditor(props: {
         item={edited}
         side={episode.side}
         highest={highest}
+        mayPace={mayPace}
         warning={(item) => (
           <StageWarning
             patientId={patientId}
@@ -243,19 +246,28 @@ function ItemDialog(props: {
   /** The shoulder of the programme, which the dialog covers. */
   side: Treated["side"];
   highest: number | null;
+  /** True if the doctor permits that the patient sets the pace. */
+  mayPace: boolean;
   warning: (item: DraftItem) => ReactNode;
   /** The reason why an item cannot be played, or null. */
   problem: (item: DraftItem) => string | null;
   onChange: (key: string, given: Partial<DraftItem>) => void;
   onClose: () => void;
 }) {
-  const { item, side, highest, warning, problem, onChange, onClose } = props;
+  const { item, side, highest, mayPace, warning, problem, onChange, onClose } = props;
   return (
     <Modal opened={item !== undefined} onClose={onClose} title={item?.recording_name} size="xl">
       {item && (
         <Stack>
           <Text>{t(`programmes:programme.shoulder.${side}`)}</Text>
           <PlaySettings value={item} last={null} onChange={(given) => onChange(item.key, given)} />
+          <SelfPacedChoice
+            // A prescription stays removable after the permission was withdrawn.
+            permitted={mayPace || item.self_paced}
+            method={item.method}
+            value={item.self_paced}
+            onChange={(self_paced) => onChange(item.key, { self_paced })}
+          />
           <ResistanceLevel
             value={item.load_level}
             last={null}

@@ -16,6 +16,7 @@ const item = (position: number, name: string): ProgrammeItem => ({
   recording_archived: false,
   duration_s: 30,
   load_level: 8,
+  self_paced: false,
 });
 const FIRST = {
   id: "v1",
@@ -110,7 +111,7 @@ describe("a programme", { timeout: 30_000 }, () => {
     expect((await screen.findByTestId("whole")).textContent).toBeTruthy();
     press("Save as version 2");
     await waitFor(() => expect(saved).toHaveBeenCalled());
-    const asked = { ...AS_TAUGHT, load_level: 8, end_range: null };
+    const asked = { ...AS_TAUGHT, load_level: 8, end_range: null, self_paced: false };
     expect(saved.mock.calls).toEqual([
       [
         "p",

@@ -11,6 +11,7 @@ const item = (name: string, given: Partial<ProgrammeItem> = {}): ProgrammeItem =
   recording_archived: false,
   duration_s: 90,
   load_level: 8,
+  self_paced: false,
   ...given,
 });
 const version = (items: ProgrammeItem[], given: Partial<ProgrammeVersion> = {}): ProgrammeVersion => ({
@@ -71,6 +72,17 @@ describe("the changes between two versions", () => {
     expect(changes(five, two)).toEqual([`Lift: ${words(2)} instead of ${words(5)}`]);
     expect(changes(two, without)).toEqual(["Lift: end-range time removed"]);
     expect(changes(five, five)).toEqual(["Playback unchanged"]);
+  });
+
+  it("include the pace", () => {
+    const [own, patients] = [false, true].map((self_paced) => version([item("Lift", { self_paced })])) as [
+      ProgrammeVersion,
+      ProgrammeVersion,
+    ];
+    expect(describeItem(item("Lift", { self_paced: true }))).toBe(
+      "As taught, once; the patient sets the pace; resistance level 8 of 25",
+    );
+    expect(changes(own, patients)).toEqual(["Lift: pace of the patient instead of of the recording"]);
   });
 
   it("include order, timer and frequency", () => {

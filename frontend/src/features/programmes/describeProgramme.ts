@@ -20,11 +20,20 @@ type PlayedSettings = Omit<ItemSettings, "load_level" | "method"> &
 /** A prescribed end-range time of one motion. */
 export type EndRangePrescription = Required<Schemas["EndRangePrescription"]>;
 
-const NAMES: Setting[] = ["range_percent", "speed_percent", "repetitions", "pause_s", "load_level", "method"];
+const NAMES: Setting[] = [
+  "range_percent",
+  "speed_percent",
+  "repetitions",
+  "pause_s",
+  "load_level",
+  "method",
+  "self_paced",
+];
 
 /** Describe an item's settings. */
 export function describeItem(item: PlayedSettings): string {
-  const settings = describeSettings(item) ?? t("programmes:played.asTaught");
+  const played = describeSettings(item) ?? t("programmes:played.asTaught");
+  const settings = item.self_paced ? t("programmes:played.selfPaced", { settings: played }) : played;
   return item.load_level === null
     ? settings
     : t("programmes:played.atLevel", { settings, level: item.load_level, levels: RESISTANCE_LEVELS });
@@ -81,6 +90,8 @@ export function differences(
 function value(name: Setting, of: PlayedSettings): string {
   if (name === "method")
     return of.method === null ? t("programmes:played.unknown") : t(`programmes:methods.${of.method}`);
+  if (name === "self_paced")
+    return t(of.self_paced ? "programmes:played.pace.patient" : "programmes:played.pace.recording");
   const set = of[name];
   if (set === null) return t("programmes:played.unknown");
   if (name === "range_percent" || name === "speed_percent")

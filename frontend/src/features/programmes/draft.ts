@@ -35,14 +35,22 @@ export function draftOf(version: ProgrammeVersion): Draft {
 
 /**
  * Append a recording with the settings of the previous item, which fit the patient better than those of the
- * teaching. For the first item the user must choose the level. An end-range time belongs to one recording.
+ * teaching. For the first item the user must choose the level. End-range time and self-pace belong to one recording.
  */
 export function added(draft: Draft, recording: Recording, key: string, highest: number | null): Draft {
   const { speed_percent, repetitions, pause_s, range_percent, method, load_level } = draft.items.at(-1) ?? {
     ...AS_TAUGHT,
     load_level: firstResistanceLevel(null, highest),
   };
-  const settings = { speed_percent, repetitions, pause_s, range_percent, method, load_level };
+  const settings = {
+    speed_percent,
+    repetitions,
+    pause_s,
+    range_percent,
+    method,
+    load_level,
+    self_paced: false,
+  };
   const item = {
     ...settings,
     key,
@@ -61,23 +69,23 @@ export function moved(draft: Draft, place: number, by: 1 | -1): Draft {
   return { ...draft, items };
 }
 
-/** Return the items of the request. */
+/** Return the items of the request. Only the smooth method lets the patient set the pace. */
 export function itemsOf(items: DraftItem[]): Wanted["items"] {
-  return items.flatMap(
-    ({ recording_id, speed_percent, repetitions, pause_s, range_percent, method, load_level, end_range }) =>
-      load_level === null
-        ? []
-        : [
-            {
-              recording_id,
-              speed_percent,
-              repetitions,
-              pause_s,
-              range_percent,
-              method,
-              load_level,
-              end_range,
-            },
-          ],
+  return items.flatMap(({ load_level, ...item }) =>
+    load_level === null
+      ? []
+      : [
+          {
+            recording_id: item.recording_id,
+            speed_percent: item.speed_percent,
+            repetitions: item.repetitions,
+            pause_s: item.pause_s,
+            range_percent: item.range_percent,
+            method: item.method,
+            load_level,
+            end_range: item.end_range,
+            self_paced: item.self_paced && item.method === "smooth",
+          },
+        ],
   );
 }

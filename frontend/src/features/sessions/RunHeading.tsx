@@ -62,6 +62,8 @@ function describeCourse(run: Run): string {
         work: formatDeg(run.work_j, 1),
       }),
     );
+  if (typeof run.mean_pace_percent === "number")
+    words.push(t("sessions:session.meanPace", { percent: Math.round(run.mean_pace_percent) }));
   if (typeof run.compared_percent === "number")
     words.push(t("sessions:compared.share", { percent: Math.floor(run.compared_percent) }));
   return formatList(words);

@@ -13,7 +13,8 @@ import classes from "./station.module.css";
 
 type Props = ButtonProps & {
   command: CommandName;
-  send: () => Promise<unknown>;
+  /** `released` aborts when a held button is released. */
+  send: (released: AbortSignal) => Promise<unknown>;
   onDone?: () => void;
   /** True if the user must hold the button for one second instead of pressing it. */
   held?: boolean;
@@ -30,15 +31,15 @@ export function CommandButton({ command, send, onDone, held = false, children, d
   const refusal = useRefusal(command);
   const about = useId();
   const sending = useMutation({
-    mutationFn: async () => {
-      await send();
+    mutationFn: async (released: AbortSignal) => {
+      await send(released);
       await store.waitForFreshState();
     },
     ...(onDone && { onSuccess: onDone }),
   });
   const waits = sending.isPending;
   const possible = refusal === null && disabled !== true;
-  const { holding, handlers } = useHold(possible && !waits, String(command), () => sending.mutate());
+  const { holding, handlers } = useHold(possible && !waits, String(command), sending.mutate);
   if (!operates) return null;
   const hint = held
     ? holding === "again"
@@ -55,7 +56,7 @@ export function CommandButton({ command, send, onDone, held = false, children, d
         aria-describedby={about}
         {...(held
           ? { ...handlers, className: hold.held ?? "", "data-holding": holding }
-          : { onClick: () => sending.mutate() })}
+          : { onClick: () => sending.mutate(AbortSignal.abort()) })}
       >
         {children}
       </Button>

@@ -97,7 +97,8 @@ export function RecordingChooser({ session, wanted, level, onLevel }: ChooserPro
   const settingsOfLast = item ? null : lastSettings(last.data ?? [], recordingId);
   const shownSettings = settings[value ?? ""] ?? (item && settingsOf(item)) ?? settingsOfLast ?? AS_TAUGHT;
   const permitted = useSelfPacedPermitted(session.patient.id, session.episode_id);
-  const [selfPaced, setSelfPaced] = useState(false);
+  const [pacing, setPacing] = useState<Record<string, boolean>>({});
+  const selfPaced = pacing[value ?? ""] ?? item?.self_paced ?? false;
   const complete = useChecklist(session.id, recordingId).data?.complete;
   const isReady = value !== null && shownLevel !== null && arePlayable(shownSettings) && !last.isPending;
   const load = async () => {
@@ -110,8 +111,8 @@ export function RecordingChooser({ session, wanted, level, onLevel }: ChooserPro
       self_paced: permitted && selfPaced && shownSettings.method === "smooth",
       ...shownSettings,
     });
-    // Each playback begins with its own pace unless the therapist chooses otherwise.
-    setSelfPaced(false);
+    // Each playback has the prescribed pace unless the therapist chooses otherwise.
+    setPacing({});
     // After the load, the next item of the programme is preselected again.
     if (item) setChosen(null);
     if (item) onLevel(null);
@@ -138,8 +139,9 @@ export function RecordingChooser({ session, wanted, level, onLevel }: ChooserPro
       <SelfPacedChoice
         permitted={permitted}
         method={shownSettings.method}
+        prescribed={item?.self_paced}
         value={selfPaced}
-        onChange={setSelfPaced}
+        onChange={(given) => value && setPacing({ ...pacing, [value]: given })}
       />
       <ResistanceLevel value={shownLevel} last={levelOfLast} highest={highest} onChange={onLevel} />
       <StageWarning

@@ -7,7 +7,7 @@ afterEach(cleanup);
 
 const onChange = vi.fn();
 
-function choose(given: { permitted?: boolean; method?: "smooth" | "paper" | "learned"; value?: boolean }) {
+function choose(given: Partial<Parameters<typeof SelfPacedChoice>[0]>) {
   render(
     <MantineProvider env="test">
       <SelfPacedChoice permitted method="smooth" value={false} onChange={onChange} {...given} />
@@ -26,6 +26,12 @@ it("is off until the therapist chooses it", () => {
 it("is not offered without the doctor's permission", () => {
   choose({ permitted: false, value: true });
   expect(screen.queryByRole("checkbox")).toBeNull();
+});
+
+it("says why a prescribed choice is not offered", () => {
+  choose({ permitted: false, prescribed: true });
+  expect(screen.queryByRole("checkbox")).toBeNull();
+  expect(screen.getByRole("note").textContent).toContain("Without the doctor's permission");
 });
 
 it("is not offered for another method", () => {

@@ -4,14 +4,20 @@ import { formatDeg } from "../../lib/format";
 import { t } from "../../lib/i18n";
 import type { Settings } from "./playSettingsModel";
 
-/** The choice that the patient's effort sets the pace. It is shown only if the doctor permits it. */
+/**
+ * The choice that the patient's effort sets the pace. Without the doctor's permission it is not shown, and a note says so
+ * if a programme prescribes it.
+ */
 export function SelfPacedChoice(props: {
   permitted: boolean;
+  /** True if the programme prescribes it. */
+  prescribed?: boolean | undefined;
   method: Settings["method"];
   value: boolean;
   onChange: (value: boolean) => void;
 }) {
-  if (!props.permitted) return null;
+  if (!props.permitted)
+    return props.prescribed ? <Text role="note">{t("station:selfPaced.notPermitted")}</Text> : null;
   const smooth = props.method === "smooth";
   return (
     <Checkbox

@@ -6643,6 +6643,12 @@ export interface components {
             /** @description Null: no end-range time is prescribed. */
             end_range?: components["schemas"]["EndRangePrescription"] | null;
             /**
+             * Self Paced
+             * @description True: the patient's effort sets the pace, up to the speed of the item. Needs the doctor's permission in the episode and the method smooth.
+             * @default false
+             */
+            self_paced: boolean;
+            /**
              * Position
              * @description Position in the programme, from 1.
              * @example 1
@@ -8648,6 +8654,11 @@ export interface components {
             /** Method */
             method: ("paper" | "smooth" | "learned") | null;
             /**
+             * Self Paced
+             * @description True if the patient's effort set the pace.
+             */
+            self_paced: boolean;
+            /**
              * Least Range Percent
              * @description Smallest share of the range that was played after the range was reduced; null if it was not reduced.
              */
@@ -8661,7 +8672,7 @@ export interface components {
              * Changed
              * @description The settings that differ from the plan.
              */
-            changed: ("speed_percent" | "repetitions" | "pause_s" | "range_percent" | "load_level" | "method")[];
+            changed: ("speed_percent" | "repetitions" | "pause_s" | "range_percent" | "load_level" | "method" | "self_paced")[];
         };
         /**
          * PlaybackProgress
@@ -8941,6 +8952,12 @@ export interface components {
             /** @description Null: no end-range time is prescribed. */
             end_range?: components["schemas"]["EndRangePrescription"] | null;
             /**
+             * Self Paced
+             * @description True: the patient's effort sets the pace, up to the speed of the item. Needs the doctor's permission in the episode and the method smooth.
+             * @default false
+             */
+            self_paced: boolean;
+            /**
              * Position
              * @description Position in the programme, from 1.
              * @example 1
@@ -9015,6 +9032,12 @@ export interface components {
             method: "paper" | "smooth" | "learned";
             /** @description Null: no end-range time is prescribed. */
             end_range?: components["schemas"]["EndRangePrescription"] | null;
+            /**
+             * Self Paced
+             * @description True: the patient's effort sets the pace, up to the speed of the item. Needs the doctor's permission in the episode and the method smooth.
+             * @default false
+             */
+            self_paced: boolean;
         };
         /**
          * ProgrammePatient
@@ -10201,6 +10224,12 @@ export interface components {
              */
             mean_effort_nm?: number | null;
             /**
+             * Mean Pace Percent
+             * @description Mean pace, percent of the requested speed. Waiting for the patient counts as 0; pauses do not count. Null as for `work_j`, if nothing was played, and for a run of a version that did not store it.
+             * @example 79
+             */
+            mean_pace_percent?: number | null;
+            /**
              * Programme Position
              * @description Position in the session's programme; null for a run that was not planned.
              */
@@ -10781,6 +10810,12 @@ export interface components {
              */
             method: "paper" | "smooth" | "learned";
             end_range?: components["schemas"]["EndRangePrescription"] | null;
+            /**
+             * Self Paced
+             * @description True if it is prescribed that the patient's effort sets the pace.
+             * @default false
+             */
+            self_paced: boolean;
         };
         /**
          * SessionPatient

@@ -34,6 +34,7 @@ const READY: ReadyPatient = {
         range_percent: 100,
         load_level: 25,
         method: "smooth",
+        self_paced: false,
       },
     ],
   },
