@@ -1,6 +1,5 @@
 import { type CSSVariablesResolver, createTheme, localStorageColorSchemeManager } from "@mantine/core";
 import { t } from "../lib/i18n";
-import { reachByKeyboard } from "../ui/reachByKeyboard";
 
 // Red, yellow and cyan are alarm colours (IEC 60601-1-8). Apart from alarms, only Stop uses one.
 export const theme = createTheme({
@@ -33,7 +32,6 @@ export const theme = createTheme({
       defaultProps: { visibilityToggleButtonProps: { "aria-label": t("common:fields.showPassword") } },
     },
     Textarea: { defaultProps: { size: "md" } },
-    TableScrollContainer: { defaultProps: { scrollAreaProps: { viewportRef: reachByKeyboard } } },
   },
 });
 

@@ -8,6 +8,7 @@ import { t } from "../lib/i18n";
 import type { SavedRows } from "../lib/usePagedQuery";
 import { CsvButton } from "./CsvButton";
 import { ProblemNote } from "./ProblemNote";
+import { ScrolledTable } from "./ScrolledTable";
 import { SelectAll, type Selection, SelectRow, useSelection } from "./selection";
 import { type Column, type Sorting, shownTable, sortedRows, turned } from "./tableRows";
 import classes from "./ui.module.css";
@@ -65,7 +66,7 @@ export function DataTable<Row>(props: DataTableProps<Row>) {
           )}
         </Group>
       </Group>
-      <Table.ScrollContainer minWidth={Math.min(TABLET_PX, COLUMN_PX * shown.length)}>
+      <ScrolledTable minWidth={Math.min(TABLET_PX, COLUMN_PX * shown.length)}>
         <Table
           className={classes.rows ?? ""}
           verticalSpacing={dense ? 6 : "md"}
@@ -99,7 +100,7 @@ export function DataTable<Row>(props: DataTableProps<Row>) {
           </Table.Tbody>
           <Totals columns={shown} rows={rows} selectable={selectable} />
         </Table>
-      </Table.ScrollContainer>
+      </ScrolledTable>
     </Stack>
   );
 }

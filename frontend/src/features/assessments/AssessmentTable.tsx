@@ -5,6 +5,7 @@ import { type Assessment, api } from "../../lib/api/client";
 import { formatMoment } from "../../lib/format";
 import { t } from "../../lib/i18n";
 import { ProblemNote } from "../../ui/ProblemNote";
+import { ScrolledTable } from "../../ui/ScrolledTable";
 import { RequirePermission } from "../auth/RequirePermission";
 import { formatScore } from "./messages";
 
@@ -27,7 +28,7 @@ export function AssessmentTable(props: {
   return (
     <>
       <ProblemNote error={withdraw.error} />
-      <Table.ScrollContainer minWidth={640}>
+      <ScrolledTable minWidth={640}>
         <Table verticalSpacing="xs" aria-label={t("assessments:assessments.title")}>
           <Table.Thead>
             <Table.Tr>
@@ -78,7 +79,7 @@ export function AssessmentTable(props: {
             ))}
           </Table.Tbody>
         </Table>
-      </Table.ScrollContainer>
+      </ScrolledTable>
     </>
   );
 }

@@ -20,6 +20,7 @@ import { ASSESSMENT_FORM, useAssessments } from "../../lib/patientQueries";
 import { LoadMoreButton } from "../../ui/LoadMoreButton";
 import { ButtonLink } from "../../ui/links";
 import { ProblemNote } from "../../ui/ProblemNote";
+import { ScrolledTable } from "../../ui/ScrolledTable";
 import { useHasPermission } from "../auth/hooks";
 import { StartPatientMode } from "../patient-mode/StartPatientMode";
 import { ProgressChart } from "../progress/ProgressChart";
@@ -188,7 +189,7 @@ function Angles({ rows, affected }: { rows: ReturnType<typeof describeRom>; affe
   );
   if (rows.length === 0) return null;
   return (
-    <Table.ScrollContainer minWidth={320}>
+    <ScrolledTable minWidth={320}>
       <Table verticalSpacing={6} horizontalSpacing="xs" aria-label={t("patients:summary.rom")}>
         <Table.Thead>
           <Table.Tr>
@@ -220,6 +221,6 @@ function Angles({ rows, affected }: { rows: ReturnType<typeof describeRom>; affe
           ))}
         </Table.Tbody>
       </Table>
-    </Table.ScrollContainer>
+    </ScrolledTable>
   );
 }

@@ -6,6 +6,7 @@ import { formatList } from "../../lib/format";
 import { t } from "../../lib/i18n";
 import { LANGUAGE } from "../../lib/language";
 import { translateServerText } from "../../lib/serverText";
+import { ScrolledTable } from "../../ui/ScrolledTable";
 import { Responses } from "./Responses";
 import { changedMotors, GAINS, type Gains, outsideLimits, sameGains } from "./tuning";
 
@@ -80,7 +81,7 @@ function TuningTable(props: {
   const { motors, next, onChange } = props;
   const changed = changedMotors(motors);
   return (
-    <Table.ScrollContainer minWidth={760}>
+    <ScrolledTable minWidth={760}>
       <Table verticalSpacing={4} fz="sm" aria-label={t("commissioning:tuning.table")}>
         <Table.Thead>
           <Table.Tr>
@@ -123,7 +124,7 @@ function TuningTable(props: {
           ])}
         </Table.Tbody>
       </Table>
-    </Table.ScrollContainer>
+    </ScrolledTable>
   );
 }
 

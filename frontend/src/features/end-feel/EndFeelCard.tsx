@@ -7,6 +7,7 @@ import { t } from "../../lib/i18n";
 import { translateServerText } from "../../lib/serverText";
 import { Plot } from "../../ui/Plot";
 import { ProblemNote } from "../../ui/ProblemNote";
+import { ScrolledTable } from "../../ui/ScrolledTable";
 import { SimulatedBadge } from "../../ui/SimulatedBadge";
 import { describeStretch } from "./describeResult";
 
@@ -69,7 +70,7 @@ const COLUMNS = [
 
 function FiguresTable({ tests }: { tests: Test[] }) {
   return (
-    <Table.ScrollContainer minWidth={760}>
+    <ScrolledTable minWidth={760}>
       <Table withTableBorder verticalSpacing="xs" data-testid="end-feel-figures">
         <Table.Thead>
           <Table.Tr>
@@ -96,7 +97,7 @@ function FiguresTable({ tests }: { tests: Test[] }) {
           ))}
         </Table.Tbody>
       </Table>
-    </Table.ScrollContainer>
+    </ScrolledTable>
   );
 }
 

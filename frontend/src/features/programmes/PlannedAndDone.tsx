@@ -5,6 +5,7 @@ import { formatSpan } from "../../lib/format";
 import { t } from "../../lib/i18n";
 import { PageLink } from "../../ui/links";
 import { ProblemNote } from "../../ui/ProblemNote";
+import { ScrolledTable } from "../../ui/ScrolledTable";
 import { describeItem, describePrescription, differences, lower } from "./describeProgramme";
 import { describeEndRangeTime } from "./EndRangeAdherence";
 
@@ -48,7 +49,7 @@ export function PlannedAndDone({ sessionId }: { sessionId: string }) {
 
 function PlanTable({ items, ended }: { items: Schemas["ItemDone"][]; ended: boolean }) {
   return (
-    <Table.ScrollContainer minWidth={480}>
+    <ScrolledTable minWidth={480}>
       <Table withTableBorder verticalSpacing="sm" data-testid="planned">
         <Table.Thead>
           <Table.Tr>
@@ -80,7 +81,7 @@ function PlanTable({ items, ended }: { items: Schemas["ItemDone"][]; ended: bool
           ))}
         </Table.Tbody>
       </Table>
-    </Table.ScrollContainer>
+    </ScrolledTable>
   );
 }
 

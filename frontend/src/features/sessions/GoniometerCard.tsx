@@ -6,6 +6,7 @@ import { formatClock, formatDeg } from "../../lib/format";
 import { t } from "../../lib/i18n";
 import { useSetSessionCache } from "../../lib/useSetSessionCache";
 import { ProblemNote } from "../../ui/ProblemNote";
+import { ScrolledTable } from "../../ui/ScrolledTable";
 import { TitleWithHelp } from "../../ui/TitleWithHelp";
 import { undoStore } from "../../ui/undo";
 import { useHasPermission } from "../auth/hooks";
@@ -58,7 +59,7 @@ export function GoniometerCard({ session }: { session: Session }) {
 function Readings({ readings, onRemove }: { readings: Reading[]; onRemove?: (reading: Reading) => void }) {
   if (readings.length === 0) return <Text>{t("sessions:goniometer.none")}</Text>;
   return (
-    <Table.ScrollContainer minWidth={640}>
+    <ScrolledTable minWidth={640}>
       <Table withTableBorder verticalSpacing="xs" data-testid="goniometer-readings">
         <Table.Thead>
           <Table.Tr>
@@ -96,7 +97,7 @@ function Readings({ readings, onRemove }: { readings: Reading[]; onRemove?: (rea
           ))}
         </Table.Tbody>
       </Table>
-    </Table.ScrollContainer>
+    </ScrolledTable>
   );
 }
 

@@ -7,6 +7,7 @@ import { t } from "../../lib/i18n";
 import { usePagedQuery } from "../../lib/usePagedQuery";
 import { LoadMoreButton } from "../../ui/LoadMoreButton";
 import { ProblemNote } from "../../ui/ProblemNote";
+import { ScrolledTable } from "../../ui/ScrolledTable";
 import { compareSessions, treatDifferentShoulders } from "./compareSessions";
 import { Head, Row } from "./figureRows";
 import { describeShoulder } from "./SessionResult";
@@ -53,7 +54,7 @@ export function SessionComparison({ session }: { session: Session }) {
 function ComparisonTable({ other, here }: { other: Session; here: Session }) {
   const apart = treatDifferentShoulders(other, here);
   return (
-    <Table.ScrollContainer minWidth={640}>
+    <ScrolledTable minWidth={640}>
       {apart && <Text fw={600}>{t("sessions:comparison.otherShoulder")}</Text>}
       <Table withTableBorder verticalSpacing="xs" data-testid="beside">
         <Table.Caption>
@@ -84,7 +85,7 @@ function ComparisonTable({ other, here }: { other: Session; here: Session }) {
           </Table.Tbody>
         ))}
       </Table>
-    </Table.ScrollContainer>
+    </ScrolledTable>
   );
 }
 
