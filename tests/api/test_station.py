@@ -11,6 +11,7 @@ import pytest
 from fastapi.testclient import TestClient
 from starlette.websockets import WebSocketDisconnect
 
+from kata.motion.scapula_fit import coefficients
 from kata.motion.taught import Taught
 from kata.simulator.parameters import REST_DEG
 from kata.station import device_process
@@ -20,6 +21,7 @@ from tests.support.responses import problem
 from tests.support.service import running
 from tests.support.station_api import accepted, load, teach, until, until_mode
 from tests.support.station_commands import operate
+from tests.support.visits import eventually
 
 
 @pytest.fixture(scope="module")
@@ -492,3 +494,11 @@ def test_turned_apparatus_stays_turned_after_a_service_restart(tmp_path: Path) -
         # The arm rests slightly abducted. If only apparatus or drives were turned, the angle would have the other sign.
         assert live["axes"][2]["measured_deg"] == pytest.approx(REST_DEG[2], abs=3.0)
         assert REST_DEG[2] > 5.0
+
+
+def test_live_rhythm_is_prepared_before_an_arm_moves(tmp_path: Path) -> None:
+    """The first take once stopped the service's answers to the device for the time of a fit."""
+    coefficients.cache_clear()
+    with running(tmp_path) as client:
+        until_mode(client, "idle")
+        eventually(lambda: coefficients.cache_info().currsize)

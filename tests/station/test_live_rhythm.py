@@ -1,7 +1,9 @@
 """The rhythm of the present take or playback, from snapshots."""
 
+import subprocess
+import sys
 from collections.abc import Iterator
-from typing import Any
+from typing import Any, Final
 
 import numpy as np
 import pytest
@@ -12,6 +14,7 @@ from kata.motion.linkage import Floats, motor_angles_deg
 from kata.station.live_rhythm import LiveRhythm
 from kata.station.rhythm_schemas import RhythmLive
 from kata.station.snapshot_tracker import SnapshotTracker
+from tests.support.paths import ROOT
 from tests.support.rhythm_motions import RATE_HZ, abduction, evenly, wave
 from tests.support.silent_device import snapshot
 
@@ -48,6 +51,32 @@ def after(live: LiveRhythm, poses: Floats, side: Side = "right", **state: Any) -
     for each in snapshots(poses, side, **state):
         live.take(each, side)
     return live.live()
+
+
+_FIRST: Final = """
+import sys
+import numpy as np
+from kata.motion.linkage import motor_angles_deg
+from kata.motion.scapula_fit import coefficients
+from kata.station import live_rhythm
+from tests.support.rhythm_motions import abduction, wave
+
+elevation = wave(12.0, 95.0, 10.0)
+motors = motor_angles_deg(abduction(elevation, elevation / 5)[::10], "right")
+{prepare}
+before, misses = set(sys.modules), coefficients.cache_info().misses
+live_rhythm._rhythm(np.column_stack([np.arange(len(motors)) / 10, motors]), "right")
+print(sorted(set(sys.modules) - before), coefficients.cache_info().misses - misses)
+"""
+"""What the first take of a service imports and fits."""
+
+
+@pytest.mark.parametrize(("prepare", "found"), [("live_rhythm.prepare()", "[] 0"), ("", " 1")])
+def test_prepared_rhythm_imports_and_fits_nothing_while_an_arm_moves(prepare: str, found: str) -> None:
+    done = subprocess.run(
+        [sys.executable, "-c", _FIRST.format(prepare=prepare)], cwd=ROOT, capture_output=True, text=True, check=True
+    )
+    assert done.stdout.strip().endswith(found)
 
 
 def ratios(found: RhythmLive) -> dict[str, list[float | None]]:

@@ -61,6 +61,7 @@ from kata.plotting.figures import FigureWorker
 from kata.reporting import letterhead
 from kata.settings import Settings
 from kata.simulator.process import Adapter, SimulatorError, SimulatorProcess
+from kata.station import live_rhythm
 from kata.station.device_process import DeviceLaunch
 from kata.station.schemas import DatabaseStatus
 from kata.station.station import Station
@@ -175,11 +176,14 @@ async def set_up_services(settings: Settings, stack: AsyncExitStack) -> Services
 
 
 async def _warm_up(figures: FigureWorker, station: Station) -> None:
-    """Start the figure worker some time after the device process, so that it slows down neither the start nor the first pages."""
+    """Prepare the live rhythm, and start the figure worker some time after the device process, so that it slows down neither the start nor
+    the first pages.
+    """
     with station.subscribed() as subscription:
         while station.live().device != "running":
             await subscription.changed.wait()
             subscription.changed.clear()
+    await asyncio.to_thread(live_rhythm.prepare)
     await asyncio.sleep(_WARM_UP_AFTER_S)
     await asyncio.to_thread(figures.warm_up)
 

@@ -7,7 +7,7 @@ from typing import Final
 import numpy as np
 
 from kata.device.ipc_messages import Snapshot
-from kata.motion.axes import N_AXES, Side
+from kata.motion.axes import CANONICAL_SIDE, N_AXES, Side
 from kata.motion.rhythm import MotionRhythm, rhythm_of_poses
 from kata.motion.scapula_fit import scapula_of
 from kata.station.rhythm_schemas import CurveOf, RhythmLive, curve_of, rounded
@@ -16,6 +16,17 @@ _PERIOD_NS: Final = 1_000_000_000
 """Time between two calculations, because each takes up to 7 ms."""
 _MOST_ROWS: Final = 1200
 """Two minutes at 10 Hz. Older snapshots are dropped, so that the time of a calculation is bounded."""
+
+
+def prepare() -> None:
+    """Calculate a rhythm, so that the fit of the scapula and NumPy's modules are there when an arm moves.
+
+    The first calculation takes a tenth of a second of a fast processor. Meanwhile the service would not confirm to the device that it runs.
+    """
+    lifted = np.concatenate([np.linspace(0.0, 90.0, 100), np.linspace(90.0, 0.0, 100)])
+    poses = np.column_stack([lifted / 3, lifted / 6, lifted, lifted, np.zeros_like(lifted)])
+    scapula_of(np.zeros((1, 2)), CANONICAL_SIDE)
+    rhythm_of_poses(np.arange(len(lifted)) / 10, poses)
 
 
 class LiveRhythm:
