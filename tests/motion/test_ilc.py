@@ -254,6 +254,34 @@ def test_error_that_grows_falls_back_and_learns_less() -> None:
     assert third.angles_deg[100:200, 3] == pytest.approx(0.5 * 0.52 / 0.5 * first.angles_deg[100:200, 3], rel=0.02)
 
 
+def test_error_that_creeps_up_falls_back_to_the_best_repetition() -> None:
+    """Each repetition is only 6 % worse than the one before, which once went on without an end."""
+    best = again(None, behind(0.5))
+    correction, fell_back = best, []
+    for n in range(1, 4):
+        correction = again(correction, behind(0.5 * 1.06**n))
+        assert correction.learned_from is not None
+        fell_back.append(correction.learned_from.fell_back)
+    assert fell_back == [(), (), (1, 2, 3, 4, 5)]
+    assert not correction.angles_deg.any(), "the best repetition was played without a correction"
+    assert best.learned_from is not None
+    assert correction.learned_from is not None
+    assert correction.learned_from.error_deg == pytest.approx(best.learned_from.error_deg)
+
+
+def test_error_that_grew_with_the_same_correction_is_not_a_fault_of_learning() -> None:
+    """The arm has changed. Otherwise nothing would ever be learned for it again."""
+    grown = again(again(None, behind(0.5)), behind(0.8))
+    assert grown.learned_from is not None
+    assert grown.learned_from.fell_back == (1, 2, 3, 4, 5)
+    changed = again(grown, behind(0.8))
+    assert changed.learned_from is not None
+    assert changed.learned_from.fell_back == ()
+    assert changed.angles_deg[100:200].all()
+    assert changed.learned_from.gain == pytest.approx(np.full(5, 0.3))
+    assert changed.learned_from.error_deg == pytest.approx(np.full(5, 0.8), rel=0.05)
+
+
 def test_a_disturbed_repetition_is_not_taken_for_a_grown_error() -> None:
     first = again(None, behind(0.1))
     held = behind(5.0)

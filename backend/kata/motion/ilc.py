@@ -8,8 +8,10 @@ correction is not late by this lag. Q is a low-pass filter without phase shift. 
 for learning. The leak removes corrections that are no longer confirmed. Source: Bristow, Tharayil and Alleyne 2006, IEEE
 Control Systems 26(3), Eq. 9 and the section on plant inversion.
 
-The error must not grow from one repetition to the next. If the error of an axis grew, the drive differs from the identified
-model. The axis' correction then falls back to that of the better repetition, and its gain is halved (:class:`LearnedRepetition`).
+Learning must not make the error grow. If the error of an axis is clearly larger than in its best repetition, the drive differs from
+the identified model. The axis' correction then falls back to that of the best repetition, and its gain is halved
+(:class:`LearnedRepetition`). If the error is larger although the correction is that of the best repetition, the arm has changed, and this
+repetition counts as the best.
 
 The patient's own movement must not be learned. The correction therefore does not change at places where the arm was stopped,
 paused or moved back, where a motor was heavily loaded, or near a limit.
@@ -35,7 +37,7 @@ _CUTOFF_HZ: Final = 4.0
 _GAIN: Final = 0.6
 _LEAK: Final = 0.02
 _GROWN_ERROR_RATIO: Final = 1.1
-"""An error has grown if it exceeds this multiple of the previous error plus :data:`_NOISE_DEG`. Smaller changes come from muscle tone."""
+"""An error has grown if it exceeds this multiple of the smallest error plus :data:`_NOISE_DEG`. Smaller changes come from muscle tone."""
 _NOISE_DEG: Final = 0.02
 _LEAST_FREE_SHARE: Final = 0.3
 """Smallest undisturbed share of a repetition whose error can be compared with that of another."""
@@ -55,10 +57,10 @@ _LONGEST_GAP_S: Final = 0.1
 
 @dataclass(frozen=True)
 class LearnedRepetition:
-    """The repetition from which a correction was learned. For an axis that fell back, the values are those of the earlier, better one."""
+    """The repetitions that the next one is compared with: for each axis the one with the smallest error so far."""
 
     played_deg: Floats
-    """``(m, 5)``: the correction that the repetition was played with."""
+    """``(m, 5)``: the correction that this repetition was played with."""
     error_deg: Floats
     """``(5,)``: RMS error of the repetition; NaN for an axis with too little undisturbed time."""
     gain: Floats
@@ -136,13 +138,16 @@ def next_correction(
         free = np.minimum(alone, _distance(grid, grid[near[:, axis]]))
         if np.mean(free > 0.0) >= _LEAST_FREE_SHARE:
             error_rms[axis] = np.sqrt(np.mean(error[free > 0.0, axis] ** 2))
-        if earlier and error_rms[axis] > _GROWN_ERROR_RATIO * earlier.error_deg[axis] + _NOISE_DEG:
-            learned[:, axis] = played_with[:, axis] = earlier.played_deg[:, axis]
-            error_rms[axis] = earlier.error_deg[axis]
+        has_grown = False
+        if earlier and error_rms[axis] > earlier.error_deg[axis] and (previous != earlier.played_deg)[:, axis].any():
+            has_grown = bool(error_rms[axis] > _GROWN_ERROR_RATIO * earlier.error_deg[axis] + _NOISE_DEG)
+            played_with[:, axis], error_rms[axis] = earlier.played_deg[:, axis], earlier.error_deg[axis]
+        if has_grown:
+            learned[:, axis] = played_with[:, axis]
             gain[axis] /= 2
             fell_back.append(axis + 1)
-            continue
-        learned[:, axis] += np.clip(free / _FADE_IN_S, 0.0, 1.0) * (target[:, axis] - previous[:, axis])
+        else:
+            learned[:, axis] += np.clip(free / _FADE_IN_S, 0.0, 1.0) * (target[:, axis] - previous[:, axis])
     learned = np.clip(learned, -MAX_CORRECTION_DEG, MAX_CORRECTION_DEG)
     return Correction(STEP_S, learned, LearnedRepetition(played_with, error_rms, gain, tuple(fell_back)))
 
