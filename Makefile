@@ -44,9 +44,10 @@ seed: $(PACKAGES) ## sixty invented patients with two years of history for `make
 # are processors. Tests that move an arm in the test's own process or through a pseudo-terminal, and tests that measure, run apart from those
 # that keep both processors busy: the device stops when the service or the bytes come too late, as it must.
 MEASURED := tests/bench tests/evaluation/test_real_time.py tests/simulator/test_wire.py tests/simulator/test_modbus.py
-TIMED := tests/integration $(addprefix tests/api/test_,cli.py contraindications.py crash.py demo.py derived.py end_feel.py episodes.py \
-	guarded.py json_bombs.py lease.py offline_session.py operations.py outage.py restricted_live.py station.py stopping.py teaching_checklist.py visit.py \
-	watchdog.py)
+# The longest first: a worker that begins one at the end leaves the others idle.
+TIMED := $(addprefix tests/api/test_,station.py offline_session.py outage.py end_feel.py) tests/integration \
+	$(addprefix tests/api/test_,demo.py contraindications.py lease.py crash.py derived.py cli.py episodes.py guarded.py json_bombs.py \
+	operations.py restricted_live.py stopping.py teaching_checklist.py visit.py watchdog.py)
 # Counting the reached lines and branches takes more than twice the time, so only tests that are needed for it run with it.
 COUNTED := -m "counted and not campaign" tests/device
 OTHERS := -m "not counted and not campaign" $(addprefix --ignore=,tests/e2e $(MEASURED) $(TIMED))
