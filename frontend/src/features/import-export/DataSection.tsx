@@ -1,3 +1,4 @@
+import "./catalogue";
 import { Button, Group, Modal, Stack, Text, Title } from "@mantine/core";
 import { useDisclosure } from "@mantine/hooks";
 import { IconDownload, IconFileImport } from "@tabler/icons-react";

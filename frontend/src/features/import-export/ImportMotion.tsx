@@ -1,3 +1,4 @@
+import "./catalogue";
 import { Button, FileInput, Group, SegmentedControl, Stack, Text, TextInput } from "@mantine/core";
 import { IconFileImport } from "@tabler/icons-react";
 import { useMutation, useQueryClient } from "@tanstack/react-query";

@@ -1,3 +1,4 @@
+import "./catalogue";
 import { Button, FileInput, Group, List, Modal, SegmentedControl, Stack, Text } from "@mantine/core";
 import { useDisclosure } from "@mantine/hooks";
 import { IconFileImport } from "@tabler/icons-react";

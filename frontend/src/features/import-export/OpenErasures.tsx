@@ -1,3 +1,4 @@
+import "./catalogue";
 import { Alert, Group } from "@mantine/core";
 import { IconInfoCircle } from "@tabler/icons-react";
 import { useQuery } from "@tanstack/react-query";

@@ -1,3 +1,4 @@
+import "./catalogue";
 import { Alert, List } from "@mantine/core";
 import { IconInfoCircle } from "@tabler/icons-react";
 import { ProblemError } from "../../lib/api/client";

@@ -7,7 +7,6 @@ import common from "./common.json";
 import digitalTwin from "./digital-twin.json";
 import episodes from "./episodes.json";
 import fleet from "./fleet.json";
-import importExport from "./import-export.json";
 import notifications from "./notifications.json";
 import patientMode from "./patient-mode.json";
 import patients from "./patients.json";
@@ -30,7 +29,6 @@ export default {
   "digital-twin": digitalTwin,
   episodes,
   fleet,
-  "import-export": importExport,
   notifications,
   "patient-mode": patientMode,
   patients,
