@@ -269,7 +269,7 @@ def test_error_that_creeps_up_falls_back_to_the_best_repetition() -> None:
     assert correction.learned_from.error_deg == pytest.approx(best.learned_from.error_deg)
 
 
-def test_error_that_grew_with_the_same_correction_is_not_a_fault_of_learning() -> None:
+def test_larger_error_with_the_same_correction_is_the_new_best() -> None:
     """The arm has changed. Otherwise nothing would ever be learned for it again."""
     grown = again(again(None, behind(0.5)), behind(0.8))
     assert grown.learned_from is not None

@@ -122,6 +122,12 @@ def test_uncertainty_is_never_below_the_published_estimators(
     assert PatientAngleEstimator(readings).at(place, at).uncertainty_deg >= 1.96 * SHAPE_DEG
 
 
+def test_ten_degrees_are_two_poses_although_numbers_are_rounded() -> None:
+    low = 6.750603399534116
+    assert (low + 10.0) - low < 10.0
+    assert PatientAngleEstimator([PoseReading(x, x, 0.0) for x in (low, low + 10.0)]).at(low, 0.0).uncertainty_deg > 0.0
+
+
 @pytest.mark.parametrize("places", [[], [30.0], [30.0, 39.9]])
 def test_readings_at_one_pose_give_no_estimate(places: list[float]) -> None:
     with pytest.raises(ValueError, match="two poses"):

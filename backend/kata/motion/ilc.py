@@ -138,16 +138,14 @@ def next_correction(
         free = np.minimum(alone, _distance(grid, grid[near[:, axis]]))
         if np.mean(free > 0.0) >= _LEAST_FREE_SHARE:
             error_rms[axis] = np.sqrt(np.mean(error[free > 0.0, axis] ** 2))
-        has_grown = False
+        learned[:, axis] += np.clip(free / _FADE_IN_S, 0.0, 1.0) * (target[:, axis] - previous[:, axis])
         if earlier and error_rms[axis] > earlier.error_deg[axis] and (previous != earlier.played_deg)[:, axis].any():
-            has_grown = bool(error_rms[axis] > _GROWN_ERROR_RATIO * earlier.error_deg[axis] + _NOISE_DEG)
-            played_with[:, axis], error_rms[axis] = earlier.played_deg[:, axis], earlier.error_deg[axis]
-        if has_grown:
-            learned[:, axis] = played_with[:, axis]
-            gain[axis] /= 2
-            fell_back.append(axis + 1)
-        else:
-            learned[:, axis] += np.clip(free / _FADE_IN_S, 0.0, 1.0) * (target[:, axis] - previous[:, axis])
+            played_with[:, axis] = earlier.played_deg[:, axis]
+            if error_rms[axis] > _GROWN_ERROR_RATIO * earlier.error_deg[axis] + _NOISE_DEG:
+                learned[:, axis] = played_with[:, axis]
+                gain[axis] /= 2
+                fell_back.append(axis + 1)
+            error_rms[axis] = earlier.error_deg[axis]
     learned = np.clip(learned, -MAX_CORRECTION_DEG, MAX_CORRECTION_DEG)
     return Correction(STEP_S, learned, LearnedRepetition(played_with, error_rms, gain, tuple(fell_back)))
 

@@ -40,6 +40,8 @@ SLIP_DEG_PER_ROOT_MIN: Final = 1.0
 """Standard deviation of the slip after one minute. It grows with the square root of time, to 5.5 deg after half an hour."""
 APART_DEG: Final = 10.0
 """Minimum difference of the apparatus angles of two poses with readings. This value is our choice."""
+_ROUNDING_DEG: Final = 1e-9
+"""Angles that were added and subtracted differ from the exact ones by less than this."""
 _COVERS: Final = 1.96
 
 
@@ -87,7 +89,7 @@ class PatientAngleEstimator:
 
 def at_two_poses(apparatus_deg: Sequence[float]) -> bool:
     """Return True if the readings are at two or more poses: their apparatus angles differ by at least :data:`APART_DEG`."""
-    return len(apparatus_deg) >= 2 and max(apparatus_deg) - min(apparatus_deg) >= APART_DEG
+    return len(apparatus_deg) >= 2 and max(apparatus_deg) - min(apparatus_deg) >= APART_DEG - _ROUNDING_DEG
 
 
 def _covariance(x: Floats, t_min: Floats, other_x: Floats, other_t_min: Floats) -> Floats:
