@@ -177,13 +177,22 @@ _REPEATED: Final = {
     "viewer of another station", "technician of another station", "therapist of another station",
 }  # fmt: skip
 """Identities that are refused for the same reason at the same place as another one. The campaign asks as these too."""
-AS_EVERYBODY: Final = pytest.mark.parametrize(
-    "requester",
-    [
-        pytest.param(requester, marks=[pytest.mark.campaign] if requester.name in _REPEATED else [], id=requester.name)
-        for requester in REQUESTERS
-    ],
-)
+
+
+def _as_each(in_campaign: Collection[str]) -> pytest.MarkDecorator:
+    """Return the parameters of a test that every identity takes, those with these names in the campaign only."""
+    return pytest.mark.parametrize(
+        "requester",
+        [
+            pytest.param(
+                requester, marks=[pytest.mark.campaign] if requester.name in in_campaign else [], id=requester.name
+            )
+            for requester in REQUESTERS
+        ],
+    )
+
+
+AS_EVERYBODY: Final = _as_each(_REPEATED)
 _AT_EVERY_ROUTE: Final = {"without a cookie"}
 """The identity that requests every route. An ended login session is refused at the same place as a missing one."""
 _EVERY_ROUTE: Final = pytest.mark.parametrize(
@@ -525,18 +534,8 @@ def test_every_role_sees_only_permitted_station_data(service: TestClient, reques
         )
 
 
-@pytest.mark.parametrize(
-    "requester",
-    [
-        # Every identity gets the same files. A test run asks without a login and with all rights.
-        pytest.param(
-            requester,
-            marks=[] if requester.name in ("without a cookie", "administrator") else [pytest.mark.campaign],
-            id=requester.name,
-        )
-        for requester in REQUESTERS
-    ],
-)
+# Every identity gets the same files. A test run asks without a login and with all rights.
+@_as_each({requester.name for requester in REQUESTERS} - {"without a cookie", "administrator"})
 def test_static_addresses_are_public_and_contain_only_files(
     service: TestClient, records: dict[str, dict[str, UUID]], requester: Requester
 ) -> None:

@@ -8,6 +8,7 @@ import numpy as np
 
 from kata.device.ipc_messages import Snapshot
 from kata.motion.axes import CANONICAL_SIDE, N_AXES, Side
+from kata.motion.linkage import Floats, motor_angles_deg
 from kata.motion.rhythm import MotionRhythm, rhythm_of_poses
 from kata.motion.scapula_fit import scapula_of
 from kata.station.rhythm_schemas import CurveOf, RhythmLive, curve_of, rounded
@@ -24,9 +25,8 @@ def prepare() -> None:
     The first calculation takes a tenth of a second of a fast processor. Meanwhile the service would not confirm to the device that it runs.
     """
     lifted = np.concatenate([np.linspace(0.0, 90.0, 100), np.linspace(90.0, 0.0, 100)])
-    poses = np.column_stack([lifted / 3, lifted / 6, lifted, lifted, np.zeros_like(lifted)])
-    scapula_of(np.zeros((1, 2)), CANONICAL_SIDE)
-    rhythm_of_poses(np.arange(len(lifted)) / 10, poses)
+    poses = np.column_stack([np.zeros_like(lifted), lifted / 6, lifted, np.zeros((len(lifted), 2))])
+    _rhythm(np.column_stack([np.arange(len(lifted)) / 10, motor_angles_deg(poses)]), CANONICAL_SIDE)
 
 
 class LiveRhythm:
@@ -72,7 +72,7 @@ class LiveRhythm:
         self._start_deg = self._live = None
 
 
-def _rhythm(snapshots: Iterable[tuple[float, ...]], side: Side) -> MotionRhythm:
+def _rhythm(snapshots: Iterable[tuple[float, ...]] | Floats, side: Side) -> MotionRhythm:
     rows = np.array(list(snapshots))
     # The fit of the scapula differs from the linkage by less than 0.01 deg and needs no root finder.
     scapula = scapula_of(rows[:, 1:3], side)
