@@ -29,7 +29,9 @@ PAGE_SOURCES := $(shell find frontend/src frontend/public -type f 2>/dev/null) f
 .PHONY: help run seed test test-waiting test-calculated test-fast dev docs campaign check generate audit lock dist deb bundle clean
 .DELETE_ON_ERROR:
 # Page, browser and validators are fetched side by side; recipes run their lines in order as always.
+ifeq ($(MAKELEVEL),0)
 MAKEFLAGS += --jobs=3
+endif
 
 help: ## list the targets
 	@awk -F ':.*## ' '/^[a-z-]+:.*## / {printf "  make %-9s %s\n", $$1, $$2}' Makefile
