@@ -151,7 +151,7 @@ def _load(recording: str, level: int, limits: bool, method: str) -> Load:
         recording_id=recording,
         times_s=times.astype("<f8").tobytes(),
         angles_deg=angles.astype("<f8").tobytes(),
-        load_level=level,
+        resistance_level=level,
         limits_deg=_limits_of(recording, angles) if limits else (),
         method=method,  # type: ignore[arg-type]
     )

@@ -441,7 +441,7 @@ def test_run_is_reported_from_load_to_end(stepped: Stepped) -> None:
     bring(stepped, "ready")
     run = stepped.snapshot.run
     assert run is not None
-    assert (run.run_id, run.recording_id, run.load_level) == ("run", "recording", 25)
+    assert (run.run_id, run.recording_id, run.resistance_level) == ("run", "recording", 25)
     assert (run.position_s, run.duration_s, run.left_s) == (0.0, 2.0, 2.0)
     assert (run.at_start, run.reversing, run.reversals) == (False, False, 0)
 

@@ -51,7 +51,7 @@ DECLARED: Final[dict[str, str]] = {
     **dict.fromkeys(
         ("pain", "disability", "total", "spadi_score", "spadi_perhaps_important", "spadi_important", "spadi_detectable"), SCORE_100
     ),
-    **dict.fromkeys(("load_level", "max_load_level"), LEVEL),
+    **dict.fromkeys(("resistance_level", "max_resistance_level", "load_level", "max_load_level"), LEVEL),
     **dict.fromkeys(("taught_smoothness", "played_smoothness"), "spectral arc length, which has no unit"),
     **dict.fromkeys(("ratio", "ratio_deviation"), "degrees for each degree, which has no unit"),
     **dict.fromkeys(("p_gain", "i_gain", "d_gain", "p", "i", "d"), "in the drive's own units"),

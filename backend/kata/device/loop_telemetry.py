@@ -48,7 +48,7 @@ class LoopTelemetry:
     @property
     def _stops(self) -> int:
         machine = self._machine
-        counted = machine.stops_latched + machine.loads_and_reversals
+        counted = machine.stops_latched + machine.loaded_runs_and_reversals
         return self._first_stops + self._link.stop_requests + counted + self._pauses
 
     def _publish(self, state: CycleState) -> None:

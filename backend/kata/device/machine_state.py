@@ -111,7 +111,7 @@ class MachineState:
         """The reason why a drive cannot be configured; empty if no problem is known."""
         self.stops_latched = 0
         """Number of latched stops."""
-        self.loads_and_reversals = 0
+        self.loaded_runs_and_reversals = 0
         """Number of accepted loads, and of reversals by resistance. An earlier command to start is refused after each of them."""
         self.setpoint_deg: tuple[float, ...]
         """The setpoint of each axis. Without torque it equals the measured angles."""

@@ -200,7 +200,7 @@ class StateMachine(MachineState):
             return
         if self.mode == "playing" and not moves_back and not run.resists_way_back(axis, movement, state):
             run.reverse(axis, movement, state)
-            self.loads_and_reversals += 1
+            self.loaded_runs_and_reversals += 1
             at_s = movement.position_s
             self._emit("load_reversal", texts.RESISTANCE_MET(motor=axis + 1, at_s=at_s))
             return
@@ -293,7 +293,7 @@ class StateMachine(MachineState):
                     "run", command.run_id, command.recording_id, rate_hz(command.method, self._config.rate_hz)
                 )
                 self._run = Run(command, trajectory, self._open_journal(header), self._config, correction)
-                self.loads_and_reversals += 1
+                self.loaded_runs_and_reversals += 1
                 self._enter("ready")
             case Unload():
                 self._end_run(JournalEnd(reason="unloaded"))

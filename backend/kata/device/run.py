@@ -104,7 +104,7 @@ class Run:
         kind = TorqueStretch if asked and asked.hold_s else EndFeelTest
         self.end_feel = kind(asked, self.trajectory, self.config) if asked else None
         self.self_pacing = SelfPacing(self.trajectory, self.config) if self.load.self_paced else None
-        thresholds_nm = self.config.resistance_thresholds_nm(self.load.load_level)
+        thresholds_nm = self.config.resistance_thresholds_nm(self.load.resistance_level)
         self._monitor = ResistanceMonitor(thresholds_nm)
         slowest_deg_s = min(axis.max_speed_deg_s for axis in self.config.axes)
         self._yield_offset = YieldOffset(thresholds_nm, self.rate_hz, slowest_deg_s)
@@ -349,7 +349,7 @@ def run_state(run: Run, movement: Movement | None, *, at_start: bool, returning:
         duration_s=duration,
         left_s=left,
         at_start=at_start,
-        load_level=run.load.load_level,
+        resistance_level=run.load.resistance_level,
         reversals=len(run.resisted_at_s),
         reversing=run.resisting_axis is not None,
         range_percent=100.0 * run.range_override.share,

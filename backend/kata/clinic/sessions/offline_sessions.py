@@ -203,7 +203,7 @@ class OfflineSessions:
         contraindications.check(cached.banner.contraindications_of(recording.side))
         motion = runs.with_settings(recording.taught, request.settings)
         recording.allowed.check_self_paced(self_paced=request.self_paced)
-        limits = recording.allowed.check(motion, request.load_level, request.method)
+        limits = recording.allowed.check(motion, request.resistance_level, request.method)
         checked = self._checked(cached, clinic_session, recording, apparatus)
         checks.require_all(checked)
         corrected_by, learned = (
@@ -215,7 +215,7 @@ class OfflineSessions:
             recording_id=request.recording_id,
             programme_position=request.programme_position,
             started_at=utc_now(),
-            load_level=request.load_level,
+            resistance_level=request.resistance_level,
             settings=request.settings,
             method=request.method,
             corrected_by=corrected_by,

@@ -68,7 +68,7 @@ class RunRequest:
 
     session_id: UUID
     recording_id: UUID
-    load_level: int = RESISTANCE_LEVELS
+    resistance_level: int = RESISTANCE_LEVELS
     settings: edit.PlaybackSettings = edit.AS_TAUGHT
     method: Method = "smooth"
     programme_position: int | None = None
@@ -140,7 +140,7 @@ def new(id_: UUID, started_at: datetime, request: RunRequest) -> RunRow:
         stop_code=None,
         stop_message=None,
         rate_hz=None,
-        load_level=request.load_level,
+        resistance_level=request.resistance_level,
         **asdict(request.settings),
         method=request.method,
         self_paced=request.self_paced,
@@ -206,7 +206,7 @@ def ended_playback(session: DatabaseSession, journal: Journal, config: StationCo
         end_range=end_range.thresholds_of(plans.end_range_of(session, row)),
         learns=learns,
         correction=stored_corrections.correction(session, row.corrected_by) if learns else None,
-        resistance_share=(row.load_level or RESISTANCE_LEVELS) / RESISTANCE_LEVELS,
+        resistance_share=(row.resistance_level or RESISTANCE_LEVELS) / RESISTANCE_LEVELS,
     )
 
 
@@ -381,7 +381,7 @@ def as_run(row: RunRow, recording_name: str | None = None, angles: PatientAngles
         rate_hz=row.rate_hz,
         method=row.method,
         learning=[LearningNote.model_validate(note) for note in row.learning or ()],
-        load_level=row.load_level,
+        resistance_level=row.resistance_level,
         **asdict(settings_of(row)),
         self_paced=row.self_paced,
         work_j=row.work_j,

@@ -176,7 +176,7 @@ class RunRow(Base):
     stop_key: Mapped[dict[str, Any] | None] = mapped_column(JSON(none_as_null=True))
     """Code and parameters of the message; None in rows from before migration 0009."""
     rate_hz: Mapped[int | None]
-    load_level: Mapped[int | None]
+    resistance_level: Mapped[int | None] = mapped_column("load_level")
     """Resistance level; None for a run of a version without levels."""
     speed_percent: Mapped[float] = mapped_column(default=100.0)
     repetitions: Mapped[int] = mapped_column(default=1)
