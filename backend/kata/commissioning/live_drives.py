@@ -17,7 +17,7 @@ from kata.commissioning import texts
 from kata.commissioning.workbench import StepError, UnstableError, Workbench
 from kata.device import texts as device_texts
 from kata.device.bus.factory import make_bus
-from kata.device.bus.port import BusError
+from kata.device.bus.interface import BusError
 from kata.device.cycle_state import CycleState, CycleStateBuilder, LoopContext
 from kata.device.faults import FAULT_BY_CODE, evaluate_faults
 from kata.messages import text_of

@@ -31,7 +31,7 @@ from kata.commissioning.stops import check_stops
 from kata.commissioning.travel import find_range
 from kata.commissioning.workbench import StepError, Workbench
 from kata.commissioning.zero import find_zeros
-from kata.device.bus.port import BusError
+from kata.device.bus.interface import BusError
 from kata.device.config import Inputs, StationConfig, as_toml
 from kata.messages import Text, text_of
 

@@ -5,7 +5,7 @@ from typing import Final, Literal
 
 from msgspec import Struct, structs
 
-from kata.device.bus.port import BusSample, DriveSample, DriveStatus, InputSample
+from kata.device.bus.interface import BusSample, DriveSample, DriveStatus, InputSample
 from kata.device.config import Axis, StationConfig
 from kata.device.config_rules import OVERTORQUE_FACTOR
 from kata.device.ipc_messages import TorqueState

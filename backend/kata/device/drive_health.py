@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from typing import Final
 
 from kata.device import texts
-from kata.device.bus.port import DriveHealth
+from kata.device.bus.interface import DriveHealth
 from kata.device.ipc_messages import DriveWarning
 from kata.messages import Template, Text, key_of
 

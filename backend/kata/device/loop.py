@@ -16,7 +16,7 @@ from msgspec import structs
 
 from kata.device import texts
 from kata.device.bus.bandwidth import max_cycle_hz
-from kata.device.bus.port import Bus, BusError, BusSample, OtherAdapterError
+from kata.device.bus.interface import Bus, BusError, BusSample, OtherAdapterError
 from kata.device.config import StationConfig
 from kata.device.cycle_state import CycleState, CycleStateBuilder, LoopContext
 from kata.device.faults import MAX_OVERRUN_MS, evaluate_faults

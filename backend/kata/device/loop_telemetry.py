@@ -4,7 +4,7 @@ import math
 from typing import Final
 
 from kata.device import texts
-from kata.device.bus.port import Bus
+from kata.device.bus.interface import Bus
 from kata.device.config import StationConfig
 from kata.device.cycle_state import CycleState
 from kata.device.drive_health import HealthMonitor
