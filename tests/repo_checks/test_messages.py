@@ -30,6 +30,7 @@ RENAMED: Final = {
     "load_repeated": "RESISTANCE_REPEATED",
     "load_while_held": "RESISTANCE_WHILE_HELD",
     "not_playable_load_level": "NOT_PLAYABLE_RESISTANCE_LEVEL",
+    "way_leaves_limits": "PATH_LEAVES_LIMITS",
 }
 """Messages whose constant has another name than their code: the code is stored or published."""
 CONSTANTS: Final = {RENAMED.get(code, code.upper()): code for code in CATALOGUE}

@@ -44,8 +44,8 @@ from kata.device.refusals import (
     not_yet_cleared,
     other_side,
     outside_range,
+    path_leaves_limits,
     too_far_from_start,
-    way_leaves_limits,
 )
 from kata.device.run import Run, reduce
 from kata.device.teaching import Teaching
@@ -198,7 +198,7 @@ class StateMachine(MachineState):
         axis = run.detect_resistance(state, moves_back=moves_back)
         if axis is None:
             return
-        if self.mode == "playing" and not moves_back and not run.resists_way_back(axis, movement, state):
+        if self.mode == "playing" and not moves_back and not run.resists_moving_back(axis, movement, state):
             run.reverse(axis, movement, state)
             self.loaded_runs_and_reversals += 1
             at_s = movement.position_s
@@ -249,8 +249,8 @@ class StateMachine(MachineState):
         if name == "approach":
             assert self._run is not None
             refusal = outside_range(state, self._config)
-            check_way = too_far_from_start if self._run.zero_order_hold else way_leaves_limits
-            return refusal or check_way(state, self._run)
+            check_path = too_far_from_start if self._run.zero_order_hold else path_leaves_limits
+            return refusal or check_path(state, self._run)
         if name == "reduce_range":
             assert self._run is not None
             return not_reducible(self._run)

@@ -34,7 +34,7 @@ from kata.device.ipc_messages import (
 )
 from kata.device.range_override import MIN_SHARE
 from kata.device.resistance import RESISTANCE_AFTER_NS
-from kata.device.run_limits import WAY_TOLERANCE_DEG
+from kata.device.run_limits import PATH_TOLERANCE_DEG
 from kata.messages import Text, text_of
 from kata.motion import texts as motion_texts
 from kata.motion.axes import N_AXES
@@ -208,7 +208,7 @@ def _least_share(load: Load, config: StationConfig, trajectory: Trajectory) -> f
         margin_deg += config.pose_tolerance_deg
         if arm:
             margin_deg = min(margin_deg, nearest(reduced_deg, lambda a: doctors_set(a, load.side, arm)).margin_deg)
-        if margin_deg < -WAY_TOLERANCE_DEG:
+        if margin_deg < -PATH_TOLERANCE_DEG:
             return greater
     return MIN_SHARE
 

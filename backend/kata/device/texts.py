@@ -290,7 +290,7 @@ TURN_APPARATUS_OR_CHOOSE: Final = message(
 RANGE_IS_LEAST: Final = message("range_is_least", "The range cannot be less than {least_percent:.0f} %.")
 PAUSE_OR_STOP: Final = message("pause_or_stop", "Pause, or stop.")
 STILL_STOPPING: Final = message("still_stopping", "The arm is slowing down.")
-WAY_LEAVES_LIMITS: Final = message(
+PATH_LEAVES_LIMITS: Final = message(
     "way_leaves_limits",
     "The straight way to the start of the recording leads {outwards_deg:.1f}° beyond the limits of the arm's pose.",
 )
