@@ -15,9 +15,9 @@ from kata import __version__
 from kata.commissioning.acceptance import play_motions
 from kata.commissioning.axes import check_torque, find_axes
 from kata.commissioning.gains import tune_gains
+from kata.commissioning.identify_drives import identify_drives
 from kata.commissioning.ids import assign_ids
 from kata.commissioning.inputs import check_inputs
-from kata.commissioning.lags import find_lags
 from kata.commissioning.record import (
     CHECKED,
     CommissioningRecord,
@@ -56,7 +56,7 @@ _FUNCTIONS: Final[dict[str, Callable[[Workbench], None]]] = {
     "range": find_range,
     "stops": check_stops,
     "gains": tune_gains,
-    "lags": find_lags,
+    "lags": identify_drives,
     "acceptance": play_motions,
 }
 STEPS: Final = tuple(CommissioningStep(step.key, step.title, step.does, _FUNCTIONS[step.key]) for step in STEP_TEXTS)
