@@ -83,7 +83,7 @@ REVERTS: Final = (
         1,
         "a mismatch is no fault",
         "faults.py",
-        "return (n for n, reset in enumerate(state.reset) if reset)",
+        "return (n for n, lost in enumerate(state.settings_lost) if lost)",
         "return ()",
     ),
     _one(
@@ -91,7 +91,7 @@ REVERTS: Final = (
         "a stop is acknowledged before the drives are configured again",
         "modes.py",
         "return not_yet_cleared(self.stop, still_stopping=still_stopping) or not_verified(state, self.drive_problem)",
-        "return not_yet_cleared(self.stop, still_stopping=still_stopping) if not state.reset else None",
+        "return not_yet_cleared(self.stop, still_stopping=still_stopping) if not state.settings_lost else None",
     ),
     _one(2, "a Stop does nothing in ready", "modes.py", " or self._teaching or self._run):", " or self._teaching):"),
     _one(

@@ -105,7 +105,7 @@ def _torque_found(state: CycleState, config: StationConfig) -> Iterable[int]:
 
 
 def _drive_reset(state: CycleState, config: StationConfig) -> Iterable[int]:
-    return (n for n, reset in enumerate(state.reset) if reset)
+    return (n for n, lost in enumerate(state.settings_lost) if lost)
 
 
 def _contacts_disagree(state: CycleState, config: StationConfig) -> Iterable[None]:

@@ -256,7 +256,7 @@ class ControlLoop(LoopTelemetry):
 
     def _update_verified_since(self, state: CycleState) -> None:
         """Update the time since which the connection is unbroken and all settings are verified."""
-        if not state.bus_ok or any(state.reset):
+        if not state.bus_ok or any(state.settings_lost):
             self._verified_since_ns = None
         elif self._verified_since_ns is None and all(state.verified):
             self._verified_since_ns = state.t_ns
