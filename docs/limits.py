@@ -91,7 +91,7 @@ _SUBJECTS: Final[dict[str, tuple[tuple[str, str, str], ...]]] = {
         ("device/range_override.py", "REDUCTION_STEP", "One press of Reduce range removes this share of the range."),
         ("device/range_override.py", "MIN_SHARE", "Reduce range leaves at least this share."),
         (
-            "device/machine_state.py",
+            "device/state_machine_base.py",
             "UNLOAD_AFTER_MINUTES",
             "A loaded recording that has not been started is unloaded after this time without a command.",
         ),

@@ -254,7 +254,7 @@ class Sequences(RuleBasedStateMachine):
     def __init__(self) -> None:
         super().__init__()
         self._folder = tempfile.TemporaryDirectory()
-        self._wall = mock.patch("kata.device.machine_state.datetime", wraps=datetime)
+        self._wall = mock.patch("kata.device.state_machine_base.datetime", wraps=datetime)
         self._wall_shift_h = 0
         self._wall.start().now.side_effect = lambda tz: datetime.now(tz) + timedelta(hours=self._wall_shift_h)
         # The loop collects garbage when it opens a port, which here would walk through all objects of hypothesis.

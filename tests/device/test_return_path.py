@@ -12,7 +12,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from msgspec import structs
 
-from kata.device import machine_state
+from kata.device import state_machine_base
 from kata.device.approach_and_return import straight_return_path
 from kata.device.config import simulated
 from kata.device.ipc_messages import Approach, Load, Pause, Play, ReduceRange, Refusal, Return
@@ -165,7 +165,7 @@ def test_range_is_only_reduced_to_shares_within_the_limits(seed: int, place: flo
 def answer_straight(monkeypatch: pytest.MonkeyPatch, answers: Iterator[bool]) -> None:
     """Let the control program look for the straight path and find it, or not, by these answers."""
     monkeypatch.setattr(
-        machine_state,
+        state_machine_base,
         "straight_return_path",
         lambda run, here: straight_return_path(run, here) if next(answers) else None,
     )

@@ -11,7 +11,7 @@ from kata.device.drive_health import HealthMonitor
 from kata.device.ipc import ServiceLink
 from kata.device.ipc_messages import AxisState, EstopState, LoopState, Refusal, Snapshot, TorqueState
 from kata.device.latency_histogram import LatencyHistogram
-from kata.device.modes import StateMachine
+from kata.device.state_machine import StateMachine
 from kata.system.realtime import Granted
 
 SNAPSHOT_HZ: Final = 10

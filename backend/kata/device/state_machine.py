@@ -33,7 +33,6 @@ from kata.device.ipc_messages import (
     Unload,
 )
 from kata.device.journal import JournalEnd
-from kata.device.machine_state import UNLOAD_AFTER_MINUTES, MachineState
 from kata.device.movement import RAMP_S, Movement
 from kata.device.refusals import (
     angles_not_current,
@@ -48,6 +47,7 @@ from kata.device.refusals import (
     too_far_from_start,
 )
 from kata.device.run import Run, reduce
+from kata.device.state_machine_base import UNLOAD_AFTER_MINUTES, StateMachineBase
 from kata.device.teaching import Teaching
 from kata.messages import Text, with_key
 from kata.motion.ilc import Correction
@@ -77,7 +77,7 @@ _MAX_RAMP_NS: Final = int(2 * RAMP_S * 1e9)
 """Longest ramp of a category 1 stop. After this time torque is cut even if the arm still moves."""
 
 
-class StateMachine(MachineState):
+class StateMachine(StateMachineBase):
     """Modes, runs and teachings of one apparatus.
 
     After each :meth:`step`, ``torque_on`` and ``setpoint_deg`` are the commands for the drives.
@@ -224,7 +224,7 @@ class StateMachine(MachineState):
     _STEPS: Final[dict[Mode, Callable[["StateMachine", CycleState], None]]] = {
         "offline": _step_without_torque,
         "idle": _step_without_torque,
-        "ready": MachineState._step_ready,
+        "ready": StateMachineBase._step_ready,
         "teaching": _step_teaching,
         "approaching": _step_moving,
         "playing": _step_moving,

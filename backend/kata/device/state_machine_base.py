@@ -1,4 +1,4 @@
-"""Holds the state of the state machine: mode, torque, run and teaching of one apparatus. Emits the events about them."""
+"""Base of the state machine: its modes and transitions, its state (mode, torque, run, teaching), and the steps of approach and return."""
 
 import logging
 from collections.abc import Callable
@@ -85,8 +85,8 @@ class IllegalTransitionError(Exception):
     """A step tried a transition that is not in the table. This is a defect of the program."""
 
 
-class MachineState:
-    """Mode, torque, stop, run and teaching of one apparatus. :class:`kata.device.modes.StateMachine` changes them."""
+class StateMachineBase:
+    """Mode, torque, stop, run and teaching of one apparatus. :class:`kata.device.state_machine.StateMachine` changes them."""
 
     def __init__(
         self,
