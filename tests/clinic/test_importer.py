@@ -658,7 +658,7 @@ def test_run_ends_although_the_database_answers_later(clinic: Clinic, monkeypatc
         raise DatabaseUnavailableError(utc_now())
 
     with monkeypatch.context() as while_away:
-        while_away.setattr(runs, "give_up_unended", away)
+        while_away.setattr(runs, "mark_unended_interrupted", away)
         clinic.importer.run_ended(utc_now())
     clinic.importer.run_due()
 

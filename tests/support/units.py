@@ -49,7 +49,7 @@ DECLARED: Final[dict[str, str]] = {
     ),
     **dict.fromkeys(("pain_before", "pain_during", "pain_after", "pain_rest", "pain_active", "pain_passive", "pain_average", "spadi"), SCORE_10),
     **dict.fromkeys(
-        ("pain", "disability", "total", "spadi_score", "spadi_perhaps_important", "spadi_important", "spadi_detectable"), SCORE_100
+        ("pain", "disability", "total", "spadi_score", "spadi_mcid_lower", "spadi_mcid_upper", "spadi_mdc"), SCORE_100
     ),
     **dict.fromkeys(("resistance_level", "max_resistance_level", "load_level", "max_load_level"), LEVEL),
     **dict.fromkeys(("taught_smoothness", "played_smoothness"), "spectral arc length, which has no unit"),

@@ -112,7 +112,7 @@ def _begin(
 ) -> tuple[StartedRun, ipc_messages.EndFeel]:
     run_request = runs.RunRequest(request.session_id, request.recording_id, request.resistance_level)
     with stores.database.read() as session:
-        runs.to_begin(session, run_request, apparatus.station)
+        runs.prepare(session, run_request, apparatus.station)
         recording = recordings.get(session, request.recording_id)
         side = side_of(recording.side)
         contraindications.require_none(session, recording.patient_id, side)

@@ -448,7 +448,7 @@ def _begin_run(
     """
     request = _run_request(requested)
     with database.read() as session:
-        prepared = runs.to_begin(session, request, apparatus.station)
+        prepared = runs.prepare(session, request, apparatus.station)
         if requested.programme_position is not None:
             planned.check_timer(session, requested.session_id)
         learned = stored_corrections.correction(session, prepared.corrected_by)

@@ -42,7 +42,7 @@ class CommissioningStep:
 
     key: str
     title: Text
-    does: Text
+    description: Text
     run: Callable[[Workbench], None]
 
 
@@ -59,7 +59,9 @@ _FUNCTIONS: Final[dict[str, Callable[[Workbench], None]]] = {
     "lags": identify_drives,
     "acceptance": play_motions,
 }
-STEPS: Final = tuple(CommissioningStep(step.key, step.title, step.does, _FUNCTIONS[step.key]) for step in STEP_TEXTS)
+STEPS: Final = tuple(
+    CommissioningStep(step.key, step.title, step.description, _FUNCTIONS[step.key]) for step in STEP_TEXTS
+)
 """The steps in their order."""
 
 

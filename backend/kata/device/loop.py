@@ -281,7 +281,7 @@ class ControlLoop(LoopTelemetry):
             for axis in sample.corrupt | sample.timed_out:
                 self._drive_errors[axis] += 1
             if sample.health:
-                for warning in self._health.take(sample.health):
+                for warning in self._health.update(sample.health):
                     self._machine.emit("drive_warning", warning)
             return self._with_pedal(sample)
         except BusError as error:

@@ -281,8 +281,8 @@ class StateMachine(StateMachineBase):
         match command:
             case Teach():
                 header = self._header("teaching", command.teaching_id, None, self._config.rate_hz)
-                every = self._config.cycle_hz // self._config.rate_hz
-                self._teaching = Teaching(command.teaching_id, self._open_journal(header), every)
+                cycles_per_sample = self._config.cycle_hz // self._config.rate_hz
+                self._teaching = Teaching(command.teaching_id, self._open_journal(header), cycles_per_sample)
                 self._enter("teaching")
             case FinishTeaching():
                 self._end_teaching()

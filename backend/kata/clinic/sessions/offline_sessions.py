@@ -184,7 +184,7 @@ class OfflineSessions:
     def start_run(self, request: runs.RunRequest, apparatus: checks.ApparatusState) -> CheckedRun | None:
         """Check and start a run by the same rules as with the database. Return None if session or recording is unknown.
 
-        :raises ProblemError: as in :func:`kata.clinic.contraindications.service.check`, :func:`kata.clinic.sessions.runs.to_begin`,
+        :raises ProblemError: as in :func:`kata.clinic.contraindications.service.check`, :func:`kata.clinic.sessions.runs.prepare`,
             :func:`kata.clinic.programmes.planned.check_timer`,
             :meth:`DoctorLimits.check` and :func:`kata.clinic.sessions.checks.require`.
         """

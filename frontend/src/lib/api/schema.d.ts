@@ -4010,20 +4010,20 @@ export interface components {
             /** Spadi */
             spadi: components["schemas"]["SpadiItem"][];
             /**
-             * Spadi Perhaps Important
+             * Spadi Mcid Lower
              * @description Points. A smaller change is not important to patients.
              */
-            spadi_perhaps_important: number;
+            spadi_mcid_lower: number;
             /**
-             * Spadi Important
+             * Spadi Mcid Upper
              * @description Points. A change of at least this size is important to patients.
              */
-            spadi_important: number;
+            spadi_mcid_upper: number;
             /**
-             * Spadi Detectable
+             * Spadi Mdc
              * @description Points. A smaller change of one patient may be due to chance.
              */
-            spadi_detectable: number;
+            spadi_mdc: number;
         };
         /**
          * AssessmentUpdate
@@ -5029,10 +5029,10 @@ export interface components {
             title: string;
             /** @description Code and parameters of the English text; null: it has none. */
             title_key?: components["schemas"]["TextKey"] | null;
-            /** Does */
-            does: string;
+            /** Description */
+            description: string;
             /** @description Code and parameters of the English text; null: it has none. */
-            does_key?: components["schemas"]["TextKey"] | null;
+            description_key?: components["schemas"]["TextKey"] | null;
             /**
              * State
              * @enum {string}
