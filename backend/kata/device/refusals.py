@@ -147,8 +147,8 @@ def not_reducible(run: Run) -> Refusal | None:
 
 
 def angles_not_current(state: CycleState) -> Refusal | None:
-    """Refuse to switch torque on unless every drive has answered in this cycle and in every one since its newest status. A hand may have
-    led the arm on since an older answer, and a drive that did not answer may have lost its settings.
+    """Refuse to switch torque on unless every drive has answered in this cycle and in every one since its newest status. After
+    an older answer a hand may have moved the arm. A drive that did not answer may have lost its settings.
     """
     if all(state.unbroken):
         return None

@@ -213,7 +213,8 @@ def ended_playback(session: DatabaseSession, journal: Journal, config: StationCo
 def complete(
     session: DatabaseSession, journal: Journal, config: StationConfig, results: PlaybackResults | None = None
 ) -> RunRow | None:
-    """Complete a run from its journal. A run that is already complete is not changed; one that was given up too early is completed.
+    """Complete a run from its journal. A run that is already complete is not changed. A run that was marked as interrupted before its
+    journal arrived is completed.
 
     :param results: results of :func:`ended_playback` if they were calculated before; otherwise they are calculated here.
     :returns: the run, or None if it is unknown.
