@@ -51,7 +51,12 @@ export function DataTable<Row>(props: DataTableProps<Row>) {
   return (
     <Stack gap="xs">
       <Group justify="space-between">
-        <RowCount count={rows.length} more={more} canFetchAll={fetchAll !== undefined} selection={selection} />
+        <RowCount
+          count={rows.length}
+          more={more}
+          canFetchAll={fetchAll !== undefined}
+          selection={selection}
+        />
         <Group gap="xs">
           <ColumnChoice columns={columns} hidden={hidden} onChange={setHidden} />
           {fetchAll && more && selection.count === 0 ? (
