@@ -128,11 +128,11 @@ def _send_no_http(port: int) -> None:
             connection.recv(4096)
 
 
-@pytest.fixture(scope="module", params=[12, pytest.param(1, marks=pytest.mark.campaign)])
+@pytest.fixture(scope="module", params=[24, pytest.param(1, marks=pytest.mark.campaign)])
 def asked(
     request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFactory
 ) -> Iterator[tuple[_Canaries, dict[str, int]]]:
-    """Return a clinic after requests to every twelfth or every route, and the status codes of the answers by operation."""
+    """Return a clinic after requests to every twenty-fourth or every route, and the status codes of the answers by operation."""
     clinic = _Canaries(tmp_path_factory.mktemp("canaries"))
     try:
         codes = _ask(clinic, request.param)

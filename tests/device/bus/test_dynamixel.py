@@ -6,7 +6,7 @@ from typing import Any
 
 import msgspec
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 from kata.device.bus.dynamixel.cycle_block import AT
@@ -22,6 +22,7 @@ from kata.simulator.protocol import Instruction
 from kata.testing.conformance import Conformance
 from kata.testing.world import RecordingWorld
 from tests.support.drive_registers import Registers, expected_registers
+from tests.support.examples import examples
 
 _INSTRUCTION_AT = 7
 
@@ -440,7 +441,7 @@ _LOST_MS = 30.0
 """An answer as late as this belongs to no cycle."""
 
 
-@settings(max_examples=30)
+@examples(few=12, many=100)
 @given(
     segments=st.lists(
         st.tuples(

@@ -3,7 +3,7 @@
 from typing import Any
 
 import pytest
-from hypothesis import example, given, settings
+from hypothesis import example, given
 from hypothesis import strategies as st
 from msgspec import structs
 
@@ -12,6 +12,7 @@ from kata.device.bus.interface import BusSample
 from kata.device.config import ModbusMap, simulated
 from kata.simulator.adapter import AdapterLatency
 from kata.testing.world import RecordingWorld
+from tests.support.examples import examples
 
 _STEP_DEG = 1.0
 """The hand leads the shaft on by so much in each cycle."""
@@ -92,13 +93,13 @@ def late_answers() -> st.SearchStrategy[dict[str, Any]]:
     )
 
 
-@settings(max_examples=60)
 @given(late_answers())
 @example({"protocol": "dynamixel", "late_ms": 20.5, "adapter": True, "cycles_before": 5})
 @example({"protocol": "dynamixel", "late_ms": 29.0, "adapter": False, "cycles_before": 5})
 @example({"protocol": "dynamixel", "late_ms": 41.0, "adapter": True, "cycles_before": 5})
 @example({"protocol": "modbus", "late_ms": 11.0, "adapter": True, "cycles_before": 5})
 @example({"protocol": "modbus", "late_ms": 21.0, "adapter": False, "cycles_before": 5})
+@examples(few=20, many=200)
 def test_late_answer_is_never_taken_for_the_newest(late: dict[str, Any]) -> None:
     line = LateLine(**late)
     assert line.oldest_cycles() < 0.9
