@@ -23,7 +23,7 @@ from kata.cli.main import app
 from kata.device.config_page import configuration
 from kata.device.drive_health import TEMPERATURE_MARGIN_C, VOLTAGE_MARGIN_V, WARNING_KINDS
 from kata.device.faults import FAULTS
-from kata.device.machine_state import TRANSITIONS
+from kata.device.state_machine_base import TRANSITIONS
 from kata.settings import Settings
 from kata.simulator.independent.page_geometry import page_geometry
 
@@ -45,7 +45,7 @@ def state_machine() -> str:
     return f"""# Modes
 
 {_GENERATED}
-The source is `TRANSITIONS` in `backend/kata/device/machine_state.py`. There are no other transitions. A device process starts in `offline`.
+The source is `TRANSITIONS` in `backend/kata/device/state_machine_base.py`. There are no other transitions. A device process starts in `offline`.
 
 Torque is on in `approaching`, `playing`, `paused` and `returning`. Torque is also on in `stopped` while a category 1 stop ramps down or
 a category 2 stop holds the arm.

@@ -15,7 +15,7 @@ _SUBJECTS: Final[dict[str, tuple[tuple[str, str, str], ...]]] = {
     "The operator and the browser": (
         (
             "station/lease.py",
-            "PAUSE_AFTER_S",
+            "PAUSE_AFTER_ABSENCE_S",
             "A playback pauses after this absence of the operator's browser.",
         ),
         (
@@ -91,7 +91,7 @@ _SUBJECTS: Final[dict[str, tuple[tuple[str, str, str], ...]]] = {
         ("device/range_override.py", "REDUCTION_STEP", "One press of Reduce range removes this share of the range."),
         ("device/range_override.py", "MIN_SHARE", "Reduce range leaves at least this share."),
         (
-            "device/machine_state.py",
+            "device/state_machine_base.py",
             "UNLOAD_AFTER_MINUTES",
             "A loaded recording that has not been started is unloaded after this time without a command.",
         ),
@@ -153,7 +153,7 @@ _SUBJECTS: Final[dict[str, tuple[tuple[str, str, str], ...]]] = {
         ("interop/fhir_import.py", "MOST_PATIENTS", "Patients in one FHIR import."),
         ("backups/create.py", "KEEP_EVERY_BACKUP_DAYS", "Days for which every backup is kept."),
         ("backups/create.py", "KEEP_MONTHLY_BACKUP_MONTHS", "Months for which the first backup of each month is kept."),
-        ("settings.py", "Settings.backup_time", "Time of the nightly backup."),
+        ("settings.py", "Settings.backup_time", "Time of the daily backup."),
     ),
 }
 """File, constant (or class and field), and what the value limits."""

@@ -31,7 +31,7 @@ class Actor:
 
 
 CURRENT_ACTOR: Final[ContextVar[Actor | None]] = ContextVar("current_actor", default=None)
-"""The user of the current request; None if the program itself acts (importer, nightly backup)."""
+"""The user of the current request; None if the program itself acts (importer, daily backup)."""
 
 
 @dataclass(slots=True)

@@ -13,7 +13,7 @@ from fastapi.testclient import TestClient
 
 from kata.auth.login_session import COOKIE
 from kata.backups.router import Backups
-from kata.backups.schedule import is_due, next_at, night_lock
+from kata.backups.schedule import daily_backup_lock, is_due, next_at
 from kata.database.engine import Database
 from kata.database.upgrade import upgrade
 from kata.errors import ProblemError
@@ -119,10 +119,10 @@ def test_one_of_several_services_makes_the_nightly_backup(tmp_path: Path, servic
 
     asyncio.run(night())
     assert len(list(tmp_path.glob("*/backups/*"))) == 1
-    # The lock is released: another service may make the next nightly backup.
-    lock = night_lock(databases[1])
+    # The lock is released: another service may make the next daily backup.
+    lock = daily_backup_lock(databases[1])
     assert lock is not None
-    assert night_lock(databases[2]) is None
+    assert daily_backup_lock(databases[2]) is None
     lock.close()
     for database in databases:
         database.close()

@@ -26,7 +26,7 @@ from kata.device.config import StationConfig, simulated
 from kata.device.ipc_messages import Refusal
 from kata.simulator.process import SimulatorProcess
 from kata.station.guard import COMMAND_VALID_S, Guard
-from kata.station.lease import PAUSE_AFTER_S, Browser
+from kata.station.lease import PAUSE_AFTER_ABSENCE_S, Browser
 from tests.support.open_page import open_page
 from tests.support.service import running
 from tests.support.station_api import until
@@ -397,26 +397,26 @@ def test_gains_are_tuned_again_on_a_commissioned_station(tmp_path: Path) -> None
 def test_a_lost_browser_stops_moving_motors(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """The page of the browser listens, and is closed while motors have torque. Manual steps wait for the browser."""
     # Shorter than the waits below. Otherwise an instruction is shown for 30 s.
-    monkeypatch.setattr(commissioning_run, "STOP_AND_RELEASE_AFTER_S", 1.5 * PAUSE_AFTER_S)
+    monkeypatch.setattr(commissioning_run, "STOP_AND_RELEASE_AFTER_S", 1.5 * PAUSE_AFTER_ABSENCE_S)
     with running(tmp_path, "technician") as client:
         until(client, lambda live: live["mode"] == "idle")
         run = client.app.state.services.commissioning_run  # type: ignore[attr-defined]
         start(client, "full")
         do(client, "registers")
-        time.sleep(2 * PAUSE_AFTER_S)
+        time.sleep(2 * PAUSE_AFTER_ABSENCE_S)
         assert run.running, "no motor has torque in this step"
         with open_page(client):
             do(client, "axes")
             while (instruction := run.progress.instruction) is None or not instruction["press"]:
                 time.sleep(0.02)
-            time.sleep(2 * PAUSE_AFTER_S)
+            time.sleep(2 * PAUSE_AFTER_ABSENCE_S)
             assert run.running, "the page shows the live state"
             confirm(client, instruction["number"])
         began = time.monotonic()
         while run.running and time.monotonic() < began + _LIMIT_S:
             time.sleep(0.02)
         assert run.progress.ended[-1]["fault"] == device_texts.BROWSER_LOST(), run.progress.ended[-1]
-        assert time.monotonic() - began > PAUSE_AFTER_S
+        assert time.monotonic() - began > PAUSE_AFTER_ABSENCE_S
         until(client, lambda live: live["mode"] == "idle")
         with client.app.state.services.database.read() as session:  # type: ignore[attr-defined]
             assert "stop_without_browser" in session.scalars(select(AuditRow.action)).all()

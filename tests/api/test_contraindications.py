@@ -42,7 +42,7 @@ def wanted(client: TestClient, patient: dict[str, Any]) -> dict[str, Any]:
     recording = taught(client, patient, lifted())
     visit = client.post("/api/sessions", json={"patient_id": patient["id"]}).json()
     go_through_checklist(client, visit["id"], recording["id"])
-    return {"session_id": visit["id"], "recording_id": recording["id"], "load_level": 12}
+    return {"session_id": visit["id"], "recording_id": recording["id"], "resistance_level": 12}
 
 
 def test_a_fracture_blocks_teaching_and_playback_until_resolved(
@@ -137,7 +137,7 @@ def test_the_banner_says_who_it_is_and_its_limits(client: TestClient, patient: d
     assert banner["age_years"] >= 58
     (shoulder,) = banner["shoulders"]
     assert (shoulder["side"], shoulder["stage"], shoulder["contraindications"]) == ("right", "freezing", "No traction.")
-    assert shoulder["proposal"]["load_level"] == stages.PROPOSALS["freezing"].load_level
+    assert shoulder["proposal"]["resistance_level"] == stages.PROPOSALS["freezing"].resistance_level
     # What stops motion comes first.
     assert [contraindication["code"] for contraindication in banner["contraindications"]] == [
         "infection",
@@ -152,7 +152,7 @@ def test_a_load_beyond_the_stages_proposal_is_audited(
     given = {"stage": "freezing", "since": "2026-08-01"}
     assert client.post(f"/api/episodes/{episode['id']}/stages", json=given).status_code == 201
     run = accepted(client, "load", wanted | {"speed_percent": 50, "range_percent": 80})
-    assert run["load_level"] == 12
+    assert run["resistance_level"] == 12
     accepted(client, "unload")
     details = [row["detail"] for row in audit_log(client, action="load", patient_id=patient["id"])]
     assert [detail["beyond_stage"] for detail in details if "beyond_stage" in detail] == ["load_level"]
@@ -168,12 +168,16 @@ def test_age_is_in_completed_years(today: date, age: int) -> None:
 
 def test_proposals_grow_and_are_exceeded_only_above() -> None:
     gentle, middle, strong = (stages.PROPOSALS[stage] for stage in ("freezing", "frozen", "thawing"))
-    for name in ("load_level", "speed_percent", "range_percent", "repetitions"):
+    for name in ("resistance_level", "speed_percent", "range_percent", "repetitions"):
         assert getattr(gentle, name) <= getattr(middle, name) <= getattr(strong, name)
     settings = PlaybackSettings(gentle.speed_percent, gentle.repetitions, 0.0, gentle.range_percent)
-    assert stages.exceeded("freezing", gentle.load_level, settings) == []
+    assert stages.exceeded("freezing", gentle.resistance_level, settings) == []
     faster = PlaybackSettings(gentle.speed_percent + 1, gentle.repetitions + 1, 0.0, gentle.range_percent)
-    assert stages.exceeded("freezing", gentle.load_level + 1, faster) == ["load_level", "speed_percent", "repetitions"]
+    assert stages.exceeded("freezing", gentle.resistance_level + 1, faster) == [
+        "resistance_level",
+        "speed_percent",
+        "repetitions",
+    ]
     assert stages.exceeded(None, 25, faster) == []
 
 

@@ -102,7 +102,7 @@ def play(served: Served, session_id: str, **what: Any) -> str:
     for check in BY_HAND:
         given = confirmation(check, what["recording_id"])
         served.call("PUT", f"sessions/{session_id}/checklist/{check}", given)
-    run_id: str = served.call("POST", "station/load", {"session_id": session_id, "load_level": 25, **what})["id"]
+    run_id: str = served.call("POST", "station/load", {"session_id": session_id, "resistance_level": 25, **what})["id"]
     served.operate("approach")
     served.until(lambda: served.live()["mode"] == "paused")
     served.operate("play")
@@ -133,7 +133,7 @@ def test_measured_samples_survive_a_killed_service(tmp_path: Path) -> None:
 def test_service_killed_during_an_outage_recovers_its_session(server: postgresql.Server, tmp_path: Path) -> None:
     first = Served(tmp_path, server.url)
     patient_id, recording_id = prepare(first)
-    items = {"name": "Morning", "items": [{"load_level": 25, "recording_id": recording_id}]}
+    items = {"name": "Morning", "items": [{"resistance_level": 25, "recording_id": recording_id}]}
     version_id = first.call("POST", f"patients/{patient_id}/programmes", items)["current"]["id"]
     first.until(lambda: "kata_ready_patients 1.0" in first.metrics())
     with server.killed():

@@ -18,7 +18,13 @@ pytestmark = pytest.mark.full_rate
 
 
 def asked(session_id: str, recording_id: str, kind: str, **more: Any) -> dict[str, Any]:
-    given = {"session_id": session_id, "recording_id": recording_id, "kind": kind, "torque_nm": 1.5, "load_level": 25}
+    given = {
+        "session_id": session_id,
+        "recording_id": recording_id,
+        "kind": kind,
+        "torque_nm": 1.5,
+        "resistance_level": 25,
+    }
     return given | {"speed_deg_s": 10.0} | more
 
 
@@ -49,7 +55,7 @@ def test_baseline_and_test_give_a_curve(client: TestClient, patient: dict[str, A
     baseline = measured(client, asked(session["id"], recording["id"], "baseline"))["result"]
     assert (baseline["kind"], baseline["unmeasured"], baseline["outcome"]) == ("baseline", None, "completed")
 
-    over = asked(session["id"], recording["id"], "test", load_level=8)
+    over = asked(session["id"], recording["id"], "test", resistance_level=8)
     assert "level allows" in problem(operate(client, "load-end-feel", over), 409, "unplayable")["detail"]
 
     found = measured(client, asked(session["id"], recording["id"], "test"))

@@ -28,7 +28,7 @@ def test_an_episode_is_changed_closed_and_reopened(client: TestClient, episode: 
     assert (episode["side"], episode["stages"], episode["closed_at"]) == ("right", [], None)
     given: dict[str, Any] = {
         "diagnosis": "Adhesive capsulitis", "onset_on": "2026-05-01", "contraindications": "No traction.",
-        "limits": [{"motion": 4, "lowest_deg": None, "highest_deg": 90.0}], "max_load_level": 12, "limits_by": "Dr. Mori",
+        "limits": [{"motion": 4, "lowest_deg": None, "highest_deg": 90.0}], "max_resistance_level": 12, "limits_by": "Dr. Mori",
         "max_speed_deg_s": 20.5, "diagnosis_code": "M75.0", "verification": "provisional", "updated_at": episode["updated_at"],
     }  # fmt: skip
     changed = client.patch(url, json=given)
@@ -146,7 +146,7 @@ def test_limits_name_their_doctor_and_each_motion_once(client: TestClient, episo
     url = f"/api/episodes/{episode['id']}"
     limit = {"motion": 5, "highest_deg": 120.0}
     problem(client.patch(url, json={"limits": [limit]}), 422, "limits_by_nobody")
-    problem(client.patch(url, json={"max_load_level": 5}), 422, "limits_by_nobody")
+    problem(client.patch(url, json={"max_resistance_level": 5}), 422, "limits_by_nobody")
     problem(client.patch(url, json={"max_speed_deg_s": 20.0}), 422, "limits_by_nobody")
     problem(client.patch(url, json={"limits": [limit, limit], "limits_by": "Dr. Mori"}), 422, "invalid")
     assert client.get(url).json()["limits"] == []
@@ -182,14 +182,14 @@ def test_a_recording_beyond_the_doctors_limit_is_not_loaded(
     recording = taught(client, patient, lifted(90.0))
     visit = client.post("/api/sessions", json={"patient_id": patient["id"]}).json()
     limits = [{"motion": 4, "lowest_deg": 0.0, "highest_deg": 60.0}]
-    given = {"limits": limits, "max_load_level": 12, "limits_by": "Dr. Mori"}
+    given = {"limits": limits, "max_resistance_level": 12, "limits_by": "Dr. Mori"}
     assert client.patch(f"/api/episodes/{episode['id']}", json=given).status_code == 200
     until_mode(client, "idle")
-    wanted = {"session_id": visit["id"], "recording_id": recording["id"], "load_level": 12}
+    wanted = {"session_id": visit["id"], "recording_id": recording["id"], "resistance_level": 12}
 
     refusal = problem(client.post("/api/station/load", json=wanted), 422, "beyond_doctors_limit")
     assert "Dr. Mori allows no more than 60°" in refusal["detail"]
-    problem(client.post("/api/station/load", json=wanted | {"load_level": 13}), 422, "level_not_allowed")
+    problem(client.post("/api/station/load", json=wanted | {"resistance_level": 13}), 422, "level_not_allowed")
     assert client.get(f"/api/sessions/{visit['id']}").json()["runs"] == []
 
     go_through_checklist(client, visit["id"], recording["id"])
@@ -207,7 +207,7 @@ def test_the_device_is_given_the_doctors_speed_limit(
     given = {"max_speed_deg_s": 1.0, "limits_by": "Dr. Mori"}
     assert client.patch(f"/api/episodes/{episode['id']}", json=given).status_code == 200
     until_mode(client, "idle")
-    wanted = {"session_id": visit["id"], "recording_id": recording["id"], "load_level": 12}
+    wanted = {"session_id": visit["id"], "recording_id": recording["id"], "resistance_level": 12}
     refusal = problem(client.post("/api/station/load", json=wanted), 422, "too_fast_for_doctor")
     assert "Dr. Mori allows no more than 1°/s" in refusal["detail"]
 
@@ -231,5 +231,5 @@ def test_the_device_is_given_the_doctors_speed_limit(
 def test_nothing_is_loaded_for_a_shoulder_that_is_not_treated(client: TestClient, patient: dict[str, Any]) -> None:
     recording = taught(client, patient, lifted(), side="left")
     visit = client.post("/api/sessions", json={"patient_id": patient["id"]}).json()
-    wanted = {"session_id": visit["id"], "load_level": 25, "recording_id": recording["id"]}
+    wanted = {"session_id": visit["id"], "resistance_level": 25, "recording_id": recording["id"]}
     problem(client.post("/api/station/load", json=wanted), 409, "no_open_episode")

@@ -161,9 +161,9 @@ def test_load_during_playback_reaches_neither_database_nor_device(
     until_mode(client, "playing")
     heard = sent(client, monkeypatch)
     looked_up: list[str] = []
-    monkeypatch.setattr(runs, "to_begin", lambda *given: looked_up.append("run"))
+    monkeypatch.setattr(runs, "prepare", lambda *given: looked_up.append("run"))
     monkeypatch.setattr("kata.api.station_router._begin_teaching", lambda *given: looked_up.append("teaching"))
-    body = {"session_id": run["session_id"], "load_level": 25, "recording_id": recording["id"]}
+    body = {"session_id": run["session_id"], "resistance_level": 25, "recording_id": recording["id"]}
     teach = {"patient_id": recording["patient_id"], "fixtures": ["arm_fixer_1"]}
 
     problem(client.post("/api/station/load", json=body), 409, "is_playing")

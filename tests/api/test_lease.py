@@ -244,12 +244,12 @@ def test_limits_changed_during_loading_refuse_the_recording(
     check = DoctorLimits.check
 
     def meanwhile(*given: Any) -> Any:
-        change = {"max_load_level": 3, "limits_by": "Dr. Mori"}
+        change = {"max_resistance_level": 3, "limits_by": "Dr. Mori"}
         assert client.patch(f"/api/episodes/{episode['id']}", json=change).status_code == 200
         return check(*given)
 
     monkeypatch.setattr(DoctorLimits, "check", meanwhile)
     with pytest.raises(AssertionError, match="edited_meanwhile"):
-        load(client, {"id": recording["patient_id"]}, recording, load_level=8)
+        load(client, {"id": recording["patient_id"]}, recording, resistance_level=8)
 
     assert until(client, lambda live: live["mode"] == "idle")["run"] is None

@@ -44,7 +44,7 @@ def test_unchanged_limits_allow_the_motion(now: DoctorLimits | None) -> None:
     [
         LOWER,
         replace(LOADED, max_speed_deg_s=20.0),
-        replace(LOADED, max_load_level=3),
+        replace(LOADED, max_resistance_level=3),
         replace(LOADED, self_paced_permitted=True),
     ],
 )

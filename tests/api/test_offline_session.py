@@ -72,7 +72,8 @@ def of_today(client: TestClient, name: str) -> dict[str, Any]:
     first = taught(client, patient, lifted(), fixtures=["arm_fixer_1"])
     second = taught(client, patient, lifted(60.0), fixtures=["arm_fixer_1"])
     items = [
-        {"load_level": 25, "recording_id": recording["id"], "speed_percent": 150.0} for recording in (first, second)
+        {"resistance_level": 25, "recording_id": recording["id"], "speed_percent": 150.0}
+        for recording in (first, second)
     ]
     made = client.post(f"/api/patients/{patient['id']}/programmes", json={"name": "Morning", "items": items})
     assert made.status_code == 201, made.text
@@ -108,7 +109,12 @@ def alarms(client: TestClient, session_id: str) -> list[str]:
 
 
 def play(client: TestClient, session_id: str, recording_id: str, position: int) -> dict[str, Any]:
-    what = {"session_id": session_id, "load_level": 25, "recording_id": recording_id, "programme_position": position}
+    what = {
+        "session_id": session_id,
+        "resistance_level": 25,
+        "recording_id": recording_id,
+        "programme_position": position,
+    }
     run = accepted(client, "load", what | {"speed_percent": 150.0})
     accepted(client, "approach")
     until_mode(client, "paused")
@@ -155,7 +161,7 @@ def test_session_runs_during_an_outage_and_is_stored_once(
         # The same checks apply as with the database.
         load = {
             "session_id": visit["id"],
-            "load_level": 25,
+            "resistance_level": 25,
             "recording_id": first,
             "programme_position": 1,
             "speed_percent": 150.0,
@@ -231,7 +237,7 @@ def test_outage_session_is_refused_beyond_cached_patients_or_limits(
     with app.state.services.database.write() as session:
         session.get_one(PatientRow, UUID(hidden["id"])).restricted = True
         session.get_one(PatientRow, UUID(closed["id"])).episodes[0].closed_at = utc_now()
-        session.get_one(PatientRow, UUID(one["id"])).episodes[0].max_load_level = 10
+        session.get_one(PatientRow, UUID(one["id"])).episodes[0].max_resistance_level = 10
     offline_cache.refresh_soon()
     eventually(lambda: offline_cache.holds(UUID(one["id"])) and not offline_cache.holds(UUID(hidden["id"])))
     eventually(lambda: not offline_cache.holds(UUID(closed["id"])))
@@ -267,15 +273,17 @@ def test_outage_session_is_refused_beyond_cached_patients_or_limits(
         first = one["first"]["id"]
         for check in BY_HAND:
             client.put(f"/api/sessions/{visit['id']}/checklist/{check}", json=confirmation(check, first))
-        load = {"session_id": visit["id"], "load_level": 25, "recording_id": first, "programme_position": 1}
-        problem(client.post("/api/station/load", json=load | {"load_level": 25}), 422, "level_not_allowed")
+        load = {"session_id": visit["id"], "resistance_level": 25, "recording_id": first, "programme_position": 1}
+        problem(client.post("/api/station/load", json=load | {"resistance_level": 25}), 422, "level_not_allowed")
         # Records of another patient are refused.
         problem(client.post("/api/station/load", json=load | {"recording_id": str(uuid4())}), 503, "database_away")
         # On the next day identity and emergency stop are checked again.
         with monkeypatch.context() as tomorrow:
             tomorrow.setattr(checks, "today", lambda _: today + timedelta(days=1))
             tomorrow.setattr(offline_cache, "may_begin", lambda known: True)
-            problem(client.post("/api/station/load", json=load | {"load_level": 10}), 409, "identity_not_confirmed")
+            problem(
+                client.post("/api/station/load", json=load | {"resistance_level": 10}), 409, "identity_not_confirmed"
+            )
             assert still_open(client, visit["id"], first) == ["identity", "estop"]
             # A test of the emergency stop during the outage counts, too.
             tomorrow_at = today + timedelta(days=1)
@@ -285,7 +293,7 @@ def test_outage_session_is_refused_beyond_cached_patients_or_limits(
             tried = NewDeviceEvent(station="Station 1", at=tomorrow_at, kind="event", code=ESTOP_TESTED, message="")
             offline_cache.on_event(tried)
             assert "estop" not in still_open(client, visit["id"], first)
-        assert accepted(client, "load", load | {"load_level": 10})["load_level"] == 10
+        assert accepted(client, "load", load | {"resistance_level": 10})["resistance_level"] == 10
         # The session can end after the loaded run has ended.
         problem(client.post(f"/api/sessions/{visit['id']}/end"), 409, "run_not_ended")
         accepted(client, "unload")

@@ -213,7 +213,7 @@ def test_session_continues_its_programme_during_an_outage(
 ) -> None:
     second = {
         "session_id": visit["id"],
-        "load_level": 25,
+        "resistance_level": 25,
         "recording_id": visit["second"]["id"],
         "programme_position": 2,
     }
@@ -275,12 +275,12 @@ def test_changes_made_elsewhere_during_an_outage_are_reported(client: TestClient
     )
     assert found
     with app.state.services.database.write() as database:
-        database.get_one(EpisodeRow, UUID(visit["episode_id"])).max_load_level = 10
+        database.get_one(EpisodeRow, UUID(visit["episode_id"])).max_resistance_level = 10
         contraindications.add(database, UUID(visit["patient"]["id"]), ContraindicationCreate(code="fracture"))
     assert app.state.services.event_spool.put_offline_event(found.started, LIMIT_S)
     assert app.state.services.event_spool.until_taken(LIMIT_S)
     run = client.get(f"/api/runs/{found.started.id}").json()
-    assert (run["load_level"], run["outcome"]) == (25, "loaded")
+    assert (run["resistance_level"], run["outcome"]) == (25, "loaded")
     events = client.get("/api/events", params={"session_id": visit["id"], "kind": "alarm"}).json()["items"]
     messages = {event["message"] for event in events if event["code"] == CHANGED_MEANWHILE}
     assert messages == {CHANGED["limits"], CHANGED["contraindicated"]}

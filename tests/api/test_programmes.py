@@ -12,7 +12,7 @@ from tests.support.responses import problem
 
 pytestmark = pytest.mark.no_apparatus
 
-ITEM = {"repetitions": 3, "pause_s": 2.0, "load_level": 8}
+ITEM = {"repetitions": 3, "pause_s": 2.0, "resistance_level": 8}
 
 
 @pytest.fixture
@@ -25,7 +25,7 @@ def post(client: TestClient, lift: dict[str, Any], *items: dict[str, Any], **giv
     body = {
         "name": "Morning",
         "made_by": "Aoki Rin",
-        "items": [{"load_level": 25, "recording_id": lift["id"]} | item for item in items],
+        "items": [{"resistance_level": 25, "recording_id": lift["id"]} | item for item in items],
     }
     return client.post(f"/api/patients/{lift['patient_id']}/programmes", json=body | given)
 
@@ -47,7 +47,7 @@ def test_programme_is_created_listed_changed_and_archived(client: TestClient, li
         "based_on": 1,
         "made_by": "Baba Ken",
         "note": "Less.",
-        "items": [{"load_level": 25, "recording_id": lift["id"]}],
+        "items": [{"resistance_level": 25, "recording_id": lift["id"]}],
     }
     changed = client.post(f"{url}/versions", json=change).json()
     assert [version["number"] for version in changed["versions"]] == [2, 1]
@@ -67,7 +67,10 @@ def test_unplayable_programme_is_refused_with_item_motor_and_time(client: TestCl
     fast = taught(client, {"id": lift["patient_id"]}, lambda times_s: lifted()(4 * times_s % LASTS_S))
     refusal = problem(
         post(
-            client, lift, ITEM, {"load_level": 25, "recording_id": fast["id"], "speed_percent": 150.0, "repetitions": 2}
+            client,
+            lift,
+            ITEM,
+            {"resistance_level": 25, "recording_id": fast["id"], "speed_percent": 150.0, "repetitions": 2},
         ),
         422,
         "unplayable",
@@ -84,7 +87,7 @@ def test_preview_gives_each_items_duration_or_reason_for_refusal(client: TestCli
     with app.state.services.database.write() as session:
         session.get_one(RecordingSamplesRow, UUID(damaged["id"])).data = b"damaged"
     left = taught(client, {"id": lift["patient_id"]}, lifted(), side="left")
-    items = [{"load_level": 25, "recording_id": recording["id"]} for recording in (lift, damaged, left)]
+    items = [{"resistance_level": 25, "recording_id": recording["id"]} for recording in (lift, damaged, left)]
     url = f"/api/patients/{lift['patient_id']}/programmes/preview"
     answer = client.post(url, json={"items": items}).json()
     assert [item["duration_s"] for item in answer["items"]] == [pytest.approx(LASTS_S), None, None]
@@ -112,11 +115,11 @@ def test_end_range_time_is_prescribed_where_it_can_be_counted(client: TestClient
 
 def test_end_range_torque_above_resistance_level_is_refused(client: TestClient, lift: dict[str, Any]) -> None:
     item = ITEM | {"end_range": {"motion": 4, "minutes": 5.0, "torque_nm": 3.8}}
-    refusal = problem(post(client, lift, item | {"load_level": 20}), 422, "unplayable")
+    refusal = problem(post(client, lift, item | {"resistance_level": 20}), 422, "unplayable")
     assert "resistance level 20 moves the arm back before" in refusal["detail"]
     assert "level 25 or higher is needed" in refusal["detail"]
     assert refusal["next_step"] == "Choose a higher resistance level, or prescribe less torque."
-    assert post(client, lift, item | {"load_level": 25}).status_code == 201
+    assert post(client, lift, item | {"resistance_level": 25}).status_code == 201
 
 
 def test_self_pace_needs_permission_and_the_smooth_method(client: TestClient, lift: dict[str, Any]) -> None:
@@ -144,12 +147,12 @@ def test_self_pace_needs_permission_and_the_smooth_method(client: TestClient, li
 def test_programme_beyond_a_doctors_limits_is_reported_and_not_saved(client: TestClient, lift: dict[str, Any]) -> None:
     episode = client.get(f"/api/patients/{lift['patient_id']}/episodes").json()["items"][0]
     forbidding = {
-        "limits": [{"motion": 4, "lowest_deg": None, "highest_deg": 70.0}], "max_load_level": 12, "limits_by": "Dr. Mori",
+        "limits": [{"motion": 4, "lowest_deg": None, "highest_deg": 70.0}], "max_resistance_level": 12, "limits_by": "Dr. Mori",
         "updated_at": episode["updated_at"],
     }  # fmt: skip
     assert client.patch(f"/api/episodes/{episode['id']}", json=forbidding).status_code == 200
-    less, whole = {"range_percent": 40.0, "load_level": 12}, {"repetitions": 3, "load_level": 12}
-    items = [{"recording_id": lift["id"]} | settings for settings in (less, whole, less | {"load_level": 13})]
+    less, whole = {"range_percent": 40.0, "resistance_level": 12}, {"repetitions": 3, "resistance_level": 12}
+    items = [{"recording_id": lift["id"]} | settings for settings in (less, whole, less | {"resistance_level": 13})]
     url = f"/api/patients/{lift['patient_id']}/programmes/preview"
     within, beyond, stronger = client.post(url, json={"items": items}).json()["items"]
     assert (within["problem"], beyond["duration_s"], stronger["duration_s"]) == (None, None, None)
@@ -167,13 +170,13 @@ def test_programme_beyond_a_doctors_limits_is_reported_and_not_saved(client: Tes
     ("given", "pointer"),
     [
         ({"items": []}, "#/items"),
-        ({"items": [{"load_level": 25, "recording_id": str(uuid4())}] * 51}, "#/items"),
+        ({"items": [{"resistance_level": 25, "recording_id": str(uuid4())}] * 51}, "#/items"),
         (
-            {"items": [{"load_level": 25, "recording_id": str(uuid4()), "speed_percent": 151}]},
+            {"items": [{"resistance_level": 25, "recording_id": str(uuid4()), "speed_percent": 151}]},
             "#/items/0/speed_percent",
         ),
-        ({"items": [{"recording_id": str(uuid4()), "load_level": 26}]}, "#/items/0/load_level"),
-        ({"items": [{"load_level": 25, "recording_id": str(uuid4()), "position": 1}]}, "#/items/0/position"),
+        ({"items": [{"recording_id": str(uuid4()), "resistance_level": 26}]}, "#/items/0/resistance_level"),
+        ({"items": [{"resistance_level": 25, "recording_id": str(uuid4()), "position": 1}]}, "#/items/0/position"),
         ({"timer_minutes": 0.5}, "#/timer_minutes"),
         ({"sessions_per_week": 22}, "#/sessions_per_week"),
         ({"made_by": "x" * 101}, "#/made_by"),

@@ -25,7 +25,7 @@ from kata.auth.permissions import RULES, UNAUDITED_READ_PERMISSIONS, audit_actio
 from kata.auth.tables import AccountRow, LoginSessionRow
 from kata.clinic import tables
 from kata.clinic.patients.tables import ErasureRow
-from kata.clinic.restricted.objects import OF_A_PATIENT, WITHOUT_PATIENT
+from kata.clinic.restricted.objects import PATIENT_QUERY_BY_ID_NAME, WITHOUT_PATIENT
 from kata.clinic.restricted.tables import BreakGlassAccessRow, CareTeamRow
 from kata.database.base import utc_now
 from kata.database.engine import Database
@@ -423,7 +423,7 @@ def _asked(document: Any, every_route: bool) -> list[Operation]:
 def test_the_rules_grant_every_identity_the_declared_routes(service: TestClient, requester: Requester) -> None:
     wrong = {}
     for operation in operations(api_document()):
-        named = [(name, uuid4()) for name in operation.ids if name in OF_A_PATIENT]
+        named = [(name, uuid4()) for name in operation.ids if name in PATIENT_QUERY_BY_ID_NAME]
         refusal = expected(operation.name, requester, "open" if named else "")
         if (got := _refused(operation, requester, named)) != refusal:
             wrong[operation.name] = refusal, got
@@ -459,7 +459,7 @@ def test_every_role_is_limited_to_its_rights(
     wrong, cells = [], 0
     cookie = sign_in_as(service, requester)
     for operation in _asked(api_document(), every_route):
-        named = [name for name in dict.fromkeys(operation.ids) if name in OF_A_PATIENT]
+        named = [name for name in dict.fromkeys(operation.ids) if name in PATIENT_QUERY_BY_ID_NAME]
         for whose in RECORDS if len(named) > 1 else RECORDS[:2] if named else ("",):
             refusal = expected(operation.name, requester, whose)
             if refusal is None and operation.name in {"export_patient"} | REDUCES_PERMISSIONS | _SLOW:
@@ -589,8 +589,8 @@ def test_a_request_that_cannot_be_read_is_refused_first(service: TestClient) -> 
 
 def test_every_id_in_a_request_leads_to_its_patient(service: TestClient) -> None:
     named = {name for operation in operations(api_document()) for name in operation.ids}
-    assert named <= set(OF_A_PATIENT) | WITHOUT_PATIENT
-    assert set(OF_A_PATIENT) <= named
+    assert named <= set(PATIENT_QUERY_BY_ID_NAME) | WITHOUT_PATIENT
+    assert set(PATIENT_QUERY_BY_ID_NAME) <= named
 
 
 def _routes(app: FastAPI) -> set[str]:
@@ -643,7 +643,9 @@ def test_routes_and_rules_match_one_to_one(service: TestClient) -> None:
 
 def test_every_view_of_a_patients_record_is_audited(service: TestClient) -> None:
     views = {operation.name: operation.path for operation in operations(api_document()) if operation.method == "GET"}
-    of_patients = {name for name, path in views.items() if any(f"{{{id_}}}" in path for id_ in OF_A_PATIENT)}
+    of_patients = {
+        name for name, path in views.items() if any(f"{{{id_}}}" in path for id_ in PATIENT_QUERY_BY_ID_NAME)
+    }
     of_patients |= READ & views.keys()
     assert len(of_patients) > 40
     assert {name: RULES[name].needs for name in of_patients if RULES[name].needs in UNAUDITED_READ_PERMISSIONS} == {}

@@ -30,7 +30,7 @@ def test_self_paced_run_needs_the_doctors_permission(
     session = client.post("/api/sessions", json={"patient_id": patient["id"]}).json()
     go_through_checklist(client, session["id"], recording["id"])
     until_mode(client, "idle")
-    load = {"session_id": session["id"], "recording_id": recording["id"], "load_level": 25, "self_paced": True}
+    load = {"session_id": session["id"], "recording_id": recording["id"], "resistance_level": 25, "self_paced": True}
     refusal = problem(operate(client, "load", load), 422, "self_pace_not_permitted")
     assert refusal["detail"] == "The doctor has not permitted that the patient sets the pace for this shoulder."
     assert sent == []

@@ -103,7 +103,7 @@ def test_turned_apparatus_teaches_the_other_shoulder_and_stays_turned(
     # Another control program has connected: the emergency stop is tested again.
     assert still_open(client, run["session_id"], recording["id"]) == ["estop"]
     go_through_checklist(client, run["session_id"], recording["id"])
-    body = {"session_id": run["session_id"], "load_level": 25, "recording_id": recording["id"]}
+    body = {"session_id": run["session_id"], "resistance_level": 25, "recording_id": recording["id"]}
     problem(client.post("/api/station/load", json=body), 409, "other_side")
     assert client.post(f"/api/sessions/{run['session_id']}/end").status_code == 200
     left = teach(client, taught_patient, side="left")
@@ -202,7 +202,7 @@ def test_recording_of_another_patient_is_not_played(
     client: TestClient, patient: dict[str, Any], recording: dict[str, Any]
 ) -> None:
     session = client.post("/api/sessions", json={"patient_id": patient["id"]}).json()
-    body = {"session_id": session["id"], "load_level": 25, "recording_id": recording["id"]}
+    body = {"session_id": session["id"], "resistance_level": 25, "recording_id": recording["id"]}
     problem(client.post("/api/station/load", json=body), 409, "other_patient")
     assert client.get(f"/api/sessions/{session['id']}").json()["runs"] == []
 
@@ -211,7 +211,7 @@ def test_a_refused_load_leaves_no_run_behind(
     client: TestClient, taught_patient: dict[str, Any], recording: dict[str, Any]
 ) -> None:
     run = load(client, taught_patient, recording)
-    body = {"session_id": run["session_id"], "load_level": 25, "recording_id": recording["id"]}
+    body = {"session_id": run["session_id"], "resistance_level": 25, "recording_id": recording["id"]}
     before = len(client.get(f"/api/sessions/{run['session_id']}").json()["runs"])
     problem(client.post("/api/station/load", json=body), 409, "is_ready")
     assert len(client.get(f"/api/sessions/{run['session_id']}").json()["runs"]) == before
@@ -221,18 +221,18 @@ def test_a_refused_load_leaves_no_run_behind(
 
 
 @pytest.mark.parametrize("level", [0, 26, 8.5, "high", None])
-def test_invalid_load_level_is_reported_at_its_field(
+def test_invalid_resistance_level_is_reported_at_its_field(
     client: TestClient, taught_patient: dict[str, Any], recording: dict[str, Any], level: object
 ) -> None:
     session = client.post("/api/sessions", json={"patient_id": taught_patient["id"]}).json()
-    body = {"session_id": session["id"], "recording_id": recording["id"], "load_level": level}
+    body = {"session_id": session["id"], "recording_id": recording["id"], "resistance_level": level}
     refusal = problem(client.post("/api/station/load", json=body), 422, "invalid")
-    assert [error["pointer"] for error in refusal["errors"]] == ["#/load_level"]
+    assert [error["pointer"] for error in refusal["errors"]] == ["#/resistance_level"]
     assert until_mode(client, "idle")["run"] is None
 
 
-@pytest.mark.parametrize(("settings", "level"), [({"load_level": 7}, 7), ({}, 25)])
-def test_load_level_reaches_the_device_and_is_stored_with_runs(
+@pytest.mark.parametrize(("settings", "level"), [({"resistance_level": 7}, 7), ({}, 25)])
+def test_resistance_level_reaches_the_device_and_is_stored_with_runs(
     client: TestClient,
     taught_patient: dict[str, Any],
     recording: dict[str, Any],
@@ -241,11 +241,11 @@ def test_load_level_reaches_the_device_and_is_stored_with_runs(
 ) -> None:
     run = load(client, taught_patient, recording, **settings)
     live = until_mode(client, "ready")
-    assert live["run"]["load_level"] == level
+    assert live["run"]["resistance_level"] == level
     assert (live["run"]["reversals"], live["run"]["reversing"], live["run"]["resistance"]) == (0, False, None)
     accepted(client, "unload")
     until_mode(client, "idle")
-    assert client.get(f"/api/runs/{run['id']}").json()["load_level"] == level
+    assert client.get(f"/api/runs/{run['id']}").json()["resistance_level"] == level
 
 
 @pytest.mark.parametrize(
@@ -259,7 +259,7 @@ def test_invalid_playback_settings_are_reported_at_their_fields(
     client: TestClient, taught_patient: dict[str, Any], recording: dict[str, Any], field: str, value: object
 ) -> None:
     session = client.post("/api/sessions", json={"patient_id": taught_patient["id"]}).json()
-    body = {"session_id": session["id"], "load_level": 25, "recording_id": recording["id"], field: value}
+    body = {"session_id": session["id"], "resistance_level": 25, "recording_id": recording["id"], field: value}
     refusal = problem(client.post("/api/station/load", json=body), 422, "invalid")
     assert [error["pointer"] for error in refusal["errors"]] == [f"#/{field}"]
     assert until_mode(client, "idle")["run"] is None
@@ -273,7 +273,7 @@ def test_playback_longer_than_an_hour_is_refused_without_a_run(
     before = len(client.get(f"/api/sessions/{session['id']}").json()["runs"])
     body = {
         "session_id": session["id"],
-        "load_level": 25,
+        "resistance_level": 25,
         "recording_id": recording["id"],
         "speed_percent": 10,
         "repetitions": 200,
@@ -369,7 +369,7 @@ def test_learning_of_one_playback_applies_to_the_next(
 def test_repeated_resistance_in_one_place_holds_the_arm_until_supported(
     client: TestClient, taught_patient: dict[str, Any]
 ) -> None:
-    load(client, taught_patient, taught(client, taught_patient, lifted()), load_level=8)
+    load(client, taught_patient, taught(client, taught_patient, lifted()), resistance_level=8)
     accepted(client, "approach")
     until_mode(client, "paused")
     with closing(client.app.state.services.simulation.process.client()) as jammed:  # type: ignore[attr-defined]

@@ -62,7 +62,7 @@ def test_visit_goes_from_its_programme_to_its_addendum(
 
     # Nothing is played before the checklist is complete. Users cannot tick checks that the apparatus detects.
     item = {
-        "session_id": session["id"], "load_level": 25, "recording_id": shrug["id"], "programme_position": 1, "speed_percent": 150,
+        "session_id": session["id"], "resistance_level": 25, "recording_id": shrug["id"], "programme_position": 1, "speed_percent": 150,
         "repetitions": 2, "pause_s": 0.5,
     }  # fmt: skip
     assert still_open(client, session["id"], shrug["id"]) == BY_HAND

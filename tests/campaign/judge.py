@@ -421,7 +421,7 @@ class Judge:
         if run is None or not drive.torque_on or newest.stop or drive.tripped:
             known.over_since_ns = None
             return
-        level_nm = run.load_level / RESISTANCE_LEVELS * self.config.axes[n].max_torque_nm * _OVER_LEVEL
+        level_nm = run.resistance_level / RESISTANCE_LEVELS * self.config.axes[n].max_torque_nm * _OVER_LEVEL
         towards = drive.goal - drive.angle
         answered = (run.reversals, newest.mode)
         over = drive.torque_nm * towards > 0 and abs(drive.torque_nm) > level_nm

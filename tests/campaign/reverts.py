@@ -83,17 +83,17 @@ REVERTS: Final = (
         1,
         "a mismatch is no fault",
         "faults.py",
-        "return (n for n, reset in enumerate(state.reset) if reset)",
+        "return (n for n, lost in enumerate(state.settings_lost) if lost)",
         "return ()",
     ),
     _one(
         1,
         "a stop is acknowledged before the drives are configured again",
-        "modes.py",
+        "state_machine.py",
         "return not_yet_cleared(self.stop, still_stopping=still_stopping) or not_verified(state, self.drive_problem)",
-        "return not_yet_cleared(self.stop, still_stopping=still_stopping) if not state.reset else None",
+        "return not_yet_cleared(self.stop, still_stopping=still_stopping) if not state.settings_lost else None",
     ),
-    _one(2, "a Stop does nothing in ready", "modes.py", " or self._teaching or self._run):", " or self._teaching):"),
+    _one(2, "a Stop does nothing in ready", "state_machine.py", " or self._teaching or self._run):", " or self._teaching):"),
     _one(
         2,
         "the stop counter of a command is not compared",
@@ -125,7 +125,7 @@ REVERTS: Final = (
         "torque is switched off as soon as the port is there again",
         (
             Edit("loop.py", "                if machine.torque_inherited:\n                    return\n", ""),
-            Edit("modes.py", "            self.torque_inherited = True\n        elif", "            self.torque_inherited = False\n        elif"),
+            Edit("state_machine.py", "            self.torque_inherited = True\n        elif", "            self.torque_inherited = False\n        elif"),
         ),
     ),
     _one(
@@ -139,7 +139,7 @@ REVERTS: Final = (
     _one(
         4,
         "resistance counts while a recording plays forwards only",
-        "modes.py",
+        "state_machine.py",
         "        axis = run.detect_resistance(state, moves_back=moves_back)\n        if axis is None:\n",
         '        axis = run.detect_resistance(state, moves_back=moves_back)\n        if axis is None or self.mode != "playing" or run.resisting_axis is not None:\n',
         "pushes",
@@ -147,7 +147,7 @@ REVERTS: Final = (
     _one(
         4,
         "a setpoint held against the patient does not yield",
-        "modes.py",
+        "state_machine.py",
         "            self._yield(run, movement, state)\n",
         "",
         "pushes",
@@ -288,7 +288,7 @@ REVERTS: Final = (
     _one(
         17,
         "a paused end-feel test does not give way",
-        "modes.py",
+        "state_machine.py",
         '        elif self.mode in ("playing", "paused"):\n            run.retreat_in_test()',
         '        elif self.mode == "playing":\n            run.retreat_in_test()',
         "pushes",
@@ -317,7 +317,7 @@ REVERTS: Final = (
     _one(
         21,
         "a loaded recording does not expire",
-        "machine_state.py",
+        "state_machine_base.py",
         "        if state.t_ns >= self._ready_until_ns:\n",
         "        if False:\n",
     ),

@@ -151,7 +151,7 @@ def _load(recording: str, level: int, limits: bool, method: str) -> Load:
         recording_id=recording,
         times_s=times.astype("<f8").tobytes(),
         angles_deg=angles.astype("<f8").tobytes(),
-        load_level=level,
+        resistance_level=level,
         limits_deg=_limits_of(recording, angles) if limits else (),
         method=method,  # type: ignore[arg-type]
     )
@@ -254,7 +254,7 @@ class Sequences(RuleBasedStateMachine):
     def __init__(self) -> None:
         super().__init__()
         self._folder = tempfile.TemporaryDirectory()
-        self._wall = mock.patch("kata.device.machine_state.datetime", wraps=datetime)
+        self._wall = mock.patch("kata.device.state_machine_base.datetime", wraps=datetime)
         self._wall_shift_h = 0
         self._wall.start().now.side_effect = lambda tz: datetime.now(tz) + timedelta(hours=self._wall_shift_h)
         # The loop collects garbage when it opens a port, which here would walk through all objects of hypothesis.

@@ -44,7 +44,7 @@ def compared(peaks: tuple[float, ...] = (0.1, 0.2, 1.0, -2.4, 0.3), **reached: f
 def run(name: str = "Abduction", **given: Any) -> Run:
     plain: dict[str, Any] = {
         "id": uuid4(), "session_id": uuid4(), "recording_id": UUID(int=1), "recording_name": name, "started_at": AT,
-        "ended_at": AT, "outcome": "completed", "stop": None, "rate_hz": 100, "method": "smooth", "load_level": 8,
+        "ended_at": AT, "outcome": "completed", "stop": None, "rate_hz": 100, "method": "smooth", "resistance_level": 8,
         "programme_position": None, "repetitions_done": 1, "reversals": 0, "least_range_percent": None,
         "comparison": None,
     }  # fmt: skip
@@ -54,7 +54,12 @@ def run(name: str = "Abduction", **given: Any) -> Run:
 def programme(*names: str) -> SessionProgramme:
     items = [
         SessionItem(
-            position=n, recording_id=UUID(int=n), recording_name=name, load_level=8, method="smooth", repetitions=10
+            position=n,
+            recording_id=UUID(int=n),
+            recording_name=name,
+            resistance_level=8,
+            method="smooth",
+            repetitions=10,
         )
         for n, name in enumerate(names, start=1)
     ]

@@ -41,7 +41,7 @@ def state(**given: Any) -> Live:
 def playing(**given: Any) -> Live:
     run = RunLive(
         run_id=RUN, recording_id=uuid4(), session_id=SESSION, recording_name="Flexion", changes=[], patient=None,
-        position_s=1, duration_s=9, left_s=8, at_start=False, load_level=25, reversals=0, reversing=False,
+        position_s=1, duration_s=9, left_s=8, at_start=False, resistance_level=25, reversals=0, reversing=False,
         range_percent=100, resistance=None,
     )  # fmt: skip
     return state(mode="playing", torque="on", run=run, **given)

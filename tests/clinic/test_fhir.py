@@ -84,7 +84,7 @@ def _remove_findings(session: Session) -> None:
     for stage in list(episode.stages):
         session.delete(stage)
     episode.diagnosis = episode.contraindications = ""
-    episode.onset_on = episode.max_load_level = episode.max_speed_deg_s = None
+    episode.onset_on = episode.max_resistance_level = episode.max_speed_deg_s = None
     episode.limits = []
 
 
@@ -438,7 +438,7 @@ def test_patient_with_almost_no_data_is_accepted(database: Database, tmp_path: P
         row.archived_at = utc_now()
         for episode in row.episodes:
             episode.onset_on, episode.diagnosis, episode.closed_at = None, "", utc_now()
-            episode.contraindications, episode.limits, episode.max_load_level = "", [], None
+            episode.contraindications, episode.limits, episode.max_resistance_level = "", [], None
     assert judged({"bundle": exported(database, patient_id, tmp_path / "bundle.json")}) == {"bundle": []}
 
 

@@ -207,7 +207,7 @@ def test_prescribed_band_and_torque_are_counted_and_stored(clinic: Clinic) -> No
     weightless = StationConfig(arm=ArmLoad(inertia=(1e-6,) + (0.0,) * 9))
     recording_id = clinic.recording(4.0, pose)
     item = ProgrammeItemRequest(
-        recording_id=recording_id, load_level=8,
+        recording_id=recording_id, resistance_level=8,
         end_range=EndRangePrescription(motion=4, minutes=5.0, band_deg=5.0, torque_nm=1.5),
     )  # fmt: skip
     with clinic.database.write() as session:
@@ -658,7 +658,7 @@ def test_run_ends_although_the_database_answers_later(clinic: Clinic, monkeypatc
         raise DatabaseUnavailableError(utc_now())
 
     with monkeypatch.context() as while_away:
-        while_away.setattr(runs, "give_up_unended", away)
+        while_away.setattr(runs, "mark_unended_interrupted", away)
         clinic.importer.run_ended(utc_now())
     clinic.importer.run_due()
 

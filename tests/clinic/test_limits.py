@@ -147,7 +147,7 @@ def test_device_receives_the_range_of_motor_4_for_both_motions(clinic: Clinic) -
 
 
 def test_a_higher_level_than_the_doctor_allows_is_refused(clinic: Clinic) -> None:
-    clinic.allow(max_load_level=12)
+    clinic.allow(max_resistance_level=12)
     clinic.check(moved(3, 40.0), level=12)
     refused = refusal(clinic, moved(3, 40.0), level=13)
     assert refused.code == "level_not_allowed"

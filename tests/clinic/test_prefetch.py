@@ -34,7 +34,7 @@ def recording_id(clinic: Clinic) -> UUID:
 def planned(clinic: Clinic, recording_id: UUID, method: Method) -> None:
     """Prescribe the recording by this method."""
     wanted = ProgrammeCreate(
-        name="Morning", items=[ProgrammeItemRequest(recording_id=recording_id, load_level=25, method=method)]
+        name="Morning", items=[ProgrammeItemRequest(recording_id=recording_id, resistance_level=25, method=method)]
     )
     with clinic.database.write() as session:
         programmes.create(session, clinic.patient_id, wanted, [4.0])

@@ -100,7 +100,7 @@ class Clinic:
 
 def items(*recordings: UUID, **given: Any) -> list[ProgrammeItemRequest]:
     return [
-        ProgrammeItemRequest(**{"recording_id": recording, "repetitions": 10, "load_level": 8} | given)
+        ProgrammeItemRequest(**{"recording_id": recording, "repetitions": 10, "resistance_level": 8} | given)
         for recording in recordings
     ]
 
@@ -108,7 +108,7 @@ def items(*recordings: UUID, **given: Any) -> list[ProgrammeItemRequest]:
 def played(**given: Any) -> RunRow:
     usual = {
         "id": uuid4(), "ended_at": utc_now(), "started_at": MONDAY, "outcome": "completed", "repetitions": 10,
-        "repetitions_done": 10, "load_level": 8, "method": "smooth", "played_s": 60.0, "speed_percent": 100.0,
+        "repetitions_done": 10, "resistance_level": 8, "method": "smooth", "played_s": 60.0, "speed_percent": 100.0,
         "pause_s": 0.0, "range_percent": 100.0, "self_paced": False,
     }  # fmt: skip
     return RunRow(**usual | given)
@@ -219,11 +219,11 @@ def test_no_more_resistance_is_prescribed_than_the_doctor_allows(clinic: Clinic)
     with clinic.database.write() as session:
         episode = patients.get(session, clinic.patient_id).episode
         assert episode
-        episode.max_load_level, episode.limits_by = 7, "Dr. Endo"
+        episode.max_resistance_level, episode.limits_by = 7, "Dr. Endo"
     with pytest.raises(ProblemError, match=r"Item 1, Lift, has resistance level 8; Dr\. Endo allows at most 7"):
         clinic.programme(lift)
     with clinic.database.write() as session:
-        session.get_one(EpisodeRow, episode.id).max_load_level = 8
+        session.get_one(EpisodeRow, episode.id).max_resistance_level = 8
     clinic.programme(lift)
 
 
@@ -267,7 +267,7 @@ def item(position: int, recording: RecordingRow, **given: Any) -> ProgrammeItem:
     return ProgrammeItem(
         **{
             "position": position, "recording_id": recording.id, "recording_name": recording.name, "duration_s": 40.0,
-            "recording_archived": False, "repetitions": 10, "load_level": 8,
+            "recording_archived": False, "repetitions": 10, "resistance_level": 8,
         } | given
     )  # fmt: skip
 
@@ -327,7 +327,7 @@ def test_settings_that_were_changed_are_named() -> None:
     given: dict[str, Any] = {
         "speed_percent": 50.0,
         "range_percent": 80.0,
-        "load_level": 5,
+        "resistance_level": 5,
         "method": "learned",
         "repetitions": 5,
         "self_paced": True,

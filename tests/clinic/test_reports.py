@@ -328,7 +328,7 @@ def test_report_rates_every_questionnaire_by_its_own_limits(
 def test_an_episode_without_anything_yet_has_a_report_too(signed: tuple[SessionContent, EpisodeContent]) -> None:
     _, care = signed
     bare = replace(
-        care, onset_on=None, diagnosis="", contraindications="", limits=(), max_load_level=None, max_speed_deg_s=None,
+        care, onset_on=None, diagnosis="", contraindications="", limits=(), max_resistance_level=None, max_speed_deg_s=None,
         limits_by="", stages=(),
         assessed_at=(), rom=(), pain=(), questionnaires=(), sessions=(), stops=(), closing_note="",
     )  # fmt: skip

@@ -37,7 +37,7 @@ def test_permission_is_compared_after_an_outage() -> None:
 
 def test_run_that_began_without_database_is_self_paced() -> None:
     started = RunStarted(
-        id=uuid4(), session_id=uuid4(), recording_id=uuid4(), corrected_by=None, programme_position=None, started_at=utc_now(), load_level=8, settings=AS_TAUGHT, method="smooth",
+        id=uuid4(), session_id=uuid4(), recording_id=uuid4(), corrected_by=None, programme_position=None, started_at=utc_now(), resistance_level=8, settings=AS_TAUGHT, method="smooth",
         allowed=serialize_limits(PERMITTED), station="Station 1", self_paced=True,
     )  # fmt: skip
     assert started.row.self_paced is True

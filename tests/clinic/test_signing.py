@@ -34,7 +34,7 @@ def test_signing_waits_for_the_result_of_every_run(database: Database) -> None:
     assert (refused.value.status, refused.value.code) == (409, "run_not_arrived")
 
     with database.write() as session:
-        runs.give_up(session, run_id)
+        runs.mark_interrupted(session, run_id)
     with database.write() as session:
         signed = signing.sign(session, session_id, given)
         assert (signed.signed_by, session.get_one(RunRow, run_id).outcome) == ("Sato Ken", "interrupted")

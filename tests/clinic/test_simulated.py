@@ -159,9 +159,9 @@ def test_correction_of_a_simulated_apparatus_is_not_played_really(clinic: Clinic
     visit, run_id = played(clinic, recording_id)
     with clinic.database.write() as session:
         assert stored_corrections.correction(session, run_id) is not None
-        like = runs.to_begin(session, runs.RunRequest(visit, recording_id, method="learned"), "Station 1")
+        like = runs.prepare(session, runs.RunRequest(visit, recording_id, method="learned"), "Station 1")
         assert like.corrected_by == run_id
     started(clinic.database, utc_now(), simulated=False)
     with clinic.database.write() as session:
-        like = runs.to_begin(session, runs.RunRequest(visit, recording_id, method="learned"), "Station 1")
+        like = runs.prepare(session, runs.RunRequest(visit, recording_id, method="learned"), "Station 1")
         assert like.corrected_by is None

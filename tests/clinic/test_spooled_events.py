@@ -44,7 +44,7 @@ SPOOLED: list[tuple[str, OfflineEvent | NotBegun]] = [
         '"load_level":8,"asked":{"speed_percent":80.0,"repetitions":2,"pause_s":1.0,"range_percent":90.0},"method":"smooth",'
         '"corrected_by":null,"allowed":"{}","station":"Station 1"}',
         RunStarted(
-            id=RUN, session_id=SESSION, recording_id=RECORDING, programme_position=1, started_at=AT, load_level=8,
+            id=RUN, session_id=SESSION, recording_id=RECORDING, programme_position=1, started_at=AT, resistance_level=8,
             settings=PlaybackSettings(80.0, 2, 1.0, 90.0), method="smooth", corrected_by=None, allowed="{}", station="Station 1",
         ),
     ),

@@ -105,7 +105,7 @@ def test_interrupted_run_is_completed_by_a_journal_found_later(database: Databas
     """A session continues at another station while its first station restarts."""
     clinic, run_id = _with_a_run(database, tmp_path)
     with database.write() as session:
-        assert runs.give_up_unended(session, "Station 2", utc_now()) == 1
+        assert runs.mark_unended_interrupted(session, "Station 2", utc_now()) == 1
     for _ in range(2):
         clinic.journal("run", run_id, [2.0], end=JournalEnd(reason="completed"))
         clinic.importer.run()

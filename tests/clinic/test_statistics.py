@@ -66,7 +66,7 @@ def test_a_repeated_completion_is_counted_once(database: Database) -> None:
         with database.write() as session:
             run = session.scalars(select(RunRow)).first()
             assert run
-            run.load_level = (run.load_level or 0) + 1
+            run.resistance_level = (run.resistance_level or 0) + 1
     with database.read() as session:
         assert hours(session) == before
 

@@ -15,7 +15,7 @@ import pytest
 from msgspec import structs
 
 from kata.cli import commission as cli
-from kata.commissioning import lags, texts
+from kata.commissioning import identify_drives, texts
 from kata.commissioning.live_drives import LiveSample, live_drives
 from kata.commissioning.procedure import (
     STEPS,
@@ -155,9 +155,9 @@ def test_lag_and_friction_are_refused_where_the_fit_is_poor() -> None:
     setpoints = excitation([15.0, 109.0, 8.0, 0.0, 0.0], 10.0, 0.01)
     random = np.random.default_rng(1).normal(0, 4, setpoints.shape).cumsum(axis=0) / 10
     samples = [LiveSample(*row) for row in zip(times.tolist(), setpoints, setpoints + random, random, strict=True)]
-    found = lags.identified(samples)
+    found = identify_drives.identified(samples)
     with pytest.raises(StepError, match="Lag and friction of motor 1 explain"):
-        lags.check_fit(1, found[0])
+        identify_drives.check_fit(1, found[0])
 
 
 class LateComputer:
@@ -178,7 +178,7 @@ def lags_of(late_s: float, every: int = 1) -> list[float]:
     world = World(simulated("virtual"))
     computer = LateComputer(world, every, late_s)
     workbench = Workbench(world.config, Obedient(), world.open_transport, computer.sleep, lambda: world.t_ns)
-    lags.find_lags(workbench)
+    identify_drives.identify_drives(workbench)
     return [axis.lag_s for axis in workbench.draft.axes]
 
 

@@ -7,7 +7,7 @@ import pytest
 
 from kata.commissioning.direct_station import DirectStation, PlaybackError
 from kata.device.bus.dynamixel.driver import DynamixelBus
-from kata.device.bus.port import BusError, BusSample, DriveStatus
+from kata.device.bus.interface import BusError, BusSample, DriveStatus
 from kata.testing.world import RecordingWorld
 
 

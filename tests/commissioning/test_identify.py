@@ -8,7 +8,7 @@ from msgspec import structs
 
 from kata.bench.commissioned import write_commissioned
 from kata.cli import commission as cli
-from kata.commissioning import acceptance, lags
+from kata.commissioning import acceptance, identify_drives
 from kata.commissioning.record import read_record, record_path
 from kata.commissioning.status import commissioning_status
 from kata.commissioning.workbench import StepError, Workbench
@@ -41,8 +41,8 @@ def station(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
 @pytest.fixture
 def quickly(monkeypatch: pytest.MonkeyPatch) -> None:
     """Move the motors as briefly as possible, and identify usual drives."""
-    monkeypatch.setattr(lags, "_EXCITATION_S", 9.0)
-    monkeypatch.setattr(lags, "identified", lambda samples: (AXIS,) * 5)
+    monkeypatch.setattr(identify_drives, "_EXCITATION_S", 9.0)
+    monkeypatch.setattr(identify_drives, "identified", lambda samples: (AXIS,) * 5)
 
 
 @pytest.mark.usefixtures("quickly")
@@ -96,7 +96,7 @@ def test_a_poor_fit_changes_nothing(
     station: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
     poor = (*(AXIS,) * 3, replace(AXIS, r_squared=0.5), AXIS)
-    monkeypatch.setattr(lags, "identified", lambda samples: poor)
+    monkeypatch.setattr(identify_drives, "identified", lambda samples: poor)
     before = {path.name: path.read_bytes() for path in station.parent.iterdir()}
     assert not cli.identify(station, "Mori", write=True)
     assert {path.name: path.read_bytes() for path in station.parent.iterdir()} == before
@@ -104,9 +104,9 @@ def test_a_poor_fit_changes_nothing(
 
 
 def test_an_uncertain_lag_is_refused() -> None:
-    lags.check_fit(2, replace(AXIS, lag_uncertainty_s=0.014))
+    identify_drives.check_fit(2, replace(AXIS, lag_uncertainty_s=0.014))
     with pytest.raises(StepError, match=r"lag of motor 2 is uncertain: 0\.05 s, and with 95 % confidence up to 0\.016"):
-        lags.check_fit(2, replace(AXIS, lag_uncertainty_s=0.016))
+        identify_drives.check_fit(2, replace(AXIS, lag_uncertainty_s=0.016))
 
 
 def test_a_station_that_is_not_commissioned_is_refused(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:

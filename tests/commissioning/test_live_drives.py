@@ -8,7 +8,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from kata.commissioning import lags, registers
+from kata.commissioning import identify_drives, registers
 from kata.commissioning.gains_review import GainsChoice
 from kata.commissioning.live_drives import live_drives
 from kata.commissioning.workbench import ManualAction, StepError, Workbench
@@ -72,7 +72,7 @@ def test_motors_stop_together_when_one_fails(kind: FaultKind) -> None:
 
     workbench.sleep = wait
     with pytest.raises(StepError, match=f"otor {MOTOR}"):
-        lags.find_lags(workbench)
+        identify_drives.identify_drives(workbench)
     world.wait(0.01)
     assert not any(world.torque)
     assert world.t_ns - failed_ns < 1e9

@@ -53,7 +53,7 @@ def test_down_and_up_again(database: Database) -> None:
         assert "patients" in inspect(connection).get_table_names()
 
 
-def test_run_older_than_load_levels_has_no_settings(database: Database) -> None:
+def test_run_older_than_resistance_levels_has_no_settings(database: Database) -> None:
     taught = {"taught_at": _NOW, "duration_s": 1.0, "rate_hz": 100, "samples": 101, "archived_at": None}
     played = {"started_at": _NOW, "ended_at": _NOW, "stop_code": None, "stop_message": None, "rate_hz": 100}
     tracked = {"peak_deg": 1.0, "peak_at_s": 0.5, "rmse_deg": 0.2, "start_deg": 0.0}
@@ -71,7 +71,7 @@ def test_run_older_than_load_levels_has_no_settings(database: Database) -> None:
         session.flush()
         session.add(
             run := RunRow(
-                id=uuid4(), session_id=visit.id, recording_id=recording.id, outcome="completed", load_level=8,
+                id=uuid4(), session_id=visit.id, recording_id=recording.id, outcome="completed", resistance_level=8,
                 samples=100, **played,
             )
         )  # fmt: skip
@@ -90,7 +90,7 @@ def test_run_older_than_load_levels_has_no_settings(database: Database) -> None:
     with database.read() as session:
         stored = session.get_one(RunRow, key)
         assert (stored.outcome, stored.samples, len(stored.tracking)) == ("completed", 100, 1)
-        assert stored.load_level is None
+        assert stored.resistance_level is None
         assert (stored.method, stored.corrected_by) == (None, None)
         assert (stored.repetitions_done, stored.played_s) == (1, 1.0)
         # Old runs were played once, as taught. Values that were not computed then are unknown.
@@ -133,7 +133,13 @@ def test_derived_recording_downgrades_to_a_take_without_loss(database: Database)
         twice = stored_recording(3, parent_id=once, done=["trimmed", "mirrored"])
         played = {"started_at": _NOW, "ended_at": _NOW, "stop_code": None, "stop_message": None, "rate_hz": 100}
         run = RunRow(
-            id=uuid4(), session_id=visit.id, recording_id=twice, outcome="completed", load_level=8, samples=1, **played
+            id=uuid4(),
+            session_id=visit.id,
+            recording_id=twice,
+            outcome="completed",
+            resistance_level=8,
+            samples=1,
+            **played,
         )
         session.add(run)
         runs = run.id

@@ -13,7 +13,7 @@ from sqlalchemy import text
 from sqlalchemy.engine import make_url
 from sqlalchemy.exc import DBAPIError
 
-from kata.backups.schedule import night_lock
+from kata.backups.schedule import daily_backup_lock
 from kata.clinic.patients import service as patients
 from kata.clinic.patients.schemas import PatientCreate
 from kata.database.database_copy import copy
@@ -80,11 +80,11 @@ def test_no_statement_is_prepared_on_a_connection_of_the_pooler(pooled: Database
 
 
 def test_nightly_lock_is_taken_on_a_direct_connection(pooled: Database) -> None:
-    lock = night_lock(pooled)
+    lock = daily_backup_lock(pooled)
     assert lock is not None
     with lock:
-        assert night_lock(pooled) is None
-    again = night_lock(pooled)
+        assert daily_backup_lock(pooled) is None
+    again = daily_backup_lock(pooled)
     assert again is not None
     again.close()
 

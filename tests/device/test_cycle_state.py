@@ -6,7 +6,7 @@ from dataclasses import dataclass, field
 import msgspec
 import pytest
 
-from kata.device.bus.port import BusSample, DriveSample, DriveStatus, InputSample
+from kata.device.bus.interface import BusSample, DriveSample, DriveStatus, InputSample
 from kata.device.config import Inputs, StationConfig
 from kata.device.cycle_state import CycleState, CycleStateBuilder, LoopContext
 from tests.support.stepped import REST_DEG

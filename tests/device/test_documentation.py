@@ -2,7 +2,7 @@
 
 from collections import deque
 
-from kata.device.machine_state import TRANSITIONS
+from kata.device.state_machine_base import TRANSITIONS
 from tests.support.stepped import Stepped
 
 

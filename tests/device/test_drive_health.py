@@ -3,7 +3,7 @@
 import pytest
 from msgspec import structs
 
-from kata.device.bus.port import DriveHealth
+from kata.device.bus.interface import DriveHealth
 from kata.device.drive_health import TEMPERATURE_MARGIN_C, VOLTAGE_MARGIN_V, WARNING_HOLD_S
 from tests.support.stepped import Stepped
 

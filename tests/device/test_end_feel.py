@@ -262,7 +262,7 @@ def test_resistance_above_the_patients_level_still_holds_the_arm(stepped: Steppe
 
 def on_the_way_back(stepped: Stepped) -> Shoulder:
     """Test a shoulder once at level 15, and return it two seconds after the arm was near the chosen torque."""
-    load = msgspec.structs.replace(LOAD, end_feel=ONCE, load_level=15)
+    load = msgspec.structs.replace(LOAD, end_feel=ONCE, resistance_level=15)
     assert stepped.send(load, Trajectory(TIMES_S, way())) is None
     assert stepped.send(Approach()) is None
     stepped.until("paused")
@@ -346,7 +346,7 @@ def test_motor_that_stands_is_refused() -> None:
 
 
 def test_torque_above_the_patients_level_is_refused() -> None:
-    refusal = checked(TEST, load_level=12)
+    refusal = checked(TEST, resistance_level=12)
     assert refusal is not None and "the arm and the test need 2.0 Nm of motor 4" in refusal.message
     assert "allows only 1.9 Nm" in refusal.message
 

@@ -198,7 +198,7 @@ def test_a_jump_at_the_very_end_is_refused(loading: Loading) -> None:
         ({"max_speed_deg_s": 0.0}, "above 0°/s"),
         ({"repetition_s": math.nan}, "must be 0 s or longer"),
         ({"repetition_s": -1.0}, "must be 0 s or longer"),
-        ({"load_level": 26}, "must be 1 to 25"),
+        ({"resistance_level": 26}, "must be 1 to 25"),
     ],
 )
 def test_a_limit_that_limits_nothing_is_refused(loading: Loading, changes: dict[str, object], sentence: str) -> None:
@@ -248,8 +248,8 @@ def test_overload_is_refused_by_motor_time_and_torque(loading: Loading, method: 
 
 
 def test_a_lower_resistance_level_carries_less(loading: Loading) -> None:
-    assert loading(raised(load_level=RESISTANCE_LEVELS), carrying(2.0)).refusal is None
-    assert loading(raised(load_level=RESISTANCE_LEVELS // 4), carrying(2.0)).refusal is not None
+    assert loading(raised(resistance_level=RESISTANCE_LEVELS), carrying(2.0)).refusal is None
+    assert loading(raised(resistance_level=RESISTANCE_LEVELS // 4), carrying(2.0)).refusal is not None
 
 
 def test_unidentified_load_refuses_nothing(loading: Loading) -> None:

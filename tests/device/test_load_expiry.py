@@ -9,7 +9,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from msgspec import structs
 
-from kata.device.bus.port import BusSample, DriveStatus
+from kata.device.bus.interface import BusSample, DriveStatus
 from kata.device.ipc_messages import Approach, Pause, Play, Unload
 from tests.support.stepped import Stepped, SteppedApparatus
 from tests.support.trajectories import LOAD, a_trajectory

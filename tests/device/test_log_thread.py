@@ -23,7 +23,7 @@ def test_logging_does_not_wait_for_a_slow_disk() -> None:
     disk = _SlowDisk()
     with log_thread(disk):
         for number in range(3):
-            logging.getLogger("kata.device.modes").info("event %d", number)
+            logging.getLogger("kata.device.state_machine").info("event %d", number)
         assert disk.getvalue() == ""
         disk.free.set()
     lines = disk.getvalue().splitlines()

@@ -169,7 +169,7 @@ def test_a_fast_setpoint_brakes_before_a_limit(tmp_path: Path, rate_hz: int, dir
 def test_reversing_a_fast_arm_does_not_drop_it_for_jerk(tmp_path: Path, rate_hz: int) -> None:
     """The slowest drives that may be configured, the highest speed, the fastest reversal."""
     config = station(lag_s=0.3, lag2_s2=0.02, friction_deg=5.0, rate_hz=rate_hz)
-    stepped, _ = begin(tmp_path, config, "smooth", rows(reach_deg=85.0), load_level=10)
+    stepped, _ = begin(tmp_path, config, "smooth", rows(reach_deg=85.0), resistance_level=10)
     stepped.send(Play())
     until_place(stepped, 1.0)
     stepped.apparatus.torques_nm[MOVING] = 2.0
@@ -230,7 +230,7 @@ def test_recording_cut_at_full_speed_joins_the_return_without_jumps(tmp_path: Pa
 
 def test_resistance_is_judged_against_the_arms_direction_not_the_setpoints(tmp_path: Path) -> None:
     """Before the arm reverses, the setpoint already moves back."""
-    stepped, trajectory = begin(tmp_path, station(lag_s=0.3), "smooth", load_level=10)
+    stepped, trajectory = begin(tmp_path, station(lag_s=0.3), "smooth", resistance_level=10)
     stepped.send(Play())
     until_place(stepped, 1.75)
     assert np.diff(sent(stepped))[-1] < 0.0
@@ -278,7 +278,7 @@ def test_learned_correction_is_read_at_the_setpoints_place(tmp_path: Path) -> No
 
 
 def test_learned_correction_of_forward_motion_is_not_added_on_return(tmp_path: Path) -> None:
-    stepped, trajectory = begin(tmp_path, station(), "learned", correction=learned(1.5), load_level=10)
+    stepped, trajectory = begin(tmp_path, station(), "learned", correction=learned(1.5), resistance_level=10)
     stepped.send(Play())
     until_place(stepped, 1.5)
     stepped.apparatus.torques_nm[MOVING] = 2.0
@@ -407,7 +407,7 @@ def test_stop_in_the_paper_method_ramps_down_before_torque_off(paper: Stepped) -
 
 
 def test_resistance_in_the_papers_way_takes_the_arm_back(tmp_path: Path) -> None:
-    stepped, _ = begin(tmp_path, station(), "paper", load_level=10)
+    stepped, _ = begin(tmp_path, station(), "paper", resistance_level=10)
     stepped.send(Play())
     until_place(stepped, 1.5)
     stepped.apparatus.torques_nm[MOVING] = 2.0
@@ -624,7 +624,7 @@ def test_whatever_load_accepts_plays_without_a_fault_of_our_own(
     config = of_little_acceleration(station(*lag, rate_hz=rate_hz), speed_deg_s)
     times, angles = recording
     command = load(
-        method, times_s=times.astype("<f8").tobytes(), angles_deg=angles.astype("<f8").tobytes(), load_level=20
+        method, times_s=times.astype("<f8").tobytes(), angles_deg=angles.astype("<f8").tobytes(), resistance_level=20
     )
     if beyond_deg is not None:
         ends = zip(angles.min(axis=0) - beyond_deg - 0.01, angles.max(axis=0) + beyond_deg + 0.01, strict=True)
@@ -682,7 +682,7 @@ def test_an_axis_of_little_acceleration_is_not_jerked(
     stepped = Stepped(tmp_path, config)
     stepped.apparatus.angles_deg = MIDDLE_DEG.tolist()
     stepped.forward(0.1)
-    assert stepped.send(load("smooth", load_level=20), trajectory) is None
+    assert stepped.send(load("smooth", resistance_level=20), trajectory) is None
     stepped.send(Approach())
     stepped.until("paused")
     stepped.send(Play())

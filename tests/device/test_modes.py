@@ -8,7 +8,7 @@ import msgspec
 import numpy as np
 import pytest
 
-from kata.device import machine_state, modes
+from kata.device import state_machine, state_machine_base
 from kata.device.config import StationConfig
 from kata.device.cycle_state import CycleState
 from kata.device.ipc_messages import (
@@ -129,8 +129,8 @@ def test_only_the_current_sides_shoulder_is_taught_or_played(tmp_path: Path, sta
 
 
 def test_only_the_documented_mode_transitions_exist() -> None:
-    assert set(machine_state.TRANSITIONS) == {(come, go) for come, ways in WAYS.items() for go in ways}
-    assert all(machine_state.TRANSITIONS.values())
+    assert set(state_machine_base.TRANSITIONS) == {(come, go) for come, ways in WAYS.items() for go in ways}
+    assert all(state_machine_base.TRANSITIONS.values())
 
 
 @pytest.mark.parametrize("mode", ALLOWED)
@@ -167,10 +167,10 @@ def test_a_refused_command_changes_nothing(stepped: Stepped) -> None:
 
 @pytest.mark.counted
 def test_invalid_mode_transition_stops_at_once(playing: Stepped, monkeypatch: pytest.MonkeyPatch) -> None:
-    def astray(machine: modes.StateMachine, state: CycleState) -> None:
+    def astray(machine: state_machine.StateMachine, state: CycleState) -> None:
         machine._enter("teaching")
 
-    monkeypatch.setitem(modes.StateMachine._STEPS, "playing", astray)
+    monkeypatch.setitem(state_machine.StateMachine._STEPS, "playing", astray)
     playing.cycle()
 
     assert playing.mode == "stopped"
@@ -308,10 +308,10 @@ def test_jump_during_the_ramp_cuts_torque_early(playing: Stepped) -> None:
 def test_an_error_of_the_programs_own_ends_a_teaching_too(stepped: Stepped, monkeypatch: pytest.MonkeyPatch) -> None:
     bring(stepped, "teaching")
 
-    def broken(machine: modes.StateMachine, state: CycleState) -> None:
+    def broken(machine: state_machine.StateMachine, state: CycleState) -> None:
         raise RuntimeError("as if")
 
-    monkeypatch.setitem(modes.StateMachine._STEPS, "teaching", broken)
+    monkeypatch.setitem(state_machine.StateMachine._STEPS, "teaching", broken)
     stepped.cycle()
     assert stepped.mode == "stopped"
     assert stepped.causes() == ["unexpected_error"]
@@ -360,7 +360,7 @@ def test_offline_errors_stop_too(tmp_path: Path, monkeypatch: pytest.MonkeyPatch
     def broken(*_: object) -> None:
         raise RuntimeError("as if")
 
-    monkeypatch.setattr(modes.StateMachine, "_leave_offline", broken)
+    monkeypatch.setattr(state_machine.StateMachine, "_leave_offline", broken)
     stepped = Stepped(tmp_path)
     assert stepped.mode == "stopped"
     assert stepped.causes()[0] == "unexpected_error"
@@ -441,7 +441,7 @@ def test_run_is_reported_from_load_to_end(stepped: Stepped) -> None:
     bring(stepped, "ready")
     run = stepped.snapshot.run
     assert run is not None
-    assert (run.run_id, run.recording_id, run.load_level) == ("run", "recording", 25)
+    assert (run.run_id, run.recording_id, run.resistance_level) == ("run", "recording", 25)
     assert (run.position_s, run.duration_s, run.left_s) == (0.0, 2.0, 2.0)
     assert (run.at_start, run.reversing, run.reversals) == (False, False, 0)
 

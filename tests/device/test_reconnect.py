@@ -8,7 +8,7 @@ from typing import Literal
 import pytest
 from msgspec import structs
 
-from kata.device.bus.port import BusError
+from kata.device.bus.interface import BusError
 from kata.device.config import ModbusMap, simulated
 from tests.support.simulated_loop import SimulatedLoop, wave
 

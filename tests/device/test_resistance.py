@@ -30,7 +30,7 @@ PUSHED = 3
 
 def at_the_start(stepped: Stepped, level: int = LEVEL, seconds: float = 8.0) -> Stepped:
     """Bring the arm to the start of a slow stroke."""
-    load = msgspec.structs.replace(LOAD, load_level=level)
+    load = msgspec.structs.replace(LOAD, resistance_level=level)
     assert stepped.send(load, a_trajectory(seconds)) is None
     assert stepped.send(Approach()) is None
     stepped.until("paused")
@@ -301,7 +301,7 @@ def test_lost_browser_releases_a_held_arm_with_its_reason(held: Stepped) -> None
 @pytest.mark.parametrize("way", ["approaching", "returning"])
 def test_resistance_during_approach_or_return_holds_the_arm_in_place(stepped: Stepped, way: str) -> None:
     stepped.apparatus.angles_deg[PUSHED] = 50.0
-    assert stepped.send(msgspec.structs.replace(LOAD, load_level=LEVEL), a_trajectory()) is None
+    assert stepped.send(msgspec.structs.replace(LOAD, resistance_level=LEVEL), a_trajectory()) is None
     assert stepped.send(Approach()) is None
     if way == "returning":
         stepped.until("paused")
@@ -387,7 +387,7 @@ def test_a_push_that_outlasts_the_turn_holds_the_arm(stroke: Stepped) -> None:
     stroke.link.request_stop()
     stroke.forward(0.5)
     assert stroke.send(Acknowledge()) is None
-    load = msgspec.structs.replace(LOAD, load_level=LEVEL, run_id="hold")
+    load = msgspec.structs.replace(LOAD, resistance_level=LEVEL, run_id="hold")
     assert stroke.send(load, Trajectory(times, angles)) is None
     assert stroke.send(Approach()) is None
     stroke.until("paused")
@@ -425,7 +425,7 @@ def test_a_torque_within_the_level_moves_no_held_arm(held: Stepped) -> None:
 def test_giving_way_ends_at_the_patients_limit(stepped: Stepped) -> None:
     limits = [(-180.0, 180.0)] * 5
     limits[PUSHED] = (19.0, 41.0)
-    load = msgspec.structs.replace(LOAD, load_level=LEVEL, limits_deg=tuple(limits))
+    load = msgspec.structs.replace(LOAD, resistance_level=LEVEL, limits_deg=tuple(limits))
     stepped.apparatus.angles_deg[PUSHED] = 22.0
     assert stepped.send(load, a_trajectory(8.0)) is None
     assert stepped.send(Approach()) is None
@@ -539,7 +539,7 @@ def a_run(folder: Path, trajectory: Trajectory, level: int = 25, **settings: obj
          "started_at": "2025-01-01T00:00:00Z", "started_ns": 0},
         JournalHeader,
     )  # fmt: skip
-    load = msgspec.structs.replace(LOAD, load_level=level)
+    load = msgspec.structs.replace(LOAD, resistance_level=level)
     return Run(load, trajectory, JournalWriter(folder, header, JournalDisk()), config)
 
 

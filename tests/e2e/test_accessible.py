@@ -14,7 +14,7 @@ from playwright.sync_api import Browser, Page, expect
 
 from kata.auth.login_session import COOKIE
 from tests.support.accessibility import (
-    OF_A_PATIENT,
+    PATIENT_PAGE_NAME,
     SIGN_IN_PAGES,
     addresses,
     misfits_on_telephone,
@@ -85,7 +85,7 @@ def test_every_page_is_accessible(tab: Page, clinic: Clinic, scheme: Any, every:
         findings.look(name)
         if misfits := misfits_on_telephone(tab):
             findings.found[f"{name} on a telephone"] = misfits
-        if OF_A_PATIENT.match(name):
+        if PATIENT_PAGE_NAME.match(name):
             expect(tab.get_by_test_id("patient-banner")).to_contain_text(re.compile("(Left|Right) shoulder"))
         findings.look_at_dialogs(name)
         findings.look_at_opened_parts(name)

@@ -242,7 +242,7 @@ MADE_BY_KATA: Final = {
     "DuePatient.therapist", "PatientAdherence.therapist", "Operation.version",
     # Steps, values and faults of a commissioning, and what a station's file is accepted with.
     "CommissioningSignature.changed", "CommissioningSignature.public_key", "CommissioningState.reason", "CommissioningStepRun.fault", "CommissioningStepRun.step", "CommissioningValue.after", "CommissioningValue.before",
-    "CommissioningValue.name", "CommissioningInstruction.kind", "CommissioningInstruction.text", "CommissioningStepState.does", "CommissioningStepState.title", "SettingChange.name", "SettingChange.unit",
+    "CommissioningValue.name", "CommissioningInstruction.kind", "CommissioningInstruction.text", "CommissioningStepState.description", "CommissioningStepState.title", "SettingChange.name", "SettingChange.unit",
     "SettingField.name", "SettingField.unit", "DriveWarningLive.code", "DriveWarningLive.message", "DriveWarningLive.next_step",
     # Read from records and files on the service's computer, of which there are none: names of stations and of who did it, values.
     *(f"Commissioning{kind}.{name}" for kind in ("", "Detail") for name in ("configuration_digest", "digest", "done_by", "fault", "software", "station")),

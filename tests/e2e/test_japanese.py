@@ -9,7 +9,7 @@ import pytest
 from playwright.sync_api import BrowserContext, Error, Page, Response, expect
 
 from kata.auth.login_session import COOKIE
-from tests.support.accessibility import OF_A_PATIENT, addresses, misfits_on_telephone, opened, wrong
+from tests.support.accessibility import PATIENT_PAGE_NAME, addresses, misfits_on_telephone, opened, wrong
 from tests.support.browser_clinic import LONG_MS, START_LIMIT_S, Clinic
 from tests.support.page_accounts import sign_in_new_account
 from tests.support.page_actions import acknowledge, first_page
@@ -199,7 +199,7 @@ def test_every_page_speaks_japanese(tab: Page, clinic: Clinic, every: int) -> No
             barred[name] = violations
         if bare := bare_numbers(tab, "ja"):
             bare_of[name] = bare
-        if OF_A_PATIENT.match(name):
+        if PATIENT_PAGE_NAME.match(name):
             expect(tab.get_by_test_id("patient-banner")).to_contain_text(re.compile("[左右]肩"))
     problems = "\n".join(
         f"{name}: {sorted(set(texts))}" for found in (english, barred, bare_of) for name, texts in found.items()

@@ -76,7 +76,7 @@ def of_today(page: Page, clinic: Clinic, server: postgresql.Server, name: str) -
             session.add(
                 ProgrammeItemRow(
                     version_id=version.id, position=1, recording_id=recording.id, speed_percent=150.0, repetitions=1,
-                    pause_s=0.0, range_percent=100.0, load_level=25, method="smooth",
+                    pause_s=0.0, range_percent=100.0, resistance_level=25, method="smooth",
                 )
             )  # fmt: skip
     finally:

@@ -52,7 +52,7 @@ def test_station_refusal_is_reported_in_its_words(short: Taught) -> None:
     station = VirtualStation(simulated("virtual"))
     taught = station.teach(short)
     with pytest.raises(PlaybackError, match="cannot be played: its resistance level must be"):
-        station.play(load(taught, load_level=0), short.duration_s)
+        station.play(load(taught, resistance_level=0), short.duration_s)
 
 
 def test_station_stop_is_reported_in_its_words(short: Taught) -> None:

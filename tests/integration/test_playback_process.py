@@ -114,7 +114,7 @@ def load(
     rig: Rig,
     recording: Samples,
     run_id: str = "",
-    load_level: int = RESISTANCE_LEVELS,
+    resistance_level: int = RESISTANCE_LEVELS,
     until: tuple[str, ...] = ("paused",),
 ) -> str:
     """Load the recording, move to its start and return the run's id."""
@@ -125,7 +125,7 @@ def load(
         recording_id="recording",
         times_s=recording.times_s.astype("<f8").tobytes(),
         angles_deg=recording.angles_deg.astype("<f8").tobytes(),
-        load_level=load_level,
+        resistance_level=resistance_level,
     )
     assert rig.send(command) is None
     assert rig.send(Approach()) is None
@@ -281,7 +281,7 @@ def test_disagreeing_service_stops_the_playback(rig: Rig, motion: Taught) -> Non
 
 def test_repeated_resistance_in_one_place_stops_and_holds_the_arm(rig: Rig) -> None:
     flexion = built_in_motions()[4]
-    run_id = load(rig, known(flexion), load_level=8)
+    run_id = load(rig, known(flexion), resistance_level=8)
     # Jam it from the start: an axis that jams later cannot be taken back either, which is another fault.
     rig.hand.fault("stuck", 4)
     assert rig.send(Play()) is None

@@ -9,7 +9,7 @@ from scipy.signal import lfilter
 from kata.motion.arm_load import ArmLoad
 from kata.motion.identify_load import identify_load
 from kata.motion.linkage import Floats
-from kata.motion.method import LoadModel, without_taken_up
+from kata.motion.method import LoadModel, after_integral
 from kata.motion.path import PathPoint
 
 ARM = ArmLoad(
@@ -40,7 +40,7 @@ def test_known_drive_and_load_are_identified() -> None:
     model = LoadModel(np.full(5, 0.005), np.full(5, 0.002), np.full(5, 0.3), share, ARM)
     torque = model.torque_nm(PathPoint(measured, speed, acceleration))
     taken = np.full(5, 1 - math.exp(-0.01 / 0.5))
-    lag = without_taken_up(0.07 * speed + 0.001 * acceleration + 2.0 * torque, taken)
+    lag = after_integral(0.07 * speed + 0.001 * acceleration + 2.0 * torque, taken)
     random = np.random.default_rng(1)
     noise = random.uniform(-0.044, 0.044, measured.shape)
     times = np.arange(len(measured)) * 0.01

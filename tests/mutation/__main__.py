@@ -34,7 +34,7 @@ from tests.mutation.mutants import Mutant, mutants
 ROOT: Final = Path(__file__).parents[2]
 DEVICE: Final = ROOT / "backend/kata/device"
 MODULES: Final = (
-    "faults", "late_command", "latched_stop", "setpoint_gate", "setpoint_limiters", "cycle_state", "modes", "machine_state", "refusals", "run_limits", "resistance", "run", "movement", "range_override", "teaching",
+    "faults", "late_command", "latched_stop", "setpoint_gate", "setpoint_limiters", "cycle_state", "state_machine", "state_machine_base", "refusals", "run_limits", "resistance", "run", "movement", "range_override", "teaching",
 )  # fmt: skip
 """Modules, the most important first."""
 TESTS: Final = sorted(
@@ -173,7 +173,7 @@ def _without_change(scratch: Path) -> Survey | None:
 
 def _noticed_without_change(survey: Survey, scratch: Path) -> bool:
     """The tests must pass without a change, or they would detect any change."""
-    file = DEVICE / "modes.py"
+    file = DEVICE / "state_machine.py"
     unchanged = Mutant(file, "", "", "", range(0), ast.parse(file.read_text()))
     return any(noticed for _, noticed in _each([unchanged], survey, scratch))
 

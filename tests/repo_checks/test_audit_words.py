@@ -9,7 +9,7 @@ from typing import Final, get_args
 from kata.audit.changes import NOT_COLLECTED
 from kata.auth.permissions import RULES, audit_action
 from kata.backups.catalogue import Kind
-from kata.clinic.restricted.objects import OF_A_PATIENT
+from kata.clinic.restricted.objects import PATIENT_QUERY_BY_ID_NAME
 from kata.database.base import Base
 from tests.support.paths import ROOT
 
@@ -66,6 +66,8 @@ def test_every_action_has_a_text_in_both_languages() -> None:
 
 
 def test_every_record_kind_has_a_text_in_both_languages() -> None:
-    kinds = (Base.metadata.tables.keys() - NOT_COLLECTED) | {name.removesuffix("_id") for name in OF_A_PATIENT}
+    kinds = (Base.metadata.tables.keys() - NOT_COLLECTED) | {
+        name.removesuffix("_id") for name in PATIENT_QUERY_BY_ID_NAME
+    }
     for language in LANGUAGES:
         assert kinds - texts(language, "kinds").keys() == set()

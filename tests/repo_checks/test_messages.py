@@ -21,6 +21,19 @@ from tests.support.paths import ROOT
 
 BACKEND: Final = ROOT / "backend/kata"
 ENGLISH: Final[dict[str, str]] = json.loads((ROOT / "frontend/server-messages.json").read_text("utf-8"))
+RENAMED: Final = {
+    "choose_load_level": "CHOOSE_RESISTANCE_LEVEL",
+    "item_above_load_level": "ITEM_ABOVE_RESISTANCE_LEVEL",
+    "item_above_load_level_by": "ITEM_ABOVE_RESISTANCE_LEVEL_BY",
+    "load_level_above_limit": "RESISTANCE_LEVEL_ABOVE_LIMIT",
+    "load_on_the_way": "RESISTANCE_ON_APPROACH_OR_RETURN",
+    "load_repeated": "RESISTANCE_REPEATED",
+    "load_while_held": "RESISTANCE_WHILE_HELD",
+    "not_playable_load_level": "NOT_PLAYABLE_RESISTANCE_LEVEL",
+    "way_leaves_limits": "PATH_LEAVES_LIMITS",
+}
+"""Messages whose constant has another name than their code: the code is stored or published."""
+CONSTANTS: Final = {RENAMED.get(code, code.upper()): code for code in CATALOGUE}
 JAPANESE: Final[dict[str, str]] = json.loads((ROOT / "frontend/src/locales/ja/server.json").read_text("utf-8"))
 
 
@@ -58,12 +71,11 @@ def test_every_fault_has_a_short_name_on_the_page(language: str) -> None:
 
 def calls() -> Iterator[tuple[str, str, set[str]]]:
     """Yield file and line, constant and argument names of every call of a message."""
-    constants = {code.upper() for code in CATALOGUE}
     for file in sorted(BACKEND.rglob("*.py")):
         source = file.read_text("utf-8")
         for node in ast.walk(ast.parse(source)) if re.search(r"\.[A-Z][A-Z0-9_]*\(", source) else ():
             if not (
-                isinstance(node, ast.Call) and isinstance(node.func, ast.Attribute) and node.func.attr in constants
+                isinstance(node, ast.Call) and isinstance(node.func, ast.Attribute) and node.func.attr in CONSTANTS
             ):
                 continue
             names = [keyword.arg for keyword in node.keywords]
@@ -75,7 +87,7 @@ def calls() -> Iterator[tuple[str, str, set[str]]]:
 def test_messages_are_called_with_their_parameters() -> None:
     found = list(calls())
     assert len(found) > 300
-    assert [use for use in found if use[2] != set(CATALOGUE[use[1].lower()].params)] == []
+    assert [use for use in found if use[2] != set(CATALOGUE[CONSTANTS[use[1]]].params)] == []
 
 
 def test_every_message_is_used() -> None:
@@ -85,7 +97,7 @@ def test_every_message_is_used() -> None:
     used = set(re.findall(r"\b[A-Z][A-Z0-9_]+\b", sources))
     # Tables declare fields, units and their errors.
     tables = {template.code for table in (i18n.SENTENCES, i18n.NAMES, i18n.UNITS) for template in table.values()}
-    assert [code for code in sorted(CATALOGUE.keys() - tables) if code.upper() not in used] == []
+    assert [name for name, code in CONSTANTS.items() if code not in tables and name not in used] == []
 
 
 def test_a_code_is_declared_once() -> None:

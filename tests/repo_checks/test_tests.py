@@ -41,7 +41,7 @@ def _is_test_module(module: str) -> bool:
         ("tests.device.conftest", True),
         (".test_load", True),
         ("tests.support.stepped", False),
-        ("kata.device.modes", False),
+        ("kata.device.state_machine", False),
     ],
 )
 def test_imported_test_modules_are_recognized(module: str, refused: bool) -> None:

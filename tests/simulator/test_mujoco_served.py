@@ -14,7 +14,7 @@ from typer.testing import CliRunner
 
 from kata.cli.main import app
 from kata.device.bus.factory import make_bus
-from kata.device.bus.port import Bus, BusSample
+from kata.device.bus.interface import Bus, BusSample
 from kata.device.config import simulated
 from kata.simulator.mechanics import NO_MUJOCO
 from kata.simulator.process import SimulatorProcess

@@ -9,7 +9,7 @@ from pathlib import Path
 
 import pytest
 
-from kata.device.bus.port import BusError
+from kata.device.bus.interface import BusError
 from kata.device.bus.serial_transport import SerialTransport, SocketTransport, Transport, open_port
 from kata.simulator.ports import SocketPort, TerminalPort
 

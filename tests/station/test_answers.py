@@ -12,7 +12,7 @@ from tests.support.silent_device import Silent, snapshot, station
 PATIENT = PatientRef(id=UUID(int=1), name="Sato")
 REFUSED = Refusal(code="limits", message="It leaves the limits.", next_step="Choose another one.")
 LOAD = Load(
-    run_id="run", recording_id="recording", times_s=b"", angles_deg=b"", side="right", load_level=12,
+    run_id="run", recording_id="recording", times_s=b"", angles_deg=b"", side="right", resistance_level=12,
     limits_deg=((0.0, 1.0),) * 5, method="smooth", correction_deg=b"", correction_step_s=0.0, repetition_s=1.0,
 )  # fmt: skip
 

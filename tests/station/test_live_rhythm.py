@@ -29,7 +29,7 @@ def teaching(*, takes: int = 1, recording: bool = True) -> dict[str, Any]:
 
 def run(mode: str = "playing", *, reversing: bool = False) -> dict[str, Any]:
     state = RunState(
-        run_id="run", recording_id="recording", position_s=0.0, duration_s=9.0, left_s=9.0, at_start=False, load_level=8,
+        run_id="run", recording_id="recording", position_s=0.0, duration_s=9.0, left_s=9.0, at_start=False, resistance_level=8,
         reversals=0, reversing=reversing, range_percent=100.0,
     )  # fmt: skip
     return {"mode": mode, "run": state}

@@ -20,7 +20,7 @@ RULES = ["landmark-no-duplicate-main", "landmark-one-main", "page-has-heading-on
 """Further rules: the landmarks and headings that a screen reader uses."""
 
 
-OF_A_PATIENT = re.compile("^(patient|session|recording|programme|new-programme|progress|station-patient)(-|$)")
+PATIENT_PAGE_NAME = re.compile("^(patient|session|recording|programme|new-programme|progress|station-patient)(-|$)")
 """Names of pages whose numbers belong to a patient."""
 
 

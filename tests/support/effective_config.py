@@ -10,7 +10,7 @@ import msgspec
 from hypothesis import strategies as st
 
 from kata.device.bus.factory import make_bus
-from kata.device.bus.port import BusSample, DriveSample, DriveStatus, InputSample
+from kata.device.bus.interface import BusSample, DriveSample, DriveStatus, InputSample
 from kata.device.config import Axis, ConfigError, Inputs, ModbusMap, StationConfig, read
 from kata.device.config_rules import RANGES, Range
 from kata.device.cycle_state import CycleStateBuilder, LoopContext

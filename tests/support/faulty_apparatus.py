@@ -7,7 +7,7 @@ from dataclasses import dataclass, field
 
 from msgspec import structs
 
-from kata.device.bus.port import BusError, BusSample, DriveSample, DriveStatus, InputSample
+from kata.device.bus.interface import BusError, BusSample, DriveSample, DriveStatus, InputSample
 from tests.support.fault_matrix import Kind
 from tests.support.stepped import SteppedApparatus
 

@@ -42,7 +42,7 @@ def treated(database: Database, sessions: int = 50, number: str = NUMBER) -> UUI
     episode = EpisodeRow(
         id=uuid4(), patient_id=patient.id, side="left", diagnosis="Frozen shoulder of Mrs Yamada", onset_on=date(2026, 1, 10),
         contraindications="None known to Mrs Yamada.", limits=[{"motion": 4, "lowest_deg": None, "highest_deg": 90.0}],
-        max_load_level=12, max_speed_deg_s=45.5, limits_by="Dr Ito", opened_at=BEGAN, updated_at=BEGAN,
+        max_resistance_level=12, max_speed_deg_s=45.5, limits_by="Dr Ito", opened_at=BEGAN, updated_at=BEGAN,
     )  # fmt: skip
     common = {"patient_id": patient.id, "name": "Lift of Mrs Yamada", "side": "left"}
     teaching = TeachingRow(id=uuid4(), started_at=BEGAN, **common)
@@ -76,7 +76,7 @@ def treated(database: Database, sessions: int = 50, number: str = NUMBER) -> UUI
             session.add(
                 ProgrammeItemRow(
                     version_id=row.id, position=1, recording_id=recording.id, speed_percent=80.0, repetitions=10,
-                    pause_s=2.0, range_percent=90.0, load_level=8, method="learned",
+                    pause_s=2.0, range_percent=90.0, resistance_level=8, method="learned",
                 )
             )  # fmt: skip
             versions.append(row.id)
@@ -124,7 +124,7 @@ def _visit(
         run = RunRow(
             id=uuid4(), session_id=row.id, recording_id=recording, programme_position=1,
             started_at=began + timedelta(minutes=5 * place), ended_at=began + timedelta(minutes=5 * place + 4),
-            outcome=outcome, stop_code="estop" if outcome == "stopped" else None, rate_hz=100, load_level=8, method="learned",
+            outcome=outcome, stop_code="estop" if outcome == "stopped" else None, rate_hz=100, resistance_level=8, method="learned",
             repetitions=10, samples=201, worst_rmse_deg=0.4, worst_peak_deg=1.5,
         )  # fmt: skip
         session.add(run)

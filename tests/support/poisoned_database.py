@@ -7,7 +7,7 @@ from itertools import count
 from typing import Any, Final, cast
 from uuid import UUID, uuid4
 
-from sqlalchemy import JSON, Column, String, Table, Text, bindparam, insert, select, update
+from sqlalchemy import JSON, Column, String, Table, Text, bindparam, insert, inspect, select, update
 from sqlalchemy.orm import Session
 
 from kata.actor import Actor
@@ -182,8 +182,8 @@ def _ids(session: Session, place: Place) -> dict[str, str]:
 
 def _copy(session: Session, row: Base, times: int) -> None:
     """Insert more rows with their own ids and unique values."""
-    table, number = cast(Table, row.__table__), count(1_000)
-    values = {column.name: getattr(row, column.name) for column in table.columns}
+    table, mapper, number = cast(Table, row.__table__), inspect(type(row)), count(1_000)
+    values = {column.name: getattr(row, mapper.get_property_by_column(column).key) for column in table.columns}
     own = {"access_tokens": "secret_hash", "accounts": "username", "sign_ins": "secret_hash", "patients": "clinic_number", "account_stations": "station", "stations": "name"}  # fmt: skip
     copies: list[dict[str, Any]] = []
     for _ in range(times):

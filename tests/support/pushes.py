@@ -92,7 +92,7 @@ def hold_answered(folder: Path, push: Push) -> None:
     level = max(push.level, _LEAST_TEST_LEVEL) if push.phase in _TESTS else push.level
     level_nm = level / 25 * 0.98 * rated_nm
     chosen_nm = level_nm / 2
-    load = msgspec.structs.replace(LOAD, load_level=level)
+    load = msgspec.structs.replace(LOAD, resistance_level=level)
     if push.phase in _TESTS:
         test = EndFeel(motor=push.moving_axis + 1, torque_nm=chosen_nm, expected_nm=(0.0, 0.0), repetitions=1)
         load = msgspec.structs.replace(load, end_feel=test)

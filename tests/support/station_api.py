@@ -69,5 +69,7 @@ def load(client: TestClient, patient: dict[str, Any], recording: dict[str, Any],
     session = client.post("/api/sessions", json={"patient_id": patient["id"]}).json()
     go_through_checklist(client, session["id"], recording["id"])
     return accepted(
-        client, "load", {"session_id": session["id"], "load_level": 25, "recording_id": recording["id"], **settings}
+        client,
+        "load",
+        {"session_id": session["id"], "resistance_level": 25, "recording_id": recording["id"], **settings},
     )

@@ -12,7 +12,7 @@ from unittest import mock
 
 from msgspec import structs
 
-from kata.device.bus.port import (
+from kata.device.bus.interface import (
     BusError,
     BusSample,
     DriveHealth,
@@ -46,7 +46,7 @@ REST_DEG = (15.0, 109.0, 10.0, 0.0, 0.0)
 
 @dataclass
 class SteppedApparatus:
-    """A :class:`~kata.device.bus.port.Bus`; tests set its fields."""
+    """A :class:`~kata.device.bus.interface.Bus`; tests set its fields."""
 
     mismatch: list[str] = field(default_factory=lambda: [""] * 5)
     """The register with a wrong value, by drive."""

@@ -65,7 +65,7 @@ def treat(session: Session, texts: Texts = PLAIN, *, sessions: int = 1, runs: in
     )  # fmt: skip
     episode = EpisodeRow(
         id=uuid4(), patient_id=patient.id, side="left", diagnosis=texts.other, onset_on=date(2026, 6, 1),
-        contraindications=texts.other, limits=[{"motion": 4, "lowest_deg": None, "highest_deg": 95.0}], max_load_level=12,
+        contraindications=texts.other, limits=[{"motion": 4, "lowest_deg": None, "highest_deg": 95.0}], max_resistance_level=12,
         max_speed_deg_s=35.0,
         limits_by=texts.therapist, opened_at=DAY - timedelta(days=3), closing_note=texts.note, updated_at=DAY,
     )  # fmt: skip
@@ -150,7 +150,7 @@ def _programme(session: Session, episode_id: UUID, recording_id: UUID, texts: Te
         session.add(
             ProgrammeItemRow(
                 version_id=version.id, position=position, recording_id=recording_id, speed_percent=percent, repetitions=3,
-                pause_s=1.5, range_percent=90.0, load_level=8, method="learned",
+                pause_s=1.5, range_percent=90.0, resistance_level=8, method="learned",
             )
         )  # fmt: skip
     return version.id
@@ -213,7 +213,7 @@ def _run(session: Session, visit: SessionRow, recording: RecordingRow, place: in
         stop_code="drive_silent" if stopped else None,
         stop_message="Motor 3 does not answer." if stopped else None,
         stop_key={"code": "drive_silent", "params": {"motor": 3}} if stopped else None,
-        rate_hz=100, load_level=8, speed_percent=80.0,
+        rate_hz=100, resistance_level=8, speed_percent=80.0,
         repetitions=1, pause_s=0.0, range_percent=90.0, method="learned", samples=len(wanted.times_s),
         worst_rmse_deg=max(motor.rmse_deg for motor in motors),
         worst_peak_deg=max(abs(motor.peak_deg) for motor in motors), reversals=place,

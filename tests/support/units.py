@@ -49,9 +49,9 @@ DECLARED: Final[dict[str, str]] = {
     ),
     **dict.fromkeys(("pain_before", "pain_during", "pain_after", "pain_rest", "pain_active", "pain_passive", "pain_average", "spadi"), SCORE_10),
     **dict.fromkeys(
-        ("pain", "disability", "total", "spadi_score", "spadi_perhaps_important", "spadi_important", "spadi_detectable"), SCORE_100
+        ("pain", "disability", "total", "spadi_score", "spadi_mcid_lower", "spadi_mcid_upper", "spadi_mdc"), SCORE_100
     ),
-    **dict.fromkeys(("load_level", "max_load_level"), LEVEL),
+    **dict.fromkeys(("resistance_level", "max_resistance_level", "load_level", "max_load_level"), LEVEL),
     **dict.fromkeys(("taught_smoothness", "played_smoothness"), "spectral arc length, which has no unit"),
     **dict.fromkeys(("ratio", "ratio_deviation"), "degrees for each degree, which has no unit"),
     **dict.fromkeys(("p_gain", "i_gain", "d_gain", "p", "i", "d"), "in the drive's own units"),

@@ -29,7 +29,7 @@ def programme(client: TestClient, patient: dict[str, Any], *recording_ids: str) 
             session.add(
                 ProgrammeItemRow(
                     version_id=version_id, position=position, recording_id=UUID(recording_id), speed_percent=150.0,
-                    repetitions=2, pause_s=0.5, range_percent=100.0, load_level=25, method="smooth",
+                    repetitions=2, pause_s=0.5, range_percent=100.0, resistance_level=25, method="smooth",
                 )
             )  # fmt: skip
     return str(version_id)

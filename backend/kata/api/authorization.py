@@ -34,7 +34,7 @@ from kata.auth.permissions import (
 )
 from kata.auth.throttle import ADDRESS_POLICY
 from kata.clinic.restricted import service as restricted
-from kata.clinic.restricted.objects import OF_A_PATIENT, patients_of
+from kata.clinic.restricted.objects import PATIENT_QUERY_BY_ID_NAME, patients_of
 from kata.database.availability import DatabaseUnavailableError
 from kata.database.base import utc_now
 from kata.database.engine import Database
@@ -318,7 +318,7 @@ def _named_records(connection: HTTPConnection, body: Any) -> Iterator[tuple[str,
     fields = [*connection.path_params.items(), *connection.query_params.multi_items(), *_fields(body)]
     yielded = set()
     for name, value in fields:
-        if name not in OF_A_PATIENT:
+        if name not in PATIENT_QUERY_BY_ID_NAME:
             continue
         try:
             record = name, UUID(str(value))

@@ -67,8 +67,8 @@ class CommissioningStepState(Schema):
     key: StepKey
     title: str
     title_key: OptionalKey = None
-    does: str
-    does_key: OptionalKey = None
+    description: str
+    description_key: OptionalKey = None
     state: Literal["waiting", "running", "passed", "failed"]
     result: CommissioningStepRun | None = Field(
         description="Result of the step's last run; null: the step has not run yet."
@@ -215,8 +215,8 @@ def _state(run: CommissioningRun) -> CommissioningRunState:
                     "key": step.key,
                     "title": step.title,
                     "title_key": TextKey.of(step.title),
-                    "does": step.does,
-                    "does_key": TextKey.of(step.does),
+                    "description": step.description,
+                    "description_key": TextKey.of(step.description),
                     "state": state,
                     "result": result,
                 }

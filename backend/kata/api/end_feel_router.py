@@ -47,7 +47,7 @@ class EndFeelLoadRequest(Schema):
         "ignores it.",
         examples=[2.0],
     )
-    load_level: ResistanceLevel
+    resistance_level: ResistanceLevel
     speed_deg_s: EndFeelSpeed = SPEED_DEG_S
     hold_s: HoldTime = 30.0
     repetitions: Repetitions = REPETITIONS
@@ -88,7 +88,7 @@ async def load_end_feel(
         times_s=started_run.motion.times_s.astype("<f8").tobytes(),
         angles_deg=started_run.motion.angles_deg.astype("<f8").tobytes(),
         side=started_run.side,
-        load_level=body.load_level,
+        resistance_level=body.resistance_level,
         limits_deg=started_run.limits,
         arm_limits=started_run.allowed.arm,
         max_speed_deg_s=started_run.allowed.max_speed_deg_s,
@@ -110,9 +110,9 @@ def _changes(body: EndFeelLoadRequest) -> Text:
 def _begin(
     stores: RunStores, request: EndFeelRequest, apparatus: checks.ApparatusState, config: StationConfig
 ) -> tuple[StartedRun, ipc_messages.EndFeel]:
-    run_request = runs.RunRequest(request.session_id, request.recording_id, request.load_level)
+    run_request = runs.RunRequest(request.session_id, request.recording_id, request.resistance_level)
     with stores.database.read() as session:
-        runs.to_begin(session, run_request, apparatus.station)
+        runs.prepare(session, run_request, apparatus.station)
         recording = recordings.get(session, request.recording_id)
         side = side_of(recording.side)
         contraindications.require_none(session, recording.patient_id, side)
@@ -122,7 +122,7 @@ def _begin(
     path = end_feel.longest_outward_path(taught, allowed, config, request.speed_deg_s, farthest_deg)
     if request.kind == "stretch":
         path = end_feel.up_to(path, request.largest_deg)
-    limits = allowed.check(path.motion, request.load_level, "smooth")
+    limits = allowed.check(path.motion, request.resistance_level, "smooth")
     with writing(stores.database, stores.event_spool, "run") as (session, began):
         prepared = end_feel.prepare(session, request, path, config, apparatus.today)
         row = runs.begin(session, run_request, apparatus.station)

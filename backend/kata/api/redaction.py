@@ -13,7 +13,7 @@ from kata.clinic.sessions.offline_cache import OfflineCache
 from kata.database.availability import DatabaseUnavailableError
 from kata.database.engine import Database
 
-_OF_A_PATIENT: Final = ("patient", "recording_name", "session_id")
+_REDACTED_FIELDS: Final = ("patient", "recording_name", "session_id")
 _PERMISSION_VALID_S: Final = 5.0
 """Seconds for which a permission from the database is used. A record may become restricted, or be opened by break-glass access, during
 playback.
@@ -39,7 +39,7 @@ class Redaction:
         for name in ("run", "teaching"):
             activity = state[name]
             if activity and activity["patient"] and not await self.may_see(UUID(activity["patient"]["id"])):
-                redacted[name] = activity | {field: None for field in _OF_A_PATIENT if field in activity}
+                redacted[name] = activity | {field: None for field in _REDACTED_FIELDS if field in activity}
         return redacted
 
     async def may_be_notified_of(self, patient_id: UUID) -> bool:

@@ -135,7 +135,7 @@ class LoadRequest(PlaybackSettings):
         le=1000,
         description="Position in the session's programme; null: the recording was chosen outside the programme.",
     )
-    load_level: ResistanceLevel
+    resistance_level: ResistanceLevel
     method: Method = Field(
         "smooth",
         description="paper: 10 Hz, each sample held until the next, as in Sun et al. (2025). smooth: interpolated. learned: smooth, with a "
@@ -294,7 +294,7 @@ async def load(
         times_s=motion.times_s.astype("<f8").tobytes(),
         angles_deg=motion.angles_deg.astype("<f8").tobytes(),
         side=started_run.side,
-        load_level=body.load_level,
+        resistance_level=body.resistance_level,
         limits_deg=started_run.limits,
         arm_limits=started_run.allowed.arm,
         max_speed_deg_s=started_run.allowed.max_speed_deg_s,
@@ -428,7 +428,7 @@ def _run_request(requested: LoadRequest) -> runs.RunRequest:
     return runs.RunRequest(
         requested.session_id,
         requested.recording_id,
-        requested.load_level,
+        requested.resistance_level,
         settings,
         requested.method,
         position,
@@ -448,7 +448,7 @@ def _begin_run(
     """
     request = _run_request(requested)
     with database.read() as session:
-        prepared = runs.to_begin(session, request, apparatus.station)
+        prepared = runs.prepare(session, request, apparatus.station)
         if requested.programme_position is not None:
             planned.check_timer(session, requested.session_id)
         learned = stored_corrections.correction(session, prepared.corrected_by)
@@ -459,7 +459,7 @@ def _begin_run(
         taught = runs.taught(session, recording.id)
     allowed.check_self_paced(self_paced=requested.self_paced)
     motion = runs.with_settings(taught, request.settings)
-    limits = allowed.check(motion, requested.load_level, requested.method)
+    limits = allowed.check(motion, requested.resistance_level, requested.method)
     with writing(database, event_spool, "run") as (session, began):
         row = runs.begin(session, request, apparatus.station, prepared=prepared)
         began.append(row.id)
@@ -485,7 +485,9 @@ def _begin_run(
             limits=limits,
             allowed=allowed,
             patient=PatientRef(id=patient.id, name=patient.name),
-            end_range=end_range.live(taught, side, config, plans.end_range_of(session, row), requested.load_level),
+            end_range=end_range.live(
+                taught, side, config, plans.end_range_of(session, row), requested.resistance_level
+            ),
         )
 
 
@@ -493,8 +495,10 @@ def _note_exceeded(session: Session, patient_id: UUID, side: Side, requested: Lo
     """Record in the audit trail the settings that exceed the stage's proposal. They are played as requested."""
     episode = episodes.open_episode(session, patient_id, side)
     stage = episode.stage.stage if episode and episode.stage else None
-    if exceeded := stages.exceeded(stage, requested.load_level, requested):
-        note_detail("beyond_stage", "+".join(exceeded))
+    if exceeded := stages.exceeded(stage, requested.resistance_level, requested):
+        # The audit trail stores the level by its column's name.
+        stored = ["load_level" if name == "resistance_level" else name for name in exceeded]
+        note_detail("beyond_stage", "+".join(stored))
 
 
 def _begin_without_database(
@@ -523,7 +527,7 @@ def _begin_without_database(
         checked.recording.allowed,
         PatientRef(id=checked.patient.id, name=checked.patient.name),
         end_range.live(
-            checked.recording.taught, checked.recording.side, config, checked.end_range, requested.load_level
+            checked.recording.taught, checked.recording.side, config, checked.end_range, requested.resistance_level
         ),
         without_database=True,
     )

@@ -6,6 +6,8 @@ from uuid import UUID
 from sqlalchemy import event, inspect
 from sqlalchemy.orm import Mapper, ORMExecuteState, Session
 
+from kata.database.base import column_name
+
 NOT_COLLECTED: Final = frozenset(
     {
         "audit", "backups", "device_events", "episode_outcomes", "exported_statements", "read_notifications", "recovery_codes",
@@ -62,7 +64,9 @@ class Changes:
             state = inspect(row)
             mapper: Mapper[Any] = state.mapper
             columns = {
-                attribute.key for attribute in mapper.column_attrs if state.attrs[attribute.key].history.has_changes()
+                column_name(attribute)
+                for attribute in mapper.column_attrs
+                if state.attrs[attribute.key].history.has_changes()
             }
             columns -= _COLUMNS_NOT_COLLECTED.get(_table_name(mapper), frozenset())
             if columns:

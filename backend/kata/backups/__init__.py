@@ -1,1 +1,1 @@
-"""Encrypted backups: create one every night, verify it by a trial restore, and restore the clinic from a backup."""
+"""Encrypted backups: create one every day, verify it by a trial restore, and restore the clinic from a backup."""

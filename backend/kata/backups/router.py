@@ -1,4 +1,4 @@
-"""Routes of backups, and the task that makes them. A separate process makes a backup every night. The list shows each backup with its last restore test.
+"""Routes of backups, and the task that makes them. A separate process makes a backup every day. The list shows each backup with its last restore test.
 
 That process only reads the database (:mod:`kata.backups.create`). The service imports the process's record.
 """
@@ -31,7 +31,7 @@ from kata.backups.catalogue import (
     write_record,
 )
 from kata.backups.key import key_location
-from kata.backups.schedule import RETRY_AFTER, is_due, next_at, night_lock
+from kata.backups.schedule import RETRY_AFTER, daily_backup_lock, is_due, next_at
 from kata.backups.tables import BackupRow
 from kata.database.base import utc_now
 from kata.database.engine import Database
@@ -91,7 +91,7 @@ class BackupList(Page[Backup]):
 
 
 class Backups:
-    """Makes backups every night and on request, one at a time."""
+    """Makes backups every day and on request, one at a time."""
 
     def __init__(
         self,
@@ -102,7 +102,7 @@ class Backups:
     ) -> None:
         """Prepare the backups.
 
-        :param occupied: returns True while motors have torque. A nightly backup waits until it returns False.
+        :param occupied: returns True while motors have torque. A daily backup waits until it returns False.
         :param time_zone: returns the clinic's time zone.
         """
         self._time_zone = time_zone
@@ -118,7 +118,7 @@ class Backups:
     async def running_schedule(
         self, first_check_s: float = _FIRST_CHECK_S, check_period_s: float = _CHECK_PERIOD_S
     ) -> AsyncIterator[None]:
-        """Make nightly backups while the context lasts."""
+        """Make daily backups while the context lasts."""
         watching = asyncio.create_task(self._run_schedule(first_check_s, check_period_s), name="backups")
         try:
             yield
@@ -193,7 +193,7 @@ class Backups:
         if kind == "asked":
             await self._run_process(kind)
             return
-        lock = await asyncio.to_thread(night_lock, self._database)
+        lock = await asyncio.to_thread(daily_backup_lock, self._database)
         if lock is None:
             return
         try:

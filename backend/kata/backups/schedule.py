@@ -1,4 +1,4 @@
-"""The times of nightly backups, and the lock that lets one service of a database make them."""
+"""The times of daily backups, and the lock that lets one service of a database make them."""
 
 from contextlib import ExitStack
 from datetime import datetime, time, timedelta, tzinfo
@@ -10,12 +10,12 @@ from kata.database.engine import Database
 
 RETRY_AFTER: Final = timedelta(hours=1)
 """Time between a failed backup and the next attempt."""
-_NIGHTLY_LOCK_KEY: Final = 0x6B_61_74_61_62_6B_75_70
-"""Key of the advisory lock that a service holds during the nightly backup. The number is arbitrary."""
+_DAILY_LOCK_KEY: Final = 0x6B_61_74_61_62_6B_75_70
+"""Key of the advisory lock that a service holds during the daily backup. The number is arbitrary."""
 
 
-def night_lock(database: Database) -> ExitStack | None:
-    """Take the lock of the nightly backup; the caller closes it after the backup. Return None if another service on this database has the
+def daily_backup_lock(database: Database) -> ExitStack | None:
+    """Take the lock of the daily backup; the caller closes it after the backup. Return None if another service on this database has the
     lock.
 
     PostgreSQL releases the lock when a service is killed. A SQLite database has only one service, which needs no lock.
@@ -26,7 +26,7 @@ def night_lock(database: Database) -> ExitStack | None:
             connection = stack.enter_context(database.direct.connect())
             # The lock ends with its connection, so the connection must leave the pool.
             connection.detach()
-            if not connection.execute(select(func.pg_try_advisory_lock(_NIGHTLY_LOCK_KEY))).scalar_one():
+            if not connection.execute(select(func.pg_try_advisory_lock(_DAILY_LOCK_KEY))).scalar_one():
                 return None
             connection.commit()
         return stack.pop_all()

@@ -20,7 +20,7 @@ from kata.bench.bus_cycle import CycleFigures, CycleOrder, CycleRunner
 from kata.bench.other_libraries import DynamixelSdk, Pymodbus, Rustypot
 from kata.bench.own_drivers import KataCycle, KataDrives
 from kata.device import config
-from kata.device.bus.port import BusError
+from kata.device.bus.interface import BusError
 from kata.device.config import StationConfig
 from kata.system import realtime
 

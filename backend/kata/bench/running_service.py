@@ -179,7 +179,7 @@ class RunningService:
         """Load the recording and approach its start, which switches torque on. The apparatus must be idle."""
         self._go_through_checklist(records)
         session_id, recording_id = str(records.session_id), str(records.recording_id)
-        self.insist("load", session_id=session_id, recording_id=recording_id, load_level=RESISTANCE_LEVELS)
+        self.insist("load", session_id=session_id, recording_id=recording_id, resistance_level=RESISTANCE_LEVELS)
         self.insist("approach")
 
     def play(self, records: BenchRecords) -> None:

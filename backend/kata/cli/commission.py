@@ -114,7 +114,7 @@ class TerminalFrontEnd:
     def announce(self, step: CommissioningStep) -> None:
         """See :class:`FrontEnd`."""
         place = STEP_KEYS.index(step.key) + 1
-        console.print(f"\n{place}/{len(STEPS)} {step.title}\n   {step.does}", markup=False, soft_wrap=True)
+        console.print(f"\n{place}/{len(STEPS)} {step.title}\n   {step.description}", markup=False, soft_wrap=True)
 
     def report(self, ran: RecordedStep) -> None:
         """See :class:`FrontEnd`."""

@@ -36,7 +36,7 @@ from kata.database.engine import Database, DatabaseError
 from kata.database.upgrade import migrations
 from kata.device import config
 from kata.device.bus.bandwidth import max_cycle_hz
-from kata.device.bus.port import BusError
+from kata.device.bus.interface import BusError
 from kata.device.bus.serial_transport import port_of
 from kata.errors import ProblemError
 from kata.settings import Settings

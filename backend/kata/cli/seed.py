@@ -69,7 +69,7 @@ _ROM: Final = (
 """Motion, position of the arm, first angle, and angle of the other shoulder, in degrees."""
 _STOPPED: Final = 0.06
 _CAUSES: Final = (
-    ("operator_stop", device_texts.OPERATOR_STOP(), 6), ("load_repeated", device_texts.LOAD_REPEATED(motor=3), 3),
+    ("operator_stop", device_texts.OPERATOR_STOP(), 6), ("load_repeated", device_texts.RESISTANCE_REPEATED(motor=3), 3),
     ("estop_pressed", device_texts.ESTOP_PRESSED(), 2), ("following_error", device_texts.FOLLOWING_ERROR(motor=5), 1),
 )  # fmt: skip
 """Causes of stops with their weights."""
@@ -173,7 +173,7 @@ class _Invented:
         row = EpisodeRow(
             id=self._id(), patient_id=patient_id, side=self._side, diagnosis=self._words.diagnosis, diagnosis_code="M75.0",
             verification="confirmed", onset_on=course.stages[0][1],
-            limits=[{"motion": 4, "lowest_deg": None, "highest_deg": 120.0}], max_load_level=20,
+            limits=[{"motion": 4, "lowest_deg": None, "highest_deg": 120.0}], max_resistance_level=20,
             limits_by=self._words.doctor, opened_at=self._first - timedelta(days=1), updated_at=self._first,
             closed_at=last + timedelta(days=30 if course.left else 1) if course.closed else None,
             closing_note=(self._words.left if course.left else self._words.discharged) if course.closed else "",
@@ -234,7 +234,7 @@ class _Invented:
             self._add(
                 ProgrammeItemRow(
                     version_id=version.id, position=position, recording_id=recording.row.id, speed_percent=100.0,
-                    repetitions=self._asked.repetitions, pause_s=self._asked.pause_s, range_percent=90.0, load_level=18, method="smooth",
+                    repetitions=self._asked.repetitions, pause_s=self._asked.pause_s, range_percent=90.0, resistance_level=18, method="smooth",
                     duration_s=with_settings(recording.motion, self._asked).duration_s,
                 )
             )  # fmt: skip
@@ -304,7 +304,7 @@ class _Invented:
     def _new_run(self, session_id: UUID, position: int, taught: _Taught, at: datetime) -> RunRow:
         row = RunRow(
             id=self._id(), session_id=session_id, recording_id=taught.row.id, programme_position=position, started_at=at,
-            outcome="running", load_level=18, speed_percent=self._asked.speed_percent, repetitions=self._asked.repetitions,
+            outcome="running", resistance_level=18, speed_percent=self._asked.speed_percent, repetitions=self._asked.repetitions,
             pause_s=self._asked.pause_s, range_percent=self._asked.range_percent, method="smooth",
         )  # fmt: skip
         self._add(row)

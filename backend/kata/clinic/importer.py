@@ -148,7 +148,7 @@ class Importer:
 
     def _give_up_unended(self, before: datetime) -> None:
         with by_program("give_up_unended", self._config.name), self._database.write() as session:
-            count = runs.give_up_unended(session, self._config.name, before)
+            count = runs.mark_unended_interrupted(session, self._config.name, before)
         if count:
             log.warning("%d runs lost their journal when their device process ended", count)
 
@@ -158,7 +158,7 @@ class Importer:
             identity = UUID(recorded.id)
         except ValueError as error:
             log.error("%s; it is stored in %s", error, _UNREADABLE)
-            self._give_up(path)
+            self._mark_interrupted(path)
             _move(path, _UNREADABLE)
             return
         if recorded.truncated:
@@ -184,14 +184,14 @@ class Importer:
         for record in saved:
             self._on_saved(record)
 
-    def _give_up(self, path: Path) -> None:
+    def _mark_interrupted(self, path: Path) -> None:
         """Close a run whose journal is unreadable, by the id in the file's name. Its session can then be ended."""
         kind, _, name = path.stem.partition("-")
         with suppress(ValueError):
             run_id = UUID(name)
             if kind == "run":
                 with self._database.write() as session:
-                    runs.give_up(session, run_id)
+                    runs.mark_interrupted(session, run_id)
 
     def _results(self, recorded: journal.Journal) -> PlaybackResults | None:
         """Return the results of a playback, calculated without a session, so that no other writer waits. None: there are none."""

@@ -18,10 +18,10 @@ NO_OPEN_CARE_OF_SHOULDER: Final = message(
 OPEN_EPISODE_FIRST: Final = message(
     "open_episode_first", "Open an episode of that shoulder on the patient's page first."
 )
-LOAD_LEVEL_ABOVE_LIMIT: Final = message(
+RESISTANCE_LEVEL_ABOVE_LIMIT: Final = message(
     "load_level_above_limit", "Resistance level {level:d} is above {highest:d}, the highest that {doctor:name} allows."
 )
-CHOOSE_LOAD_LEVEL: Final = message("choose_load_level", "Choose level {highest:d} or lower.")
+CHOOSE_RESISTANCE_LEVEL: Final = message("choose_load_level", "Choose level {highest:d} or lower.")
 MOTION_BEYOND_HIGHEST: Final = message(
     "motion_beyond_highest",
     "Motion {number:d} ({motion:text}) would go to {angle_deg:.1f}° at {at_s:.1f} s; {doctor:name} allows no more than {highest_deg:g}°.",
@@ -150,11 +150,11 @@ ITEM_ARCHIVED: Final = message("item_archived", "Item {place:d}, {recording:name
 RESTORE_OR_CHOOSE_ANOTHER: Final = message(
     "restore_or_choose_another", "Restore it from the archive first, or choose another one."
 )
-ITEM_ABOVE_LOAD_LEVEL: Final = message(
+ITEM_ABOVE_RESISTANCE_LEVEL: Final = message(
     "item_above_load_level",
     "Item {place:d}, {recording:name}, has resistance level {level:d}; the highest allowed is {highest:d}.",
 )
-ITEM_ABOVE_LOAD_LEVEL_BY: Final = message(
+ITEM_ABOVE_RESISTANCE_LEVEL_BY: Final = message(
     "item_above_load_level_by",
     "Item {place:d}, {recording:name}, has resistance level {level:d}; {doctor:name} allows at most {highest:d}.",
 )

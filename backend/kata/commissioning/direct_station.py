@@ -12,7 +12,7 @@ from msgspec import structs
 
 from kata.device import journal, references
 from kata.device.bus.factory import make_bus
-from kata.device.bus.port import BusError
+from kata.device.bus.interface import BusError
 from kata.device.bus.serial_transport import Transport
 from kata.device.config import StationConfig
 from kata.device.ipc import Heartbeats, QueuedCommand

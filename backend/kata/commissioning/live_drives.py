@@ -17,7 +17,7 @@ from kata.commissioning import texts
 from kata.commissioning.workbench import StepError, UnstableError, Workbench
 from kata.device import texts as device_texts
 from kata.device.bus.factory import make_bus
-from kata.device.bus.port import BusError
+from kata.device.bus.interface import BusError
 from kata.device.cycle_state import CycleState, CycleStateBuilder, LoopContext
 from kata.device.faults import FAULT_BY_CODE, evaluate_faults
 from kata.messages import text_of
@@ -129,11 +129,15 @@ class LiveDrives:
         """
         for _ in range(_VERIFY_CYCLES):
             self._cycle()
-            if True in self.state.reset:
+            if True in self.state.settings_lost:
                 break
             if all(self.state.verified) and self.state.estop != "unknown":
                 return
-        wrong = self.state.reset if True in self.state.reset else [not verified for verified in self.state.verified]
+        wrong = (
+            self.state.settings_lost
+            if True in self.state.settings_lost
+            else [not verified for verified in self.state.verified]
+        )
         raise StepError(device_texts.DRIVE_RESET(motor=wrong.index(True) + 1 if True in wrong else 1))
 
     def release(self) -> None:

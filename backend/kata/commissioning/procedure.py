@@ -15,9 +15,9 @@ from kata import __version__
 from kata.commissioning.acceptance import play_motions
 from kata.commissioning.axes import check_torque, find_axes
 from kata.commissioning.gains import tune_gains
+from kata.commissioning.identify_drives import identify_drives
 from kata.commissioning.ids import assign_ids
 from kata.commissioning.inputs import check_inputs
-from kata.commissioning.lags import find_lags
 from kata.commissioning.record import (
     CHECKED,
     CommissioningRecord,
@@ -31,7 +31,7 @@ from kata.commissioning.stops import check_stops
 from kata.commissioning.travel import find_range
 from kata.commissioning.workbench import StepError, Workbench
 from kata.commissioning.zero import find_zeros
-from kata.device.bus.port import BusError
+from kata.device.bus.interface import BusError
 from kata.device.config import Inputs, StationConfig, as_toml
 from kata.messages import Text, text_of
 
@@ -42,7 +42,7 @@ class CommissioningStep:
 
     key: str
     title: Text
-    does: Text
+    description: Text
     run: Callable[[Workbench], None]
 
 
@@ -56,10 +56,12 @@ _FUNCTIONS: Final[dict[str, Callable[[Workbench], None]]] = {
     "range": find_range,
     "stops": check_stops,
     "gains": tune_gains,
-    "lags": find_lags,
+    "lags": identify_drives,
     "acceptance": play_motions,
 }
-STEPS: Final = tuple(CommissioningStep(step.key, step.title, step.does, _FUNCTIONS[step.key]) for step in STEP_TEXTS)
+STEPS: Final = tuple(
+    CommissioningStep(step.key, step.title, step.description, _FUNCTIONS[step.key]) for step in STEP_TEXTS
+)
 """The steps in their order."""
 
 

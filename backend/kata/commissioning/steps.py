@@ -14,7 +14,7 @@ class StepTexts:
 
     key: str
     title: Text
-    does: Text
+    description: Text
 
 
 STEP_TEXTS: Final = (

@@ -3,8 +3,8 @@
 from datetime import UTC, datetime
 from typing import Any
 
-from sqlalchemy import DateTime, Dialect, MetaData
-from sqlalchemy.orm import DeclarativeBase
+from sqlalchemy import Column, DateTime, Dialect, MetaData
+from sqlalchemy.orm import ColumnProperty, DeclarativeBase
 from sqlalchemy.types import TypeDecorator
 
 
@@ -45,6 +45,12 @@ class UtcDateTime(TypeDecorator[datetime]):
             return None
         stored: datetime = value
         return stored.replace(tzinfo=UTC) if stored.tzinfo is None else stored.astimezone(UTC)
+
+
+def column_name(attribute: ColumnProperty[Any]) -> str:
+    """Return the name of an attribute's column, or of the attribute if its value is computed."""
+    column = attribute.columns[0]
+    return column.name if isinstance(column, Column) else attribute.key
 
 
 def utc_now() -> datetime:

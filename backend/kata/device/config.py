@@ -324,9 +324,9 @@ class StationConfig(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fi
         """Index (0-4) of the axis whose drive reads the inputs."""
         return [axis.id for axis in self.axes].index(self.inputs.drive_id)
 
-    def resistance_thresholds_nm(self, load_level: int) -> list[float]:
+    def resistance_thresholds_nm(self, resistance_level: int) -> list[float]:
         """Return for each axis the torque in N m that counts as resistance at a patient's level."""
-        return [axis.max_torque_nm * load_level * _LEAST_SHARE for axis in self.axes]
+        return [axis.max_torque_nm * resistance_level * _LEAST_SHARE for axis in self.axes]
 
     def with_speed_limit(self, max_speed_deg_s: float | None) -> "StationConfig":
         """Return a copy whose axes and approach are at most as fast as ``max_speed_deg_s``; if that is None, return ``self``."""

@@ -5,7 +5,7 @@ from typing import Final, Literal
 
 from msgspec import Struct, structs
 
-from kata.device.bus.port import BusSample, DriveSample, DriveStatus, InputSample
+from kata.device.bus.interface import BusSample, DriveSample, DriveStatus, InputSample
 from kata.device.config import Axis, StationConfig
 from kata.device.config_rules import OVERTORQUE_FACTOR
 from kata.device.ipc_messages import TorqueState
@@ -88,7 +88,7 @@ class CycleState(Struct, frozen=True):
     """
     mismatch: tuple[str, ...]
     """Name of a register with a wrong value; empty if none is known."""
-    reset: tuple[bool, ...]
+    settings_lost: tuple[bool, ...]
     """True from the detection of a wrong register value until the drive is verified again."""
     torque_on: bool
     """True if the last torque command was "on"."""
@@ -141,7 +141,7 @@ class CycleStateBuilder:
         self._following, self._overtorque, self._accelerating = _Duration(axes), _Duration(axes), _Duration(axes)
         self._frozen_since: list[float | None] = [None] * axes
         self._torque: list[TorqueState] = ["unknown"] * axes
-        self._reset = [False] * axes
+        self._settings_lost = [False] * axes
         self._inputs: InputSample | None = None
         self._disagree_since_ns: int | None = None
         self._input_limit_ms = config.inputs.max_age_cycles * 1000 / config.cycle_hz
@@ -218,7 +218,7 @@ class CycleStateBuilder:
             ),
             verified=tuple([bool(status and status.verified) for status in self._status]),
             mismatch=tuple([status.mismatch if status else "" for status in self._status]),
-            reset=tuple(self._reset),
+            settings_lost=tuple(self._settings_lost),
             torque_on=self._torque_on,
             setpoint_deg=self._setpoint,
             setpoint_cycles=self._setpoint_cycles,
@@ -246,7 +246,9 @@ class CycleStateBuilder:
             self._port_opened_ns = t_ns
         for status in received.statuses:
             self._status[status.axis] = status
-            self._reset[status.axis] = bool(status.mismatch) or (self._reset[status.axis] and not status.verified)
+            self._settings_lost[status.axis] = bool(status.mismatch) or (
+                self._settings_lost[status.axis] and not status.verified
+            )
         if received.inputs:
             self._note_contacts(received.inputs)
             estop_opened, self._estop_opened = self._estop_opened, False

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from typing import Final
 
 from kata.device import texts
-from kata.device.bus.port import DriveHealth
+from kata.device.bus.interface import DriveHealth
 from kata.device.ipc_messages import DriveWarning
 from kata.messages import Template, Text, key_of
 
@@ -50,11 +50,11 @@ def _high(health: DriveHealth) -> _Params | None:
 
 @dataclass(frozen=True, slots=True)
 class WarningKind:
-    """One kind of warning. ``found`` returns the message's parameters except ``motor``, or None if the condition does not hold."""
+    """One kind of warning. ``check`` returns the message's parameters except ``motor``, or None if the condition does not hold."""
 
     message: Template
     next_step: Template
-    found: Callable[[DriveHealth], _Params | None]
+    check: Callable[[DriveHealth], _Params | None]
 
 
 WARNING_KINDS: Final = (
@@ -72,13 +72,13 @@ class HealthMonitor:
         self._warnings: dict[tuple[int, int], tuple[int, Text]] = {}
         """Time at which the condition was last observed, and the text, by axis and kind."""
 
-    def take(self, health: Iterable[DriveHealth]) -> list[Text]:
+    def update(self, health: Iterable[DriveHealth]) -> list[Text]:
         """Store the reported values. Return the texts of the warnings that begin."""
         begun = []
         for drive in health:
             self._newest[drive.axis] = drive
             for n, kind in enumerate(WARNING_KINDS):
-                found = kind.found(drive)
+                found = kind.check(drive)
                 if found is None:
                     continue
                 text = kind.message(motor=drive.axis + 1, **found)

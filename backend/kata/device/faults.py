@@ -105,7 +105,7 @@ def _torque_found(state: CycleState, config: StationConfig) -> Iterable[int]:
 
 
 def _drive_reset(state: CycleState, config: StationConfig) -> Iterable[int]:
-    return (n for n, reset in enumerate(state.reset) if reset)
+    return (n for n, lost in enumerate(state.settings_lost) if lost)
 
 
 def _contacts_disagree(state: CycleState, config: StationConfig) -> Iterable[None]:
@@ -337,21 +337,21 @@ FAULTS: Final = (
     Fault(
         "load_repeated",
         2,
-        texts.LOAD_REPEATED,
+        texts.RESISTANCE_REPEATED,
         texts.SUPPORT_THEN_ACKNOWLEDGE,
         _raised_by_code,
     ),
     Fault(
         "load_on_the_way",
         2,
-        texts.LOAD_ON_THE_WAY,
+        texts.RESISTANCE_ON_APPROACH_OR_RETURN,
         texts.SUPPORT_THEN_ACKNOWLEDGE,
         _raised_by_code,
     ),
     Fault(
         "load_while_held",
         2,
-        texts.LOAD_WHILE_HELD,
+        texts.RESISTANCE_WHILE_HELD,
         texts.SUPPORT_THEN_ACKNOWLEDGE,
         _raised_by_code,
     ),

@@ -157,7 +157,7 @@ class Load(_Message, frozen=True, kw_only=True, tag="load"):
     angles_deg: bytes
     side: Side = CANONICAL_SIDE
     """The recording's side. The command is refused unless the apparatus is set up for this side."""
-    load_level: int = RESISTANCE_LEVELS
+    resistance_level: int = RESISTANCE_LEVELS
     """The patient's level from 1 (light resistance makes the arm move back) to 25 (the motors' rated torque)."""
     limits_deg: tuple[tuple[float, float], ...] = ()
     """Limits of the patient and the session: lowest and highest angle of each axis. Empty: no limits."""
@@ -382,7 +382,7 @@ class RunState(_Message, frozen=True, kw_only=True, tag="run"):
     left_s: float
     """Remaining time of the present movement: of the approach while approaching, else of the path."""
     at_start: bool
-    load_level: int
+    resistance_level: int
     reversals: int
     """Number of times that the arm met resistance and moved back."""
     reversing: bool

@@ -16,7 +16,7 @@ from msgspec import structs
 
 from kata.device import texts
 from kata.device.bus.bandwidth import max_cycle_hz
-from kata.device.bus.port import Bus, BusError, BusSample, OtherAdapterError
+from kata.device.bus.interface import Bus, BusError, BusSample, OtherAdapterError
 from kata.device.config import StationConfig
 from kata.device.cycle_state import CycleState, CycleStateBuilder, LoopContext
 from kata.device.faults import MAX_OVERRUN_MS, evaluate_faults
@@ -256,7 +256,7 @@ class ControlLoop(LoopTelemetry):
 
     def _update_verified_since(self, state: CycleState) -> None:
         """Update the time since which the connection is unbroken and all settings are verified."""
-        if not state.bus_ok or any(state.reset):
+        if not state.bus_ok or any(state.settings_lost):
             self._verified_since_ns = None
         elif self._verified_since_ns is None and all(state.verified):
             self._verified_since_ns = state.t_ns
@@ -281,7 +281,7 @@ class ControlLoop(LoopTelemetry):
             for axis in sample.corrupt | sample.timed_out:
                 self._drive_errors[axis] += 1
             if sample.health:
-                for warning in self._health.take(sample.health):
+                for warning in self._health.update(sample.health):
                     self._machine.emit("drive_warning", warning)
             return self._with_pedal(sample)
         except BusError as error:

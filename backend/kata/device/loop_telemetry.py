@@ -4,14 +4,14 @@ import math
 from typing import Final
 
 from kata.device import texts
-from kata.device.bus.port import Bus
+from kata.device.bus.interface import Bus
 from kata.device.config import StationConfig
 from kata.device.cycle_state import CycleState
 from kata.device.drive_health import HealthMonitor
 from kata.device.ipc import ServiceLink
 from kata.device.ipc_messages import AxisState, EstopState, LoopState, Refusal, Snapshot, TorqueState
 from kata.device.latency_histogram import LatencyHistogram
-from kata.device.modes import StateMachine
+from kata.device.state_machine import StateMachine
 from kata.system.realtime import Granted
 
 SNAPSHOT_HZ: Final = 10
@@ -48,7 +48,7 @@ class LoopTelemetry:
     @property
     def _stops(self) -> int:
         machine = self._machine
-        counted = machine.stops_latched + machine.loads_and_reversals
+        counted = machine.stops_latched + machine.loaded_runs_and_reversals
         return self._first_stops + self._link.stop_requests + counted + self._pauses
 
     def _publish(self, state: CycleState) -> None:

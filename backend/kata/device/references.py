@@ -34,7 +34,7 @@ from kata.device.ipc_messages import (
 )
 from kata.device.range_override import MIN_SHARE
 from kata.device.resistance import RESISTANCE_AFTER_NS
-from kata.device.run_limits import WAY_TOLERANCE_DEG
+from kata.device.run_limits import PATH_TOLERANCE_DEG
 from kata.messages import Text, text_of
 from kata.motion import texts as motion_texts
 from kata.motion.axes import N_AXES
@@ -137,8 +137,8 @@ def _trajectory(load: Load, config: StationConfig) -> Trajectory:
     if config.cycle_hz % rate_hz(load.method, config.rate_hz):
         raise _UnusableError(texts.NOT_PLAYABLE_PAPER_RATE())
     trajectory = reference(load.method, times, angles)
-    if not 1 <= load.load_level <= RESISTANCE_LEVELS:
-        raise TrajectoryError(texts.NOT_PLAYABLE_LOAD_LEVEL(levels=RESISTANCE_LEVELS))
+    if not 1 <= load.resistance_level <= RESISTANCE_LEVELS:
+        raise TrajectoryError(texts.NOT_PLAYABLE_RESISTANCE_LEVEL(levels=RESISTANCE_LEVELS))
     if not 0 <= load.repetition_s < math.inf:
         raise TrajectoryError(texts.NOT_PLAYABLE_REPETITION())
     config.check_reference(load.method, trajectory, load.side)
@@ -208,7 +208,7 @@ def _least_share(load: Load, config: StationConfig, trajectory: Trajectory) -> f
         margin_deg += config.pose_tolerance_deg
         if arm:
             margin_deg = min(margin_deg, nearest(reduced_deg, lambda a: doctors_set(a, load.side, arm)).margin_deg)
-        if margin_deg < -WAY_TOLERANCE_DEG:
+        if margin_deg < -PATH_TOLERANCE_DEG:
             return greater
     return MIN_SHARE
 
@@ -223,7 +223,7 @@ def _check_torque(load: Load, config: StationConfig, trajectory: Trajectory) -> 
     load_model = config.servo_model.load
     if not load_model.known:
         return
-    limits_nm = _CARRIED_SHARE * np.array(config.resistance_thresholds_nm(load.load_level))
+    limits_nm = _CARRIED_SHARE * np.array(config.resistance_thresholds_nm(load.resistance_level))
     times = np.arange(0.0, trajectory.duration_s, _TORQUE_STEP_S)
     torque = np.cumsum(load_model.torque_nm(trajectory.motions(times)), axis=0)
     rows = min(round(RESISTANCE_AFTER_NS / 1e9 / _TORQUE_STEP_S), len(times) - 1)
@@ -271,7 +271,7 @@ def _check_end_feel(load: Load, config: StationConfig, trajectory: Trajectory) -
             )
         )
     _check_stretch(test, trajectory.duration_s)
-    limit_nm = config.resistance_thresholds_nm(load.load_level)[axis]
+    limit_nm = config.resistance_thresholds_nm(load.resistance_level)[axis]
     left_nm = test.torque_nm if test.hold_s else _LEAST_LEFT_NM
     needed_nm = max(test.torque_nm, float(np.max(expected_nm * outward)) + left_nm)
     if needed_nm > limit_nm:

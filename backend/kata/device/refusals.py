@@ -5,7 +5,7 @@ from typing import Final
 import numpy as np
 
 from kata.device import texts
-from kata.device.approach_and_return import approach_way
+from kata.device.approach_and_return import approach_path
 from kata.device.config import StationConfig
 from kata.device.cycle_state import CycleState
 from kata.device.faults import MAX_FROZEN_SETPOINT_DEG
@@ -13,7 +13,7 @@ from kata.device.ipc_messages import CommandName, Mode, Refusal
 from kata.device.latched_stop import LatchedStop
 from kata.device.range_override import RangeOverride
 from kata.device.run import Run, stretch_of
-from kata.device.run_limits import WAY_TOLERANCE_DEG
+from kata.device.run_limits import PATH_TOLERANCE_DEG
 from kata.device.setpoint_gate import largest_step_deg
 from kata.messages import Text
 from kata.motion.axes import Side
@@ -147,8 +147,8 @@ def not_reducible(run: Run) -> Refusal | None:
 
 
 def angles_not_current(state: CycleState) -> Refusal | None:
-    """Refuse to switch torque on unless every drive has answered in this cycle and in every one since its newest status. A hand may have
-    led the arm on since an older answer, and a drive that did not answer may have lost its settings.
+    """Refuse to switch torque on unless every drive has answered in this cycle and in every one since its newest status. After
+    an older answer a hand may have moved the arm. A drive that did not answer may have lost its settings.
     """
     if all(state.unbroken):
         return None
@@ -172,14 +172,14 @@ def outside_range(state: CycleState, config: StationConfig) -> Refusal | None:
     return None
 
 
-def way_leaves_limits(state: CycleState, run: Run) -> Refusal | None:
-    """Refuse an approach whose way leads outwards beyond the limits of the pose. Held at these limits, the setpoint could jump."""
-    _, outwards_deg = approach_way(run, np.array(state.measured_deg))
-    if outwards_deg <= WAY_TOLERANCE_DEG:
+def path_leaves_limits(state: CycleState, run: Run) -> Refusal | None:
+    """Refuse an approach whose path exceeds the limits of the pose. Held at these limits, the setpoint could jump."""
+    _, excess_deg = approach_path(run, np.array(state.measured_deg))
+    if excess_deg <= PATH_TOLERANCE_DEG:
         return None
     return Refusal.of(
         code="way_leaves_limits",
-        message=texts.WAY_LEAVES_LIMITS(outwards_deg=outwards_deg),
+        message=texts.PATH_LEAVES_LIMITS(outwards_deg=excess_deg),
         next_step=texts.MOVE_CLOSER_BY_HAND(),
     )
 

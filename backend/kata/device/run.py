@@ -17,7 +17,7 @@ from kata.device.journal import JournalWriter, Sample
 from kata.device.movement import CREEP, RAMP_S, Movement
 from kata.device.range_override import RangeOverride
 from kata.device.resistance import SLOW_DEG_S, ResistanceMonitor, YieldOffset
-from kata.device.run_limits import WAY_TOLERANCE_DEG, RunLimits
+from kata.device.run_limits import PATH_TOLERANCE_DEG, RunLimits
 from kata.device.self_pacing import SelfPacing
 from kata.device.setpoint_gate import largest_step_deg
 from kata.device.setpoint_limiters import LimitedFeedForward, SetpointBrake, clip
@@ -104,7 +104,7 @@ class Run:
         kind = TorqueStretch if asked and asked.hold_s else EndFeelTest
         self.end_feel = kind(asked, self.trajectory, self.config) if asked else None
         self.self_pacing = SelfPacing(self.trajectory, self.config) if self.load.self_paced else None
-        thresholds_nm = self.config.resistance_thresholds_nm(self.load.load_level)
+        thresholds_nm = self.config.resistance_thresholds_nm(self.load.resistance_level)
         self._monitor = ResistanceMonitor(thresholds_nm)
         slowest_deg_s = min(axis.max_speed_deg_s for axis in self.config.axes)
         self._yield_offset = YieldOffset(thresholds_nm, self.rate_hz, slowest_deg_s)
@@ -131,7 +131,7 @@ class Run:
         inside_deg = clip(here_deg, self._lowest_deg, self._highest_deg)
         self.return_to_deg = np.array(self._held(inside_deg, self._lowest_deg, self._highest_deg))
         start_deg = self.trajectory.start_deg
-        if self.limits.way_outwards_deg(start_deg, self.return_to_deg) > WAY_TOLERANCE_DEG:
+        if self.limits.path_excess_deg(start_deg, self.return_to_deg) > PATH_TOLERANCE_DEG:
             self.return_to_deg = self.limits.entry_deg(here_deg, start_deg)
         self.limits.widen(here_deg.tolist())
         self._update_bounds()
@@ -246,7 +246,7 @@ class Run:
             speed_deg_s = self.self_pacing.resisted_deg_s(speed_deg_s)
         return self._monitor.resisting_axis(state, speed_deg_s, moves_back=moves_back)
 
-    def resists_way_back(self, axis: int, movement: Movement, state: CycleState) -> bool:
+    def resists_moving_back(self, axis: int, movement: Movement, state: CycleState) -> bool:
         """Return True if the patient resists an arm that moves back already."""
         speed_deg_s = float(self._speed_deg_s[axis])
         rests = abs(speed_deg_s) < SLOW_DEG_S
@@ -349,7 +349,7 @@ def run_state(run: Run, movement: Movement | None, *, at_start: bool, returning:
         duration_s=duration,
         left_s=left,
         at_start=at_start,
-        load_level=run.load.load_level,
+        resistance_level=run.load.resistance_level,
         reversals=len(run.resisted_at_s),
         reversing=run.resisting_axis is not None,
         range_percent=100.0 * run.range_override.share,

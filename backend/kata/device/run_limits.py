@@ -21,10 +21,10 @@ _INSIDE_SHARE: Final = 0.25
 that lag and noise of a drive do not cause a fault when the limits tighten.
 """
 
-WAY_TOLERANCE_DEG: Final = 0.05
+PATH_TOLERANCE_DEG: Final = 0.05
 """A path may exceed the limits by this much, and by about 0.01 deg more between the poses that are checked."""
-_WAY_STEP_DEG: Final = 1.0
-"""Distance between two poses at which a way is checked, measured at the motor with the longest way."""
+_PATH_STEP_DEG: Final = 1.0
+"""Distance between two poses at which a path is checked, measured at the motor that moves farthest."""
 
 
 class RunLimits:
@@ -61,22 +61,21 @@ class RunLimits:
         )
         self.beyond_deg = max(0.0, self._gate.beyond_deg(here_deg))
 
-    def way_outwards_deg(self, *corners_deg: Floats) -> float:
-        """Return how far a way with straight parts between ``corners_deg``, each ``(5,)``, leads outwards beyond the limits of the pose,
-        in deg.
+    def path_excess_deg(self, *corners_deg: Floats) -> float:
+        """Return by how many degrees a path with straight parts between ``corners_deg``, each ``(5,)``, exceeds the limits of the pose.
 
-        A way that begins outside may only lead inwards. A way of 100 deg takes about a millisecond.
+        A path that begins outside may only lead inwards. A path of 100 deg takes about a millisecond.
         """
-        outwards_deg, level_deg = 0.0, math.inf
+        excess_deg, level_deg = 0.0, math.inf
         for here_deg, next_deg in pairwise(corners_deg):
             for pose in _poses_between(here_deg, next_deg):
                 beyond_deg = max(0.0, self._gate.beyond_deg(pose))
-                outwards_deg = max(outwards_deg, beyond_deg - level_deg)
+                excess_deg = max(excess_deg, beyond_deg - level_deg)
                 level_deg = min(level_deg, beyond_deg)
-        return outwards_deg
+        return excess_deg
 
     def entry_deg(self, here_deg: Floats, start_deg: Floats) -> Floats:
-        """Return the pose ``(5,)`` at which the straight way from ``here_deg`` to a recording's start comes inside the tight limits."""
+        """Return the pose ``(5,)`` at which the straight path from ``here_deg`` to a recording's start comes inside the tight limits."""
         inside = (pose for pose in _poses_between(here_deg, start_deg) if self._inside(pose, 0.0))
         return np.array(next(inside, start_deg))
 
@@ -112,7 +111,7 @@ class RunLimits:
 
 
 def _poses_between(here_deg: Floats, next_deg: Floats) -> list[list[float]]:
-    way_deg = next_deg - here_deg
-    steps = max(1, math.ceil(float(np.max(np.abs(way_deg))) / _WAY_STEP_DEG))
-    poses: list[list[float]] = (here_deg + np.linspace(0.0, 1.0, steps + 1)[:, None] * way_deg).tolist()
+    difference_deg = next_deg - here_deg
+    steps = max(1, math.ceil(float(np.max(np.abs(difference_deg))) / _PATH_STEP_DEG))
+    poses: list[list[float]] = (here_deg + np.linspace(0.0, 1.0, steps + 1)[:, None] * difference_deg).tolist()
     return poses

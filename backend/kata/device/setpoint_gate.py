@@ -8,7 +8,7 @@ from kata.device.cycle_state import CycleState, Limits
 from kata.device.faults import FaultKey
 
 if TYPE_CHECKING:
-    from kata.device.modes import StateMachine
+    from kata.device.state_machine import StateMachine
 
 _MAX_STEP_SHARE: Final = 1.5
 _STEP_TOLERANCE_DEG: Final = 1.0

@@ -13,7 +13,7 @@ class Teaching:
 
     teaching_id: str
     journal: JournalWriter
-    every: int
+    cycles_per_sample: int
     """Number of cycles for each sample."""
     pedal_was_up: bool = False
     """True if the pedal has been up since teaching began. Before that a pressed pedal records nothing."""
@@ -38,7 +38,7 @@ class Teaching:
             self.cycles = 0
             self.take_began_ns = state.t_ns
         self.take_s = (state.t_ns - self.take_began_ns) / 1e9
-        if self.cycles % self.every == 0 and state.measured_t_ns is not None:
+        if self.cycles % self.cycles_per_sample == 0 and state.measured_t_ns is not None:
             self.samples += 1
             self.journal.append_sample(
                 Sample(

@@ -45,11 +45,11 @@ OVERRUN: Final = message("overrun", "The control computer was too slow.")
 SERVICE_SILENT: Final = message("service_silent", "The control computer lost its connection to the clinic service.")
 OTHER_RUN: Final = message("other_run", "The service and the control computer have different playbacks loaded.")
 JOURNAL_FAULT: Final = message("journal_fault", "Measurements can no longer be written to the disk.")
-LOAD_REPEATED: Final = message("load_repeated", "Motor {motor:d} met resistance twice at the same place.")
-LOAD_ON_THE_WAY: Final = message(
+RESISTANCE_REPEATED: Final = message("load_repeated", "Motor {motor:d} met resistance twice at the same place.")
+RESISTANCE_ON_APPROACH_OR_RETURN: Final = message(
     "load_on_the_way", "Motor {motor:d} met resistance while the arm moved to the start or back."
 )
-LOAD_WHILE_HELD: Final = message("load_while_held", "Motor {motor:d} met resistance while the arm was held.")
+RESISTANCE_WHILE_HELD: Final = message("load_while_held", "Motor {motor:d} met resistance while the arm was held.")
 OPERATOR_STOP: Final = message("operator_stop", "Stopped by the operator.")
 BROWSER_LOST: Final = message("browser_lost", "The browser that operated the apparatus was disconnected for too long.")
 UNEXPECTED_ERROR: Final = message("unexpected_error", "The control program had an internal error.")
@@ -149,7 +149,9 @@ NOT_PLAYABLE_PAPER_STEP: Final = message(
     "not_playable_paper_step",
     "motor {motor:d} moves by {step_deg:.1f}° in one step at {at_s:.1f} s; the paper's method allows {largest_deg:.0f}°",
 )
-NOT_PLAYABLE_LOAD_LEVEL: Final = message("not_playable_load_level", "its resistance level must be 1 to {levels:d}")
+NOT_PLAYABLE_RESISTANCE_LEVEL: Final = message(
+    "not_playable_load_level", "its resistance level must be 1 to {levels:d}"
+)
 NOT_PLAYABLE_SOME_LIMITS: Final = message("not_playable_some_limits", "it has limits for some motors only")
 NOT_PLAYABLE_CORRECTION_METHOD: Final = message(
     "not_playable_correction_method", "a correction belongs to the learned method only"
@@ -288,7 +290,7 @@ TURN_APPARATUS_OR_CHOOSE: Final = message(
 RANGE_IS_LEAST: Final = message("range_is_least", "The range cannot be less than {least_percent:.0f} %.")
 PAUSE_OR_STOP: Final = message("pause_or_stop", "Pause, or stop.")
 STILL_STOPPING: Final = message("still_stopping", "The arm is slowing down.")
-WAY_LEAVES_LIMITS: Final = message(
+PATH_LEAVES_LIMITS: Final = message(
     "way_leaves_limits",
     "The straight way to the start of the recording leads {outwards_deg:.1f}° beyond the limits of the arm's pose.",
 )

@@ -150,7 +150,7 @@ def load_of(case: CovrCase, beyond_deg: float = 0.0) -> Load:
         times_s=times.tobytes(),
         angles_deg=angles.tobytes(),
         limits_deg=tuple(limits),
-        load_level=case.level,
+        resistance_level=case.level,
     )
 
 

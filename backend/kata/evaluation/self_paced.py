@@ -263,7 +263,7 @@ def play(case: PacedCase, observed_s: float = OBSERVED_S) -> tuple[PacedStation,
         angles_deg=trajectory.along(times).tobytes(),
         side=case.side,
         self_paced=True,
-        load_level=LEVEL,
+        resistance_level=LEVEL,
     )
     station.send(load)
     station.send(Approach())

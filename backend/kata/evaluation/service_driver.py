@@ -138,7 +138,7 @@ class ServiceDriver:
         """Load a recording, approach its start, play it and move back. Return the run. ``learned`` uses the earlier playbacks."""
         await self._go_through_checklist(recording)
         request = commands.LoadRequest(
-            session_id=self._session_id, recording_id=recording.id, load_level=RESISTANCE_LEVELS, method=method
+            session_id=self._session_id, recording_id=recording.id, resistance_level=RESISTANCE_LEVELS, method=method
         )
         stores = RunStores(self.database, self._event_spool, self._offline_sessions)
         run = await commands.load(self.station, stores, self._apparatus(), self.browser, request)

@@ -5,7 +5,7 @@ A driver uses a :class:`MemoryLine` instead of a serial port. Bytes take their t
 
 import heapq
 
-from kata.device.bus.port import BusError
+from kata.device.bus.interface import BusError
 from kata.device.config import StationConfig
 from kata.simulator.adapter import AdapterLatency
 from kata.simulator.apparatus import DriveCallback, SimulatedApparatus

@@ -190,8 +190,8 @@ def _limits(row: EpisodeRow) -> str:
         f"{BASIC_MOTIONS[limit['motion'] - 1].name}: {_bound(limit.get('lowest_deg'))} to {_bound(limit.get('highest_deg'))}"
         for limit in row.limits
     ]
-    if row.max_load_level is not None:
-        limits.append(f"resistance level at most {row.max_load_level} of {RESISTANCE_LEVELS}")
+    if row.max_resistance_level is not None:
+        limits.append(f"resistance level at most {row.max_resistance_level} of {RESISTANCE_LEVELS}")
     if row.max_speed_deg_s is not None:
         limits.append(f"speed at most {row.max_speed_deg_s:g} deg/s")
     return f"Limits set by the doctor: {'; '.join(limits)}." if limits else ""
@@ -238,7 +238,7 @@ def _activity(item: ProgrammeItemRow, status: str, sessions_per_week: int | None
     """Return an item of a programme. Each session plays every item, so that the prescribed sessions per week are the item's timing."""
     description = (
         f"{item.recording.name}: {item.repetitions} times, {item.speed_percent:g} % speed, {item.range_percent:g} % range, "
-        f"pause {item.pause_s:g} s, resistance level {item.load_level} of {RESISTANCE_LEVELS}, {item.method}"
+        f"pause {item.pause_s:g} s, resistance level {item.resistance_level} of {RESISTANCE_LEVELS}, {item.method}"
     )
     if item.self_paced:
         description += ", pace set by the patient"

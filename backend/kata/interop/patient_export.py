@@ -20,7 +20,7 @@ from kata.clinic.programmes import adherence
 from kata.clinic.programmes.tables import ProgrammeRow
 from kata.clinic.recordings.tables import RecordingRow
 from kata.clinic.sessions.tables import EndFeelRow, GoniometerReadingRow, RunRow, SessionRow, SessionStopRow
-from kata.database.base import Base
+from kata.database.base import Base, column_name
 from kata.database.engine import Database
 from kata.database.series import Series
 from kata.errors import ProblemError
@@ -168,7 +168,7 @@ _ORIGIN: Final = ("side", "simulated")
 
 
 def _columns(table: type[Base]) -> list[str]:
-    return [column.key for column in inspect(table).column_attrs]
+    return [column_name(attribute) for attribute in inspect(table).column_attrs]
 
 
 def _origin(session: Session, session_id: UUID, run: RunRow | None = None) -> dict[str, Any]:
@@ -297,7 +297,7 @@ def _cell(value: object) -> object:
 
 def _plain(row: Base, **parts: list[Any]) -> dict[str, Any]:
     """Return every column of a row and of its parts. Columns that are added later are exported automatically."""
-    columns = {column.key: getattr(row, column.key) for column in inspect(type(row)).column_attrs}
+    columns = {column_name(attribute): getattr(row, attribute.key) for attribute in inspect(type(row)).column_attrs}
     plain = {name: _as_json(value) for name, value in columns.items() if name != "search_text"}
     return plain | {name: [_plain(part) for part in some] for name, some in parts.items()}
 

@@ -26,7 +26,7 @@ from kata.motion.arm_load import N_TERMS, ArmLoad, load_terms
 from kata.motion.axes import CANONICAL_SIDE, N_AXES, Side
 from kata.motion.identify import filtered
 from kata.motion.linkage import Floats
-from kata.motion.method import TURNING_DEG_S, without_taken_up
+from kata.motion.method import TURNING_DEG_S, after_integral
 from kata.motion.path import PathPoint
 from kata.motion.rigid_body import N_INERTIAL, ArmMotion, arm_motion
 
@@ -174,22 +174,22 @@ def _axis(
     def columns_with(integral_s: float) -> Floats:
         taken = np.full(driven.shape[1], -np.expm1(-step_s / integral_s))
         begins = np.exp(-np.arange(len(driven)) * step_s / integral_s)
-        return np.column_stack([without_taken_up(driven, taken), begins])
+        return np.column_stack([after_integral(driven, taken), begins])
 
-    def taken_up(integral_s: float) -> tuple[Floats, float]:
+    def fit_with(integral_s: float) -> tuple[Floats, float]:
         return _fitted(columns_with(integral_s), lag_deg)
 
     columns, lag_of = np.column_stack([moved, np.ones(len(moved))]), np.array([1.0, 0.0, 0.0, 0.0])
     (first_s, second_s2, friction, _), residual_deg = _fitted(columns, lag_deg)
     integral_s = droop = 0.0
-    near = int(np.argmin([taken_up(tried)[1] for tried in _INTEGRALS_S]))
+    near = int(np.argmin([fit_with(tried)[1] for tried in _INTEGRALS_S]))
     if 0 < near < len(_INTEGRALS_S) - 1:
         # Import here, because only commissioning needs this part of scipy. Otherwise every service would start later.
         from scipy.optimize import minimize_scalar
 
         bounds = math.log(_INTEGRALS_S[near - 1]), math.log(_INTEGRALS_S[near + 1])
-        best = minimize_scalar(lambda log_s: taken_up(math.exp(log_s))[1], bounds=bounds, method="bounded")
-        (own_s, own_s2, per_nm, _), left_deg = taken_up(math.exp(best.x))
+        best = minimize_scalar(lambda log_s: fit_with(math.exp(log_s))[1], bounds=bounds, method="bounded")
+        (own_s, own_s2, per_nm, _), left_deg = fit_with(math.exp(best.x))
         if left_deg < _CLEARLY * residual_deg and per_nm > 0.0:
             integral_s, droop, residual_deg = math.exp(best.x), float(per_nm), left_deg
             first_s, second_s2, friction = own_s + droop * damping, own_s2 + droop * inertia, droop * coulomb

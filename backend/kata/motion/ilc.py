@@ -26,7 +26,7 @@ from numpy.typing import NDArray
 from kata.motion.axes import N_AXES
 from kata.motion.linkage import Floats
 from kata.motion.measured import Repetition
-from kata.motion.method import ServoModel, without_taken_up
+from kata.motion.method import ServoModel, after_integral
 from kata.motion.smoothing import smoothed
 from kata.motion.trajectory import Trajectory
 
@@ -120,7 +120,7 @@ def next_correction(
     error = reference - np.column_stack([np.interp(grid, played_at, axis) for axis in played.T])
     curve = CubicSpline(grid, smoothed(grid, error, _CUTOFF_HZ), bc_type="natural")
     lag = servo_model.first_s * curve(grid, 1) + servo_model.second_s2 * curve(grid, 2)
-    missing = curve(grid) + without_taken_up(lag, servo_model.taken_up_share(STEP_S))
+    missing = curve(grid) + after_integral(lag, servo_model.integrated_share(STEP_S))
     earlier = before.learned_from if before else None
     gain = earlier.gain.copy() if earlier else np.full(N_AXES, _GAIN)
     target = smoothed(grid, (1 - _LEAK) * previous + gain * missing, _CUTOFF_HZ)

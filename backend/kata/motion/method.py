@@ -118,17 +118,17 @@ class ServoModel:
         )
         return lag + self.droop_deg_nm * self.load.arm_nm(motion) if self.load.known else lag
 
-    def taken_up_share(self, step_s: float) -> Floats:
+    def integrated_share(self, step_s: float) -> Floats:
         """Return the share of a lag that the drives' integral removes in ``step_s``, ``(5,)``."""
         known = self.integral_s > 0.0
         share: Floats = np.where(known, -np.expm1(-step_s / np.where(known, self.integral_s, 1.0)), 0.0)
         return share
 
 
-def without_taken_up(lag_deg: Floats, share: Floats) -> Floats:
+def after_integral(lag_deg: Floats, share: Floats) -> Floats:
     """Return the part of a lag ``(n, 5)`` that remains after the drives' integral has reacted, starting at rest.
 
-    :param share: :meth:`ServoModel.taken_up_share` of one row.
+    :param share: :meth:`ServoModel.integrated_share` of one row.
     """
     left = [
         recursive([1.0 - taken, taken - 1.0], [1.0, taken - 1.0], column) if taken else column
@@ -143,13 +143,13 @@ class FeedForward:
     def __init__(self, model: ServoModel, step_s: float) -> None:
         """Start with no lag removed by the integral. ``step_s``: time between two setpoints."""
         self._model = model
-        self._share = model.taken_up_share(step_s)
-        self._taken_up_deg: Floats = np.zeros(N_AXES)
+        self._share = model.integrated_share(step_s)
+        self._integrated_deg: Floats = np.zeros(N_AXES)
 
     def at(self, motion: PathPoint) -> Floats:
         """Return the feed-forward of the next setpoint, ``(5,)`` in degrees. It is 0 at rest when the integral has removed the
         lag of the weight.
         """
         lag = self._model.feed_forward(motion)
-        self._taken_up_deg = self._taken_up_deg + self._share * (lag - self._taken_up_deg)
-        return lag - self._taken_up_deg
+        self._integrated_deg = self._integrated_deg + self._share * (lag - self._integrated_deg)
+        return lag - self._integrated_deg

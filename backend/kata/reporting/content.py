@@ -53,7 +53,7 @@ class PlaybackDescription:
     """Settings of a playback."""
 
     asked: PlaybackSettings
-    load_level: int | None
+    resistance_level: int | None
     method: str | None
     self_paced: bool = False
     """True if the patient's effort sets the pace."""
@@ -368,7 +368,7 @@ class EpisodeContent:
     listed: tuple[PrintedContraindication, ...]
     """Contraindications from the list that concern the patient or this shoulder, also those of its other episodes, oldest first."""
     limits: tuple[Limit, ...]
-    max_load_level: int | None
+    max_resistance_level: int | None
     max_speed_deg_s: float | None
     limits_by: str
     stages: tuple[PrintedStage, ...]

@@ -75,7 +75,7 @@ def read_content(session: DatabaseSession, episode_id: UUID, zone: tzinfo) -> Ep
         contraindications=row.contraindications,
         listed=_listed(session, row),
         limits=tuple(Limit(**limit) for limit in row.limits),
-        max_load_level=row.max_load_level,
+        max_resistance_level=row.max_resistance_level,
         max_speed_deg_s=row.max_speed_deg_s,
         limits_by=row.limits_by,
         stages=tuple(PrintedStage(stage.stage, stage.since) for stage in row.stages),

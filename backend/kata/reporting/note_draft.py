@@ -154,7 +154,7 @@ def _reversals(phrases: NotePhrases, runs: Sequence[Run]) -> list[str]:
             key_of_count.get(run.reversals, "reversed"),
             name=run.recording_name,
             count=run.reversals,
-            level=run.load_level,
+            level=run.resistance_level,
         )
         for run in runs
         if run.reversals

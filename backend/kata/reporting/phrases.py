@@ -360,7 +360,7 @@ PHRASES: Final[dict[str, tuple[str, str]]] = {
     "from_deg": ("From, °", "下限(°)"),
     "up_to_deg": ("Up to, °", "上限(°)"),
     "max_speed": ("Highest speed: {speed} °/s", "最高速度：{speed}°/s"),
-    "max_load_level": (
+    "max_resistance_level": (
         f"Highest resistance level: {{level}} of {RESISTANCE_LEVELS}",
         f"抵抗許容レベル上限：{RESISTANCE_LEVELS}段階中{{level}}",
     ),

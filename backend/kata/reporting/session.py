@@ -102,7 +102,7 @@ def _plan(session: DatabaseSession, row: SessionRow) -> PrintedPlan | None:
             item.recording_name,
             PlaybackDescription(
                 PlaybackSettings(item.speed_percent, item.repetitions, item.pause_s, item.range_percent),
-                item.load_level,
+                item.resistance_level,
                 item.method,
                 item.self_paced,
             ),
@@ -158,7 +158,7 @@ def _run(session: DatabaseSession, row: RunRow, number: int, angles: PatientAngl
         ended_at=row.ended_at,
         outcome=row.outcome,
         stop=PrintedStop(row.stop_code, row.stop_message or "", motor_of(row.stop_key)) if row.stop_code else None,
-        how=PlaybackDescription(runs.settings_of(row), row.load_level, row.method, row.self_paced),
+        how=PlaybackDescription(runs.settings_of(row), row.resistance_level, row.method, row.self_paced),
         rate_hz=row.rate_hz,
         reversals=row.reversals,
         least_range_percent=row.least_range_percent,

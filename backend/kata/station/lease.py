@@ -17,7 +17,7 @@ from kata.station.schemas import LeaseLive
 PRESENT_AFTER_SHOWN_S: Final = 1.0
 """A page counts as present until this long after the service sent the newest live state that the page's script has confirmed. The script
 confirms about three states a second, so a page that hangs is absent after at most this time."""
-PAUSE_AFTER_S: Final = 2.0
+PAUSE_AFTER_ABSENCE_S: Final = 2.0
 """Longest absence of the holder's browser during playback. A page reloads, and a weak network recovers, within this time."""
 STOP_AND_RELEASE_AFTER_S: Final = 30.0
 """Longest absence of the holder's browser. After it the station stops. The lease ends when torque is known to be off."""
@@ -111,7 +111,9 @@ class Lease:
     def note_request(self, browser: Browser, now: ClockReading) -> None:
         """Note a request of the browser, which shows that it is present now."""
         if holding := self._of(browser):
-            holding.present_until = max(holding.present_until, now if holding.listened else now.later(PAUSE_AFTER_S))
+            holding.present_until = max(
+                holding.present_until, now if holding.listened else now.later(PAUSE_AFTER_ABSENCE_S)
+            )
 
     # -- the holder ----------------------------------------------------------------------------------------------
 
@@ -174,7 +176,7 @@ class Lease:
         is sent in idle, offline and returning. If the torque is unknown, the lease is kept until it is known to be off.
         """
         absent_s = self._absent_s(now)
-        if absent_s < PAUSE_AFTER_S:
+        if absent_s < PAUSE_AFTER_ABSENCE_S:
             return None
         if absent_s >= STOP_AND_RELEASE_AFTER_S and torque == "off":
             self._holding = None

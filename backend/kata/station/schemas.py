@@ -221,7 +221,7 @@ class RunLive(_Schema):
     duration_s: float = Field(ge=0, description="Length of the playback in this run, seconds.")
     left_s: float = Field(description="Remaining time of approach or return, else of the recording, seconds.")
     at_start: bool = Field(description="The arm is held at the recording's start and ready to play.")
-    load_level: ResistanceLevel
+    resistance_level: ResistanceLevel
     reversals: int = Field(ge=0, description="Number of times that the arm met resistance and moved back.")
     reversing: bool = Field(description="The arm moves back from resistance, or waits after it.")
     range_percent: float = Field(

@@ -11,7 +11,7 @@ import pytest
 
 from kata.device.bus.bandwidth import cycle_time_ns, max_cycle_hz
 from kata.device.bus.factory import make_bus
-from kata.device.bus.port import Bus, BusError, DriveStatus
+from kata.device.bus.interface import Bus, BusError, DriveStatus
 from kata.device.bus.registry import installed_drivers
 from kata.device.config import StationConfig
 from kata.device.config_rules import RANGES, ranges_of

@@ -221,7 +221,7 @@ async function openItem({ api, t }: Page) {
     recording_id: "r",
     recording_name: "Lift",
     repetitions: 10,
-    load_level: 8,
+    resistance_level: 8,
     self_paced: false,
     end_range: null,
   };

@@ -75,7 +75,7 @@ export function useSummaryPrefetch(patientId: string, episodeId: string | null):
 /** Return the highest resistance level allowed in an episode, or null without a limit. */
 export function useMaxResistanceLevel(patientId: string, episodeId: string | null): number | null {
   const episodes = useEpisodes(patientId);
-  return episodes.data?.items.find((episode) => episode.id === episodeId)?.max_load_level ?? null;
+  return episodes.data?.items.find((episode) => episode.id === episodeId)?.max_resistance_level ?? null;
 }
 
 /** Return true if the doctor permits in an episode that the patient sets the pace of a playback. */

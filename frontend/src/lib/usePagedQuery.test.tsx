@@ -56,6 +56,6 @@ it.each([
       </QueryClientProvider>
     ),
   });
-  const found = await result.current.every();
+  const found = await result.current.fetchAll();
   expect([found.rows.length, found.complete]).toEqual([rows, complete]);
 });

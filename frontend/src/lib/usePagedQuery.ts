@@ -34,7 +34,7 @@ export function usePagedQuery<Item, Fetched extends Page<Item> = Page<Item>>(
   return {
     ...list,
     items: list.data?.pages.flatMap((page): Item[] => page.items),
-    every: (): Promise<SavedRows<Item>> =>
+    fetchAll: (): Promise<SavedRows<Item>> =>
       collectPages<Item>((after) => fetchPage(after, SAVED_PAGE), MOST_SAVED),
   };
 }

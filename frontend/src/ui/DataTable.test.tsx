@@ -32,7 +32,7 @@ const names = () =>
     .map((row) => row.firstChild?.textContent);
 
 /** A table that shows a part of its rows and can fetch all. */
-const ofAll = (props: Pick<ComponentProps<typeof DataTable<Row>>, "rows" | "rowName" | "every">) => (
+const ofAll = (props: Pick<ComponentProps<typeof DataTable<Row>>, "rows" | "rowName" | "fetchAll">) => (
   <MantineProvider env="test">
     <QueryClientProvider client={new QueryClient()}>
       <DataTable name="stops" label="Stops" columns={COLUMNS} rowKey={({ name }) => name} more {...props} />
@@ -103,8 +103,8 @@ it("has boxes only if its rows have names", () => {
 it("saves only the selected rows, in the order shown", () => {
   cleanup();
   const saved = vi.spyOn(csv, "saveFile").mockImplementation(() => undefined);
-  const every = vi.fn();
-  const table = (rows: Row[]) => ofAll({ rows, rowName: ({ name }) => name, every });
+  const fetchAll = vi.fn();
+  const table = (rows: Row[]) => ofAll({ rows, rowName: ({ name }) => name, fetchAll });
   const { rerender } = render(table(ROWS));
   const all = () => screen.getByRole<HTMLInputElement>("checkbox", { name: "Select all rows" });
   fireEvent.click(screen.getByRole("checkbox", { name: "Select Sato" }));
@@ -124,14 +124,14 @@ it("saves only the selected rows, in the order shown", () => {
   expect(all().checked).toBe(true);
   fireEvent.click(screen.getByRole("button", { name: "Select none" }));
   expect(screen.getByRole("button", { name: "Save as CSV" })).toBeTruthy();
-  expect(every).not.toHaveBeenCalled();
+  expect(fetchAll).not.toHaveBeenCalled();
 });
 
 it("saves the rows of all pages in the order shown, and says when there are too many", async () => {
   cleanup();
   const saved = vi.spyOn(csv, "saveFile").mockImplementation(() => undefined);
-  const every = vi.fn(async () => ({ rows: [...ROWS, { name: "Kato", stops: 3 }], complete: false }));
-  render(ofAll({ rows: ROWS, every }));
+  const fetchAll = vi.fn(async () => ({ rows: [...ROWS, { name: "Kato", stops: 3 }], complete: false }));
+  render(ofAll({ rows: ROWS, fetchAll }));
   expect(screen.getByText(/The CSV file has all rows/)).toBeTruthy();
   fireEvent.click(screen.getByRole("button", { name: "Name" }));
   fireEvent.click(screen.getByRole("button", { name: "Save as CSV" }));

@@ -27,7 +27,7 @@ interface DataTableProps<Row> {
   /** True if the list has rows that are not loaded. */
   more?: boolean;
   /** Fetches all rows for the file. Without it the file contains only the loaded rows. */
-  every?: () => Promise<SavedRows<Row>>;
+  fetchAll?: () => Promise<SavedRows<Row>>;
   isDimmed?: (row: Row) => boolean;
   /** Name of a row. With it, the user can select rows and save only these. */
   rowName?: (row: Row) => string;
@@ -40,7 +40,7 @@ interface DataTableProps<Row> {
  * CSV.
  */
 export function DataTable<Row>(props: DataTableProps<Row>) {
-  const { name, label, columns, rowKey, rowName, more = false, every, isDimmed, dense = false } = props;
+  const { name, label, columns, rowKey, rowName, more = false, fetchAll, isDimmed, dense = false } = props;
   const [sorting, setSorting] = useState<Sorting>(null);
   const [hidden, setHidden] = useLocalStorage<string[]>({ key: `kata.columns.${name}`, defaultValue: [] });
   const shown = columns.filter(({ key, always }) => always || !hidden.includes(key));
@@ -51,11 +51,16 @@ export function DataTable<Row>(props: DataTableProps<Row>) {
   return (
     <Stack gap="xs">
       <Group justify="space-between">
-        <RowCount count={rows.length} more={more} every={every !== undefined} selection={selection} />
+        <RowCount
+          count={rows.length}
+          more={more}
+          canFetchAll={fetchAll !== undefined}
+          selection={selection}
+        />
         <Group gap="xs">
           <ColumnChoice columns={columns} hidden={hidden} onChange={setHidden} />
-          {every && more && selection.count === 0 ? (
-            <CsvOfAll every={every} onSave={(all) => save(sortedRows(all, columns, sorting))} />
+          {fetchAll && more && selection.count === 0 ? (
+            <CsvOfAll fetchAll={fetchAll} onSave={(all) => save(sortedRows(all, columns, sorting))} />
           ) : (
             <CsvButton
               selected={selection.count}
@@ -106,8 +111,8 @@ export function DataTable<Row>(props: DataTableProps<Row>) {
 }
 
 /** Says how many rows are shown or selected. */
-function RowCount(props: { count: number; more: boolean; every: boolean; selection: Selection }) {
-  const { count, more, every, selection } = props;
+function RowCount(props: { count: number; more: boolean; canFetchAll: boolean; selection: Selection }) {
+  const { count, more, canFetchAll, selection } = props;
   if (selection.count > 0) {
     return (
       <Group gap="xs">
@@ -120,13 +125,13 @@ function RowCount(props: { count: number; more: boolean; every: boolean; selecti
       </Group>
     );
   }
-  const words = more ? (every ? "ui:table.rowsOfAll" : "ui:table.rowsOfMore") : "ui:table.rows";
+  const words = more ? (canFetchAll ? "ui:table.rowsOfAll" : "ui:table.rowsOfMore") : "ui:table.rows";
   return <Text size="sm">{t(words, { count })}</Text>;
 }
 
 /** Saves the rows of all pages, also of those that are not loaded. */
-function CsvOfAll<Row>(props: { every: () => Promise<SavedRows<Row>>; onSave: (rows: Row[]) => void }) {
-  const fetched = useMutation({ mutationFn: props.every, onSuccess: ({ rows }) => props.onSave(rows) });
+function CsvOfAll<Row>(props: { fetchAll: () => Promise<SavedRows<Row>>; onSave: (rows: Row[]) => void }) {
+  const fetched = useMutation({ mutationFn: props.fetchAll, onSuccess: ({ rows }) => props.onSave(rows) });
   return (
     <>
       <CsvButton loading={fetched.isPending} onSave={() => fetched.mutate()} />

@@ -12,7 +12,7 @@ from serial.tools import list_ports
 from serial.tools.list_ports_common import ListPortInfo
 
 from kata.device.bus.adapter import SameAdapter, UsbAdapter, connected_adapters
-from kata.device.bus.port import BusError, OtherAdapterError
+from kata.device.bus.interface import BusError, OtherAdapterError
 from kata.device.bus.serial_transport import port_of
 from kata.device.config import simulated
 

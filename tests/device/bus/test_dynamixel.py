@@ -13,7 +13,7 @@ from kata.device.bus.dynamixel.cycle_block import AT
 from kata.device.bus.dynamixel.packets import FastParser, StatusParser, encode
 from kata.device.bus.dynamixel.registers import BLOCKS, BLOCKS_WITH_STATUS, ROTATION_BLOCKS, configured_registers
 from kata.device.bus.factory import make_bus
-from kata.device.bus.port import Bus, BusError
+from kata.device.bus.interface import Bus, BusError
 from kata.device.bus.serial_transport import Transport
 from kata.device.config import Inputs, StationConfig, simulated
 from kata.simulator import protocol

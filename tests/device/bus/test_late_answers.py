@@ -8,7 +8,7 @@ from hypothesis import strategies as st
 from msgspec import structs
 
 from kata.device.bus.factory import make_bus
-from kata.device.bus.port import BusSample
+from kata.device.bus.interface import BusSample
 from kata.device.config import ModbusMap, simulated
 from kata.simulator.adapter import AdapterLatency
 from kata.testing.world import RecordingWorld

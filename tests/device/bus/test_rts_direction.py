@@ -14,7 +14,7 @@ from msgspec import structs
 
 from kata.cli import doctor
 from kata.device.bus.factory import make_bus
-from kata.device.bus.port import BusError
+from kata.device.bus.interface import BusError
 from kata.device.config import StationConfig
 from kata.settings import Settings
 

@@ -10,7 +10,7 @@ from collections.abc import Iterator
 import pytest
 import serial
 
-from kata.device.bus.port import BusError
+from kata.device.bus.interface import BusError
 from kata.device.bus.serial_transport import SerialTransport
 
 _SOON_NS = 2_000_000

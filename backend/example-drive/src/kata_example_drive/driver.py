@@ -8,9 +8,9 @@ import msgspec
 from fastcrc import crc16
 
 from kata.device import texts
+from kata.device.bus.interface import BusError, BusSample, DriveSample, DriveStatus, InputSample, input_sample
 from kata.device.bus.plugin import Driver
 from kata.device.bus.poll_backoff import PollBackoff
-from kata.device.bus.port import BusError, BusSample, DriveSample, DriveStatus, InputSample, input_sample
 from kata.device.bus.registry import driver_settings
 from kata.device.bus.serial_transport import Transport
 from kata.device.bus.timing import BITS_A_BYTE
@@ -60,7 +60,7 @@ class _Registers(msgspec.Struct, frozen=True):
 
 
 class ExampleBus:
-    """The :class:`~kata.device.bus.port.Bus` of five example drives."""
+    """The :class:`~kata.device.bus.interface.Bus` of five example drives."""
 
     def __init__(self, config: StationConfig, open_transport: Callable[[str, int], Transport]) -> None:
         """Prepare the driver without opening the port. ``open_transport`` opens a port at a baud rate."""
@@ -83,7 +83,7 @@ class ExampleBus:
         """Missing and damaged answers since the start."""
 
     def open(self) -> None:
-        """See :class:`~kata.device.bus.port.Bus`."""
+        """See :class:`~kata.device.bus.interface.Bus`."""
         self._transport = self._open_transport(self._config.port, self._config.baud)
         self._backoff = PollBackoff(self._ids, self._config)
         self._busy_until_ns = 0
@@ -92,19 +92,19 @@ class ExampleBus:
             self._verification.forget(n)
 
     def close(self) -> None:
-        """See :class:`~kata.device.bus.port.Bus`."""
+        """See :class:`~kata.device.bus.interface.Bus`."""
         if self._transport:
             self._transport.close()
             self._transport = None
 
     def configure(self, axes: Collection[int]) -> None:
-        """See :class:`~kata.device.bus.port.Bus`."""
+        """See :class:`~kata.device.bus.interface.Bus`."""
         for n in sorted(axes):
             self._verification.forget(n)
             self._configure(n + 1, self._config.axes[n])
 
     def read(self) -> BusSample:
-        """See :class:`~kata.device.bus.port.Bus`."""
+        """See :class:`~kata.device.bus.interface.Bus`."""
         self._backoff.begin_cycle()
         self._slack_left_ns = self._slack_ns
         drives: list[DriveSample | None] = [None] * len(self._ids)
@@ -128,13 +128,13 @@ class ExampleBus:
         return BusSample(tuple(drives), inputs, tuple(statuses), frozenset(corrupt), frozenset(timed_out))
 
     def read_inputs(self) -> InputSample | None:
-        """See :class:`~kata.device.bus.port.Bus`."""
+        """See :class:`~kata.device.bus.interface.Bus`."""
         self._slack_left_ns = self._slack_ns // 2
         found, _ = self._read_drive(self._config.inputs.drive_id)
         return self._input_sample(found) if found else None
 
     def write_setpoints(self, angles_deg: Sequence[float]) -> None:
-        """See :class:`~kata.device.bus.port.Bus`."""
+        """See :class:`~kata.device.bus.interface.Bus`."""
         goals = b"".join(
             struct.pack("<Bi", axis.id, self._counts(axis, angle_deg))
             for axis, angle_deg in zip(self._config.axes, angles_deg, strict=True)
@@ -142,7 +142,7 @@ class ExampleBus:
         self._send(_BROADCAST, _GOALS, goals)
 
     def torque_on(self, hold_deg: Sequence[float]) -> None:
-        """See :class:`~kata.device.bus.port.Bus`."""
+        """See :class:`~kata.device.bus.interface.Bus`."""
         self._broadcast(_WATCHDOG, 0)
         self.write_setpoints(hold_deg)
         self._broadcast(_TORQUE_ENABLE, 1)
@@ -150,7 +150,7 @@ class ExampleBus:
         self._armed = True
 
     def torque_off(self) -> None:
-        """See :class:`~kata.device.bus.port.Bus`."""
+        """See :class:`~kata.device.bus.interface.Bus`."""
         self._armed = False
         self._broadcast(_TORQUE_ENABLE, 0)
 

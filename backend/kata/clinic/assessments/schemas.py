@@ -226,15 +226,11 @@ class AssessmentForm(Schema):
 
     rom: list[RomMeasure]
     spadi: list[SpadiItem]
-    spadi_perhaps_important: float = Field(
-        ge=0, le=100, description="Points. A smaller change is not important to patients."
-    )
-    spadi_important: float = Field(
+    spadi_mcid_lower: float = Field(ge=0, le=100, description="Points. A smaller change is not important to patients.")
+    spadi_mcid_upper: float = Field(
         ge=0, le=100, description="Points. A change of at least this size is important to patients."
     )
-    spadi_detectable: float = Field(
-        ge=0, le=100, description="Points. A smaller change of one patient may be due to chance."
-    )
+    spadi_mdc: float = Field(ge=0, le=100, description="Points. A smaller change of one patient may be due to chance.")
 
 
 def has_findings(assessment: "AssessmentCreate | Assessment") -> bool:

@@ -56,9 +56,9 @@ def form() -> AssessmentForm:
     return AssessmentForm(
         rom=measures,
         spadi=items,
-        spadi_perhaps_important=perhaps,
-        spadi_important=surely,
-        spadi_detectable=spadi.DETECTABLE_CHANGE,
+        spadi_mcid_lower=perhaps,
+        spadi_mcid_upper=surely,
+        spadi_mdc=spadi.DETECTABLE_CHANGE,
     )
 
 

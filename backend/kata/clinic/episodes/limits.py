@@ -64,7 +64,7 @@ class DoctorLimits:
     side: Side
     by: str
     """Name of the doctor who set the limits."""
-    max_load_level: int | None
+    max_resistance_level: int | None
     max_speed_deg_s: float | None
     """Highest speed of every motor (:attr:`kata.device.ipc_messages.Load.max_speed_deg_s`)."""
     motions: tuple[MotionLimit, ...]
@@ -80,19 +80,21 @@ class DoctorLimits:
                 422, "self_pace_not_permitted", texts.SELF_PACE_NOT_PERMITTED(), texts.ASK_DOCTOR_OR_OWN_PACE()
             )
 
-    def check(self, motion: Motion, load_level: int, method: Method) -> MotorLimits:
+    def check(self, motion: Motion, resistance_level: int, method: Method) -> MotorLimits:
         """Refuse a run that exceeds the limits. This needs no database, and takes seconds for a motion of an hour.
 
         :param motion: motor angles that the run requests.
         :returns: the limits of single motors; the device also gets :attr:`arm`.
         :raises ProblemError: 422 when a limit is exceeded. The message names motion or motor, time, and both angles or speeds.
         """
-        if self.max_load_level is not None and load_level > self.max_load_level:
+        if self.max_resistance_level is not None and resistance_level > self.max_resistance_level:
             raise ProblemError(
                 422,
                 "level_not_allowed",
-                texts.LOAD_LEVEL_ABOVE_LIMIT(level=load_level, highest=self.max_load_level, doctor=self.by),
-                texts.CHOOSE_LOAD_LEVEL(highest=self.max_load_level),
+                texts.RESISTANCE_LEVEL_ABOVE_LIMIT(
+                    level=resistance_level, highest=self.max_resistance_level, doctor=self.by
+                ),
+                texts.CHOOSE_RESISTANCE_LEVEL(highest=self.max_resistance_level),
             )
         self.check_path(motion, method)
         return _of_motors(self._by_motion)
@@ -161,7 +163,7 @@ def of_episode(episode: EpisodeRow) -> DoctorLimits:
     return DoctorLimits(
         side=side_of(episode.side),
         by=episode.limits_by,
-        max_load_level=episode.max_load_level,
+        max_resistance_level=episode.max_resistance_level,
         max_speed_deg_s=episode.max_speed_deg_s,
         motions=motions,
         self_paced_permitted=episode.self_paced_permitted,

@@ -91,7 +91,7 @@ class EpisodeCreate(_EpisodeFields):
     onset_on: PastDay | None = Field(None, description="Day on which the complaint began.", examples=["2026-05-01"])
     contraindications: Note = Field("", examples=["No abduction beyond 90 degrees."])
     limits: Limits = Field(default_factory=list)
-    max_load_level: ResistanceLevel | None = Field(None, description=_LEVEL)
+    max_resistance_level: ResistanceLevel | None = Field(None, description=_LEVEL)
     max_speed_deg_s: SpeedLimit | None = Field(None, description=_SPEED, examples=[20.0])
     self_paced_permitted: StrictBool = Field(False, description=_SELF_PACED)
     limits_by: Doer = Field("", description=_DOCTOR, examples=["Dr. Mori"])
@@ -106,7 +106,7 @@ class EpisodeUpdate(_EpisodeFields):
     onset_on: PastDay | None = None
     contraindications: Note | None = None
     limits: Limits | None = None
-    max_load_level: ResistanceLevel | None = Field(None, description=_LEVEL)
+    max_resistance_level: ResistanceLevel | None = Field(None, description=_LEVEL)
     max_speed_deg_s: SpeedLimit | None = Field(None, description=_SPEED)
     self_paced_permitted: StrictBool | None = Field(None, description=_SELF_PACED)
     limits_by: Doer | None = Field(None, description=_DOCTOR)
@@ -146,7 +146,7 @@ class Episode(Schema):
     onset_on: PastDay | None
     contraindications: str
     limits: Limits
-    max_load_level: ResistanceLevel | None = Field(description=_LEVEL)
+    max_resistance_level: ResistanceLevel | None = Field(description=_LEVEL)
     max_speed_deg_s: SpeedLimit | None = Field(description=_SPEED)
     self_paced_permitted: bool = Field(description=_SELF_PACED)
     limits_by: str = Field(description=_DOCTOR)

@@ -18,7 +18,7 @@ from kata.errors import ProblemError, check_version, not_found
 from kata.messages import Template
 from kata.motion.texts import SIDES
 
-_MAY_BE_EMPTIED: Final = {"onset_on", "max_load_level", "max_speed_deg_s"}
+_MAY_BE_EMPTIED: Final = {"onset_on", "max_resistance_level", "max_speed_deg_s"}
 
 
 def of_patient(session: Session, patient_id: UUID) -> list[EpisodeRow]:
@@ -173,7 +173,7 @@ def _must_go_on(row: EpisodeRow) -> None:
 
 
 def _check(row: EpisodeRow, patient: PatientRow) -> None:
-    limited = row.limits or row.max_load_level or row.max_speed_deg_s or row.self_paced_permitted
+    limited = row.limits or row.max_resistance_level or row.max_speed_deg_s or row.self_paced_permitted
     if limited and not row.limits_by:
         raise ProblemError(
             422,

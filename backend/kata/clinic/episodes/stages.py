@@ -18,14 +18,14 @@ from kata.clinic.episodes.schemas import StageName
 from kata.station.schemas import OptionalKey, ResistanceLevel, TextKey
 from kata.types import Schema
 
-ProposedSetting = Literal["load_level", "speed_percent", "range_percent", "repetitions"]
+ProposedSetting = Literal["resistance_level", "speed_percent", "range_percent", "repetitions"]
 
 
 class StageProposal(Schema):
     """The highest settings that a stage proposes."""
 
     stage: StageName
-    load_level: ResistanceLevel
+    resistance_level: ResistanceLevel
     speed_percent: float = Field(description="Percent of the taught speed.", examples=[50.0])
     range_percent: float = Field(description="Percent of the taught range.", examples=[80.0])
     repetitions: int = Field(description="Repetitions of one recording.", examples=[5])
@@ -42,11 +42,11 @@ class _Settings(Protocol):
     def repetitions(self) -> int: ...
 
 
-def _proposal(stage: StageName, load_level: int, percent: tuple[float, float], repetitions: int) -> StageProposal:
+def _proposal(stage: StageName, resistance_level: int, percent: tuple[float, float], repetitions: int) -> StageProposal:
     source = texts.SOURCE_STAGE()
     return StageProposal(
         stage=stage,
-        load_level=load_level,
+        resistance_level=resistance_level,
         speed_percent=percent[0],
         range_percent=percent[1],
         repetitions=repetitions,
@@ -64,13 +64,13 @@ PROPOSALS: Final = MappingProxyType(
 )
 
 
-def exceeded(stage: str | None, load_level: int, settings: _Settings) -> list[ProposedSetting]:
+def exceeded(stage: str | None, resistance_level: int, settings: _Settings) -> list[ProposedSetting]:
     """Return the settings that exceed the proposal of a stage. Without a stage the list is empty."""
     proposal = PROPOSALS.get(stage or "")
     if proposal is None:
         return []
     values: dict[ProposedSetting, float] = {
-        "load_level": load_level,
+        "resistance_level": resistance_level,
         "speed_percent": settings.speed_percent,
         "range_percent": settings.range_percent,
         "repetitions": settings.repetitions,

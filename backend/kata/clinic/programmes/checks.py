@@ -61,14 +61,14 @@ class ItemPlayback:
     recording_id: UUID
     asked: PlaybackSettings
     method: Method
-    load_level: int
+    resistance_level: int
     end_range: EndRangePrescription | None = None
 
 
 def playback_of(item: ProgrammeItemRequest) -> ItemPlayback:
     """Return the settings on which an item's check depends."""
     settings = PlaybackSettings(item.speed_percent, item.repetitions, item.pause_s, item.range_percent)
-    return ItemPlayback(item.recording_id, settings, item.method, item.load_level, item.end_range)
+    return ItemPlayback(item.recording_id, settings, item.method, item.resistance_level, item.end_range)
 
 
 def item_problems(
@@ -130,7 +130,7 @@ def _duration(
             prescribed, side = playback.end_range, allowed.side
             if why := _end_range_problem(prescribed, motion, short, side):
                 return ItemProblem(why, next_step=texts.CHANGE_END_RANGE())
-            if why := end_range.level_problem(motion, side, config, prescribed, playback.load_level):
+            if why := end_range.level_problem(motion, side, config, prescribed, playback.resistance_level):
                 return ItemProblem(why, next_step=texts.CHANGE_LEVEL_OR_TORQUE())
     except UnreadableError:
         return ItemProblem(texts.ITEM_SAMPLES_DAMAGED())
@@ -176,12 +176,12 @@ def _item_problem(
         return ProblemError(409, "other_side", other, texts.CHOOSE_OTHER_SHOULDER_RECORDING())
     if recording.archived_at:
         return ProblemError(409, "archived", texts.ITEM_ARCHIVED(**item_of), texts.RESTORE_OR_CHOOSE_ANOTHER())
-    if episode.max_load_level is not None and item.load_level > episode.max_load_level:
-        levels = {"level": item.load_level, "highest": episode.max_load_level}
+    if episode.max_resistance_level is not None and item.resistance_level > episode.max_resistance_level:
+        levels = {"level": item.resistance_level, "highest": episode.max_resistance_level}
         above = (
-            texts.ITEM_ABOVE_LOAD_LEVEL_BY(**item_of, **levels, doctor=episode.limits_by)
+            texts.ITEM_ABOVE_RESISTANCE_LEVEL_BY(**item_of, **levels, doctor=episode.limits_by)
             if episode.limits_by
-            else texts.ITEM_ABOVE_LOAD_LEVEL(**item_of, **levels)
+            else texts.ITEM_ABOVE_RESISTANCE_LEVEL(**item_of, **levels)
         )
         return ProblemError(409, "above_limit", above, texts.CHOOSE_LOWER_LEVEL())
     return _self_paced_problem(item, episode, place, recording.name) if item.self_paced else None

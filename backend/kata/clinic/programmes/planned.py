@@ -19,10 +19,12 @@ from kata.motion.method import Method
 from kata.station.schemas import ResistanceLevel
 from kata.types import Moment, Schema
 
-Setting = Literal["speed_percent", "repetitions", "pause_s", "range_percent", "load_level", "method", "self_paced"]
+Setting = Literal[
+    "speed_percent", "repetitions", "pause_s", "range_percent", "resistance_level", "method", "self_paced"
+]
 Share = Literal["all", "some", "none"]
 _SETTINGS: Final[tuple[Setting, ...]] = (
-    "speed_percent", "repetitions", "pause_s", "range_percent", "load_level", "method", "self_paced",
+    "speed_percent", "repetitions", "pause_s", "range_percent", "resistance_level", "method", "self_paced",
 )  # fmt: skip
 _Count = Field(ge=0, description="Repetitions.", examples=[10])
 
@@ -35,7 +37,7 @@ class PlannedRun(PlaybackSettings):
     recording_name: str
     started_at: Moment
     outcome: RunOutcome
-    load_level: ResistanceLevel | None
+    resistance_level: ResistanceLevel | None
     method: Method | None
     self_paced: bool = Field(description="True if the patient's effort set the pace.")
     least_range_percent: float | None = Field(
@@ -239,7 +241,7 @@ def _as_run(run: RunRow, item: ProgrammeItem | None) -> PlannedRun:
         repetitions=run.repetitions,
         pause_s=run.pause_s,
         range_percent=run.range_percent,
-        load_level=run.load_level,
+        resistance_level=run.resistance_level,
         method=run.method,
         self_paced=run.self_paced,
         least_range_percent=run.least_range_percent,

@@ -33,7 +33,7 @@ class ProgrammeItemRequest(PlaybackSettings):
     """One recording and its settings. By default the recording is played once, as taught."""
 
     recording_id: UUID
-    load_level: ResistanceLevel
+    resistance_level: ResistanceLevel
     method: Method = "smooth"
     end_range: EndRangePrescription | None = Field(None, description="Null: no end-range time is prescribed.")
     self_paced: StrictBool = Field(

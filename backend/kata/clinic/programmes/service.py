@@ -195,7 +195,7 @@ def as_item(row: ProgrammeItemRow) -> ProgrammeItem:
         repetitions=row.repetitions,
         pause_s=row.pause_s,
         range_percent=row.range_percent,
-        load_level=row.load_level,
+        resistance_level=row.resistance_level,
         method=row.method,
         end_range=row.end_range,
         self_paced=row.self_paced,

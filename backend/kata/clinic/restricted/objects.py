@@ -18,7 +18,7 @@ from kata.clinic.sessions.tables import GoniometerReadingRow, RunRow, SessionRow
 
 _Owner = Select[UUID]
 
-OF_A_PATIENT: Final[Mapping[str, Callable[[UUID], _Owner]]] = MappingProxyType(
+PATIENT_QUERY_BY_ID_NAME: Final[Mapping[str, Callable[[UUID], _Owner]]] = MappingProxyType(
     {
         "patient_id": lambda id_: select(PatientRow.id).where(PatientRow.id == id_),
         "erasure_id": lambda id_: select(ErasureRow.patient_id).where(ErasureRow.id == id_),
@@ -58,7 +58,7 @@ def patients_of(session: Session, records: Iterable[tuple[str, UUID]]) -> list[U
     """Return the patients to whom these records belong, in order, each once. Unknown ids are ignored."""
     patients: dict[UUID, None] = {}
     for name, id_ in records:
-        owner = session.scalars(OF_A_PATIENT[name](id_)).first()
+        owner = session.scalars(PATIENT_QUERY_BY_ID_NAME[name](id_)).first()
         if owner is not None:
             patients[owner] = None
     return list(patients)

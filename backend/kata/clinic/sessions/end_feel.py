@@ -69,7 +69,7 @@ class EndFeelRequest:
     session_id: UUID
     recording_id: UUID
     kind: Kind
-    load_level: int
+    resistance_level: int
     torque_nm: float
     """The chosen torque of a test."""
     speed_deg_s: float
@@ -216,7 +216,9 @@ def prepare(
     :raises ProblemError: 409 when a test has no baseline of today at this station.
     """
     if request.kind == "baseline":
-        strong_nm = _BASELINE_SHARE * config.axes[path.motor - 1].max_torque_nm * request.load_level / RESISTANCE_LEVELS
+        strong_nm = (
+            _BASELINE_SHARE * config.axes[path.motor - 1].max_torque_nm * request.resistance_level / RESISTANCE_LEVELS
+        )
         return Prepared(
             path, EndFeel(motor=path.motor, torque_nm=strong_nm, expected_nm=(0.0, 0.0), repetitions=1), None
         )

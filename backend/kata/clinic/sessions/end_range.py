@@ -35,7 +35,7 @@ def counter(
 
 
 def live(
-    taught: Motion, side: Side, config: StationConfig, prescribed: EndRangePrescription | None, load_level: int
+    taught: Motion, side: Side, config: StationConfig, prescribed: EndRangePrescription | None, resistance_level: int
 ) -> LiveEndRange | None:
     """Return the live count of a playback; None without prescription.
 
@@ -51,13 +51,13 @@ def live(
         seconds=60.0 * prescribed.minutes,
         band_deg=prescribed.band_deg,
         torque_nm=prescribed.torque_nm,
-        problem=level_problem(taught, side, config, prescribed, load_level),
+        problem=level_problem(taught, side, config, prescribed, resistance_level),
     )
     return LiveEndRange(prescription, counter(taught, side, config, prescribed, [motor]))
 
 
 def level_problem(
-    taught: Motion, side: Side, config: StationConfig, prescribed: EndRangePrescription, load_level: int
+    taught: Motion, side: Side, config: StationConfig, prescribed: EndRangePrescription, resistance_level: int
 ) -> Text | None:
     """Return the reason why the prescribed torque cannot be reached at this resistance level, or None.
 
@@ -79,8 +79,8 @@ def level_problem(
     sufficient_levels = [level for level in levels if config.resistance_thresholds_nm(level)[motor - 1] > least_nm]
     if not sufficient_levels:
         return texts.END_RANGE_TORQUE_TOO_HIGH(**parameters)
-    if load_level < sufficient_levels[0]:
-        return texts.END_RANGE_LEVEL_TOO_LOW(**parameters, level=load_level, least=sufficient_levels[0])
+    if resistance_level < sufficient_levels[0]:
+        return texts.END_RANGE_LEVEL_TOO_LOW(**parameters, level=resistance_level, least=sufficient_levels[0])
     return None
 
 

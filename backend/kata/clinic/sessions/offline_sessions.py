@@ -184,7 +184,7 @@ class OfflineSessions:
     def start_run(self, request: runs.RunRequest, apparatus: checks.ApparatusState) -> CheckedRun | None:
         """Check and start a run by the same rules as with the database. Return None if session or recording is unknown.
 
-        :raises ProblemError: as in :func:`kata.clinic.contraindications.service.check`, :func:`kata.clinic.sessions.runs.to_begin`,
+        :raises ProblemError: as in :func:`kata.clinic.contraindications.service.check`, :func:`kata.clinic.sessions.runs.prepare`,
             :func:`kata.clinic.programmes.planned.check_timer`,
             :meth:`DoctorLimits.check` and :func:`kata.clinic.sessions.checks.require`.
         """
@@ -203,7 +203,7 @@ class OfflineSessions:
         contraindications.check(cached.banner.contraindications_of(recording.side))
         motion = runs.with_settings(recording.taught, request.settings)
         recording.allowed.check_self_paced(self_paced=request.self_paced)
-        limits = recording.allowed.check(motion, request.load_level, request.method)
+        limits = recording.allowed.check(motion, request.resistance_level, request.method)
         checked = self._checked(cached, clinic_session, recording, apparatus)
         checks.require_all(checked)
         corrected_by, learned = (
@@ -215,7 +215,7 @@ class OfflineSessions:
             recording_id=request.recording_id,
             programme_position=request.programme_position,
             started_at=utc_now(),
-            load_level=request.load_level,
+            resistance_level=request.resistance_level,
             settings=request.settings,
             method=request.method,
             corrected_by=corrected_by,

@@ -69,7 +69,7 @@ def of_version(version: ProgrammeVersionRow) -> list[SessionItem]:
             repetitions=item.repetitions,
             pause_s=item.pause_s,
             range_percent=item.range_percent,
-            load_level=item.load_level,
+            resistance_level=item.resistance_level,
             method=item.method,
             end_range=item.end_range,
             self_paced=item.self_paced,

@@ -102,7 +102,7 @@ class RunStarted(msgspec.Struct, frozen=True, tag="begun", omit_defaults=True):
     recording_id: UUID
     programme_position: int | None
     started_at: datetime
-    load_level: int
+    resistance_level: int = msgspec.field(name="load_level")
     settings: edit.PlaybackSettings = msgspec.field(name="asked")
     """The spool stores the settings as ``asked``."""
     method: Method
@@ -118,7 +118,7 @@ class RunStarted(msgspec.Struct, frozen=True, tag="begun", omit_defaults=True):
         request = runs.RunRequest(
             self.session_id,
             self.recording_id,
-            self.load_level,
+            self.resistance_level,
             self.settings,
             self.method,
             self.programme_position,
@@ -165,7 +165,7 @@ def store(session: DatabaseSession, event: OfflineEvent) -> None:
 def serialize_limits(allowed: DoctorLimits) -> str:
     """Return the doctor's limits as a text that can be compared."""
     limits: dict[str, Any] = {
-        "max_load_level": allowed.max_load_level,
+        "max_load_level": allowed.max_resistance_level,
         "motions": sorted(limit.model_dump_json() for limit in allowed.motions),
     }
     if allowed.max_speed_deg_s is not None:

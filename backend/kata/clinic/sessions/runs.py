@@ -68,7 +68,7 @@ class RunRequest:
 
     session_id: UUID
     recording_id: UUID
-    load_level: int = RESISTANCE_LEVELS
+    resistance_level: int = RESISTANCE_LEVELS
     settings: edit.PlaybackSettings = edit.AS_TAUGHT
     method: Method = "smooth"
     programme_position: int | None = None
@@ -82,9 +82,9 @@ def begin(
 ) -> RunRow:
     """Store a run that is about to be played. For the learned method it gets the station's newest correction.
 
-    ``prepared``: result of :func:`to_begin` for the same run. Its correction is used.
+    ``prepared``: result of :func:`prepare` for the same run. Its correction is used.
 
-    :raises ProblemError: as in :func:`to_begin`.
+    :raises ProblemError: as in :func:`prepare`.
     """
     row = _allowed(session, request)
     row.corrected_by = prepared.corrected_by if prepared else _corrected_by(session, row, station)
@@ -95,7 +95,7 @@ def begin(
     return row
 
 
-def to_begin(session: DatabaseSession, request: RunRequest, station: str = "") -> RunRow:
+def prepare(session: DatabaseSession, request: RunRequest, station: str = "") -> RunRow:
     """Return the run that :func:`begin` would store. Nothing is stored.
 
     :raises ProblemError: 404; 409 when the session has ended, the recording is archived or belongs to another patient, or it is not at that
@@ -140,7 +140,7 @@ def new(id_: UUID, started_at: datetime, request: RunRequest) -> RunRow:
         stop_code=None,
         stop_message=None,
         rate_hz=None,
-        load_level=request.load_level,
+        resistance_level=request.resistance_level,
         **asdict(request.settings),
         method=request.method,
         self_paced=request.self_paced,
@@ -206,14 +206,15 @@ def ended_playback(session: DatabaseSession, journal: Journal, config: StationCo
         end_range=end_range.thresholds_of(plans.end_range_of(session, row)),
         learns=learns,
         correction=stored_corrections.correction(session, row.corrected_by) if learns else None,
-        resistance_share=(row.load_level or RESISTANCE_LEVELS) / RESISTANCE_LEVELS,
+        resistance_share=(row.resistance_level or RESISTANCE_LEVELS) / RESISTANCE_LEVELS,
     )
 
 
 def complete(
     session: DatabaseSession, journal: Journal, config: StationConfig, results: PlaybackResults | None = None
 ) -> RunRow | None:
-    """Complete a run from its journal. A run that is already complete is not changed; one that was given up too early is completed.
+    """Complete a run from its journal. A run that is already complete is not changed. A run that was marked as interrupted before its
+    journal arrived is completed.
 
     :param results: results of :func:`ended_playback` if they were calculated before; otherwise they are calculated here.
     :returns: the run, or None if it is unknown.
@@ -302,7 +303,7 @@ def _store_stop(session: DatabaseSession, row: RunRow) -> None:
         session.add(SessionStopRow(session_id=clinic_session.id, code=row.stop_code, **columns))
 
 
-def give_up_unended(session: DatabaseSession, station: str, before: datetime) -> int:
+def mark_unended_interrupted(session: DatabaseSession, station: str, before: datetime) -> int:
     """Close the runs whose journal is lost: those that were loaded at this station before ``before`` and have not ended.
 
     Call it when every journal of the station's last device process has been imported. A session may have continued at another station,
@@ -311,18 +312,18 @@ def give_up_unended(session: DatabaseSession, station: str, before: datetime) ->
     :returns: the number of closed runs.
     """
     sessions_here = select(SessionRow.id).where(SessionRow.station.in_((station, "")))
-    return _give_up(session, RunRow.session_id.in_(sessions_here) & (RunRow.started_at <= before))
+    return _mark_interrupted(session, RunRow.session_id.in_(sessions_here) & (RunRow.started_at <= before))
 
 
-def give_up(session: DatabaseSession, run_id: UUID) -> None:
+def mark_interrupted(session: DatabaseSession, run_id: UUID) -> None:
     """Close a run whose journal is empty, unless it has ended."""
-    _give_up(session, RunRow.id == run_id)
+    _mark_interrupted(session, RunRow.id == run_id)
 
 
-def _give_up(session: DatabaseSession, condition: ColumnElement[bool]) -> int:
+def _mark_interrupted(session: DatabaseSession, condition: ColumnElement[bool]) -> int:
     lost_runs = update(RunRow).where(RunRow.outcome == "loaded", condition)
-    given_up = lost_runs.values(outcome="interrupted", ended_at=RunRow.started_at)
-    return int(session.connection().execute(given_up).rowcount)
+    interrupted = lost_runs.values(outcome="interrupted", ended_at=RunRow.started_at)
+    return int(session.connection().execute(interrupted).rowcount)
 
 
 def figure_samples(
@@ -381,7 +382,7 @@ def as_run(row: RunRow, recording_name: str | None = None, angles: PatientAngles
         rate_hz=row.rate_hz,
         method=row.method,
         learning=[LearningNote.model_validate(note) for note in row.learning or ()],
-        load_level=row.load_level,
+        resistance_level=row.resistance_level,
         **asdict(settings_of(row)),
         self_paced=row.self_paced,
         work_j=row.work_j,

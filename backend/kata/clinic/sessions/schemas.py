@@ -236,7 +236,7 @@ class Run(PlaybackSettings):
         [],
         description="Messages of the learned method about this run. Empty: it learned from every motor, or another method was used.",
     )
-    load_level: ResistanceLevel | None = Field(
+    resistance_level: ResistanceLevel | None = Field(
         description="Resistance at which the arm is taken back; null for a run of a version without levels."
     )
     self_paced: bool = Field(False, description="True if the patient's effort set the pace.")
@@ -461,7 +461,7 @@ class SessionItem(PlaybackSettings):
     position: int = Field(ge=1)
     recording_id: UUID
     recording_name: str
-    load_level: ResistanceLevel
+    resistance_level: ResistanceLevel
     method: Method
     end_range: EndRangePrescription | None = None
     self_paced: bool = Field(False, description="True if it is prescribed that the patient's effort sets the pace.")

@@ -176,7 +176,7 @@ class RunRow(Base):
     stop_key: Mapped[dict[str, Any] | None] = mapped_column(JSON(none_as_null=True))
     """Code and parameters of the message; None in rows from before migration 0009."""
     rate_hz: Mapped[int | None]
-    load_level: Mapped[int | None]
+    resistance_level: Mapped[int | None] = mapped_column("load_level")
     """Resistance level; None for a run of a version without levels."""
     speed_percent: Mapped[float] = mapped_column(default=100.0)
     repetitions: Mapped[int] = mapped_column(default=1)
@@ -192,8 +192,8 @@ class RunRow(Base):
     """True if the patient's effort set the pace."""
     work_j: Mapped[float | None]
     mean_effort_nm: Mapped[float | None]
-    """Work and mean effort of the patient along the path. None for other runs, for an interrupted run, and the effort also if the arm did not
-    move."""
+    """Work and mean effort of the patient along the path. None if the run was not self-paced or was interrupted. The effort is also None if
+    the arm did not move."""
     mean_pace_percent: Mapped[float | None]
     """Mean pace of a self-paced run (:attr:`kata.device.self_pacing.SelfPacing.mean_pace_percent`). None as for the work, if nothing was
     played, and in rows from before migration 0035."""
@@ -235,7 +235,7 @@ class RunRow(Base):
 
     @property
     def change_deg(self) -> float | None:
-        """Largest change by settings of the five motors, with its sign; None if it was not stored."""
+        """Largest difference between the requested and the taught angle among the five motors, with its sign; None if it was not stored."""
         changes = [motor.change_deg for motor in self.tracking if motor.change_deg is not None]
         return max(changes, key=abs, default=None)
 

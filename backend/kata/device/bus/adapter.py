@@ -8,7 +8,7 @@ from msgspec import Struct
 from serial.tools import list_ports
 
 from kata.device import texts
-from kata.device.bus.port import BusError, OtherAdapterError
+from kata.device.bus.interface import BusError, OtherAdapterError
 
 _UNKNOWN: Final = "?"
 

@@ -2,7 +2,7 @@
 
 from collections.abc import Callable
 
-from kata.device.bus.port import Bus
+from kata.device.bus.interface import Bus
 from kata.device.bus.registry import find_driver
 from kata.device.bus.serial_transport import Transport, port_of
 from kata.device.config import StationConfig

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Final
 import msgspec
 
 if TYPE_CHECKING:
-    from kata.device.bus.port import Bus
+    from kata.device.bus.interface import Bus
     from kata.device.bus.serial_transport import Transport
     from kata.device.config import StationConfig
     from kata.device.config_rules import FieldRule, Range

@@ -18,7 +18,7 @@ from serial.rs485 import RS485Settings
 
 from kata.device import texts
 from kata.device.bus.adapter import SameAdapter, UsbAdapter, connected_adapters
-from kata.device.bus.port import BusError
+from kata.device.bus.interface import BusError
 from kata.device.bus.timing import RtsDirection
 
 if TYPE_CHECKING:

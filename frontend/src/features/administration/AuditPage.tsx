@@ -50,7 +50,7 @@ export function AuditPage() {
           rows={entries.items}
           rowKey={({ number }) => String(number)}
           more={entries.hasNextPage}
-          every={entries.every}
+          fetchAll={entries.fetchAll}
           dense
         />
       )}

@@ -85,13 +85,13 @@ export function describeSpadi(
 /** Rate a change of the SPADI as it is shown; a lower score is better. */
 export function rateSpadiChange(change: number, form: Schemas["AssessmentForm"]): string {
   const size = Math.abs(roundToTenths(change));
-  if (size < form.spadi_perhaps_important) return t("assessments:found.unimportant");
+  if (size < form.spadi_mcid_lower) return t("assessments:found.unimportant");
   const limits = {
-    least: form.spadi_perhaps_important,
-    most: form.spadi_important,
-    detectable: form.spadi_detectable,
+    least: form.spadi_mcid_lower,
+    most: form.spadi_mcid_upper,
+    detectable: form.spadi_mdc,
   };
-  if (size <= form.spadi_detectable)
+  if (size <= form.spadi_mdc)
     return change < 0
       ? t("assessments:found.perhapsBetter", limits)
       : t("assessments:found.perhapsWorse", limits);

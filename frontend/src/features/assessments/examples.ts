@@ -20,9 +20,9 @@ export const FORM: Schemas["AssessmentForm"] = {
     text: `Item ${place + 1}`,
     text_ja: `項目${place + 1}`,
   })),
-  spadi_perhaps_important: 8,
-  spadi_important: 13,
-  spadi_detectable: 17,
+  spadi_mcid_lower: 8,
+  spadi_mcid_upper: 13,
+  spadi_mdc: 17,
 };
 
 export const ASSESSMENT: Assessment = {

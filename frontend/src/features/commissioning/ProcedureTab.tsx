@@ -266,7 +266,7 @@ function Steps({ run }: { run: Run }) {
 function StepDetails({ step }: { step: Step }) {
   return (
     <Stack gap={4}>
-      <Text size="sm">{translateServerText(step.does, step.does_key)}</Text>
+      <Text size="sm">{translateServerText(step.description, step.description_key)}</Text>
       {step.result && !step.result.passed && <StepResult run={step.result} />}
       {step.result && step.result.curves.length > 0 && <Responses responses={step.result.curves} />}
       {step.result && step.result.values.length > 0 && (

@@ -98,7 +98,7 @@ it.each([
       recording_id: "a",
       kind,
       torque_nm: 1.5,
-      load_level: 20,
+      resistance_level: 20,
       speed_deg_s: 5,
       hold_s: 30,
       repetitions: 3,

@@ -158,7 +158,7 @@ function MeasureButton({
       recording_id: motion.recording_id,
       kind,
       torque_nm: torque,
-      load_level: level,
+      resistance_level: level,
       speed_deg_s: speed,
       ...settings,
     });

@@ -24,7 +24,7 @@ const SESSION = {
   patient: { id: "p" },
   episode_id: "e",
   programme: null,
-  runs: [{ ...AS_TAUGHT, recording_id: "r4", load_level: 20 }],
+  runs: [{ ...AS_TAUGHT, recording_id: "r4", resistance_level: 20 }],
 } as unknown as Session;
 
 /** An apparatus that reaches each start within a second and plays at once. */

@@ -17,7 +17,7 @@ const EPISODE: Episode = {
   onset_on: "2026-05-01",
   contraindications: "No traction.",
   limits: [{ motion: 4, lowest_deg: null, highest_deg: 90 }],
-  max_load_level: 12,
+  max_resistance_level: 12,
   max_speed_deg_s: 40,
   self_paced_permitted: false,
   limits_by: "Dr. Mori",
@@ -83,7 +83,7 @@ describe("changing an episode", () => {
             { motion: 4, lowest_deg: null, highest_deg: 90 },
             { motion: 5, lowest_deg: -10, highest_deg: null },
           ],
-          max_load_level: 12,
+          max_resistance_level: 12,
           max_speed_deg_s: 25,
           self_paced_permitted: true,
           limits_by: "Dr. Mori",
@@ -163,7 +163,7 @@ it("a new episode is opened for its side", async () => {
   show(<EpisodeForm patientId="p" side="left" onDone={onDone} />);
   press("Open episode");
   await waitFor(() => expect(open.mock.calls[0]?.[0]).toBe("p"));
-  expect(open.mock.calls[0]?.[1]).toMatchObject({ side: "left", limits: [], max_load_level: null });
+  expect(open.mock.calls[0]?.[1]).toMatchObject({ side: "left", limits: [], max_resistance_level: null });
 });
 
 describe("an episode on the patient's page", () => {

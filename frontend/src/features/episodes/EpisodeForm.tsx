@@ -95,7 +95,7 @@ type Draft = {
   onset_on: string;
   contraindications: string;
   limits: ReturnType<typeof byMotion>;
-  max_load_level: number | null;
+  max_resistance_level: number | null;
   max_speed_deg_s: number | null;
   self_paced_permitted: boolean;
   limits_by: string;
@@ -108,7 +108,7 @@ const toDraft = (episode: Episode | undefined): Draft => ({
   onset_on: episode?.onset_on ?? "",
   contraindications: episode?.contraindications ?? "",
   limits: byMotion(episode),
-  max_load_level: episode?.max_load_level ?? null,
+  max_resistance_level: episode?.max_resistance_level ?? null,
   max_speed_deg_s: episode?.max_speed_deg_s ?? null,
   self_paced_permitted: episode?.self_paced_permitted ?? false,
   limits_by: episode?.limits_by ?? "",
@@ -152,9 +152,9 @@ function LimitFields(props: {
       <LimitTable limits={draft.limits} onChange={(limits) => onChange({ limits })} />
       <Group grow align="start">
         <LevelField
-          value={draft.max_load_level}
-          error={fields.max_load_level}
-          onChange={(max_load_level) => onChange({ max_load_level })}
+          value={draft.max_resistance_level}
+          error={fields.max_resistance_level}
+          onChange={(max_resistance_level) => onChange({ max_resistance_level })}
         />
         <SpeedField
           value={draft.max_speed_deg_s}

@@ -188,8 +188,8 @@ function DoctorsLimits({ episode }: { episode: Episode }) {
       {episode.limits.map((limit) => (
         <Text key={limit.motion}>{describeLimit(limit)}</Text>
       ))}
-      {episode.max_load_level !== null && (
-        <Text>{t("episodes:care.levelAtMost", { level: episode.max_load_level })}</Text>
+      {episode.max_resistance_level !== null && (
+        <Text>{t("episodes:care.levelAtMost", { level: episode.max_resistance_level })}</Text>
       )}
       {episode.max_speed_deg_s !== null && (
         <Text>{t("episodes:care.speedAtMost", { degPerSecond: episode.max_speed_deg_s })}</Text>

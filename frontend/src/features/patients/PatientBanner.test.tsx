@@ -95,7 +95,7 @@ describe("the stage's proposal", () => {
     expect(exceededSettings(proposal, settings, 8)).toEqual([]);
     expect(exceededSettings(proposal, settings, null)).toEqual([]);
     expect(exceededSettings(proposal, { ...settings, speed_percent: 51, repetitions: 6 }, 9)).toEqual([
-      "load_level",
+      "resistance_level",
       "speed_percent",
       "repetitions",
     ]);

@@ -106,7 +106,7 @@ function Sessions({ patientId }: { patientId: string }) {
       </Title>
       <ProblemNote error={sessions.error} />
       {sessions.items && (
-        <SessionTable items={sessions.items} more={sessions.hasNextPage} every={sessions.every} />
+        <SessionTable items={sessions.items} more={sessions.hasNextPage} fetchAll={sessions.fetchAll} />
       )}
       <LoadMoreButton list={sessions} />
     </Stack>

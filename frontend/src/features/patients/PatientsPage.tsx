@@ -73,7 +73,7 @@ export function PatientsPage() {
           rowKey={({ id }) => id}
           rowName={({ name }) => name}
           more={patients.hasNextPage}
-          every={patients.every}
+          fetchAll={patients.fetchAll}
         />
       )}
       <LoadMoreButton list={patients} />

@@ -7,7 +7,7 @@ import { translateServerText } from "../../lib/serverText";
 import { usePatientBanner } from "./PatientBanner";
 
 type Settings = { speed_percent: number; range_percent: number; repetitions: number };
-const NAMES = ["load_level", "speed_percent", "range_percent", "repetitions"] as const;
+const NAMES = ["resistance_level", "speed_percent", "range_percent", "repetitions"] as const;
 
 /** Return the settings that exceed the stage's proposal. */
 export function exceededSettings(
@@ -15,7 +15,7 @@ export function exceededSettings(
   settings: Settings,
   resistanceLevel: number | null,
 ): (typeof NAMES)[number][] {
-  const given = { ...settings, load_level: resistanceLevel ?? 0 };
+  const given = { ...settings, resistance_level: resistanceLevel ?? 0 };
   return NAMES.filter((name) => given[name] > proposal[name]);
 }
 
@@ -30,7 +30,7 @@ export function StageWarning(props: {
   const proposal = shoulders.find(({ episode_id }) => episode_id === props.episodeId)?.proposal;
   if (!proposal) return null;
   const values = {
-    level: proposal.load_level,
+    level: proposal.resistance_level,
     speed: proposal.speed_percent,
     range: proposal.range_percent,
     repetitions: proposal.repetitions,

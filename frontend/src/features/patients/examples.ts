@@ -45,7 +45,7 @@ export const BANNER: Schemas["PatientBanner"] = {
       contraindications: "No traction.",
       proposal: {
         stage: "freezing",
-        load_level: 8,
+        resistance_level: 8,
         speed_percent: 50,
         range_percent: 80,
         repetitions: 5,

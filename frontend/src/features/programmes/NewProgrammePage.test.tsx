@@ -75,7 +75,7 @@ it("is impossible without an open episode", async () => {
 });
 
 it("is saved only after choosing a resistance level", async () => {
-  show([{ ...LEFT, max_load_level: 12 } as Episode]);
+  show([{ ...LEFT, max_resistance_level: 12 } as Episode]);
   fireEvent.change(await screen.findByLabelText(/Name of the programme/), { target: { value: "Morning" } });
   await add("Lift left · 0:30", false);
   const save = screen.getByText("Save the programme").closest("button") as HTMLButtonElement;

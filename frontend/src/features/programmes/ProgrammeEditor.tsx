@@ -152,7 +152,7 @@ function RecordingsEditor(props: {
             patientId={patientId}
             episodeId={episode.id}
             settings={item}
-            resistanceLevel={item.load_level}
+            resistanceLevel={item.resistance_level}
           />
         )}
         problem={(item) => {
@@ -167,7 +167,7 @@ function RecordingsEditor(props: {
 }
 
 const isItemComplete = (item: DraftItem) =>
-  arePlayable(item) && item.load_level !== null && isEndRangeValid(item.end_range);
+  arePlayable(item) && item.resistance_level !== null && isEndRangeValid(item.end_range);
 
 /** Return true if every item and number can be saved. */
 const isComplete = (draft: Draft) =>
@@ -178,7 +178,7 @@ const isComplete = (draft: Draft) =>
 
 /** Shows the total playing time, or the reason why it is not known yet. */
 function TotalTime({ draft, preview }: { draft: Draft; preview: ReturnType<typeof usePreview> }) {
-  const withoutLevel = draft.items.filter((item) => item.load_level === null);
+  const withoutLevel = draft.items.filter((item) => item.resistance_level === null);
   return (
     <Text size="lg" fw={600} data-testid="whole">
       {preview.result
@@ -269,10 +269,10 @@ function ItemDialog(props: {
             onChange={(self_paced) => onChange(item.key, { self_paced })}
           />
           <ResistanceLevel
-            value={item.load_level}
+            value={item.resistance_level}
             last={null}
             highest={highest}
-            onChange={(load_level) => onChange(item.key, { load_level })}
+            onChange={(resistance_level) => onChange(item.key, { resistance_level })}
           />
           <EndRangeFields
             value={item.end_range}

@@ -15,7 +15,7 @@ const item = (position: number, name: string): ProgrammeItem => ({
   recording_name: name,
   recording_archived: false,
   duration_s: 30,
-  load_level: 8,
+  resistance_level: 8,
   self_paced: false,
 });
 const FIRST = {
@@ -111,7 +111,7 @@ describe("a programme", { timeout: 30_000 }, () => {
     expect((await screen.findByTestId("whole")).textContent).toBeTruthy();
     press("Save as version 2");
     await waitFor(() => expect(saved).toHaveBeenCalled());
-    const asked = { ...AS_TAUGHT, load_level: 8, end_range: null, self_paced: false };
+    const asked = { ...AS_TAUGHT, resistance_level: 8, end_range: null, self_paced: false };
     expect(saved.mock.calls).toEqual([
       [
         "p",
@@ -123,7 +123,7 @@ describe("a programme", { timeout: 30_000 }, () => {
           sessions_per_week: null,
           items: [
             { ...asked, recording_id: "Turn" },
-            { ...asked, recording_id: "Lift", range_percent: 95, load_level: 7 },
+            { ...asked, recording_id: "Lift", range_percent: 95, resistance_level: 7 },
           ],
         },
       ],

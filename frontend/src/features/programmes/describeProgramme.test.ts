@@ -10,7 +10,7 @@ const item = (name: string, given: Partial<ProgrammeItem> = {}): ProgrammeItem =
   recording_name: name,
   recording_archived: false,
   duration_s: 90,
-  load_level: 8,
+  resistance_level: 8,
   self_paced: false,
   ...given,
 });
@@ -31,9 +31,9 @@ describe("the description of a programme", () => {
   it("lists its settings", () => {
     expect(describeItem(item("Lift"))).toBe("As taught, once; resistance level 8 of 25");
     expect(
-      describeItem(item("Lift", { range_percent: 80, repetitions: 10, pause_s: 2, load_level: 5 })),
+      describeItem(item("Lift", { range_percent: 80, repetitions: 10, pause_s: 2, resistance_level: 5 })),
     ).toBe("80 % of the range, 10 repetitions, pause of 2 s at each end; resistance level 5 of 25");
-    expect(describeItem({ ...item("Lift"), load_level: null, method: null })).toBe("As taught, once");
+    expect(describeItem({ ...item("Lift"), resistance_level: null, method: null })).toBe("As taught, once");
     expect(describeVersion(version([item("Lift")]))).toBe("1 recording, playing time 1:30");
     const more = { timer_minutes: 20, sessions_per_week: 3 };
     expect(describeVersion(version([item("Lift"), item("Turn")], more))).toBe(
@@ -53,7 +53,11 @@ describe("the description of a programme", () => {
 describe("the changes between two versions", () => {
   it("are listed by recording", () => {
     const before = version([item("Lift"), item("Turn"), item("Reach")]);
-    const after = version([item("Lift", { range_percent: 80, load_level: 5 }), item("Reach"), item("Hold")]);
+    const after = version([
+      item("Lift", { range_percent: 80, resistance_level: 5 }),
+      item("Reach"),
+      item("Hold"),
+    ]);
     expect(changes(before, after)).toEqual([
       "Turn removed",
       "Lift: range 80 % instead of 100 %, resistance level 5 instead of 8",

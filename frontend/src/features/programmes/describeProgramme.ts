@@ -14,8 +14,8 @@ export const lower = (text: string) => text.charAt(0).toLowerCase() + text.slice
 /** The playback settings of a programme item. */
 export type ItemSettings = Pick<ProgrammeItem, Setting>;
 /** The settings of a run. A run of an older version may lack some. */
-type PlayedSettings = Omit<ItemSettings, "load_level" | "method"> &
-  Pick<Schemas["PlannedRun"], "load_level" | "method">;
+type PlayedSettings = Omit<ItemSettings, "resistance_level" | "method"> &
+  Pick<Schemas["PlannedRun"], "resistance_level" | "method">;
 
 /** A prescribed end-range time of one motion. */
 export type EndRangePrescription = Required<Schemas["EndRangePrescription"]>;
@@ -25,7 +25,7 @@ const NAMES: Setting[] = [
   "speed_percent",
   "repetitions",
   "pause_s",
-  "load_level",
+  "resistance_level",
   "method",
   "self_paced",
 ];
@@ -34,9 +34,9 @@ const NAMES: Setting[] = [
 export function describeItem(item: PlayedSettings): string {
   const played = describeSettings(item) ?? t("programmes:played.asTaught");
   const settings = item.self_paced ? t("programmes:played.selfPaced", { settings: played }) : played;
-  return item.load_level === null
+  return item.resistance_level === null
     ? settings
-    : t("programmes:played.atLevel", { settings, level: item.load_level, levels: RESISTANCE_LEVELS });
+    : t("programmes:played.atLevel", { settings, level: item.resistance_level, levels: RESISTANCE_LEVELS });
 }
 
 /** Describe a prescribed end-range time. */

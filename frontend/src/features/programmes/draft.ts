@@ -4,12 +4,12 @@ import { firstResistanceLevel } from "../station/resistanceLevels";
 import type { EndRangePrescription, ItemSettings } from "./describeProgramme";
 
 /** An item during editing. Its key does not change when it moves. */
-export type DraftItem = Omit<ItemSettings, "load_level"> & {
+export type DraftItem = Omit<ItemSettings, "resistance_level"> & {
   key: string;
   recording_id: string;
   recording_name: string;
   /** Null until the user chooses a level, which is required for saving. */
-  load_level: number | null;
+  resistance_level: number | null;
   end_range: EndRangePrescription | null;
 };
 /** A programme during editing. */
@@ -38,9 +38,11 @@ export function draftOf(version: ProgrammeVersion): Draft {
  * teaching. For the first item the user must choose the level. End-range time and self-pace belong to one recording.
  */
 export function added(draft: Draft, recording: Recording, key: string, highest: number | null): Draft {
-  const { speed_percent, repetitions, pause_s, range_percent, method, load_level } = draft.items.at(-1) ?? {
+  const { speed_percent, repetitions, pause_s, range_percent, method, resistance_level } = draft.items.at(
+    -1,
+  ) ?? {
     ...AS_TAUGHT,
-    load_level: firstResistanceLevel(null, highest),
+    resistance_level: firstResistanceLevel(null, highest),
   };
   const settings = {
     speed_percent,
@@ -48,7 +50,7 @@ export function added(draft: Draft, recording: Recording, key: string, highest: 
     pause_s,
     range_percent,
     method,
-    load_level,
+    resistance_level,
     self_paced: false,
   };
   const item = {
@@ -71,8 +73,8 @@ export function moved(draft: Draft, place: number, by: 1 | -1): Draft {
 
 /** Return the items of the request. Only the smooth method lets the patient set the pace. */
 export function itemsOf(items: DraftItem[]): Wanted["items"] {
-  return items.flatMap(({ load_level, ...item }) =>
-    load_level === null
+  return items.flatMap(({ resistance_level, ...item }) =>
+    resistance_level === null
       ? []
       : [
           {
@@ -82,7 +84,7 @@ export function itemsOf(items: DraftItem[]): Wanted["items"] {
             pause_s: item.pause_s,
             range_percent: item.range_percent,
             method: item.method,
-            load_level,
+            resistance_level,
             end_range: item.end_range,
             self_paced: item.self_paced && item.method === "smooth",
           },

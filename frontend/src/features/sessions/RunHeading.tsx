@@ -11,9 +11,9 @@ import { RESISTANCE_LEVELS } from "../station/resistanceLevels";
 /** The recording, the time, the outcome and the settings of a playback. */
 export function RunHeading({ run, number }: { run: Run; number: number }) {
   const level =
-    run.load_level === null
+    run.resistance_level === null
       ? []
-      : [t("sessions:session.level", { level: run.load_level, most: RESISTANCE_LEVELS })];
+      : [t("sessions:session.level", { level: run.resistance_level, most: RESISTANCE_LEVELS })];
   const changes = describeSettings(run);
   return (
     <div>

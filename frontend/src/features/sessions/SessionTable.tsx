@@ -16,7 +16,7 @@ export function SessionTable(props: {
   withPatient?: boolean;
   narrowed?: boolean;
   more: boolean;
-  every: () => Promise<SavedRows<Session>>;
+  fetchAll: () => Promise<SavedRows<Session>>;
 }) {
   if (props.items.length === 0) {
     return <Text>{props.narrowed ? t("sessions:sessions.noneMatches") : t("sessions:sessions.none")}</Text>;
@@ -30,7 +30,7 @@ export function SessionTable(props: {
       rowKey={({ id }) => id}
       rowName={({ patient, started_at }) => `${patient.name}, ${formatMoment(started_at)}`}
       more={props.more}
-      every={props.every}
+      fetchAll={props.fetchAll}
     />
   );
 }

@@ -38,7 +38,7 @@ export function SessionsPage() {
           withPatient
           narrowed={Object.keys(filters).length > 0}
           more={found.hasNextPage}
-          every={found.every}
+          fetchAll={found.fetchAll}
         />
       )}
       <LoadMoreButton list={found} />

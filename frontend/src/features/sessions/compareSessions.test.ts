@@ -12,7 +12,7 @@ const run = (of: Partial<Run>) =>
     recording_id: "lift",
     recording_name: "Lift",
     range_percent: 100,
-    load_level: 20,
+    resistance_level: 20,
     comparison: null,
     ...of,
   }) as Run;
@@ -36,7 +36,7 @@ it("compares pain and the recordings of both sessions", () => {
       run({
         repetitions_done: 6,
         reversals: 0,
-        load_level: 22,
+        resistance_level: 22,
         least_range_percent: 60,
         comparison: comparison([0.1, 0.2], [0.3, -0.6], 60),
       }),

@@ -51,7 +51,7 @@ function ofRecording(other: Run | undefined, here: Run | undefined): Line[] {
     numbersOf(t("sessions:comparison.repetitions"), (run) => run.repetitions_done, 0),
     numbersOf(t("sessions:comparison.range"), (run) => run.range_percent, 0),
     numbersOf(t("sessions:comparison.smallestRange"), (run) => run.least_range_percent, 0),
-    numbersOf(t("sessions:comparison.level"), (run) => run.load_level, 0),
+    numbersOf(t("sessions:comparison.level"), (run) => run.resistance_level, 0),
     numbersOf(t("sessions:comparison.takenBack"), (run) => run.reversals, 0),
     numbersOf(t("sessions:comparison.rmse"), (run) => worst(run, "rmse_deg"), 2),
     numbersOf(t("sessions:comparison.peak"), (run) => worst(run, "peak_deg"), 2),

@@ -30,7 +30,7 @@ export function LoadedRun({ run }: { run: Schemas["RunLive"] }) {
       <Text size="lg" fw={600}>
         {run.recording_name ?? t("station:play.unnamed")}
         <Text span size="md" fw={400}>
-          {t("station:play.level", { level: run.load_level, most: RESISTANCE_LEVELS })}
+          {t("station:play.level", { level: run.resistance_level, most: RESISTANCE_LEVELS })}
         </Text>
       </Text>
       {run.changes.length > 0 && (

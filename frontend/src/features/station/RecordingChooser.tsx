@@ -91,7 +91,7 @@ export function RecordingChooser({ session, wanted, level, onLevel }: ChooserPro
   const { recordings, last, choices, value, item, recordingId, setChosen } = useChoice(session, wanted);
   const highest = useMaxResistanceLevel(session.patient.id, session.episode_id);
   const levelOfLast = lastLevel(last.data ?? []);
-  const shownLevel = level ?? item?.load_level ?? firstResistanceLevel(levelOfLast, highest);
+  const shownLevel = level ?? item?.resistance_level ?? firstResistanceLevel(levelOfLast, highest);
   // Settings are kept per recording, because a slow speed for one motion need not fit another.
   const [settings, setSettings] = useState<Record<string, Settings>>({});
   const settingsOfLast = item ? null : lastSettings(last.data ?? [], recordingId);
@@ -107,7 +107,7 @@ export function RecordingChooser({ session, wanted, level, onLevel }: ChooserPro
       session_id: session.id,
       recording_id: recordingId ?? "",
       programme_position: item?.position ?? null,
-      load_level: shownLevel,
+      resistance_level: shownLevel,
       self_paced: permitted && selfPaced && shownSettings.method === "smooth",
       ...shownSettings,
     });

@@ -57,11 +57,11 @@ describe("the resistance level", () => {
 
 describe("the last level", () => {
   it("is that of the newest run with a level", () => {
-    expect(lastLevel([{ load_level: 5 }, { load_level: 8 }, { load_level: null }])).toBe(8);
+    expect(lastLevel([{ resistance_level: 5 }, { resistance_level: 8 }, { resistance_level: null }])).toBe(8);
   });
 
   it("is absent if no run has a level", () => {
-    expect(lastLevel([{ load_level: null }])).toBeNull();
+    expect(lastLevel([{ resistance_level: null }])).toBeNull();
     expect(lastLevel([])).toBeNull();
   });
 });

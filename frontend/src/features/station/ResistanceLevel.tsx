@@ -9,8 +9,8 @@ import { RESISTANCE_LEVELS } from "./resistanceLevels";
 const MARKS = [1, 5, 10, 15, 20, RESISTANCE_LEVELS];
 
 /** Return the level of the newest run that has a level. */
-export function lastLevel(runs: Pick<Run, "load_level">[]): number | null {
-  return runs.findLast((run) => run.load_level !== null)?.load_level ?? null;
+export function lastLevel(runs: Pick<Run, "resistance_level">[]): number | null {
+  return runs.findLast((run) => run.resistance_level !== null)?.resistance_level ?? null;
 }
 
 /** Query the runs of the patient's newest session. They are the defaults for the next run. */

@@ -3,7 +3,7 @@ import openapi from "../../../openapi.json";
 import { firstResistanceLevel, RESISTANCE_LEVELS } from "./resistanceLevels";
 
 it("offers as many levels as the service accepts", () => {
-  expect(openapi.components.schemas.LoadRequest.properties.load_level.maximum).toBe(RESISTANCE_LEVELS);
+  expect(openapi.components.schemas.LoadRequest.properties.resistance_level.maximum).toBe(RESISTANCE_LEVELS);
 });
 
 it("offers the last level up to the doctor's limit", () => {

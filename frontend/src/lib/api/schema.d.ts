@@ -4010,20 +4010,20 @@ export interface components {
             /** Spadi */
             spadi: components["schemas"]["SpadiItem"][];
             /**
-             * Spadi Perhaps Important
+             * Spadi Mcid Lower
              * @description Points. A smaller change is not important to patients.
              */
-            spadi_perhaps_important: number;
+            spadi_mcid_lower: number;
             /**
-             * Spadi Important
+             * Spadi Mcid Upper
              * @description Points. A change of at least this size is important to patients.
              */
-            spadi_important: number;
+            spadi_mcid_upper: number;
             /**
-             * Spadi Detectable
+             * Spadi Mdc
              * @description Points. A smaller change of one patient may be due to chance.
              */
-            spadi_detectable: number;
+            spadi_mdc: number;
         };
         /**
          * AssessmentUpdate
@@ -5029,10 +5029,10 @@ export interface components {
             title: string;
             /** @description Code and parameters of the English text; null: it has none. */
             title_key?: components["schemas"]["TextKey"] | null;
-            /** Does */
-            does: string;
+            /** Description */
+            description: string;
             /** @description Code and parameters of the English text; null: it has none. */
-            does_key?: components["schemas"]["TextKey"] | null;
+            description_key?: components["schemas"]["TextKey"] | null;
             /**
              * State
              * @enum {string}
@@ -5571,11 +5571,11 @@ export interface components {
              */
             torque_nm: number;
             /**
-             * Load Level
+             * Resistance Level
              * @description Resistance at which the arm moves back, from 1 (light) to 25 (the motors' rated torque).
              * @example 8
              */
-            load_level: number;
+            resistance_level: number;
             /**
              * Speed Deg S
              * @description Speed of the way out and back, degrees per second.
@@ -5934,10 +5934,10 @@ export interface components {
              */
             limits: components["schemas"]["MotionLimit"][];
             /**
-             * Max Load Level
+             * Max Resistance Level
              * @description Highest resistance level that the doctor allows; null: no limit.
              */
-            max_load_level: number | null;
+            max_resistance_level: number | null;
             /**
              * Max Speed Deg S
              * @description Highest speed that the doctor allows, degrees a second. No motor moves faster, also during approach and return. Null: the station's limit.
@@ -6058,10 +6058,10 @@ export interface components {
              */
             limits?: components["schemas"]["MotionLimit"][];
             /**
-             * Max Load Level
+             * Max Resistance Level
              * @description Highest resistance level that the doctor allows; null: no limit.
              */
-            max_load_level?: number | null;
+            max_resistance_level?: number | null;
             /**
              * Max Speed Deg S
              * @description Highest speed that the doctor allows, degrees a second. No motor moves faster, also during approach and return. Null: the station's limit.
@@ -6106,10 +6106,10 @@ export interface components {
             /** Limits */
             limits?: components["schemas"]["MotionLimit"][] | null;
             /**
-             * Max Load Level
+             * Max Resistance Level
              * @description Highest resistance level that the doctor allows; null: no limit.
              */
-            max_load_level?: number | null;
+            max_resistance_level?: number | null;
             /**
              * Max Speed Deg S
              * @description Highest speed that the doctor allows, degrees a second. No motor moves faster, also during approach and return. Null: the station's limit.
@@ -6629,11 +6629,11 @@ export interface components {
              */
             recording_id: string;
             /**
-             * Load Level
+             * Resistance Level
              * @description Resistance at which the arm moves back, from 1 (light) to 25 (the motors' rated torque).
              * @example 8
              */
-            load_level: number;
+            resistance_level: number;
             /**
              * Method
              * @default smooth
@@ -6942,11 +6942,11 @@ export interface components {
              */
             programme_position?: number | null;
             /**
-             * Load Level
+             * Resistance Level
              * @description Resistance at which the arm moves back, from 1 (light) to 25 (the motors' rated torque).
              * @example 8
              */
-            load_level: number;
+            resistance_level: number;
             /**
              * Method
              * @description paper: 10 Hz, each sample held until the next, as in Sun et al. (2025). smooth: interpolated. learned: smooth, with a correction from earlier runs of this recording with these settings on this station.
@@ -8649,8 +8649,8 @@ export interface components {
              * @enum {string}
              */
             outcome: "loaded" | "completed" | "returned" | "stopped" | "unloaded" | "interrupted";
-            /** Load Level */
-            load_level: number | null;
+            /** Resistance Level */
+            resistance_level: number | null;
             /** Method */
             method: ("paper" | "smooth" | "learned") | null;
             /**
@@ -8672,7 +8672,7 @@ export interface components {
              * Changed
              * @description The settings that differ from the plan.
              */
-            changed: ("speed_percent" | "repetitions" | "pause_s" | "range_percent" | "load_level" | "method" | "self_paced")[];
+            changed: ("speed_percent" | "repetitions" | "pause_s" | "range_percent" | "resistance_level" | "method" | "self_paced")[];
         };
         /**
          * PlaybackProgress
@@ -8938,11 +8938,11 @@ export interface components {
              */
             recording_id: string;
             /**
-             * Load Level
+             * Resistance Level
              * @description Resistance at which the arm moves back, from 1 (light) to 25 (the motors' rated torque).
              * @example 8
              */
-            load_level: number;
+            resistance_level: number;
             /**
              * Method
              * @default smooth
@@ -9019,11 +9019,11 @@ export interface components {
              */
             recording_id: string;
             /**
-             * Load Level
+             * Resistance Level
              * @description Resistance at which the arm moves back, from 1 (light) to 25 (the motors' rated torque).
              * @example 8
              */
-            load_level: number;
+            resistance_level: number;
             /**
              * Method
              * @default smooth
@@ -10201,10 +10201,10 @@ export interface components {
              */
             learning: components["schemas"]["LearningNote"][];
             /**
-             * Load Level
+             * Resistance Level
              * @description Resistance at which the arm is taken back; null for a run of a version without levels.
              */
-            load_level: number | null;
+            resistance_level: number | null;
             /**
              * Self Paced
              * @description True if the patient's effort set the pace.
@@ -10350,11 +10350,11 @@ export interface components {
              */
             at_start: boolean;
             /**
-             * Load Level
+             * Resistance Level
              * @description Resistance at which the arm moves back, from 1 (light) to 25 (the motors' rated torque).
              * @example 8
              */
-            load_level: number;
+            resistance_level: number;
             /**
              * Reversals
              * @description Number of times that the arm met resistance and moved back.
@@ -10799,11 +10799,11 @@ export interface components {
             /** Recording Name */
             recording_name: string;
             /**
-             * Load Level
+             * Resistance Level
              * @description Resistance at which the arm moves back, from 1 (light) to 25 (the motors' rated torque).
              * @example 8
              */
-            load_level: number;
+            resistance_level: number;
             /**
              * Method
              * @enum {string}
@@ -11369,11 +11369,11 @@ export interface components {
              */
             stage: "freezing" | "frozen" | "thawing";
             /**
-             * Load Level
+             * Resistance Level
              * @description Resistance at which the arm moves back, from 1 (light) to 25 (the motors' rated torque).
              * @example 8
              */
-            load_level: number;
+            resistance_level: number;
             /**
              * Speed Percent
              * @description Percent of the taught speed.

@@ -26,7 +26,7 @@ from kata.device.bus.dynamixel.registers import (
     zero_count,
 )
 from kata.device.bus.dynamixel.requests import ALERT
-from kata.device.bus.port import DriveHealth, DriveSample, DriveStatus
+from kata.device.bus.interface import DriveHealth, DriveSample, DriveStatus
 from kata.device.bus.serial_transport import Transport
 from kata.device.bus.verification import Verification
 from kata.device.config import StationConfig

@@ -7,7 +7,7 @@ from kata.device import texts
 from kata.device.bus.dynamixel.models import MIN_FIRMWARE, MODELS, known_models
 from kata.device.bus.dynamixel.registers import BUS_WATCHDOG, FIRMWARE, TORQUE_ENABLE, Register
 from kata.device.bus.dynamixel.requests import DynamixelRequests
-from kata.device.bus.port import BusError
+from kata.device.bus.interface import BusError
 from kata.device.config import Axis
 from kata.messages import Text
 

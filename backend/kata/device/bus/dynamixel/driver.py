@@ -46,9 +46,9 @@ from kata.device.bus.dynamixel.registers import (
     TORQUE_ENABLE,
 )
 from kata.device.bus.dynamixel.requests import ALERT, SYNC_WRITE, OnReply, Replies
+from kata.device.bus.interface import BusSample, DriveHealth, DriveSample, DriveStatus, InputSample, input_sample
 from kata.device.bus.plugin import Driver
 from kata.device.bus.poll_backoff import PollBackoff
-from kata.device.bus.port import BusSample, DriveHealth, DriveSample, DriveStatus, InputSample, input_sample
 from kata.device.bus.serial_transport import Transport
 from kata.device.config import StationConfig
 
@@ -71,7 +71,7 @@ _GOALS_TO: Final = struct.pack("<HH", GOAL_POSITION, 4)
 
 
 class DynamixelBus(DynamixelAnswers):
-    """The :class:`~kata.device.bus.port.Bus` of five drives that speak Protocol 2.0."""
+    """The :class:`~kata.device.bus.interface.Bus` of five drives that speak Protocol 2.0."""
 
     def __init__(self, config: StationConfig, open_transport: Callable[[str, int], Transport]) -> None:
         """Prepare the driver without opening the port. ``open_transport`` opens a port at a baud rate."""
@@ -94,7 +94,7 @@ class DynamixelBus(DynamixelAnswers):
         self._input_prefixes = cycle([n - self._input_bytes for n in input_lengths])
 
     def open(self) -> None:
-        """See :class:`~kata.device.bus.port.Bus`."""
+        """See :class:`~kata.device.bus.interface.Bus`."""
         self._transport = self._open_transport(self._config.port, self._config.baud)
         self._backoff = PollBackoff(self._ids, self._config)
         self._busy_until_ns = 0
@@ -104,13 +104,13 @@ class DynamixelBus(DynamixelAnswers):
             self._verification.forget(n)
 
     def configure(self, axes: Collection[int]) -> None:
-        """See :class:`~kata.device.bus.port.Bus`."""
+        """See :class:`~kata.device.bus.interface.Bus`."""
         for n in sorted(axes):
             self._verification.forget(n)
             self._configure(n + 1, self._config.axes[n], self._registers[n])
 
     def read(self) -> BusSample:
-        """See :class:`~kata.device.bus.port.Bus`."""
+        """See :class:`~kata.device.bus.interface.Bus`."""
         self._backoff.begin_cycle()
         self._slack_left_ns = self._slack_ns
         asked = self._inputs_first(self._backoff.poll_order())
@@ -245,26 +245,26 @@ class DynamixelBus(DynamixelAnswers):
             log.info("the drives do not support Fast Sync Read; using Sync Read")
 
     def read_inputs(self) -> InputSample | None:
-        """See :class:`~kata.device.bus.port.Bus`."""
+        """See :class:`~kata.device.bus.interface.Bus`."""
         self._slack_left_ns = self._poll_slack_ns
         return self._read_inputs()
 
     def write_setpoints(self, angles_deg: Sequence[float]) -> None:
-        """See :class:`~kata.device.bus.port.Bus`."""
+        """See :class:`~kata.device.bus.interface.Bus`."""
         goals: list[int] = []
         for (drive_id, axis), angle_deg in zip(self._axes.items(), angles_deg, strict=True):
             goals += drive_id, round(self._zeros[drive_id] + axis.direction * angle_deg / DEG_PER_COUNT)
         self._send(encode(BROADCAST, SYNC_WRITE, _GOALS_TO + self._goals.pack(*goals)))
 
     def torque_on(self, hold_deg: Sequence[float]) -> None:
-        """See :class:`~kata.device.bus.port.Bus`. A tripped watchdog is cleared, because its fault was acknowledged."""
+        """See :class:`~kata.device.bus.interface.Bus`. A tripped watchdog is cleared, because its fault was acknowledged."""
         self._sync_write(BUS_WATCHDOG, [b"\0"] * len(self._ids))
         self.write_setpoints(hold_deg)
         self._sync_write(TORQUE_ENABLE, [b"\1"] * len(self._ids))
         self._armed_ns = self._sync_write(BUS_WATCHDOG, [bytes([self._watchdog])] * len(self._ids))
 
     def torque_off(self) -> None:
-        """See :class:`~kata.device.bus.port.Bus`."""
+        """See :class:`~kata.device.bus.interface.Bus`."""
         self._armed_ns = None
         self._sync_write(TORQUE_ENABLE, [b"\0"] * len(self._ids))
 

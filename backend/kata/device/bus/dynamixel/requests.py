@@ -9,8 +9,8 @@ from kata.device import texts
 from kata.device.bus.dynamixel.bandwidth import cycle_time_ns
 from kata.device.bus.dynamixel.packets import BROADCAST, OVERHEAD, FastParser, StatusParser, encode, encode_cached
 from kata.device.bus.dynamixel.registers import Register
+from kata.device.bus.interface import BusError
 from kata.device.bus.poll_backoff import PollBackoff
-from kata.device.bus.port import BusError
 from kata.device.bus.serial_transport import Transport
 from kata.device.bus.timing import BITS_A_BYTE
 from kata.device.config import StationConfig
@@ -79,7 +79,7 @@ class DynamixelRequests:
         """Missing and damaged answers since the start."""
 
     def close(self) -> None:
-        """See :class:`~kata.device.bus.port.Bus`."""
+        """See :class:`~kata.device.bus.interface.Bus`."""
         if self._transport:
             self._transport.close()
             self._transport = None

@@ -14,11 +14,19 @@ from collections.abc import Callable, Collection, Iterator, Sequence
 from typing import Final
 
 from kata.device import texts
+from kata.device.bus.interface import (
+    BusError,
+    BusSample,
+    DriveHealth,
+    DriveSample,
+    DriveStatus,
+    InputSample,
+    input_sample,
+)
 from kata.device.bus.modbus.bandwidth import cycle_time_ns
 from kata.device.bus.modbus.requests import READ, WRITE, ModbusAnswer, ModbusRequests
 from kata.device.bus.plugin import Driver
 from kata.device.bus.poll_backoff import PollBackoff
-from kata.device.bus.port import BusError, BusSample, DriveHealth, DriveSample, DriveStatus, InputSample, input_sample
 from kata.device.bus.serial_transport import Transport
 from kata.device.bus.verification import Verification
 from kata.device.config import NO_REGISTER, Axis, StationConfig
@@ -31,7 +39,7 @@ _GOAL_TRIES: Final = 3
 
 
 class ModbusBus(ModbusRequests):
-    """The :class:`~kata.device.bus.port.Bus` of five drives that speak Modbus RTU."""
+    """The :class:`~kata.device.bus.interface.Bus` of five drives that speak Modbus RTU."""
 
     def __init__(self, config: StationConfig, open_transport: Callable[[str, int], Transport]) -> None:
         """Prepare the driver without opening the port. ``open_transport`` opens a port at a baud rate."""
@@ -56,7 +64,7 @@ class ModbusBus(ModbusRequests):
         """Goal that function 23 writes with the next read, by slave."""
 
     def open(self) -> None:
-        """See :class:`~kata.device.bus.port.Bus`."""
+        """See :class:`~kata.device.bus.interface.Bus`."""
         self._transport = self._open_transport(self._config.port, self._config.baud)
         self._free_at_ns = 0
         self._backoff = PollBackoff(self._ids, self._config)
@@ -67,13 +75,13 @@ class ModbusBus(ModbusRequests):
             self._verification.forget(n)
 
     def configure(self, axes: Collection[int]) -> None:
-        """See :class:`~kata.device.bus.port.Bus`."""
+        """See :class:`~kata.device.bus.interface.Bus`."""
         for n in sorted(axes):
             self._verification.forget(n)
             self._configure(n + 1, self._config.axes[n], self._registers[n])
 
     def read(self) -> BusSample:
-        """See :class:`~kata.device.bus.port.Bus`."""
+        """See :class:`~kata.device.bus.interface.Bus`."""
         self._backoff.begin_cycle()
         self._slack_left_ns = self._slack_ns
         drives: list[DriveSample | None] = []
@@ -102,12 +110,12 @@ class ModbusBus(ModbusRequests):
         return BusSample(tuple(drives), inputs, tuple(statuses), frozenset(corrupt), frozenset(timed_out), health)
 
     def read_inputs(self) -> InputSample | None:
-        """See :class:`~kata.device.bus.port.Bus`."""
+        """See :class:`~kata.device.bus.interface.Bus`."""
         self._slack_left_ns = self._slack_ns // 2
         return self._read_inputs()
 
     def write_setpoints(self, angles_deg: Sequence[float]) -> None:
-        """See :class:`~kata.device.bus.port.Bus`."""
+        """See :class:`~kata.device.bus.interface.Bus`."""
         self._goals = {
             axis.id: self._position(axis, angle) for axis, angle in zip(self._config.axes, angles_deg, strict=True)
         }
@@ -115,7 +123,7 @@ class ModbusBus(ModbusRequests):
             self._write_goals()
 
     def torque_on(self, hold_deg: Sequence[float]) -> None:
-        """See :class:`~kata.device.bus.port.Bus`. A tripped watchdog is cleared, because its fault was acknowledged.
+        """See :class:`~kata.device.bus.interface.Bus`. A tripped watchdog is cleared, because its fault was acknowledged.
 
         Every drive must acknowledge its goal. One that still has an older goal would turn to it.
         """
@@ -130,7 +138,7 @@ class ModbusBus(ModbusRequests):
         self._armed_ns = self._require_transport().now_ns()
 
     def torque_off(self) -> None:
-        """See :class:`~kata.device.bus.port.Bus`. A pending setpoint is discarded."""
+        """See :class:`~kata.device.bus.interface.Bus`. A pending setpoint is discarded."""
         self._goals = {}
         self._armed_ns = None
         self._broadcast(self._map.torque_enable, 0)

@@ -7,9 +7,9 @@ from itertools import cycle
 from typing import Final
 
 from kata.device import texts
+from kata.device.bus.interface import BusError
 from kata.device.bus.modbus.bandwidth import silence_ns
 from kata.device.bus.modbus.frames import EXCEPTION, EXCEPTION_BYTES, encode, find_answer
-from kata.device.bus.port import BusError
 from kata.device.bus.serial_transport import Transport
 from kata.device.bus.timing import BITS_A_BYTE
 from kata.device.config import StationConfig
@@ -67,7 +67,7 @@ class ModbusRequests:
         return struct.pack(">HHB", register, len(data) // 2, len(data)) + data
 
     def close(self) -> None:
-        """See :class:`~kata.device.bus.port.Bus`."""
+        """See :class:`~kata.device.bus.interface.Bus`."""
         if self._transport:
             self._transport.close()
             self._transport = None

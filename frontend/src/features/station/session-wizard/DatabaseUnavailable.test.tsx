@@ -32,7 +32,7 @@ const READY: ReadyPatient = {
         repetitions: 1,
         pause_s: 0,
         range_percent: 100,
-        load_level: 25,
+        resistance_level: 25,
         method: "smooth",
         self_paced: false,
       },

@@ -1,4 +1,4 @@
-"""An approach is refused if its straight way leads beyond the limits of the arm's pose, where the setpoint could jump."""
+"""An approach is refused if its straight path leads beyond the limits of the arm's pose, where the setpoint could jump."""
 
 from pathlib import Path
 
@@ -86,7 +86,7 @@ def test_accepted_approach_from_anywhere_arrives(
 
 
 def test_approach_is_straight_where_its_side_of_arrival_is_outside(tmp_path: Path) -> None:
-    """Every axis arrives from its own side unless only the straight way stays within the limits."""
+    """Every axis arrives from its own side unless only the straight path stays within the limits."""
     here, start, away = (
         np.array(angles)
         for angles in (

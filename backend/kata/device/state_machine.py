@@ -33,7 +33,6 @@ from kata.device.ipc_messages import (
     Unload,
 )
 from kata.device.journal import JournalEnd
-from kata.device.machine_state import UNLOAD_AFTER_MINUTES, MachineState
 from kata.device.movement import RAMP_S, Movement
 from kata.device.refusals import (
     angles_not_current,
@@ -44,10 +43,11 @@ from kata.device.refusals import (
     not_yet_cleared,
     other_side,
     outside_range,
+    path_leaves_limits,
     too_far_from_start,
-    way_leaves_limits,
 )
 from kata.device.run import Run, reduce
+from kata.device.state_machine_base import UNLOAD_AFTER_MINUTES, StateMachineBase
 from kata.device.teaching import Teaching
 from kata.messages import Text, with_key
 from kata.motion.ilc import Correction
@@ -77,7 +77,7 @@ _MAX_RAMP_NS: Final = int(2 * RAMP_S * 1e9)
 """Longest ramp of a category 1 stop. After this time torque is cut even if the arm still moves."""
 
 
-class StateMachine(MachineState):
+class StateMachine(StateMachineBase):
     """Modes, runs and teachings of one apparatus.
 
     After each :meth:`step`, ``torque_on`` and ``setpoint_deg`` are the commands for the drives.
@@ -198,9 +198,9 @@ class StateMachine(MachineState):
         axis = run.detect_resistance(state, moves_back=moves_back)
         if axis is None:
             return
-        if self.mode == "playing" and not moves_back and not run.resists_way_back(axis, movement, state):
+        if self.mode == "playing" and not moves_back and not run.resists_moving_back(axis, movement, state):
             run.reverse(axis, movement, state)
-            self.loads_and_reversals += 1
+            self.loaded_runs_and_reversals += 1
             at_s = movement.position_s
             self._emit("load_reversal", texts.RESISTANCE_MET(motor=axis + 1, at_s=at_s))
             return
@@ -224,7 +224,7 @@ class StateMachine(MachineState):
     _STEPS: Final[dict[Mode, Callable[["StateMachine", CycleState], None]]] = {
         "offline": _step_without_torque,
         "idle": _step_without_torque,
-        "ready": MachineState._step_ready,
+        "ready": StateMachineBase._step_ready,
         "teaching": _step_teaching,
         "approaching": _step_moving,
         "playing": _step_moving,
@@ -249,8 +249,8 @@ class StateMachine(MachineState):
         if name == "approach":
             assert self._run is not None
             refusal = outside_range(state, self._config)
-            check_way = too_far_from_start if self._run.zero_order_hold else way_leaves_limits
-            return refusal or check_way(state, self._run)
+            check_path = too_far_from_start if self._run.zero_order_hold else path_leaves_limits
+            return refusal or check_path(state, self._run)
         if name == "reduce_range":
             assert self._run is not None
             return not_reducible(self._run)
@@ -281,8 +281,8 @@ class StateMachine(MachineState):
         match command:
             case Teach():
                 header = self._header("teaching", command.teaching_id, None, self._config.rate_hz)
-                every = self._config.cycle_hz // self._config.rate_hz
-                self._teaching = Teaching(command.teaching_id, self._open_journal(header), every)
+                cycles_per_sample = self._config.cycle_hz // self._config.rate_hz
+                self._teaching = Teaching(command.teaching_id, self._open_journal(header), cycles_per_sample)
                 self._enter("teaching")
             case FinishTeaching():
                 self._end_teaching()
@@ -293,7 +293,7 @@ class StateMachine(MachineState):
                     "run", command.run_id, command.recording_id, rate_hz(command.method, self._config.rate_hz)
                 )
                 self._run = Run(command, trajectory, self._open_journal(header), self._config, correction)
-                self.loads_and_reversals += 1
+                self.loaded_runs_and_reversals += 1
                 self._enter("ready")
             case Unload():
                 self._end_run(JournalEnd(reason="unloaded"))

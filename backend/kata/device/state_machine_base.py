@@ -1,4 +1,4 @@
-"""Holds the state of the state machine: mode, torque, run and teaching of one apparatus. Emits the events about them."""
+"""Base of the state machine: its modes and transitions, its state (mode, torque, run, teaching), and the steps of approach and return."""
 
 import logging
 from collections.abc import Callable
@@ -10,7 +10,12 @@ import msgspec
 import numpy as np
 
 from kata.device import journal, texts
-from kata.device.approach_and_return import approach_way, go_back, straight_way_back, way_through_start
+from kata.device.approach_and_return import (
+    approach_path,
+    return_path_via_start,
+    reverse_along_recording,
+    straight_return_path,
+)
 from kata.device.config import StationConfig
 from kata.device.cycle_state import CycleState, Limits
 from kata.device.faults import MAX_OVERRUN_MS, FaultKey
@@ -71,7 +76,7 @@ UNLOAD_AFTER_MINUTES: Final = 10
 another one. It is longer than placing a patient's arm takes.
 """
 _STRAIGHT_RETURN_CHECK_HZ: Final = 10
-"""Rate at which a return along the recording looks for a straight way. One look takes about a millisecond."""
+"""Rate at which a return along the recording looks for a straight path to its end. One look takes about a millisecond."""
 _MOTOR_4: Final = 3
 """The axis that a fault about the pose reports."""
 
@@ -80,8 +85,8 @@ class IllegalTransitionError(Exception):
     """A step tried a transition that is not in the table. This is a defect of the program."""
 
 
-class MachineState:
-    """Mode, torque, stop, run and teaching of one apparatus. :class:`kata.device.modes.StateMachine` changes them."""
+class StateMachineBase:
+    """Mode, torque, stop, run and teaching of one apparatus. :class:`kata.device.state_machine.StateMachine` changes them."""
 
     def __init__(
         self,
@@ -111,7 +116,7 @@ class MachineState:
         """The reason why a drive cannot be configured; empty if no problem is known."""
         self.stops_latched = 0
         """Number of latched stops."""
-        self.loads_and_reversals = 0
+        self.loaded_runs_and_reversals = 0
         """Number of accepted loads, and of reversals by resistance. An earlier command to start is refused after each of them."""
         self.setpoint_deg: tuple[float, ...]
         """The setpoint of each axis. Without torque it equals the measured angles."""
@@ -202,10 +207,10 @@ class MachineState:
             # The paper's method moves to the start only when it plays. Until then the approach holds the arm within the
             # patient's limits.
             assert run.return_to_deg is not None
-            way: Path = MinimumJerkMove(here, run.return_to_deg, run.config.approach_speed_deg_s)
+            path: Path = MinimumJerkMove(here, run.return_to_deg, run.config.approach_speed_deg_s)
         else:
-            way, _ = approach_way(run, here)
-        self._movement = run.movement_along(way, direction=1)
+            path, _ = approach_path(run, here)
+        self._movement = run.movement_along(path, direction=1)
         self._cycles_on_path = 0
         self.torque_on = True
         self._emit("torque", texts.TORQUE_ON())
@@ -226,10 +231,10 @@ class MachineState:
         run.resisting_axis = None
         if run.self_pacing:
             run.self_pacing.rest()
-        if way := straight_way_back(run, self.setpoint_deg):
-            self._leave_recording(run, way)
+        if path := straight_return_path(run, self.setpoint_deg):
+            self._leave_recording(run, path)
         else:
-            go_back(run, self._movement)
+            reverse_along_recording(run, self._movement)
         self._enter("returning")
 
     def _step_returning(self, run: Run, movement: Movement) -> None:
@@ -239,19 +244,19 @@ class MachineState:
                 self._end_run(JournalEnd(reason="completed" if run.played_to_end else "returned"))
                 self._enter("idle")
         elif movement.ended or movement.at_rest or self._cycles_on_path % self._cycles_between_return_checks == 0:
-            way = straight_way_back(run, self.setpoint_deg)
+            path = straight_return_path(run, self.setpoint_deg)
             if movement.ended:
-                self._leave_recording(run, way or way_through_start(run, self.setpoint_deg))
-            elif way and movement.at_rest:
-                self._leave_recording(run, way)
-            elif way:
+                self._leave_recording(run, path or return_path_via_start(run, self.setpoint_deg))
+            elif path and movement.at_rest:
+                self._leave_recording(run, path)
+            elif path:
                 movement.direction = 0
             elif movement.at_rest:
-                go_back(run, movement)
+                reverse_along_recording(run, movement)
 
-    def _leave_recording(self, run: Run, way: Path) -> None:
+    def _leave_recording(self, run: Run, path: Path) -> None:
         run.start_path(np.array(self.setpoint_deg))
-        self._movement = run.movement_along(way, direction=1)
+        self._movement = run.movement_along(path, direction=1)
 
     def _moves_back(self, run: Run) -> bool:
         """Return True while the arm moves back from resistance."""

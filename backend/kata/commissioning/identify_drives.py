@@ -1,4 +1,4 @@
-"""Step 10: identifies lag and friction of each motor."""
+"""Step 10: identifies lag, friction and the effect of the integral of each drive."""
 
 from typing import Final
 
@@ -25,7 +25,7 @@ _MISSED_SHARE: Final = 0.05
 _MISSED_IN_A_ROW: Final = 5
 
 
-def find_lags(workbench: Workbench) -> None:
+def identify_drives(workbench: Workbench) -> None:
     """Move all axes slowly and fast. Identify lag, friction and the effect of the drive's integral. Refuse a poor fit.
 
     No arm is in the apparatus, so the weight is not identified.
@@ -37,32 +37,34 @@ def find_lags(workbench: Workbench) -> None:
         ranges = [(axis.min_deg, axis.max_deg) for axis in workbench.draft.axes]
         wave = excitation(rest_deg.tolist(), _EXCITATION_S, 1 / workbench.draft.cycle_hz, ranges)
         samples = drives.follow(iter(wave))
-    lags = identified(samples)
-    for motor, lag in enumerate(lags, start=1):
-        check_fit(motor, lag)
+    identified_axes = identified(samples)
+    for motor, identified_axis in enumerate(identified_axes, start=1):
+        check_fit(motor, identified_axis)
     before = workbench.draft.axes
 
-    def lagging(motor: int, axis: Axis) -> Axis:
-        lag = lags[motor - 1]
+    def with_identified(motor: int, axis: Axis) -> Axis:
+        identified_axis = identified_axes[motor - 1]
         return structs.replace(
             axis,
-            lag_s=round(lag.lag_s, 4),
-            lag2_s2=round(max(0.0, lag.lag2_s2), 5),
-            friction_deg=round(max(0.0, lag.friction_deg), 3),
-            integral_s=round(lag.integral_s, 3),
-            droop_deg_nm=round(lag.droop_deg_nm, 4),
+            lag_s=round(identified_axis.lag_s, 4),
+            lag2_s2=round(max(0.0, identified_axis.lag2_s2), 5),
+            friction_deg=round(max(0.0, identified_axis.friction_deg), 3),
+            integral_s=round(identified_axis.integral_s, 3),
+            droop_deg_nm=round(identified_axis.droop_deg_nm, 4),
         )
 
-    workbench.change_axes(lagging)
-    for motor, (axis, now, lag) in enumerate(zip(before, workbench.draft.axes, lags, strict=True), start=1):
+    workbench.change_axes(with_identified)
+    for motor, (axis, now, identified_axis) in enumerate(
+        zip(before, workbench.draft.axes, identified_axes, strict=True), start=1
+    ):
         workbench.add_value("lag s", motor, before=axis.lag_s, after=now.lag_s)
         workbench.add_value("second-order lag s2", motor, before=axis.lag2_s2, after=now.lag2_s2)
         workbench.add_value("friction deg", motor, before=axis.friction_deg, after=now.friction_deg)
         workbench.add_value("integral s", motor, before=axis.integral_s, after=now.integral_s)
         workbench.add_value("droop deg/Nm", motor, before=axis.droop_deg_nm, after=now.droop_deg_nm)
-        workbench.add_value("residual deg", motor, after=round(lag.residual_deg, 3))
-        workbench.add_value("lag uncertainty s", motor, after=round(lag.lag_uncertainty_s, 4))
-        workbench.add_value("explained %", motor, after=round(100 * lag.r_squared, 1))
+        workbench.add_value("residual deg", motor, after=round(identified_axis.residual_deg, 3))
+        workbench.add_value("lag uncertainty s", motor, after=round(identified_axis.lag_uncertainty_s, 4))
+        workbench.add_value("explained %", motor, after=round(100 * identified_axis.r_squared, 1))
 
 
 def identified(samples: list[LiveSample]) -> tuple[IdentifiedAxis, ...]:
@@ -103,17 +105,27 @@ def _evenly(samples: list[LiveSample]) -> tuple[Floats, Floats, Floats, Floats]:
     return times[0] + all_cycles * period_s, setpoints, angles, torques
 
 
-def check_fit(motor: int, lag: IdentifiedAxis) -> None:
+def check_fit(motor: int, identified_axis: IdentifiedAxis) -> None:
     """Refuse a poor fit.
 
     :raises StepError: when the model explains too little, gives an impossible value, or the lag is uncertain.
     """
     possible = (
-        0.0 < lag.lag_s <= LARGEST_LAG_S and lag.lag2_s2 <= LARGEST_LAG2_S2 and lag.friction_deg <= LARGEST_FRICTION_DEG
+        0.0 < identified_axis.lag_s <= LARGEST_LAG_S
+        and identified_axis.lag2_s2 <= LARGEST_LAG2_S2
+        and identified_axis.friction_deg <= LARGEST_FRICTION_DEG
     )
-    if lag.r_squared < MIN_R_SQUARED or not possible:
+    if identified_axis.r_squared < MIN_R_SQUARED or not possible:
         raise StepError(
-            texts.POOR_FIT(motor=motor, explained_percent=100 * lag.r_squared, residual_deg=lag.residual_deg)
+            texts.POOR_FIT(
+                motor=motor,
+                explained_percent=100 * identified_axis.r_squared,
+                residual_deg=identified_axis.residual_deg,
+            )
         )
-    if lag.lag_uncertainty_s > LARGEST_UNCERTAINTY * lag.lag_s:
-        raise StepError(texts.LAG_UNCERTAIN(motor=motor, lag_s=lag.lag_s, uncertainty_s=lag.lag_uncertainty_s))
+    if identified_axis.lag_uncertainty_s > LARGEST_UNCERTAINTY * identified_axis.lag_s:
+        raise StepError(
+            texts.LAG_UNCERTAIN(
+                motor=motor, lag_s=identified_axis.lag_s, uncertainty_s=identified_axis.lag_uncertainty_s
+            )
+        )

@@ -1,4 +1,4 @@
-"""The bus as the control loop sees it: degrees and newton metres for every servo protocol."""
+"""Defines the interface of a bus and its data types: degrees and newton metres for every servo protocol."""
 
 from collections.abc import Collection, Mapping, Sequence
 from typing import Protocol

@@ -12,8 +12,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 from msgspec import structs
 
-from kata.device import machine_state
-from kata.device.approach_and_return import straight_way_back
+from kata.device import state_machine_base
+from kata.device.approach_and_return import straight_return_path
 from kata.device.config import simulated
 from kata.device.ipc_messages import Approach, Load, Pause, Play, ReduceRange, Refusal, Return
 from kata.device.references import Reference, build
@@ -52,7 +52,7 @@ class Motion(NamedTuple):
 
 @cache
 def around_a_corner(seed: int) -> Motion | None:
-    """Return a motion within a doctor's limits from whose end the straight way back leads outwards, or None if none was found."""
+    """Return a motion within a doctor's limits from whose end the straight path back exceeds the limits, or None if none was found."""
     rng = np.random.default_rng(seed)
     for _ in range(_TRIES):
         limits = random_limits(rng)
@@ -66,12 +66,12 @@ def around_a_corner(seed: int) -> Motion | None:
         hanging = motor_angles_deg(np.zeros(5), "right")
         here = hanging + rng.random() * (corners[0] - hanging)
         gate = PoseGate("right", limits, CONFIG.pose_tolerance_deg)
-        ways = RunLimits(CONFIG.mechanism_deg, (), CONFIG.limit_tolerance_deg, gate)
-        # Few poses are enough to leave out most tries. The ways in full take a hundred times as long.
+        run_limits = RunLimits(CONFIG.mechanism_deg, (), CONFIG.limit_tolerance_deg, gate)
+        # Few poses are enough to leave out most tries. The paths in full take a hundred times as long.
         between = [a + share * (b - a) for a, b in pairwise([here, *corners]) for share in (0.0, 0.5, 0.25, 0.75)]
         if any(gate.beyond_deg(pose.tolist()) > 0.0 for pose in between):
             continue
-        if ways.way_outwards_deg(corners[-1], here) > 0.3 and ways.way_outwards_deg(here, *corners) == 0.0:
+        if run_limits.path_excess_deg(corners[-1], here) > 0.3 and run_limits.path_excess_deg(here, *corners) == 0.0:
             return Motion(here, corners, limits)
     return None
 
@@ -114,7 +114,7 @@ def check_returned(station: Stepped, motion: Motion) -> None:
 
 
 @pytest.mark.parametrize(("seed", "paused_at", "reduced"), [(2, 0.91, False), (36, None, False), (175, None, True)])
-def test_arm_returns_where_the_straight_way_leaves_the_limits(
+def test_arm_returns_where_the_straight_path_leaves_the_limits(
     tmp_path: Path, seed: int, paused_at: float | None, reduced: bool
 ) -> None:
     """With a reduced range the recording itself left the limits."""
@@ -163,15 +163,17 @@ def test_range_is_only_reduced_to_shares_within_the_limits(seed: int, place: flo
 
 
 def answer_straight(monkeypatch: pytest.MonkeyPatch, answers: Iterator[bool]) -> None:
-    """Let the control program look for the straight way and find it, or not, by these answers."""
+    """Let the control program look for the straight path and find it, or not, by these answers."""
     monkeypatch.setattr(
-        machine_state, "straight_way_back", lambda run, here: straight_way_back(run, here) if next(answers) else None
+        state_machine_base,
+        "straight_return_path",
+        lambda run, here: straight_return_path(run, here) if next(answers) else None,
     )
 
 
 @pytest.mark.counted
 def test_arm_goes_on_back_after_resting_too_early(playing: Stepped, monkeypatch: pytest.MonkeyPatch) -> None:
-    """The straight way was free when the arm began to slow down, and no more where it came to rest."""
+    """The straight path was free when the arm began to slow down, and no more where it came to rest."""
     answer_straight(monkeypatch, chain([False, True, False], repeat(True)))
     playing.forward(1.0)
     assert playing.send(Pause()) is None
@@ -185,7 +187,9 @@ def test_arm_goes_on_back_after_resting_too_early(playing: Stepped, monkeypatch:
 
 
 @pytest.mark.counted
-def test_arm_returns_through_the_start_if_no_way_is_straight(playing: Stepped, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_arm_returns_through_the_start_if_no_path_is_straight(
+    playing: Stepped, monkeypatch: pytest.MonkeyPatch
+) -> None:
     answer_straight(monkeypatch, repeat(False))
     start_deg = np.array(REST_DEG)
     start_deg[3] = 20.0
@@ -210,7 +214,7 @@ _AROUND_A_CORNER_SEED = 2
 
 
 def _motion(repetitions: int) -> Motion:
-    """Return a motion that ends where the straight way back leaves the limits. Each repetition after the first goes back and out again."""
+    """Return a motion that ends where the straight path back leaves the limits. Each repetition after the first goes back and out again."""
     motion = around_a_corner(_AROUND_A_CORNER_SEED)
     assert motion is not None
     out = motion.poses_deg
