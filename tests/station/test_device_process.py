@@ -3,14 +3,30 @@
 import asyncio
 import socket
 from collections.abc import Awaitable, Callable
+from contextlib import suppress
 from pathlib import Path
 from types import SimpleNamespace
+from typing import get_args
 
 import msgspec
 import pytest
 
-from kata.device.ipc_messages import Load, LoadPart, Refusal, Reply, Request, Stop, ToDevice, frame, frames, frames_of
-from kata.station.device_process import DeviceLaunch, DeviceProcess
+from kata.device.config_rules import RANGES
+from kata.device.ipc_messages import (
+    Load,
+    LoadPart,
+    Mode,
+    Refusal,
+    Reply,
+    Request,
+    Stop,
+    ToDevice,
+    frame,
+    frames,
+    frames_of,
+)
+from kata.station.device_process import _HEARTBEAT_AT_REST_S, _HEARTBEAT_S, DeviceLaunch, DeviceProcess
+from tests.support.silent_device import snapshot
 
 AN_HOUR = Load(run_id="r", recording_id="a", times_s=bytes(8 * 360_000), angles_deg=bytes(40 * 360_000))
 PARTS = sum(1 for _ in frames_of(Request(id=1, command=AN_HOUR))) - 1
@@ -88,6 +104,46 @@ def test_a_refused_load_is_sent_no_further() -> None:
         assert device.process._sending == {}
 
     with_device(play)
+
+
+@pytest.mark.parametrize(
+    ("mode", "period_s"),
+    [
+        *((mode, 0.1) for mode in ("idle", "offline")),
+        *((mode, 0.05) for mode in get_args(Mode) if mode not in ("idle", "offline")),
+        (None, 0.05),
+    ],
+)
+def test_heartbeats_are_slower_only_where_no_command_switches_torque_on(
+    mode: Mode | None, period_s: float, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """``None``: before the first snapshot."""
+    periods: list[float] = []
+
+    async def sleep(seconds: float) -> None:
+        periods.append(seconds)
+        raise asyncio.CancelledError
+
+    async def beat() -> None:
+        process = DeviceProcess(DeviceLaunch(Path(), Path(), real_time=False), lambda message: None, lambda: None, str)
+        reader = asyncio.StreamReader()
+        # The newest snapshot counts.
+        for newest in ("playing", "idle", mode) if mode else ():
+            reader.feed_data(frame(snapshot(mode=newest)))
+        reader.feed_eof()
+        await process._listen(reader)
+        monkeypatch.setattr(asyncio, "sleep", sleep)
+        with suppress(asyncio.CancelledError):
+            await process._beat()
+
+    asyncio.run(beat())
+    assert periods == [period_s]
+
+
+def test_no_heartbeat_period_reaches_the_shortest_silence_that_stops_the_arm() -> None:
+    (silence,) = (found for found in RANGES if found.field == "service_silence_ms")
+    assert silence.low >= 4 * _HEARTBEAT_S * 1000
+    assert silence.low >= 2 * _HEARTBEAT_AT_REST_S * 1000
 
 
 def test_closing_while_a_process_starts_leaves_no_socket(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -12,11 +12,15 @@ from typing import Final
 
 import msgspec
 
-from kata.device.ipc_messages import FromDevice, Heartbeat, Load, Reply, Request, ToDevice, frames, frames_of
+from kata.device.ipc_messages import FromDevice, Heartbeat, Load, Reply, Request, Snapshot, ToDevice, frames, frames_of
 
 log = logging.getLogger(__name__)
 
 _HEARTBEAT_S: Final = 0.05
+_HEARTBEAT_AT_REST_S: Final = 0.1
+"""Period of the heartbeats in idle and offline. The device supervises its service only while it controls torque, and no command switches
+torque on in these modes. Like the other period, it must be shorter than the shortest ``service_silence_ms``.
+"""
 _RESTART_S: Final = (0.5, 1.0, 2.0, 5.0)
 """Pauses before the first, second and third restart, and before all later ones."""
 _RESET_FAILURES_AFTER_S: Final = 30.0
@@ -62,6 +66,7 @@ class DeviceProcess:
         self._supervisor: asyncio.Task[None] | None = None
         self._sending: dict[int, asyncio.Task[None]] = {}
         self._decoder = msgspec.msgpack.Decoder(FromDevice)
+        self._heartbeat_s = _HEARTBEAT_S
 
     @property
     def running(self) -> bool:
@@ -154,6 +159,8 @@ class DeviceProcess:
                 message = self._decoder.decode(encoded)
                 if isinstance(message, Reply) and (sending := self._sending.pop(message.id, None)):
                     sending.cancel()
+                elif isinstance(message, Snapshot):
+                    self._heartbeat_s = _HEARTBEAT_AT_REST_S if message.mode in ("idle", "offline") else _HEARTBEAT_S
                 self._on_message(message)
 
     @staticmethod
@@ -166,7 +173,7 @@ class DeviceProcess:
     async def _beat(self) -> None:
         while True:
             self.beat()
-            await asyncio.sleep(_HEARTBEAT_S)
+            await asyncio.sleep(self._heartbeat_s)
 
     @staticmethod
     async def _send_parts(writer: asyncio.StreamWriter, parts: Iterator[bytes]) -> None:
