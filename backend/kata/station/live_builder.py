@@ -35,4 +35,5 @@ class LiveBuilder:
 @cache
 def _field_type(name: str) -> TypeAdapter[Any]:
     field = Live.model_fields[name]
-    return TypeAdapter(Annotated[field.annotation, field])
+    field_type: Any = Annotated[field.annotation, field]
+    return TypeAdapter(field_type)
