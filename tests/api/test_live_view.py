@@ -2,7 +2,7 @@
 
 import asyncio
 import json
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from pathlib import Path
 from types import SimpleNamespace
 from typing import Any
@@ -29,7 +29,7 @@ _LIMIT_S = 10.0
 
 
 @pytest.fixture
-def silent(monkeypatch: pytest.MonkeyPatch) -> Iterator[list[Silent]]:
+def silent(monkeypatch: pytest.MonkeyPatch) -> list[Silent]:
     made: list[Silent] = []
 
     def make(*args: Any) -> Silent:
