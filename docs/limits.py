@@ -55,8 +55,11 @@ _SUBJECTS: Final[dict[str, tuple[tuple[str, str, str], ...]]] = {
         ("device/config.py", "StationConfig.rate_hz", "Samples and setpoints a second."),
         ("device/loop_telemetry.py", "SNAPSHOT_HZ", "Snapshots a second."),
         ("device/config.py", "StationConfig.service_silence_ms", "A silent service stops the arm."),
-        ("station/device_process.py", "_HEARTBEAT_S", "Heartbeat of the service."),
-        ("station/device_process.py", "_HEARTBEAT_AT_REST_S", "Heartbeat of the service in idle and offline."),
+        (
+            "station/device_process.py",
+            "_HEARTBEAT_S",
+            "Heartbeat of the service. In idle and offline it sends one after each snapshot.",
+        ),
         ("device/config.py", "StationConfig.silence_ms", "A silent drive is a fault."),
         ("device/config.py", "StationConfig.bus_watchdog_ms", "A drive stops itself when the bus is silent."),
         ("device/config.py", "Inputs.max_age_cycles", "An input is valid for so many cycles."),

@@ -86,7 +86,7 @@ def _state(mode: str = "idle", *angles_deg: float | None) -> dict[str, Any]:
         ),
     ],
 )
-def test_only_an_idle_apparatus_with_the_same_shown_angles_is_at_rest(
+def test_only_idle_with_the_same_shown_angles_is_rest(
     last: dict[str, Any], state: dict[str, Any], at_rest: bool
 ) -> None:
     assert live._is_at_rest(last, state) is at_rest
@@ -127,7 +127,7 @@ def test_what_ends_the_wait_for_the_next_message(
     assert asyncio.run(wait()) is ends
 
 
-def test_a_change_while_a_message_is_sent_at_rest_is_sent_at_once(silent: list[Silent]) -> None:
+def test_a_change_during_a_message_is_sent_at_once(silent: list[Silent]) -> None:
     at = station(Path("/nowhere"))
     sent: list[dict[str, Any]] = []
 

@@ -3,7 +3,6 @@
 import asyncio
 import socket
 from collections.abc import Awaitable, Callable
-from contextlib import suppress
 from pathlib import Path
 from types import SimpleNamespace
 from typing import get_args
@@ -13,6 +12,7 @@ import pytest
 
 from kata.device.config_rules import RANGES
 from kata.device.ipc_messages import (
+    Heartbeat,
     Load,
     LoadPart,
     Mode,
@@ -25,7 +25,7 @@ from kata.device.ipc_messages import (
     frames,
     frames_of,
 )
-from kata.station.device_process import _HEARTBEAT_AT_REST_S, _HEARTBEAT_S, DeviceLaunch, DeviceProcess
+from kata.station.device_process import _HEARTBEAT_S, DeviceLaunch, DeviceProcess
 from tests.support.silent_device import snapshot
 
 AN_HOUR = Load(run_id="r", recording_id="a", times_s=bytes(8 * 360_000), angles_deg=bytes(40 * 360_000))
@@ -106,44 +106,69 @@ def test_a_refused_load_is_sent_no_further() -> None:
     with_device(play)
 
 
-@pytest.mark.parametrize(
-    ("mode", "period_s"),
-    [
-        *((mode, 0.1) for mode in ("idle", "offline")),
-        *((mode, 0.05) for mode in get_args(Mode) if mode not in ("idle", "offline")),
-        (None, 0.05),
-    ],
-)
-def test_heartbeats_are_slower_only_where_no_command_switches_torque_on(
-    mode: Mode | None, period_s: float, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    """``None``: before the first snapshot."""
-    periods: list[float] = []
+def heartbeats(*modes: Mode, monkeypatch: pytest.MonkeyPatch) -> list[float | None]:
+    """Return the device process's heartbeats after snapshots with these modes: the time until the next one, None without a timer."""
+    sent: list[float | None] = []
 
     async def sleep(seconds: float) -> None:
-        periods.append(seconds)
-        raise asyncio.CancelledError
+        sent[-1] = seconds
+        await asyncio.Event().wait()
 
-    async def beat() -> None:
-        process = DeviceProcess(DeviceLaunch(Path(), Path(), real_time=False), lambda message: None, lambda: None, str)
+    async def listen_and_beat() -> None:
+        launch = DeviceLaunch(Path(), Path(), real_time=False)
+        process = DeviceProcess(launch, lambda message: None, lambda: None, str)
+        monkeypatch.setattr(process, "send", lambda message: sent.append(None))
         reader = asyncio.StreamReader()
-        # The newest snapshot counts.
-        for newest in ("playing", "idle", mode) if mode else ():
-            reader.feed_data(frame(snapshot(mode=newest)))
+        for mode in modes:
+            reader.feed_data(frame(snapshot(mode=mode)))
         reader.feed_eof()
         await process._listen(reader)
         monkeypatch.setattr(asyncio, "sleep", sleep)
-        with suppress(asyncio.CancelledError):
-            await process._beat()
+        beating = asyncio.create_task(process._beat())
+        await asyncio.wait([beating], timeout=0)
+        beating.cancel()
 
-    asyncio.run(beat())
-    assert periods == [period_s]
+    asyncio.run(listen_and_beat())
+    return sent
 
 
-def test_no_heartbeat_period_reaches_the_shortest_silence_that_stops_the_arm() -> None:
+def test_before_the_first_snapshot_heartbeats_have_a_timer(monkeypatch: pytest.MonkeyPatch) -> None:
+    assert heartbeats(monkeypatch=monkeypatch) == [_HEARTBEAT_S]
+
+
+@pytest.mark.parametrize("mode", ["idle", "offline"])
+def test_at_rest_a_heartbeat_follows_each_snapshot(mode: Mode, monkeypatch: pytest.MonkeyPatch) -> None:
+    assert heartbeats("playing", mode, mode, monkeypatch=monkeypatch) == [None, None]
+
+
+@pytest.mark.parametrize("mode", [mode for mode in get_args(Mode) if mode not in ("idle", "offline")])
+def test_in_every_other_mode_heartbeats_have_a_timer(mode: Mode, monkeypatch: pytest.MonkeyPatch) -> None:
+    assert heartbeats("idle", mode, mode, monkeypatch=monkeypatch) == [None, _HEARTBEAT_S]
+
+
+def test_leaving_rest_sends_a_heartbeat_at_once() -> None:
+    sent: list[ToDevice] = []
+
+    async def leave() -> None:
+        launch = DeviceLaunch(Path(), Path(), real_time=False)
+        process = DeviceProcess(launch, lambda message: None, lambda: None, str)
+        process._beat_after(snapshot(mode="idle"))
+        process.send = sent.append  # type: ignore[method-assign]
+        beating = asyncio.create_task(process._beat())
+        await asyncio.sleep(0)
+        assert sent == []
+        process._beat_after(snapshot(mode="ready"))
+        for _ in range(3):
+            await asyncio.sleep(0)
+        beating.cancel()
+
+    asyncio.run(leave())
+    assert sent == [Heartbeat(run_id="")]
+
+
+def test_four_heartbeats_may_be_lost() -> None:
     (silence,) = (found for found in RANGES if found.field == "service_silence_ms")
     assert silence.low >= 4 * _HEARTBEAT_S * 1000
-    assert silence.low >= 2 * _HEARTBEAT_AT_REST_S * 1000
 
 
 def test_closing_while_a_process_starts_leaves_no_socket(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -308,12 +308,9 @@ class Station:
         else:
             why = _OFFLINE if self._stop_user is None else _COMMISSIONING
             device, state = "restarting" if tracker.has_run else "starting", tracker.unknown_fields(why)
-        around = {
-            "device": device,
-            "side": self.config.side,
-            "verified_since": tracker.verified_since if device == "running" else None,
-        }
-        return self._live_builder.build(state | around | self._changing_fields())
+        around = {"device": device, "side": self.config.side} | self._changing_fields()
+        around["verified_since"] = tracker.verified_since if device == "running" else None
+        return self._live_builder.build(state | around)
 
     @property
     def occupation(self) -> Occupation | None:
