@@ -146,14 +146,14 @@ def test_in_every_other_mode_heartbeats_have_a_timer(mode: Mode, monkeypatch: py
     assert heartbeats("idle", mode, mode, monkeypatch=monkeypatch) == [None, _HEARTBEAT_S]
 
 
-def test_leaving_rest_sends_a_heartbeat_at_once() -> None:
+def test_leaving_rest_sends_a_heartbeat_at_once(monkeypatch: pytest.MonkeyPatch) -> None:
     sent: list[ToDevice] = []
 
     async def leave() -> None:
         launch = DeviceLaunch(Path(), Path(), real_time=False)
         process = DeviceProcess(launch, lambda message: None, lambda: None, str)
         process._beat_after(snapshot(mode="idle"))
-        process.send = sent.append  # type: ignore[method-assign]
+        monkeypatch.setattr(process, "send", sent.append)
         beating = asyncio.create_task(process._beat())
         await asyncio.sleep(0)
         assert sent == []
