@@ -5,12 +5,28 @@ import socket
 from collections.abc import Awaitable, Callable
 from pathlib import Path
 from types import SimpleNamespace
+from typing import get_args
 
 import msgspec
 import pytest
 
-from kata.device.ipc_messages import Load, LoadPart, Refusal, Reply, Request, Stop, ToDevice, frame, frames, frames_of
-from kata.station.device_process import DeviceLaunch, DeviceProcess
+from kata.device.config_rules import RANGES
+from kata.device.ipc_messages import (
+    Heartbeat,
+    Load,
+    LoadPart,
+    Mode,
+    Refusal,
+    Reply,
+    Request,
+    Stop,
+    ToDevice,
+    frame,
+    frames,
+    frames_of,
+)
+from kata.station.device_process import _HEARTBEAT_S, DeviceLaunch, DeviceProcess
+from tests.support.silent_device import snapshot
 
 AN_HOUR = Load(run_id="r", recording_id="a", times_s=bytes(8 * 360_000), angles_deg=bytes(40 * 360_000))
 PARTS = sum(1 for _ in frames_of(Request(id=1, command=AN_HOUR))) - 1
@@ -88,6 +104,71 @@ def test_a_refused_load_is_sent_no_further() -> None:
         assert device.process._sending == {}
 
     with_device(play)
+
+
+def heartbeats(*modes: Mode, monkeypatch: pytest.MonkeyPatch) -> list[float | None]:
+    """Return the device process's heartbeats after snapshots with these modes: the time until the next one, None without a timer."""
+    sent: list[float | None] = []
+
+    async def sleep(seconds: float) -> None:
+        sent[-1] = seconds
+        await asyncio.Event().wait()
+
+    async def listen_and_beat() -> None:
+        launch = DeviceLaunch(Path(), Path(), real_time=False)
+        process = DeviceProcess(launch, lambda message: None, lambda: None, str)
+        monkeypatch.setattr(process, "send", lambda message: sent.append(None))
+        reader = asyncio.StreamReader()
+        for mode in modes:
+            reader.feed_data(frame(snapshot(mode=mode)))
+        reader.feed_eof()
+        await process._listen(reader)
+        monkeypatch.setattr(asyncio, "sleep", sleep)
+        beating = asyncio.create_task(process._beat())
+        await asyncio.wait([beating], timeout=0)
+        beating.cancel()
+
+    asyncio.run(listen_and_beat())
+    return sent
+
+
+def test_before_the_first_snapshot_heartbeats_have_a_timer(monkeypatch: pytest.MonkeyPatch) -> None:
+    assert heartbeats(monkeypatch=monkeypatch) == [_HEARTBEAT_S]
+
+
+@pytest.mark.parametrize("mode", ["idle", "offline"])
+def test_at_rest_a_heartbeat_follows_each_snapshot(mode: Mode, monkeypatch: pytest.MonkeyPatch) -> None:
+    assert heartbeats("playing", mode, mode, monkeypatch=monkeypatch) == [None, None]
+
+
+@pytest.mark.parametrize("mode", [mode for mode in get_args(Mode) if mode not in ("idle", "offline")])
+def test_in_every_other_mode_heartbeats_have_a_timer(mode: Mode, monkeypatch: pytest.MonkeyPatch) -> None:
+    assert heartbeats("idle", mode, mode, monkeypatch=monkeypatch) == [None, _HEARTBEAT_S]
+
+
+def test_leaving_rest_sends_a_heartbeat_at_once(monkeypatch: pytest.MonkeyPatch) -> None:
+    sent: list[ToDevice] = []
+
+    async def leave() -> None:
+        launch = DeviceLaunch(Path(), Path(), real_time=False)
+        process = DeviceProcess(launch, lambda message: None, lambda: None, str)
+        process._beat_after(snapshot(mode="idle"))
+        monkeypatch.setattr(process, "send", sent.append)
+        beating = asyncio.create_task(process._beat())
+        await asyncio.sleep(0)
+        assert sent == []
+        process._beat_after(snapshot(mode="ready"))
+        for _ in range(3):
+            await asyncio.sleep(0)
+        beating.cancel()
+
+    asyncio.run(leave())
+    assert sent == [Heartbeat(run_id="")]
+
+
+def test_four_heartbeats_may_be_lost() -> None:
+    (silence,) = (found for found in RANGES if found.field == "service_silence_ms")
+    assert silence.low >= 4 * _HEARTBEAT_S * 1000
 
 
 def test_closing_while_a_process_starts_leaves_no_socket(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

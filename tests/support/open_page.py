@@ -10,9 +10,9 @@ from fastapi.testclient import TestClient
 
 
 def shown_message(socket: Any) -> dict[str, Any]:
-    """Receive a message of a page's WebSocket and confirm every third one."""
+    """Receive a message of a page's WebSocket and confirm every second one."""
     message: dict[str, Any] = socket.receive_json()
-    if message["sequence"] % 3 == 0:
+    if message["sequence"] % 2 == 0:
         socket.send_json({"kind": "shown", "sequence": message["sequence"]})
     return message
 

@@ -1,5 +1,5 @@
-"""The live WebSocket. It sends a snapshot first, then changes ten times a second, even if nothing changed. It accepts two
-messages: Stop, and the confirmation that the page has shown a state.
+"""The live WebSocket. It sends a snapshot first, then changes ten times a second, or five times while the apparatus is at rest, even if
+nothing changed. It accepts two messages: Stop, and the confirmation that the page has shown a state.
 """
 
 import asyncio
@@ -28,6 +28,10 @@ from kata.station.subscriptions import Subscription
 router = APIRouter()
 
 _PERIOD_S: Final = 0.1
+_PERIOD_AT_REST_S: Final = 0.2
+"""Longest time between two messages at rest. The page confirms a state every quarter of a second, and must not be absent for a second."""
+_SHOWN_DEG: Final = 0.1
+"""The page shows angles in tenths of a degree."""
 PING_S: Final = 0.5
 PONG_S: Final = 1.0
 """Longest time without an answer to a ping, which is sent every half second. Then the connection is closed."""
@@ -49,7 +53,9 @@ class SnapshotMessage(_LiveMessage):
 
 
 class ChangeMessage(_LiveMessage):
-    """Sent ten times a second: the top-level fields of Live that have changed since the last message, perhaps none."""
+    """The top-level fields of Live that have changed since the last message, perhaps none. Sent ten times a second. While the apparatus is
+    idle and no angle changes: five times a second, and at once when anything but a measured value changes.
+    """
 
     kind: Literal["change"] = "change"
     live: dict[str, Any] = Field(description="A part of Live.")
@@ -180,6 +186,8 @@ async def _send(
     sequence = 0
     try:
         while not subscription.overflown:
+            # A change from now on may be missing in this message.
+            subscription.changed.clear()
             state = await redaction.apply(live_view.state(page.browser))
             sequence += 1
             common: dict[str, Any] = {
@@ -193,7 +201,7 @@ async def _send(
             else:
                 changed = {name: value for name, value in state.items() if last.get(name) != value}
                 message = ChangeMessage(**common, live=changed)
-            last = state
+            last, at_rest = state, _is_at_rest(last, state)
             page.note_sent(sequence)
             await socket.send_text(message.model_dump_json())
             while subscription.waiting:
@@ -202,20 +210,31 @@ async def _send(
                     continue
                 sequence += 1
                 await socket.send_text(_encode(item, common | {"sequence": sequence}))
-            await _until_next(subscription)
+            await _until_next(subscription, at_rest=at_rest)
         await socket.close(1013, "too far behind: connect again")
     except WebSocketDisconnect:
         return
 
 
-async def _until_next(subscription: Subscription) -> None:
-    """Wait a tenth of a second, or until an event or a notice is waiting."""
+def _is_at_rest(last: dict[str, Any], state: dict[str, Any]) -> bool:
+    """Return True if the apparatus is idle and shows the same angles as in the last message."""
+    if not state["mode"] == last.get("mode") == "idle":
+        return False
+    angles = (
+        (now["measured_deg"], then["measured_deg"]) for now, then in zip(state["axes"], last["axes"], strict=True)
+    )
+    return all(now == then or (None not in (now, then) and abs(now - then) < _SHOWN_DEG) for now, then in angles)
+
+
+async def _until_next(subscription: Subscription, *, at_rest: bool) -> None:
+    """Wait a tenth of a second, or until an event or a notice is waiting. At rest, wait two tenths, or until the state changes."""
     # Every item before this moment has been sent.
     subscription.item_arrived.clear()
+    wake_up, period_s = (subscription.changed, _PERIOD_AT_REST_S) if at_rest else (subscription.item_arrived, _PERIOD_S)
     # A timeout would cancel the wait ten times a second, which takes longer than a timer that ends it.
-    timer = asyncio.get_running_loop().call_later(_PERIOD_S, subscription.item_arrived.set)
+    timer = asyncio.get_running_loop().call_later(period_s, wake_up.set)
     try:
-        await subscription.item_arrived.wait()
+        await wake_up.wait()
     finally:
         timer.cancel()
 

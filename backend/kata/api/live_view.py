@@ -7,7 +7,7 @@ from kata.api import texts
 from kata.database import availability
 from kata.device.ipc_messages import COMMAND_NAMES, Refusal
 from kata.station.lease import Browser
-from kata.station.schemas import DatabaseStatus, RefusalLive
+from kata.station.schemas import DatabaseStatus, Live, RefusalLive
 from kata.station.station import Station
 
 _DATABASE_UNAVAILABLE: Final = Refusal.of(
@@ -15,6 +15,8 @@ _DATABASE_UNAVAILABLE: Final = Refusal.of(
     message=texts.DATABASE_UNAVAILABLE(),
     next_step=texts.TRY_AGAIN_STOP_WORKS(),
 )
+_FOR_BROWSER: Final = {"at", "age_ms", "lease", "database"}
+"""Fields that differ with each message or browser. They are not in the shared part."""
 
 
 class LiveStateView:
@@ -28,13 +30,15 @@ class LiveStateView:
         self._database_status = database_status
         self._may_load = may_load
         self._version: object = None
+        self._live: Live | None = None
         self._state: dict[str, Any] = {}
 
     def state(self, seen_by: Browser) -> dict[str, Any]:
         """Return :class:`~kata.station.schemas.Live` as JSON for that browser."""
         station = self._station
         if station.version != self._version:
-            self._version, self._state = station.version, station.live().model_dump(mode="json")
+            self._update(station.live())
+            self._version = station.version
         database_status = self._database_status()
         for_browser: dict[str, Any] = {
             "at": station.clock.now().isoformat().replace("+00:00", "Z"),
@@ -50,6 +54,14 @@ class LiveStateView:
             refused = ("teach",) if self._may_load() else ("teach", "load")
             for_browser["refusals"] = dict.fromkeys(refused, _as_json(_DATABASE_UNAVAILABLE)) | self._state["refusals"]
         return self._state | for_browser
+
+    def _update(self, live: Live) -> None:
+        """Convert the fields that are other objects than in the state before. Most fields change rarely."""
+        before, self._live = self._live, live
+        changed = {
+            name for name in Live.model_fields if before is None or getattr(live, name) is not getattr(before, name)
+        }
+        self._state = self._state | live.model_dump(mode="json", include=changed - _FOR_BROWSER)
 
 
 def _refuse_all_but_stop(refusal: Refusal) -> dict[str, Any]:

@@ -119,9 +119,9 @@ class SessionRevocations:
                     ended_event.set()
 
     def _read_active(self, session_ids: set[UUID]) -> set[UUID]:
-        with self._database.read() as session:
+        with self._database.read_columns() as connection:
             return login_session.select_active(
-                session, session_ids, self._now(), self._limits, self.operator_under_torque()
+                connection, session_ids, self._now(), self._limits, self.operator_under_torque()
             )
 
 

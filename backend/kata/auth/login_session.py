@@ -6,7 +6,7 @@ from datetime import datetime, timedelta
 from typing import Final, Literal
 from uuid import UUID, uuid4
 
-from sqlalchemy import ColumnElement, and_, bindparam, or_, select, update
+from sqlalchemy import ColumnElement, Connection, and_, bindparam, or_, select, update
 from sqlalchemy.orm import Session
 
 from kata.actor import Actor, Role
@@ -203,7 +203,7 @@ _ACTIVE: Final = (
 
 
 def select_active(
-    session: Session,
+    connection: Connection | Session,
     session_ids: Collection[UUID],
     now: datetime,
     limits: Limits,
@@ -217,7 +217,7 @@ def select_active(
         "operator_under_torque": operator_under_torque,
         "operator_began_after": began_after - limits.extension,
     }
-    return set(session.scalars(_ACTIVE, parameters))
+    return set(connection.scalars(_ACTIVE, parameters))
 
 
 def record_activity(session: Session, actor: Actor, now: datetime) -> None:

@@ -26,6 +26,8 @@ from kata.bench.records import BenchRecords
 from kata.bench.running_service import RunningService
 
 PAGES: Final = 100
+_CONFIRM_EVERY_S: Final = 0.25
+"""A page confirms so often that it has shown a state."""
 _START_LIMIT_S: Final = 60.0
 _FIGURE_LIMIT_S: Final = 600.0
 
@@ -94,6 +96,7 @@ async def _open_page(
         live, headers = url.replace("http", "ws", 1) + "/api/live", {"Cookie": cookie}
         async with connect(live, additional_headers=headers, max_size=None) as socket:
             await socket.recv()
+            confirm_s = 0.0
             connected.release()
             if stalls:
                 # The library stops reading the connection when its queue is full.
@@ -102,8 +105,8 @@ async def _open_page(
                 figures.messages += 1
                 sent = _SENT.decode(message)
                 delays_ms.append((time.time() - sent.sent_at.timestamp()) * 1000)
-                if sent.sequence % 3 == 0:
-                    # A page confirms about every third message.
+                if (now_s := time.monotonic()) >= confirm_s:
+                    confirm_s = now_s + _CONFIRM_EVERY_S
                     await socket.send(json.dumps({"kind": "shown", "sequence": sent.sequence}))
     except (OSError, WebSocketException):
         pass

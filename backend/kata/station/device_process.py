@@ -12,11 +12,13 @@ from typing import Final
 
 import msgspec
 
-from kata.device.ipc_messages import FromDevice, Heartbeat, Load, Reply, Request, ToDevice, frames, frames_of
+from kata.device.ipc_messages import FromDevice, Heartbeat, Load, Reply, Request, Snapshot, ToDevice, frames, frames_of
 
 log = logging.getLogger(__name__)
 
 _HEARTBEAT_S: Final = 0.05
+_AT_REST: Final = ("idle", "offline")
+"""Modes in which no command switches torque on. The device supervises its service only while it controls torque."""
 _RESTART_S: Final = (0.5, 1.0, 2.0, 5.0)
 """Pauses before the first, second and third restart, and before all later ones."""
 _RESET_FAILURES_AFTER_S: Final = 30.0
@@ -62,6 +64,9 @@ class DeviceProcess:
         self._supervisor: asyncio.Task[None] | None = None
         self._sending: dict[int, asyncio.Task[None]] = {}
         self._decoder = msgspec.msgpack.Decoder(FromDevice)
+        self._left_rest = asyncio.Event()
+        """Set while the device may need a heartbeat every 50 ms. At rest it gets one after each of its snapshots, which needs no timer."""
+        self._left_rest.set()
 
     @property
     def running(self) -> bool:
@@ -143,6 +148,7 @@ class DeviceProcess:
             self._sending.clear()
         self._writer.close()
         self._writer = None
+        self._left_rest.set()
         await self._wait_for_end(self._child)
         self._on_end()
 
@@ -155,6 +161,15 @@ class DeviceProcess:
                 if isinstance(message, Reply) and (sending := self._sending.pop(message.id, None)):
                     sending.cancel()
                 self._on_message(message)
+                if isinstance(message, Snapshot):
+                    self._beat_after(message)
+
+    def _beat_after(self, snapshot: Snapshot) -> None:
+        if snapshot.mode in _AT_REST:
+            self._left_rest.clear()
+            self.beat()
+        else:
+            self._left_rest.set()
 
     @staticmethod
     async def _read(reader: asyncio.StreamReader) -> bytes:
@@ -165,6 +180,7 @@ class DeviceProcess:
 
     async def _beat(self) -> None:
         while True:
+            await self._left_rest.wait()
             self.beat()
             await asyncio.sleep(_HEARTBEAT_S)
 

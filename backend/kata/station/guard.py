@@ -10,7 +10,7 @@ from kata.device.ipc_messages import Refusal
 from kata.station import texts
 
 COMMAND_VALID_S: Final = 2.0
-"""A command is valid for this long after the live state that its sender saw. The page gets ten states a second. An older state means that
+"""A command is valid for this long after the live state that its sender saw. The page gets at least five states a second. An older state means that
 the page or the command was delayed, and the apparatus may have changed."""
 _CLOCK_TOLERANCE_S: Final = 0.1
 """Tolerance for rounding in a client. A state cannot have been seen before it was made, because :class:`StateClock` never jumps."""

@@ -38,6 +38,7 @@ from kata.station.drive_trend import DriveTrend
 from kata.station.guard import Guard, StateClock
 from kata.station.lease import AbsenceAction, Browser
 from kata.station.lease_manager import LeaseManager
+from kata.station.live_builder import LiveBuilder
 from kata.station.schemas import AxisInfo, EventLive, Live, StationInfo
 from kata.station.snapshot_tracker import Occupation, SnapshotTracker
 from kata.station.subscriptions import Subscription, Subscriptions
@@ -122,6 +123,7 @@ class Station:
         self.drive_trend = DriveTrend()
         self.clock = StateClock()
         self._live: tuple[object, Live] | None = None
+        self._live_builder = LiveBuilder()
         self.lease_manager = LeaseManager(self.command, self._subscriptions.note_change, on_absence_action)
         self.set_not_commissioned(not_commissioned)
 
@@ -306,12 +308,9 @@ class Station:
         else:
             why = _OFFLINE if self._stop_user is None else _COMMISSIONING
             device, state = "restarting" if tracker.has_run else "starting", tracker.unknown_fields(why)
-        around = {
-            "device": device,
-            "side": self.config.side,
-            "verified_since": tracker.verified_since if device == "running" else None,
-        }
-        return Live.model_validate(state | around | self._changing_fields())
+        around = {"device": device, "side": self.config.side} | self._changing_fields()
+        around["verified_since"] = tracker.verified_since if device == "running" else None
+        return self._live_builder.build(state | around)
 
     @property
     def occupation(self) -> Occupation | None:

@@ -19,9 +19,11 @@ class Subscription:
     """The wake-up signal of one listener, and the events that it has not read yet."""
 
     changed: asyncio.Event = field(default_factory=asyncio.Event)
-    """Set by an item and by a change of the live state. A change of only measured values does not set it."""
+    """Set by an item and by a change of the live state. A change of only measured values does not set it. A listener may let its own timer
+    set this event or the next one.
+    """
     item_arrived: asyncio.Event = field(default_factory=asyncio.Event)
-    """Set by an item, and by the timer of a listener that sends the state at fixed times and need not wake for each change."""
+    """Set by an item. A listener that sends the state at fixed times need not wake for each change."""
     waiting: deque[object] = field(default_factory=deque)
     overflown: bool = False
     """True if events were dropped because too many were waiting."""

@@ -4477,7 +4477,8 @@ export interface components {
         };
         /**
          * ChangeMessage
-         * @description Sent ten times a second: the top-level fields of Live that have changed since the last message, perhaps none.
+         * @description The top-level fields of Live that have changed since the last message, perhaps none. Sent ten times a second. While the apparatus is
+         *     idle and no angle changes: five times a second, and at once when anything but a measured value changes.
          */
         ChangeMessage: {
             /**

@@ -8,7 +8,7 @@ type LiveMessage =
   | Schemas["SavedMessage"]
   | Schemas["StopAnswerMessage"];
 
-/** If no message arrives for this time, the connection counts as lost. The service sends ten per second. */
+/** If no message arrives for this time, the connection counts as lost. The service sends at least five per second. */
 export const LOST_AFTER_MS = 1200;
 /** Pauses between attempts. The page recovers within three seconds after the service returns. */
 const RECONNECT_MS = [250, 500, 1000] as const;
