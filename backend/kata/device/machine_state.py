@@ -238,6 +238,8 @@ class MachineState:
                 self._cut_torque()
                 self._end_run(JournalEnd(reason="completed" if run.played_to_end else "returned"))
                 self._enter("idle")
+        elif (movement.ended or movement.at_rest) and not run.may_leave_path:
+            return
         elif movement.ended or movement.at_rest or self._cycles_on_path % self._cycles_between_return_checks == 0:
             way = straight_way_back(run, self.setpoint_deg)
             if movement.ended:

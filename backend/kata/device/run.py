@@ -93,7 +93,7 @@ class Run:
         self.ramp_s = max(ramps_s)
         """Shortest time from rest to a path's own speed that the axes' acceleration limits allow."""
         self._limited_feed_forward = LimitedFeedForward(
-            np.minimum(self._feed_forward_second_difference_deg, _STEP_SHARE * np.array(steps))
+            _STEP_SHARE * np.array(steps), self._feed_forward_second_difference_deg
         )
         self.range_override = RangeOverride(
             self.trajectory,
@@ -176,6 +176,11 @@ class Run:
         self._yield_offset.offset_deg = np.zeros(len(here_deg))
         self._brake.start(here_deg)
 
+    @property
+    def may_leave_path(self) -> bool:
+        """True if another path may start at the last setpoint: the feed-forward can stop there."""
+        return self._limited_feed_forward.can_stop
+
     def setpoint(self, movement: Movement) -> tuple[float, ...]:
         """Return the next setpoint: the reference plus the feed-forward for the drives' lag.
 
@@ -198,7 +203,7 @@ class Run:
         self._yield_offset.keep_within(lowest - self.reference_deg, highest - self.reference_deg)
         wanted = clip(wanted + self._yield_offset.offset_deg, lowest - self.reference_deg, highest - self.reference_deg)
         wanted = np.array(self._held(self.reference_deg + wanted, lowest, highest)) - self.reference_deg
-        self._limited_feed_forward.move_towards(
+        self._limited_feed_forward.follow(
             wanted,
             clip(
                 self._max_second_difference_deg - second_difference_deg,
