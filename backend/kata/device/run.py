@@ -214,6 +214,7 @@ class Run:
         # The reference may leave the pose's limits on a straight line between two poses or with a reduced range.
         setpoint = clip(self.reference_deg + self._limited_feed_forward.deg, lowest, highest)
         setpoint = np.array(self._held(setpoint, lowest, highest))
+        self._limited_feed_forward.hold(setpoint - self.reference_deg)
         if not self.zero_order_hold:
             setpoint = self._brake.setpoint(setpoint, lowest, highest)
         return tuple(setpoint.tolist())

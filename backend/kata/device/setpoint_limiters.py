@@ -20,8 +20,8 @@ class LimitedFeedForward:
     """The feed-forward of a run. It moves with its target without jumps."""
 
     def __init__(self, largest_step_deg: Floats, closing_step_deg: Floats) -> None:
-        """``largest_step_deg``: largest change from one setpoint to the next, ``(5,)``. ``closing_step_deg``: the share of it with which the
-        feed-forward closes its distance from the target; a feed-forward that is not faster can stop within one setpoint.
+        """``largest_step_deg``: largest change from one setpoint to the next, ``(5,)``. ``closing_step_deg``: largest step by which the
+        feed-forward catches up with its target. From such a step it can stop within one setpoint.
         """
         self._largest_step_deg = largest_step_deg
         self._closing_step_deg = np.minimum(closing_step_deg, largest_step_deg)
@@ -41,8 +41,8 @@ class LimitedFeedForward:
     def follow(self, target_deg: Floats, second_difference_deg: Floats) -> None:
         """Move with a target ``(5,)``. ``second_difference_deg`` limits the change of the step.
 
-        The feed-forward makes the same step as its target. If it has fallen behind, it also closes the distance, and stops there if the
-        target stands still.
+        The feed-forward makes the same step as its target. If it has fallen behind, it also catches up, and stops at a target that stands
+        still.
         """
         behind_deg = self._target_deg - self.deg
         closing_deg = np.minimum(self._closing_step_deg, longest_steps(np.abs(behind_deg), second_difference_deg))
@@ -53,6 +53,11 @@ class LimitedFeedForward:
             self._change_deg + second_difference_deg,
         )
         self.deg, self._change_deg, self._target_deg = self.deg + change_deg, change_deg, target_deg
+
+    def hold(self, deg: Floats) -> None:
+        """Replace the feed-forward by the one that the limits of setpoints allow. The next step starts from there, and not from beyond a limit."""
+        self._change_deg = self._change_deg + deg - self.deg
+        self.deg = deg
 
 
 def clip(values: Floats, lowest: Floats, highest: Floats) -> Floats:
