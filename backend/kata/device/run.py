@@ -32,9 +32,12 @@ from kata.motion.trajectory import Trajectory
 
 _USED_SHARE: Final = 0.98
 """Share of an axis' acceleration limit that reference and feed-forward together may use."""
-FEED_FORWARD_SHARE: Final = _USED_SHARE - REFERENCE_SHARE
-"""Share of an axis' acceleration limit that the feed-forward may use at most. It is lower if the reference needs more.
+FEED_FORWARD_SHARE: Final = _USED_SHARE - RAMP_SHARE
+"""Share of an axis' acceleration limit that the feed-forward may use at most. It is lower if the reference needs more. The rest is enough for a
+reference that stops at the end of its path.
 """
+_CLOSING_SHARE: Final = _USED_SHARE - REFERENCE_SHARE
+"""Share of an axis' acceleration limit with which a feed-forward that catches up with its target can stop within one setpoint."""
 _STEP_SHARE: Final = 0.8
 """Share of the feed-forward in the difference between the setpoint gate's step limit and the step at an axis' highest speed.
 Overspeed is judged from averages over 0.1 s, so single steps may exceed the highest speed.
@@ -93,7 +96,7 @@ class Run:
         self.ramp_s = max(ramps_s)
         """Shortest time from rest to a path's own speed that the axes' acceleration limits allow."""
         self._limited_feed_forward = LimitedFeedForward(
-            _STEP_SHARE * np.array(steps), self._feed_forward_second_difference_deg
+            _STEP_SHARE * np.array(steps), _CLOSING_SHARE * acceleration / self.rate_hz**2
         )
         self.range_override = RangeOverride(
             self.trajectory,
