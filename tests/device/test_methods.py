@@ -69,6 +69,38 @@ def test_setpoints_lead_the_reference_by_the_drive_lag(tmp_path: Path) -> None:
     assert stepped.causes() == []
 
 
+def fast_rotation(stop_s: float) -> tuple[Floats, Floats]:
+    """Return times and angles of a motion of one motor that reaches 60 deg/s in 0.3 s, and rest again within ``stop_s``."""
+    times = np.arange(0.0, 2.0, 0.01)
+    starts, stops = np.clip((times - 0.5) / 0.3, 0.0, 1.0), np.clip((1.1 + stop_s - times) / stop_s, 0.0, 1.0)
+    speed_deg_s = 15.0 * (1 - np.cos(np.pi * starts)) * (1 - np.cos(np.pi * stops))
+    angles = np.tile(np.array(REST_DEG), (len(times), 1))
+    angles[:, MOVING] += np.cumsum(speed_deg_s) * 0.01
+    return times, angles
+
+
+@pytest.mark.parametrize("rate_hz", [50, 100, 200])
+def test_lead_is_complete_while_a_fast_motion_starts_and_stops(tmp_path: Path, rate_hz: int) -> None:
+    """At the limits of every station by default. An incomplete lead is an overshoot of the arm: a lag of 0.14 s changes by 8 deg in 0.2 s."""
+    axes = tuple(msgspec.structs.replace(axis, lag_s=0.14) for axis in StationConfig().axes)
+    config = StationConfig(axes=axes, rate_hz=rate_hz, cycle_hz=rate_hz)
+    stepped = Stepped(tmp_path, config)
+    trajectory = reference("smooth", *fast_rotation(0.2))
+    assert stepped.send(load("smooth"), trajectory) is None
+    stepped.send(Approach())
+    stepped.until("paused")
+    stepped.send(Play())
+    until_place(stepped, 0.4)
+    missing_deg = []
+    while place_s(stepped) < 1.8:
+        stepped.cycle()
+        motion = trajectory.motion_at(place_s(stepped) - 0.5 / rate_hz + config.setpoint_delay_s)
+        wanted_deg = (motion.angles_deg + config.servo_model.feed_forward(motion))[MOVING]
+        missing_deg.append(abs(sent(stepped)[-1] - wanted_deg))
+    assert max(missing_deg) < 0.1
+    assert stepped.causes() == []
+
+
 @pytest.mark.parametrize("method", ["smooth", "learned"])
 def test_journal_contains_the_setpoints_that_were_sent(tmp_path: Path, method: Method) -> None:
     """The drives in this test follow at once, so they are as far ahead as the setpoint."""
@@ -292,15 +324,17 @@ def test_learned_correction_of_forward_motion_is_not_added_on_return(tmp_path: P
 
 
 def test_a_correction_that_jumps_is_followed_in_small_steps(tmp_path: Path) -> None:
-    """Its share of the highest acceleration: a step differs by at most 0.288 deg from the one before, at 100 Hz."""
+    """Its share of the highest acceleration: a step differs by at most 0.378 deg from the one before, at 100 Hz."""
     jumping = Correction(0.02, np.tile(np.where(np.arange(201) % 40 < 20, 3.0, -3.0)[:, None], 5))
     stepped, trajectory = begin(tmp_path, station(), "learned", rows(reach_deg=0.0), correction=jumping)
     stepped.send(Play())
     stepped.until("returning")
     assert stepped.causes() == []
+    # The correction jumps within 20 ms. The setpoint accelerates with it for three steps at most, and closes the rest at 0.288 deg a step.
     steps = np.abs(np.diff(sent(stepped)))
-    assert steps.max() == pytest.approx(0.288)
-    assert np.abs(np.diff(sent(stepped), 2)).max() <= 0.3 + 1e-9
+    assert steps.max() <= 3 * 0.378
+    assert np.median(steps[steps > 1e-6]) == pytest.approx(0.288)
+    assert np.abs(np.diff(sent(stepped), 2)).max() == pytest.approx(0.378)
     assert np.abs(sent(stepped) - trajectory.at(0.0)[MOVING]).max() == pytest.approx(3.0, abs=0.2)
 
 

@@ -32,9 +32,12 @@ from kata.motion.trajectory import Trajectory
 
 _USED_SHARE: Final = 0.98
 """Share of an axis' acceleration limit that reference and feed-forward together may use."""
-FEED_FORWARD_SHARE: Final = _USED_SHARE - REFERENCE_SHARE
-"""Share of an axis' acceleration limit that the feed-forward may use at most. It is lower if the reference needs more.
+FEED_FORWARD_SHARE: Final = _USED_SHARE - RAMP_SHARE
+"""Share of an axis' acceleration limit that the feed-forward may use at most. It is lower if the reference needs more. The rest is enough for a
+reference that stops at the end of its path.
 """
+_CLOSING_SHARE: Final = _USED_SHARE - REFERENCE_SHARE
+"""Share of an axis' acceleration limit with which a feed-forward that catches up with its target can stop within one setpoint."""
 _STEP_SHARE: Final = 0.8
 """Share of the feed-forward in the difference between the setpoint gate's step limit and the step at an axis' highest speed.
 Overspeed is judged from averages over 0.1 s, so single steps may exceed the highest speed.
@@ -93,7 +96,7 @@ class Run:
         self.ramp_s = max(ramps_s)
         """Shortest time from rest to a path's own speed that the axes' acceleration limits allow."""
         self._limited_feed_forward = LimitedFeedForward(
-            np.minimum(self._feed_forward_second_difference_deg, _STEP_SHARE * np.array(steps))
+            _STEP_SHARE * np.array(steps), _CLOSING_SHARE * acceleration / self.rate_hz**2
         )
         self.range_override = RangeOverride(
             self.trajectory,
@@ -176,6 +179,11 @@ class Run:
         self._yield_offset.offset_deg = np.zeros(len(here_deg))
         self._brake.start(here_deg)
 
+    @property
+    def may_leave_path(self) -> bool:
+        """True if another path may start at the last setpoint: the feed-forward can stop there."""
+        return self._limited_feed_forward.can_stop
+
     def setpoint(self, movement: Movement) -> tuple[float, ...]:
         """Return the next setpoint: the reference plus the feed-forward for the drives' lag.
 
@@ -198,7 +206,7 @@ class Run:
         self._yield_offset.keep_within(lowest - self.reference_deg, highest - self.reference_deg)
         wanted = clip(wanted + self._yield_offset.offset_deg, lowest - self.reference_deg, highest - self.reference_deg)
         wanted = np.array(self._held(self.reference_deg + wanted, lowest, highest)) - self.reference_deg
-        self._limited_feed_forward.move_towards(
+        self._limited_feed_forward.follow(
             wanted,
             clip(
                 self._max_second_difference_deg - second_difference_deg,
@@ -209,6 +217,7 @@ class Run:
         # The reference may leave the pose's limits on a straight line between two poses or with a reduced range.
         setpoint = clip(self.reference_deg + self._limited_feed_forward.deg, lowest, highest)
         setpoint = np.array(self._held(setpoint, lowest, highest))
+        self._limited_feed_forward.hold(setpoint - self.reference_deg)
         if not self.zero_order_hold:
             setpoint = self._brake.setpoint(setpoint, lowest, highest)
         return tuple(setpoint.tolist())

@@ -17,32 +17,47 @@ def longest_steps(left: Floats, second_difference: Floats) -> Floats:
 
 
 class LimitedFeedForward:
-    """The feed-forward of a run. It moves to its target without jumps."""
+    """The feed-forward of a run. It moves with its target without jumps."""
 
-    def __init__(self, largest_step_deg: Floats) -> None:
-        """``largest_step_deg``: largest change from one setpoint to the next, ``(5,)``."""
+    def __init__(self, largest_step_deg: Floats, closing_step_deg: Floats) -> None:
+        """``largest_step_deg``: largest change from one setpoint to the next, ``(5,)``. ``closing_step_deg``: largest step by which the
+        feed-forward catches up with its target. From such a step it can stop within one setpoint.
+        """
         self._largest_step_deg = largest_step_deg
+        self._closing_step_deg = np.minimum(closing_step_deg, largest_step_deg)
         self.start()
 
     def start(self) -> None:
         """Start at 0, at rest."""
         self.deg: Floats = np.zeros_like(self._largest_step_deg)
         """The present feed-forward, ``(5,)``."""
-        self._change_deg = self.deg
+        self._change_deg = self._target_deg = self.deg
 
-    def move_towards(self, target_deg: Floats, second_difference_deg: Floats) -> None:
-        """Move towards a target ``(5,)``. ``second_difference_deg`` limits the change of the step.
+    @property
+    def can_stop(self) -> bool:
+        """True if the feed-forward can stop within one setpoint."""
+        return bool((np.abs(self._change_deg) <= self._closing_step_deg + _ROUNDING_DEG).all())
 
-        The feed-forward can always stop at a target that stands still.
+    def follow(self, target_deg: Floats, second_difference_deg: Floats) -> None:
+        """Move with a target ``(5,)``. ``second_difference_deg`` limits the change of the step.
+
+        The feed-forward makes the same step as its target. If it has fallen behind, it also catches up, and stops at a target that stands
+        still.
         """
-        left = target_deg - self.deg
-        fastest = np.minimum(self._largest_step_deg, longest_steps(np.abs(left), second_difference_deg))
-        change = clip(
-            clip(left, -fastest, fastest),
+        behind_deg = self._target_deg - self.deg
+        closing_deg = np.minimum(self._closing_step_deg, longest_steps(np.abs(behind_deg), second_difference_deg))
+        step_deg = target_deg - self._target_deg + clip(behind_deg, -closing_deg, closing_deg)
+        change_deg = clip(
+            clip(step_deg, -self._largest_step_deg, self._largest_step_deg),
             self._change_deg - second_difference_deg,
             self._change_deg + second_difference_deg,
         )
-        self.deg, self._change_deg = self.deg + change, change
+        self.deg, self._change_deg, self._target_deg = self.deg + change_deg, change_deg, target_deg
+
+    def hold(self, deg: Floats) -> None:
+        """Replace the feed-forward by the one that the limits of setpoints allow. The next step starts from there, and not from beyond a limit."""
+        self._change_deg = self._change_deg + deg - self.deg
+        self.deg = deg
 
 
 def clip(values: Floats, lowest: Floats, highest: Floats) -> Floats:

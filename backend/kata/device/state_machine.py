@@ -168,7 +168,7 @@ class StateMachine(StateMachineBase):
         elif self.mode == "paused":
             run.watch_paused_test(movement, state)
         self._follow_path(state)
-        if self.mode == "approaching" and movement.ended:
+        if self.mode == "approaching" and movement.ended and run.may_leave_path:
             if run.settle(self.setpoint_deg, state.measured_deg, self._period_s):
                 self._movement = run.movement_along(run.trajectory, direction=0)
                 self._enter("paused")
@@ -180,14 +180,14 @@ class StateMachine(StateMachineBase):
     def _step_playing(self, run: Run, movement: Movement) -> None:
         axis = run.resisting_axis
         if movement.ended and axis is None:
-            if not run.turn_at_end(movement):
+            if run.may_leave_path and not run.turn_at_end(movement):
                 run.played_to_end = not (run.end_feel and run.end_feel.ended_by_patient)
                 self._begin_return()
         elif axis is not None and run.resisted_again and (movement.ended or movement.at_rest):
             self._pending_faults.append(("load_repeated", axis))
         elif movement.ended:
             movement.direction = 0
-        elif movement.at_rest:
+        elif movement.at_rest and run.may_leave_path:
             self._enter("paused")
 
     def _check_resistance(self, run: Run, movement: Movement, state: CycleState) -> None:

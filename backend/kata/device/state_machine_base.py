@@ -243,6 +243,8 @@ class StateMachineBase:
                 self._cut_torque()
                 self._end_run(JournalEnd(reason="completed" if run.played_to_end else "returned"))
                 self._enter("idle")
+        elif (movement.ended or movement.at_rest) and not run.may_leave_path:
+            return
         elif movement.ended or movement.at_rest or self._cycles_on_path % self._cycles_between_return_checks == 0:
             path = straight_return_path(run, self.setpoint_deg)
             if movement.ended:

@@ -1,0 +1,74 @@
+"""The feed-forward follows its target without jumps."""
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from kata.device.setpoint_limiters import LimitedFeedForward
+from kata.motion.linkage import Floats
+from tests.support.examples import examples
+
+LARGEST_DEG, CLOSING_DEG, SECOND_DIFFERENCE_DEG = 1.2, 0.2, 0.2
+
+
+def followed(targets_deg: Floats, second_difference_deg: float = SECOND_DIFFERENCE_DEG) -> Floats:
+    """Return the feed-forward for each target of one axis."""
+    feed_forward = LimitedFeedForward(np.array([LARGEST_DEG]), np.array([CLOSING_DEG]))
+    followed_deg = []
+    for target_deg in targets_deg:
+        feed_forward.follow(np.array([target_deg]), np.array([second_difference_deg]))
+        followed_deg.append(feed_forward.deg[0])
+    return np.array(followed_deg)
+
+
+@pytest.mark.parametrize("direction", [1.0, -1.0])
+def test_target_is_followed_exactly_if_its_acceleration_is_allowed(direction: float) -> None:
+    """Its fastest step is 1 deg, five times the largest change of a step."""
+    times_s = np.arange(0.0, 1.0, 0.01)
+    targets_deg = direction * 10.0 * (1 - np.cos(10.0 * times_s))
+    assert np.abs(np.diff(targets_deg)).max() > 0.99
+    assert followed(targets_deg) == pytest.approx(targets_deg, abs=1e-9)
+
+
+def test_jump_of_the_target_is_closed_slowly_and_without_overshoot() -> None:
+    followed_deg = followed(np.full(60, 5.0))
+    steps = np.diff(followed_deg, prepend=0.0)
+    assert followed_deg[0] == pytest.approx(SECOND_DIFFERENCE_DEG)
+    assert steps.max() <= CLOSING_DEG + 1e-9
+    assert steps.min() >= -1e-9
+    assert followed_deg[-1] == pytest.approx(5.0)
+    assert np.count_nonzero(followed_deg < 4.999) == 24
+
+
+def test_fast_feed_forward_stops_before_another_path_may_begin() -> None:
+    feed_forward = LimitedFeedForward(np.array([LARGEST_DEG] * 2), np.array([CLOSING_DEG] * 2))
+    allowed = np.full(2, SECOND_DIFFERENCE_DEG)
+    could_stop = []
+    for step in range(14):
+        # The second axis moves fast for 6 setpoints.
+        feed_forward.follow(np.array([0.0, 0.5 * min(step, 6)]), allowed)
+        could_stop.append(feed_forward.can_stop)
+    assert could_stop == [True] * 2 + [False] * 6 + [True] * 6
+    feed_forward.start()
+    assert feed_forward.deg == pytest.approx([0.0, 0.0])
+    assert feed_forward.can_stop
+
+
+@given(
+    st.lists(st.floats(-20.0, 20.0), min_size=1, max_size=40),
+    st.lists(st.floats(0.05, 0.2), min_size=1, max_size=40),
+)
+@examples(few=50, many=1000)
+def test_steps_and_their_changes_stay_within_the_limits(targets_deg: list[float], allowed_deg: list[float]) -> None:
+    feed_forward = LimitedFeedForward(np.array([LARGEST_DEG]), np.array([CLOSING_DEG]))
+    last_deg = step_deg = 0.0
+    for n, target_deg in enumerate([*targets_deg, *[targets_deg[-1]] * 1000]):
+        allowed = allowed_deg[n % len(allowed_deg)]
+        feed_forward.follow(np.array([target_deg]), np.array([allowed]))
+        next_step = float(feed_forward.deg[0]) - last_deg
+        assert abs(next_step) <= LARGEST_DEG + 1e-9
+        assert abs(next_step - step_deg) <= allowed + 1e-9
+        last_deg, step_deg = last_deg + next_step, next_step
+    assert last_deg == pytest.approx(targets_deg[-1], abs=1e-6)
+    assert feed_forward.can_stop
