@@ -17,7 +17,7 @@ from tests.support.silent_device import snapshot
 _AT = datetime(2026, 11, 29, tzinfo=UTC)
 _FREE = LeaseLive(holder=None, mine=False, since=None, taken_from=None, unreachable_since=None, paused=False)
 _RUN = RunState(
-    run_id=str(uuid4()), recording_id=str(uuid4()), position_s=1.5, duration_s=9.0, left_s=7.5, at_start=False, load_level=8,
+    run_id=str(uuid4()), recording_id=str(uuid4()), position_s=1.5, duration_s=9.0, left_s=7.5, at_start=False, resistance_level=8,
     reversals=0, reversing=False, range_percent=100.0,
 )  # fmt: skip
 _OCCUPATION = {"patient": None, "recording_name": "Lift", "changes": (), "session_id": None, "resistance": None}
