@@ -113,7 +113,10 @@ def check_returned(station: Stepped, motion: Motion) -> None:
     assert np.abs(written[-1] - motion.here_deg).max() < 1.0
 
 
-@pytest.mark.parametrize(("seed", "paused_at", "reduced"), [(2, 0.91, False), (36, None, False), (175, None, True)])
+@pytest.mark.parametrize(
+    ("seed", "paused_at", "reduced"),
+    [(2, 0.91, False), pytest.param(36, None, False, marks=pytest.mark.counted), (175, None, True)],
+)
 def test_arm_returns_where_the_straight_path_leaves_the_limits(
     tmp_path: Path, seed: int, paused_at: float | None, reduced: bool
 ) -> None:
