@@ -26,12 +26,10 @@ SITE := docs/_build/index.html
 SITE_SOURCES := $(shell find docs -type f -not -path "docs/_build/*" -not -name "*.pyc" 2>/dev/null)
 PAGE_SOURCES := $(shell find frontend/src frontend/public -type f 2>/dev/null) frontend/index.html frontend/vite.config.ts
 
-.PHONY: help run seed test test-waiting test-calculated test-fast dev docs campaign check generate audit lock dist deb bundle clean
+.PHONY: help run seed test test-fast dev docs campaign check generate audit lock dist deb bundle clean
 .DELETE_ON_ERROR:
 # Page, browser and validators are fetched side by side; recipes run their lines in order as always.
-ifeq ($(MAKELEVEL),0)
 MAKEFLAGS += --jobs=3
-endif
 
 help: ## list the targets
 	@awk -F ':.*## ' '/^[a-z-]+:.*## / {printf "  make %-9s %s\n", $$1, $$2}' Makefile
@@ -42,46 +40,35 @@ run: $(PACKAGES) $(PAGE) ## the clinic with a simulated apparatus, at http://127
 seed: $(PACKAGES) ## sixty invented patients with two years of history for `make run`, into an empty clinic
 	@$(BIN)/kata seed --data .data
 
-# A worker runs whole modules. Tests that move an arm in the test's own process or through a pseudo-terminal, and tests that measure, run
-# apart from those that keep both processors busy: the device stops when the service or the bytes come too late, as it must.
+# A worker runs whole modules. Most tests wait often, for a disk, a database, another process or a page: they have one worker more than there
+# are processors. Tests that move an arm in the test's own process or through a pseudo-terminal, and tests that measure, run apart from those
+# that keep both processors busy: the device stops when the service or the bytes come too late, as it must.
 MEASURED := tests/bench tests/evaluation/test_real_time.py tests/simulator/test_wire.py tests/simulator/test_modbus.py
 # The longest first: a worker that begins one at the end leaves the others idle.
 TIMED := $(addprefix tests/api/test_,station.py offline_session.py outage.py end_feel.py) tests/integration \
 	$(addprefix tests/api/test_,demo.py contraindications.py lease.py crash.py derived.py cli.py episodes.py guarded.py json_bombs.py \
 	operations.py restricted_live.py stopping.py teaching_checklist.py visit.py watchdog.py)
-# These only calculate, or wait for nothing but a database: they can be interrupted at any time.
-CALCULATED := $(addprefix tests/,audit clinic commissioning database device evaluation motion repo_checks)
 # Counting the reached lines and branches takes more than twice the time, so only tests that are needed for it run with it.
 COUNTED := -m "counted and not campaign" tests/device
-UNCOUNTED := -m "not counted and not campaign" $(CALCULATED) $(addprefix --ignore=,$(MEASURED))
-OTHERS := -m "not campaign" $(addprefix --ignore=,tests/e2e $(CALCULATED) $(MEASURED) $(TIMED))
+OTHERS := -m "not counted and not campaign" $(addprefix --ignore=,tests/e2e $(MEASURED) $(TIMED))
 # Apart from the others, because each worker keeps a clinic running. artefacts/journeys gets a picture of each page on which a journey failed.
 JOURNEYS := tests/e2e
 # At a lower priority than the kernel's threads. Only the campaign needs the plugin of Schemathesis, whose import takes two seconds.
 PYTEST := nice -n 10 $(BIN)/python -m pytest -p no:schemathesis
-PARALLEL = $(PYTEST) --dist loadfile --no-loadscope-reorder -n
+PARALLEL := $(PYTEST) --dist loadfile --no-loadscope-reorder -n
 # On a busy computer the simulated drives can answer too late, and the device stops, as it must. Tests that failed (exit code 1) run once
 # more, alone. The output lists both runs.
 define once_more
 || { [ $$? = 1 ] && echo "The tests that failed run once more, alone." && \
 		$(PYTEST) --last-failed --last-failed-no-failures none $(1); }
 endef
-# Most of the other tests wait: for an apparatus that moves in real time, a page, another process or a disk. The tests that calculate use the
-# time in which a processor would be idle, and only that (SCHED_IDLE). Each of the two runs keeps its own list of failed tests.
 test: $(PACKAGES) $(PAGE) $(JUDGES) $(if $(KATA_CHROMIUM),,$(BROWSER)) ## a proof of each requirement, also in a real browser; `make campaign` has the repeated proofs
 	@cd frontend && npm test --silent
-	@$(MAKE) --no-print-directory --output-sync=line test-waiting test-calculated
+	@$(PARALLEL) 2 $(COUNTED) --cov
+	@$(PARALLEL) 3 $(OTHERS) $(call once_more,$(OTHERS))
 	@$(PARALLEL) 2 $(MEASURED) $(call once_more,$(MEASURED))
-
-test-waiting:
 	@$(PARALLEL) 3 $(TIMED) $(call once_more,$(TIMED))
 	@$(PARALLEL) 2 $(JOURNEYS) $(call once_more,$(JOURNEYS))
-	@$(PARALLEL) 3 $(OTHERS) $(call once_more,$(OTHERS))
-
-test-calculated: PYTEST := chrt --idle 0 $(PYTEST) -o cache_dir=.cache/calculated
-test-calculated:
-	@$(PARALLEL) 2 $(COUNTED) --cov
-	@$(PARALLEL) 2 $(UNCOUNTED) $(call once_more,$(UNCOUNTED))
 
 test-fast: $(PACKAGES) ## the tests of device, motion, station and database, without a browser
 	@$(PARALLEL) 2 tests/device tests/motion tests/station tests/database

@@ -16,11 +16,12 @@ from sqlalchemy.orm import Session
 
 from kata.actor import Actor
 from kata.clinic.episodes.tables import EpisodeRow, StageRow
+from kata.clinic.events.tables import DeviceEventRow
 from kata.clinic.patients.tables import PatientRow
 from kata.clinic.programmes.tables import ProgrammeRow, ProgrammeVersionRow
 from kata.clinic.restricted import service as restricted
-from kata.clinic.sessions.tables import SessionRow
-from kata.clinic.statistics import outcomes, worklist
+from kata.clinic.sessions.tables import SessionRow, SessionStopRow
+from kata.clinic.statistics import outcomes, usage, worklist
 from kata.clinic.statistics.schemas import LEAST_SHOWN, ProgrammeAdherence
 from kata.clinic.statistics.tables import EpisodeOutcomeRow
 from kata.clinic.statistics.usage import Span
@@ -34,6 +35,8 @@ TODAY = datetime(2026, 11, 19, 15, 0, tzinfo=UTC)
 """Begin of the day in Tokyo."""
 RECENT = timedelta(weeks=4)
 THERAPISTS = ("Sato", "Ito")
+STATIONS = ("Kata 1", "Kata 2")
+CODES = ("estop_pressed", "bus_lost", "load_repeated")
 ACTOR = Actor(UUID(int=1), UUID(int=2), "Sato", "therapist", frozenset())
 NO_PROGRAMMES = ProgrammeAdherence(programmes=0, overdue=0, prescribed=0, held=0)
 
@@ -107,14 +110,24 @@ class RandomClinic:
 
     def _session(self, session: Session, patient_id: UUID, episode_id: UUID) -> None:
         at = self._time(self.random.choice((1, 60)))
+        id_, station = self._id(), self.random.choice(STATIONS)
         session.add(
             SessionRow(
-                id=self._id(), patient_id=patient_id, episode_id=self.random.choice((episode_id, episode_id, None)),
-                therapist=self.random.choice(THERAPISTS), station="Kata 1", started_at=at, updated_at=at, note="", checks=[],
+                id=id_, patient_id=patient_id, episode_id=self.random.choice((episode_id, episode_id, None)),
+                therapist=self.random.choice(THERAPISTS), station=station, started_at=at, updated_at=at, note="", checks=[],
                 ended_at=self.random.choice((None, at, at, at)), signed_at=self.random.choice((None, at)),
                 run_count=self.random.randrange(3),
             )
         )  # fmt: skip
+        session.flush()
+        for code in self.random.sample(CODES, self.random.randrange(3)):
+            session.add(SessionStopRow(session_id=id_, code=code, started_at=at, station=station))
+        for kind in ("alarm", "event"):
+            session.add(
+                DeviceEventRow(
+                    id=self._id(), station=station, at=at, kind=kind, code=self.random.choice(CODES), message="", session_id=id_
+                )
+            )  # fmt: skip
 
     def _id(self) -> UUID:
         return UUID(int=self.random.getrandbits(128), version=4)
@@ -212,6 +225,25 @@ def test_last_sessions_of_a_therapist(session: Session) -> None:
     newest = sorted(last.items(), key=lambda item: item[1], reverse=True)
     assert len(newest) > 12
     assert [(row.episode_id, row.last_at) for row in found] == newest[:12]
+
+
+@pytest.mark.parametrize("station", [None, "Kata 2"])
+@pytest.mark.parametrize("days", [14, 300])
+def test_stops(session: Session, days: int, station: str | None) -> None:
+    span = Span(NOW - timedelta(days=days), NOW, TOKYO, station)
+    counts: dict[tuple[str, str], list[int]] = defaultdict(lambda: [0, 0])
+    stops = [
+        row for row in rows(session, SessionStopRow) if row.started_at >= span.since and station in (None, row.station)
+    ]
+    alarms = [row for row in rows(session, DeviceEventRow) if row.at >= span.since and row.kind == "alarm"]
+    for place, found in enumerate((stops, [row for row in alarms if station in (None, row.station)])):
+        for row in found:
+            counts[row.code, row.station][place] += 1
+    stopped = {row.session_id for row in stops}
+    assert len(stopped) < len(stops), "sessions have several causes"
+    answer = usage.stops(session, span)
+    assert {(row.code, row.station): [row.sessions, row.alarms] for row in answer.rows} == counts
+    assert answer.stopped_sessions == len(stopped)
 
 
 @pytest.mark.parametrize("days", [60, 300])

@@ -2,6 +2,7 @@
 
 import re
 
+import pytest
 from playwright.sync_api import Locator, Page, expect
 
 from tests.support.browser_clinic import LONG_MS
@@ -62,6 +63,8 @@ def at_least_44(target: Locator) -> None:
     assert min(box["width"], box["height"]) >= 44
 
 
+# In every run, tests/api/test_visit.py goes through the same steps, and the page tests of the session wizard through its forms.
+@pytest.mark.campaign
 def test_session_goes_from_checklist_to_addendum_by_keyboard_alone(page: Page) -> None:
     wrong: list[str] = []
     page.on("pageerror", lambda error: wrong.append(str(error)))

@@ -80,7 +80,8 @@ def test_station_stop_is_reported_in_its_words(short: Taught) -> None:
         station.play(load(taught), short.duration_s)
 
 
-@pytest.mark.parametrize("seed", [pytest.param(None, marks=pytest.mark.campaign), 17])
+@pytest.mark.campaign
+@pytest.mark.parametrize("seed", [None, 17])
 def test_motion_begins_alike_from_either_side_of_its_start(short: Taught, seed: int | None) -> None:
     """Gear backlash and friction must be the same at each start, or a learned correction does not fit."""
     station = VirtualStation(simulated("virtual"), seed)

@@ -24,7 +24,7 @@ from kata.device import ipc_messages
 from kata.device.config import StationConfig
 from kata.errors import ProblemError
 from kata.messages import Text
-from kata.motion.end_feel import REPETITIONS, SPEED_DEG_S
+from kata.motion.end_feel import SPEED_DEG_S, STRETCH_REPETITIONS
 from kata.station.schemas import PatientRef, ResistanceLevel
 from kata.types import Schema, side_of
 
@@ -50,7 +50,7 @@ class EndFeelLoadRequest(Schema):
     resistance_level: ResistanceLevel
     speed_deg_s: EndFeelSpeed = SPEED_DEG_S
     hold_s: HoldTime = 30.0
-    repetitions: Repetitions = REPETITIONS
+    repetitions: Repetitions = STRETCH_REPETITIONS
     largest_deg: float | None = Field(
         None,
         ge=-360,

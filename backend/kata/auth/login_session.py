@@ -35,7 +35,7 @@ class Limits:
 
     idle: timedelta = timedelta(minutes=Settings.model_fields["idle_minutes"].default)
     """The screen locks after this time without user activity."""
-    longest: timedelta = timedelta(hours=12)
+    longest: timedelta = timedelta(hours=Settings.model_fields["login_session_hours"].default)
     """The login session ends after this time even with activity, except for :attr:`extension`."""
     extension: timedelta = timedelta(hours=1)
     """Additional time while the user operates an apparatus whose motors move or hold an arm."""

@@ -112,7 +112,7 @@ class Importer:
         return len(self._due)
 
     def run_due(self) -> None:
-        """Import the waiting journals again, in the order in which their runs ended."""
+        """Import the waiting journals again, in the order in which the importer met them."""
         for path in list(self._due):
             self.run(path)
         self._close_lost()

@@ -13,7 +13,7 @@ from kata.device.pedal import UsbPedal
 from kata.messages import Text
 
 _CONTACT_S: Final = 0.2
-"""A state of the contacts counts if it lasts this long. The contacts of a switch move within 20 ms."""
+"""Contacts that contradict each other for this long have a fault. The contacts of a switch move within 20 ms."""
 _PLUG_IN_S: Final = 30.0
 """Time for plugging in a cable. During this time an unplugged cable is not reported as a broken wire."""
 

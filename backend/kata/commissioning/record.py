@@ -24,7 +24,7 @@ from kata.system.files import replace_file
 FORMAT: Final = 1
 CHECKED: Final = ("registers", "inputs", "stops", "lags")
 """Steps of the periodic check. A comparison of its lags and frictions with those of the configuration shows drift."""
-_NOT_COMMISSIONED: Final[dict[str, Any]] = {"name": "-", "port": "/dev/null", "side": "right"}
+_FREE_FIELDS: Final[dict[str, Any]] = {"name": "-", "port": "/dev/null", "side": "right"}
 """Fields that may change without a new commissioning, because they do not concern the drives."""
 _OF_SIGNATURE: Final = frozenset({"public_key", "signatures"})
 """Fields that a digest does not cover, besides itself."""
@@ -285,7 +285,7 @@ def _digest(data: bytes) -> str:
 
 
 def _commissioned_part(config: StationConfig) -> StationConfig:
-    return structs.replace(config, **_NOT_COMMISSIONED)
+    return structs.replace(config, **_FREE_FIELDS)
 
 
 def _sha256(data: bytes) -> str:

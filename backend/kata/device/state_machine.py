@@ -71,7 +71,7 @@ _COMMAND_OF: Final[dict[type, CommandName]] = {
 }
 
 _SWITCH_FAULTS: Final = frozenset({"estop_pressed", "contacts_disagree"})
-"""Faults that may hold when the apparatus leaves the mode offline. No other fault may hold then."""
+"""Faults that may be present when the apparatus leaves the mode offline, unless drives still hold an arm from before the connection."""
 
 _MAX_RAMP_NS: Final = int(2 * RAMP_S * 1e9)
 """Longest ramp of a category 1 stop. After this time torque is cut even if the arm still moves."""

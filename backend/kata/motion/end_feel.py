@@ -25,7 +25,8 @@ from kata.motion.rigid_body import arm_motion
 
 MOTORS: Final = (3, 4, 5)
 """Motors of the shoulder joint: abduction, flexion and rotation."""
-REPETITIONS: Final = 3
+STRETCH_REPETITIONS: Final = 3
+"""Usual number of a stretch. A test always has those of :class:`kata.device.ipc_messages.EndFeel`."""
 SPEED_DEG_S: Final = 5.0
 SLOWEST_DEG_S: Final = 2.0
 FASTEST_DEG_S: Final = 10.0

@@ -26,7 +26,7 @@ NOT_OPERATING: Final = "not_operating"
 
 AbsenceAction = Literal["pause", "stop"]
 _NOTHING_TO_STOP: Final[tuple[Mode, ...]] = ("idle", "offline", "returning")
-"""Modes in which the holder's absence causes no Stop. A return ends with torque off at the place where the approach began."""
+"""Modes in which the holder's absence causes no Stop. A return ends by itself with torque off."""
 
 
 class ClockReading(NamedTuple):

@@ -20,7 +20,7 @@ log = logging.getLogger(__name__)
 _STILL_STOPPING: Final = "still_stopping"
 """Code of the device's refusal to acknowledge while the arm slows down."""
 _TORQUE_OFF_NS: Final = 500_000_000
-"""Drives report torque off within ten cycles of 20 ms after the command. During this longer time a stop does not show a held arm."""
+"""Drives report torque off within some cycles. For this time after a stop its ``arm_held`` stays False."""
 
 
 @dataclass(frozen=True)

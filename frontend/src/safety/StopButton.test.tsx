@@ -3,6 +3,8 @@ import { cleanup, fireEvent, render, screen, waitFor } from "@testing-library/re
 import { afterEach, beforeEach, describe, expect, it, vi } from "vitest";
 import type { Schemas } from "../lib/api/client";
 import { store } from "../lib/live/store";
+import { loadServerTexts } from "../lib/serverText";
+import japanese from "../locales/ja/server.json";
 import { escapeStops, StopButton } from "./StopButton";
 
 type Answer = Schemas["StopAnswerMessage"];
@@ -126,6 +128,18 @@ describe("Stop with a live connection", () => {
     fireEvent.click(screen.getByRole("button", { name: /stop/i }));
     await waitFor(() => expect(screen.getByTestId("stop-answer").textContent).toContain("did not answer"));
     expect(screen.getByTestId("stop-answer").textContent).toContain("Use the emergency stop");
+  });
+
+  it("is refused in the language of the page", async () => {
+    await loadServerTexts("ja");
+    const key = { code: "no_answer", params: {} };
+    const refusal = { code: "no_answer", message: "It did not answer.", message_key: key, next_step: "" };
+    vi.spyOn(store, "stop").mockResolvedValue({ refusal } as Answer);
+    show();
+    fireEvent.click(screen.getByRole("button", { name: /stop/i }));
+    await waitFor(() => expect(screen.getByTestId("stop-answer").dataset.state).toBe("failed"));
+    expect(screen.getByTestId("stop-answer").textContent).toContain(japanese.no_answer);
+    await loadServerTexts("en");
   });
 });
 

@@ -30,8 +30,8 @@ async function requestStop(): Promise<void> {
   const answer = await store.stop();
   if (answer === null) return await api.stop();
   if (answer.refusal) {
-    const { code, message, next_step } = answer.refusal;
-    throw new ProblemError({ code, detail: message, next_step });
+    const { code, message, message_key = null, next_step, next_step_key = null } = answer.refusal;
+    throw new ProblemError({ code, detail: message, detail_key: message_key, next_step, next_step_key });
   }
 }
 

@@ -10,5 +10,9 @@ export function describeMode(live: Pick<Live, "mode" | "stop" | "run">): string 
 
 const MOVING: Live["mode"][] = ["approaching", "playing", "paused", "returning"];
 
-/** Return true if the motors move or hold an arm. */
+/** Return true if a run moves the arm, or holds it in a pause. After a stop see {@link controlsArm}. */
 export const isMoving = (mode: Live["mode"]): boolean => MOVING.includes(mode);
+
+/** Return true if the motors move or hold the arm, also after a stop. */
+export const controlsArm = ({ mode, stop }: Pick<Live, "mode" | "stop">): boolean =>
+  isMoving(mode) || (mode === "stopped" && stop?.arm_held === true);

@@ -2,6 +2,7 @@
 
 import struct
 
+import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
@@ -41,12 +42,15 @@ class TestModbusWithHealth(ModbusConformance):
     }
 
 
+# In every run, test_drives_are_read_from_single_bytes reads the same answers.
+@pytest.mark.campaign
 class TestModbusInPieces(ModbusConformance):
     """Behind an adapter that delivers every byte separately."""
 
     byte_by_byte = True
 
 
+@pytest.mark.campaign
 class TestSlowModbus(ModbusConformance):
     """At 115,200 bit/s."""
 

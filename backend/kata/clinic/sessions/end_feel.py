@@ -64,7 +64,7 @@ _COLUMNS: Final = (
 
 @dataclass(frozen=True)
 class EndFeelRequest:
-    """A requested baseline or test."""
+    """A requested baseline, test or stretch."""
 
     session_id: UUID
     recording_id: UUID
@@ -75,7 +75,7 @@ class EndFeelRequest:
     speed_deg_s: float
     hold_s: float = 0.0
     """Time for which a stretch holds the torque in each repetition."""
-    repetitions: int = end_feel.REPETITIONS
+    repetitions: int = end_feel.STRETCH_REPETITIONS
     """Repetitions of a stretch."""
     largest_deg: float | None = None
     """Largest angle of the motor in a stretch; None: only the limits apply."""
@@ -83,7 +83,7 @@ class EndFeelRequest:
 
 @dataclass(frozen=True)
 class OutwardPath:
-    """the outward path of a test along a recorded motion."""
+    """The outward path of a test along a recorded motion."""
 
     motion: Motion
     motor: int

@@ -43,11 +43,19 @@ HoldTime = Annotated[
     Field(
         ge=SHORTEST_HOLD_S,
         le=LONGEST_HOLD_S,
-        description="Time for which the torque is held in each repetition, seconds.",
+        description="Time for which a stretch holds the torque in each repetition, seconds.",
         examples=[30.0],
     ),
 ]
-Repetitions = Annotated[int, Field(ge=1, le=MOST_REPETITIONS, description="Number of repetitions.", examples=[3])]
+Repetitions = Annotated[
+    int,
+    Field(
+        ge=1,
+        le=MOST_REPETITIONS,
+        description="Number of repetitions of a stretch. A test always has three.",
+        examples=[3],
+    ),
+]
 
 
 class StretchRecord(Schema):

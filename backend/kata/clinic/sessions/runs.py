@@ -316,7 +316,7 @@ def mark_unended_interrupted(session: DatabaseSession, station: str, before: dat
 
 
 def mark_interrupted(session: DatabaseSession, run_id: UUID) -> None:
-    """Close a run whose journal is empty, unless it has ended."""
+    """Mark a run as interrupted whose journal cannot be read, unless it has ended."""
     _mark_interrupted(session, RunRow.id == run_id)
 
 

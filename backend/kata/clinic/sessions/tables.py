@@ -147,7 +147,8 @@ class SessionStopRow(Base):
         Index("ix_session_stops_code_started_at", "code", "started_at", "session_id"),
         Index("ix_session_stops_code_therapist_started_at", "code", "therapist", "started_at", "session_id", "station"),
         Index("ix_session_stops_code_station_started_at", "code", "station", "started_at", "session_id"),
-        Index("ix_session_stops_started_at", "started_at", "code", "station"),
+        # Also counts the sessions with a stop.
+        Index("ix_session_stops_started_at", "started_at", "code", "station", "session_id"),
     )
 
     session_id: Mapped[UUID] = mapped_column(ForeignKey("sessions.id"), primary_key=True)

@@ -135,6 +135,10 @@ class Stops(Schema):
     sessions: int = Field(
         ge=0, description="Number of all sessions of the stations in this time, with and without a stop."
     )
+    stopped_sessions: int = Field(
+        ge=0,
+        description="Number of sessions with a stop. A session with several causes counts once, and in each of their rows.",
+    )
 
 
 class OutcomeChange(Schema):

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from datetime import UTC, datetime, timedelta, tzinfo
 from typing import Any, Final
 
-from sqlalchemy import func, select
+from sqlalchemy import distinct, func, select
 from sqlalchemy.orm import InstrumentedAttribute, Session
 
 from kata.clinic.events.tables import DeviceEventRow
@@ -98,9 +98,10 @@ def tracking(session: Session, span: Span) -> TrackingQuality:
 def stops(session: Session, span: Span) -> Stops:
     """Return the number of stopped sessions and of alarms by cause and station."""
     counts: dict[tuple[str, str], list[int]] = defaultdict(lambda: [0, 0])
+    within = (SessionStopRow.started_at >= span.since, SessionStopRow.started_at < span.until)
     stopped = (
         select(SessionStopRow.code, SessionStopRow.station, func.count())
-        .where(SessionStopRow.started_at >= span.since, SessionStopRow.started_at < span.until)
+        .where(*within)
         .group_by(SessionStopRow.code, SessionStopRow.station)
     )
     alarms = (
@@ -118,7 +119,10 @@ def stops(session: Session, span: Span) -> Stops:
     ]
     rows.sort(key=lambda row: (-row.sessions, -row.alarms, row.code, row.station))
     total = select(func.sum(StationHourRow.sessions)).where(*_within(span, span.since, span.until))
-    return Stops(rows=rows, sessions=session.scalar(total) or 0)
+    stopped_sessions = select(func.count(distinct(SessionStopRow.session_id))).where(*within)
+    if span.station is not None:
+        stopped_sessions = stopped_sessions.where(SessionStopRow.station == span.station)
+    return Stops(rows=rows, sessions=session.scalar(total) or 0, stopped_sessions=session.scalar(stopped_sessions) or 0)
 
 
 def _sums(session: Session, span: Span, by: Period, columns: Sequence[InstrumentedAttribute[Any]]) -> Iterable[Any]:

@@ -32,7 +32,8 @@ from kata.clinic.statistics.schemas import (
 from kata.database.base import UtcDateTime
 
 RECENT: Final = timedelta(weeks=4)
-"""A patient without a session or a new programme in this time is no longer expected, and the clinic must call. The value is our choice."""
+"""After this time without a session or a new programme a patient is no longer listed as due. It is also the period of adherence and of
+the listed changes. The value is our choice."""
 _MOST: Final = 50
 _MOST_UNSIGNED: Final = 1000
 _MOST_FOLLOWED: Final = 500

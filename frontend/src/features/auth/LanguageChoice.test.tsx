@@ -54,8 +54,11 @@ it("stores the language in this browser before sign-in", async () => {
   expect(chooseLanguage).not.toHaveBeenCalled();
 });
 
-it("does not reload the page while motors are powered", () => {
-  vi.spyOn(store, "get").mockReturnValue({ ...store.get(), live: { mode: "paused" } as never });
+it.each([
+  { mode: "paused", stop: null },
+  { mode: "stopped", stop: { arm_held: true } },
+])("does not reload the page while motors may hold the arm: $mode", (live) => {
+  vi.spyOn(store, "get").mockReturnValue({ ...store.get(), live: live as never });
   show(true);
   expect(screen.getByRole("radio", { name: "日本語" })).toHaveProperty("disabled", true);
   expect(screen.getByText(/when the apparatus has stopped/)).toBeTruthy();

@@ -4,7 +4,7 @@ import { api } from "../../lib/api/client";
 import { t } from "../../lib/i18n";
 import { LANGUAGE, LANGUAGES, type Language, switchLanguage } from "../../lib/language";
 import { useLive } from "../../lib/live/hooks";
-import { isMoving } from "../../safety/modes";
+import { controlsArm } from "../../safety/modes";
 import { ProblemNote } from "../../ui/ProblemNote";
 
 const CHOICES = Object.entries(LANGUAGES).map(([value, name]) => ({
@@ -15,8 +15,9 @@ const CHOICES = Object.entries(LANGUAGES).map(([value, name]) => ({
 /** The page's language. With `own` it is saved in the user's account, otherwise in this browser. */
 export function LanguageChoice({ own = false }: { own?: boolean }) {
   const mode = useLive("mode");
-  // A new language reloads the page. This must not happen while the motors move and this user operates them.
-  const moving = mode !== null && isMoving(mode);
+  const stop = useLive("stop");
+  // A new language reloads the page. This must not happen while the motors move or hold the arm.
+  const moving = mode !== null && controlsArm({ mode, stop });
   const choose = useMutation({
     mutationFn: async (language: Language) => {
       if (own) await api.chooseLanguage(language);

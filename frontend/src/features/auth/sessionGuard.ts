@@ -2,7 +2,7 @@ import type { QueryClient } from "@tanstack/react-query";
 import type { Middleware } from "openapi-fetch";
 import { forgetDrafts } from "../../lib/draft";
 import type { LiveStore } from "../../lib/live/store";
-import { isMoving } from "../../safety/modes";
+import { controlsArm } from "../../safety/modes";
 import type { AuthStore } from "./authState";
 
 /**
@@ -101,8 +101,8 @@ function followLanguage(auth: AuthStore, store: LiveStore, switchLanguage: (lang
     // Applied only at sign-in, because a language chosen in another browser must not reload this page during use.
     if (state.is === "in" && languageOf !== state.me.account_id) {
       languageOf = state.me.account_id;
-      const mode = store.get().live?.mode;
-      if (mode === undefined || !isMoving(mode)) switchLanguage(state.me.language);
+      const live = store.get().live;
+      if (!live || !controlsArm(live)) switchLanguage(state.me.language);
     }
   };
 }
@@ -151,7 +151,7 @@ export function startSessionGuard(
   document.addEventListener("visibilitychange", onVisible);
   const timer = setInterval(() => {
     const state = auth.get();
-    // A user without password and OpenID cannot unlock here, so the service ends the login.
+    // A user without password and OpenID cannot unlock here. Such a login ends with its longest time.
     const canUnlock = state.is === "in" && (state.me.password || state.me.openid);
     const idle = canUnlock && activity.idleMs() > 1000 * state.me.idle_s;
     void (idle ? auth.lock() : auth.refresh());

@@ -6,7 +6,7 @@ import { afterEach, expect, it, vi } from "vitest";
 import { TestRouter } from "../../app/TestRouter";
 import { api, type Schemas } from "../../lib/api/client";
 import { AdherenceTile } from "./outcomeTiles";
-import { BackupTile, UnsignedTile } from "./serviceTiles";
+import { BackupTile, StopsTile, UnsignedTile } from "./serviceTiles";
 
 const GOOD = { at: "2026-11-20T02:00:00Z", failure: "" };
 
@@ -51,4 +51,23 @@ it("the tile of adherence leads to the patients behind its figure", async () => 
   show(AdherenceTile);
   const tile = await screen.findByRole("link", { name: /75 %/ });
   expect(tile.getAttribute("href")).toBe("/clinic/adherence");
+});
+
+it("the tile of stops counts a session with two causes once, and adds up the stations", async () => {
+  const row = (code: string, station: string, sessions: number, alarms = sessions) => ({
+    code,
+    station,
+    sessions,
+    alarms,
+  });
+  const rows = [
+    row("operator_stop", "A", 3),
+    row("estop_pressed", "A", 2),
+    row("estop_pressed", "B", 2),
+    row("bus_lost", "A", 0, 9),
+  ];
+  vi.spyOn(api, "stopCounts").mockResolvedValue({ rows, sessions: 5, stopped_sessions: 5 } as never);
+  show(StopsTile);
+  const tile = await screen.findByRole("link", { name: /5 of 5/ });
+  expect(tile.textContent).toMatch(/Most frequent: .*emergency stop/i);
 });

@@ -8,6 +8,7 @@ import { useHasPermission } from "../auth/hooks";
 import { useCommissioningStatus } from "../commissioning/CommissioningState";
 import { describeStop } from "../sessions/describeStop";
 import { UNSIGNED } from "../sessions/sessionFilters";
+import { mostFrequentCause } from "../statistics/causes";
 import { describeDrift } from "../statistics/drift";
 import { lastDays } from "../statistics/figuresSearch";
 
@@ -50,20 +51,21 @@ export function StopsTile() {
     queryKey: ["stops", "tile"],
     queryFn: () => api.stopCounts(lastDays(28, new Date())),
   });
-  const stopped = (data?.rows ?? []).reduce((total, row) => total + row.sessions, 0);
-  const most = data?.rows[0];
+  const most = data && mostFrequentCause(data.rows);
   return (
     <MetricLink
       to="/clinic/$subject"
       params={{ subject: "stops" }}
       search={{ range: "weeks4" }}
       label={t("clinic:tiles.stops")}
-      value={data && t("clinic:tiles.ofSessions", { stopped, sessions: data.sessions })}
+      value={
+        data && t("clinic:tiles.ofSessions", { stopped: data.stopped_sessions, sessions: data.sessions })
+      }
       unit={t("clinic:tiles.sessions", { count: data?.sessions ?? 0 })}
       note={
         data
           ? most
-            ? t("clinic:tiles.stopsDetail", { cause: describeStop(most.code) })
+            ? t("clinic:tiles.stopsDetail", { cause: describeStop(most) })
             : t("clinic:tiles.stopsNone")
           : ""
       }

@@ -14,7 +14,7 @@ import { describeSpan, stopsFigure, stopsTable, usageFigure, usageTable } from "
 import { AMOUNTS, daysOf, type FiguresSearch, RANGES, SUBJECTS, type Subject, spanOf } from "./figuresSearch";
 import { Outcomes } from "./Outcomes";
 import { PatientAdherence } from "./PatientAdherence";
-import { StopLinks } from "./StopLinks";
+import { StopsTable } from "./StopsTable";
 import { Tracking } from "./Tracking";
 
 const NEEDS = {
@@ -129,7 +129,7 @@ function Choices({ subject, search }: { subject: Subject; search: FiguresSearch 
           onChange={(day) => isDay(day) && set({ ...days, [name]: day })}
         />
       ))}
-      {subject !== "outcomes" && (
+      {subject !== "outcomes" && sees && (
         <Select
           label={t("clinic:figures.station")}
           placeholder={t("clinic:figures.anyStation")}
@@ -214,7 +214,7 @@ function Stops({ search }: { search: FiguresSearch }) {
             figure={stopsFigure(rows)}
             table={stopsTable(rows)}
           />
-          <StopLinks rows={rows} days={daysOf(search, new Date())} />
+          <StopsTable rows={rows} days={daysOf(search, new Date())} />
         </>
       )}
     </Stack>

@@ -2,6 +2,7 @@ import type { Schemas } from "../../lib/api/client";
 import { formatDay } from "../../lib/format";
 import { t } from "../../lib/i18n";
 import { describeStop } from "../sessions/describeStop";
+import { causesOf, countOf } from "./causes";
 import type { FiguresSearch, Measure } from "./figuresSearch";
 
 type Figure = Schemas["Figure"];
@@ -145,16 +146,12 @@ export function trackingTable(rows: Schemas["StationTracking"][]): Table {
  * other.
  */
 export function stopsFigure(rows: Schemas["StopCount"][]): Figure {
-  const count = (code: string, counted: "sessions" | "alarms") =>
-    rows.reduce((sum, row) => sum + (row.code === code ? row[counted] : 0), 0);
-  const causes = [...new Set(rows.map((row) => row.code))].sort(
-    (one, other) => count(other, "sessions") - count(one, "sessions"),
-  );
+  const causes = causesOf(rows);
   const traces = (["sessions", "alarms"] as const).map((counted, place) => ({
     type: "bar",
     orientation: "h",
     name: t(`clinic:figures.counted.${counted}`),
-    x: causes.map((code) => count(code, counted)),
+    x: causes.map((code) => countOf(rows, code, counted)),
     y: causes.map(describeStop),
     marker: barMarker(place),
     hovertemplate: "%{y}: %{x}",
@@ -171,8 +168,8 @@ export function stopsTable(rows: Schemas["StopCount"][]): Table {
     columns: [
       column(t("clinic:figures.cause"), "text"),
       column(t("clinic:figures.station"), "text"),
-      column(t("clinic:figures.sessions")),
-      column(t("clinic:figures.alarms")),
+      column(t("clinic:figures.counted.sessions")),
+      column(t("clinic:figures.counted.alarms")),
     ],
     rows: rows.map((row) => [describeStop(row.code), row.station || "–", row.sessions, row.alarms]),
     texts: [],

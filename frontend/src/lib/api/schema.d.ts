@@ -5586,14 +5586,14 @@ export interface components {
             speed_deg_s: number;
             /**
              * Hold S
-             * @description Time for which the torque is held in each repetition, seconds.
+             * @description Time for which a stretch holds the torque in each repetition, seconds.
              * @default 30
              * @example 30
              */
             hold_s: number;
             /**
              * Repetitions
-             * @description Number of repetitions.
+             * @description Number of repetitions of a stretch. A test always has three.
              * @default 3
              * @example 3
              */
@@ -11881,6 +11881,11 @@ export interface components {
              * @description Number of all sessions of the stations in this time, with and without a stop.
              */
             sessions: number;
+            /**
+             * Stopped Sessions
+             * @description Number of sessions with a stop. A session with several causes counts once, and in each of their rows.
+             */
+            stopped_sessions: number;
         };
         /**
          * Stretch
@@ -11963,13 +11968,13 @@ export interface components {
         StretchRecord: {
             /**
              * Hold S
-             * @description Time for which the torque is held in each repetition, seconds.
+             * @description Time for which a stretch holds the torque in each repetition, seconds.
              * @example 30
              */
             hold_s: number;
             /**
              * Repetitions
-             * @description Number of repetitions.
+             * @description Number of repetitions of a stretch. A test always has three.
              * @example 3
              */
             repetitions: number;

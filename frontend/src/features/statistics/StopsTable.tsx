@@ -10,7 +10,7 @@ type Row = Schemas["StopCount"];
 type Days = { from: string; to: string };
 
 /** Shows the causes by station. For users who may read records, each links to its sessions. */
-export function StopLinks({ rows, days }: { rows: Row[]; days: Days }) {
+export function StopsTable({ rows, days }: { rows: Row[]; days: Days }) {
   const canReadRecords = useHasPermission("read_records");
   return (
     <DataTable
