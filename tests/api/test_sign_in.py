@@ -134,14 +134,14 @@ def test_login_session_lasts_while_its_user_operates_a_held_arm(client: TestClie
         long_after = now + limits.longest + timedelta(minutes=59)
         assert login_session.find_actor(session, cookie, long_after, limits, operator_under_torque)
         assert login_session.find_actor(session, other, long_after, limits, operator_under_torque) is None
-        assert login_session.select_active(session, both, long_after, limits, operator_under_torque) == {
+        assert login_session.select_active(session.connection(), both, long_after, limits, operator_under_torque) == {
             operator_under_torque
         }
 
         too_long = now + limits.longest + limits.extension
         assert login_session.find_actor(session, cookie, too_long, limits, operator_under_torque) is None
-        assert login_session.select_active(session, both, too_long, limits, operator_under_torque) == set()
-        assert login_session.select_active(session, both, long_after, limits) == set()
+        assert login_session.select_active(session.connection(), both, too_long, limits, operator_under_torque) == set()
+        assert login_session.select_active(session.connection(), both, long_after, limits) == set()
 
 
 def test_a_demonstration_link_is_good_once(tmp_path: Any) -> None:

@@ -203,7 +203,7 @@ _ACTIVE: Final = (
 
 
 def select_active(
-    connection: Connection | Session,
+    connection: Connection,
     session_ids: Collection[UUID],
     now: datetime,
     limits: Limits,

@@ -106,6 +106,7 @@ class SnapshotTracker:
             end_range = self._end_range(snapshot)
             state["run"]["end_range"] = end_range and end_range.live()
         state["rhythm"] = self._rhythm.live()
+        state["verified_since"] = self.verified_since
         if snapshot.stop:
             state["stop"]["arm_held"] = self._may_hold(snapshot)
         return state
@@ -118,6 +119,7 @@ class SnapshotTracker:
             "mode": "offline",
             "torque": "unknown",
             "stops": 0,
+            "verified_since": None,
             "estop": "unknown",
             "pedal": "unknown",
             "axes": [msgspec.to_builtins(axis) | {"torque": "unknown"} for axis in axes],

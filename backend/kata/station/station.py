@@ -308,9 +308,8 @@ class Station:
         else:
             why = _OFFLINE if self._stop_user is None else _COMMISSIONING
             device, state = "restarting" if tracker.has_run else "starting", tracker.unknown_fields(why)
-        around = {"device": device, "side": self.config.side} | self._changing_fields()
-        around["verified_since"] = tracker.verified_since if device == "running" else None
-        return self._live_builder.build(state | around)
+        around = {"device": device, "side": self.config.side}
+        return self._live_builder.build(state | around | self._changing_fields())
 
     @property
     def occupation(self) -> Occupation | None:

@@ -3,8 +3,7 @@ import { useMutation } from "@tanstack/react-query";
 import { api } from "../../lib/api/client";
 import { t } from "../../lib/i18n";
 import { LANGUAGE, LANGUAGES, type Language, switchLanguage } from "../../lib/language";
-import { useLive } from "../../lib/live/hooks";
-import { controlsArm } from "../../safety/modes";
+import { useControlsArm } from "../../safety/useControlsArm";
 import { ProblemNote } from "../../ui/ProblemNote";
 
 const CHOICES = Object.entries(LANGUAGES).map(([value, name]) => ({
@@ -14,10 +13,8 @@ const CHOICES = Object.entries(LANGUAGES).map(([value, name]) => ({
 
 /** The page's language. With `own` it is saved in the user's account, otherwise in this browser. */
 export function LanguageChoice({ own = false }: { own?: boolean }) {
-  const mode = useLive("mode");
-  const stop = useLive("stop");
   // A new language reloads the page. This must not happen while the motors move or hold the arm.
-  const moving = mode !== null && controlsArm({ mode, stop });
+  const moving = useControlsArm();
   const choose = useMutation({
     mutationFn: async (language: Language) => {
       if (own) await api.chooseLanguage(language);

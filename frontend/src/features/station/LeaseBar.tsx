@@ -6,7 +6,7 @@ import { api, type Live } from "../../lib/api/client";
 import { formatClock } from "../../lib/format";
 import { t } from "../../lib/i18n";
 import { useAlive, useLive } from "../../lib/live/hooks";
-import { controlsArm } from "../../safety/modes";
+import { useControlsArm } from "../../safety/useControlsArm";
 import { ProblemNote } from "../../ui/ProblemNote";
 import { useHasPermission } from "../auth/hooks";
 
@@ -91,9 +91,7 @@ function OtherLease(props: { lease: Lease; holder: string; onTakeOver: () => voi
 /** Explains the takeover, and takes over. */
 function TakeOverDialog(props: { holder: string | null; opened: boolean; onClose: () => void }) {
   const { holder, opened, onClose } = props;
-  const mode = useLive("mode");
-  const stop = useLive("stop");
-  const moving = mode !== null && controlsArm({ mode, stop });
+  const moving = useControlsArm();
   const takeOver = useMutation({ mutationFn: () => api.takeLease(true), onSuccess: onClose });
   return (
     <Modal
