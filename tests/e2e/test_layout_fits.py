@@ -146,3 +146,26 @@ def test_live_view_and_controls_fit_on_one_screen(page: Page, clinic: Clinic) ->
         last, live = begin.bounding_box(), page.get_by_test_id("angle-5").bounding_box()
         assert simulator and last and live
         assert simulator["y"] >= max(last["y"] + last["height"], live["y"] + live["height"]), size
+
+
+_TWO_ALARMS_PX: Final = 300
+
+
+@pytest.mark.campaign
+def test_pause_stays_on_the_screen_below_alarms(page: Page, clinic: Clinic) -> None:
+    """Alarms move the page down. On an upright tablet two of them once moved Pause off the screen."""
+    with ShownStation(clinic) as station:
+        session, recording = station.begin_session("DEMO-002")
+        station.play(session, recording)
+        page.goto(f"{clinic.url}/station")
+        pause = page.get_by_role("button", name="Pause", exact=True)
+        width, height = SIZES["tablet"]
+        page.set_viewport_size({"width": width, "height": height - _BROWSER_BARS_PX})
+        expect(pause).to_be_in_viewport(ratio=1, timeout=LONG_MS)
+        page.evaluate(f"document.querySelector('main').style.marginTop = '{_TWO_ALARMS_PX}px'")
+        expect(pause).to_be_in_viewport(ratio=1)
+        pause.click()
+        expect(page.get_by_role("button", name="Return and release")).to_be_in_viewport()
+        page.get_by_role("button", name="Stop", exact=True).click()
+        station.make_idle()
+        station.end_session(session)

@@ -1,7 +1,8 @@
 import { Text } from "@mantine/core";
 import { Outlet, useRouterState } from "@tanstack/react-router";
-import { lazy, type ReactNode, Suspense, useDeferredValue, useState } from "react";
+import { lazy, type ReactNode, Suspense, useState } from "react";
 import { t } from "../../lib/i18n";
+import { RenderInSteps } from "../../ui/RenderInSteps";
 import { LockedBrowser } from "../patient-mode/PatientMode";
 import { AuthLayout } from "./AuthLayout";
 import { authStore } from "./authState";
@@ -39,12 +40,11 @@ export function LoginGate({ children }: { children: ReactNode }) {
     );
   }
   // Another time zone changes every shown day.
-  return <DeferredPage key={auth.me.time_zone}>{children}</DeferredPage>;
-}
-
-/** Renders the page in time slices, because one large render blocks input for 0.25 s on a slow tablet. */
-function DeferredPage({ children }: { children: ReactNode }) {
-  return useDeferredValue(true, false) ? children : <Waiting />;
+  return (
+    <RenderInSteps key={auth.me.time_zone} meanwhile={<Waiting />}>
+      {children}
+    </RenderInSteps>
+  );
 }
 
 function Waiting() {

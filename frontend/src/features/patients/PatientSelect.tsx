@@ -21,7 +21,6 @@ export function useMatchingPatients(words: string) {
 /** A search field for all patients. */
 export function PatientSelect(props: {
   chosen: Patient | undefined;
-  disabled?: boolean;
   onChange: (patientId: string | null) => void;
 }) {
   const { chosen } = props;
@@ -44,7 +43,6 @@ export function PatientSelect(props: {
         nothingFoundMessage={t("patients:choice.noMatch")}
         data={all.map((patient) => ({ value: patient.id, label: label(patient) }))}
         value={chosen?.id ?? null}
-        disabled={props.disabled ?? false}
         onSearchChange={setSearch}
         onChange={props.onChange}
       />

@@ -8,6 +8,7 @@ import { t } from "../../lib/i18n";
 import { ButtonLink } from "../../ui/links";
 import { PageTabs } from "../../ui/PageTabs";
 import { ProblemNote } from "../../ui/ProblemNote";
+import { RenderInSteps } from "../../ui/RenderInSteps";
 import { RevealWhenLoaded } from "../../ui/RevealWhenLoaded";
 import { SimulatedBadge } from "../../ui/SimulatedBadge";
 import { RunPlayback } from "../digital-twin/lazyViews";
@@ -37,11 +38,14 @@ export function SessionPage() {
       : t("sessions:session.title"),
   );
   if (session.error) return <ProblemNote error={session.error} />;
-  if (!session.data) return <Skeleton h={300} />;
+  const waiting = <Skeleton h={300} />;
+  if (!session.data) return waiting;
   return (
-    <RevealWhenLoaded>
-      <SessionView session={session.data} />
-    </RevealWhenLoaded>
+    <RenderInSteps meanwhile={waiting}>
+      <RevealWhenLoaded>
+        <SessionView session={session.data} />
+      </RevealWhenLoaded>
+    </RenderInSteps>
   );
 }
 

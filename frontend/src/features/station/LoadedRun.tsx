@@ -80,7 +80,10 @@ function MoveToStart() {
   );
 }
 
-/** Shows the state, the remaining time and the progress, with the controls. */
+/**
+ * Shows the state, the remaining time and the progress, with the controls. What comes and goes is below the
+ * controls, so that they do not move under a finger.
+ */
 function RunningPlayback({ mode, run }: RunState) {
   const share = run.duration_s > 0 ? (100 * run.position_s) / run.duration_s : 0;
   return (
@@ -95,6 +98,7 @@ function RunningPlayback({ mode, run }: RunState) {
           </Text>
         )}
       </Group>
+      <PlaybackControls mode={mode} run={run} />
       <Progress size={20} value={share} aria-label={t("station:play.progress")} transitionDuration={100} />
       {run.range_percent < 99.5 && (
         <Text size="lg" data-testid="range">
@@ -105,7 +109,6 @@ function RunningPlayback({ mode, run }: RunState) {
       {run.stretch && <StretchStatus stretch={run.stretch} />}
       <EndRangeCounter run={run} />
       <ReversalNotice mode={mode} run={run} />
-      <PlaybackControls mode={mode} run={run} />
     </>
   );
 }

@@ -52,7 +52,7 @@ export function StationPage() {
       </Title>
       {canReadRecords && patientId && <PatientBanner patientId={patientId} {...(name && { name })} />}
       <RevealWhenLoaded waits={!station} now={run !== null || teaching !== null || stop !== null}>
-        <div className={classes.page} data-stopped={stop !== null}>
+        <div className={classes.page} data-stopped={stop !== null} data-loaded={run !== null}>
           <div className={classes.controls}>
             {/* During a stop the panels are hidden instead of unmounted, so that input is not lost. */}
             <div hidden={stop !== null}>
@@ -105,7 +105,6 @@ function PatientColumn() {
     ? ready.data?.find((known) => known.patient.id === patientId)
     : undefined;
   const choose = (chosen: string | null) => void navigate({ search: chosen ? { patient: chosen } : {} });
-  const choice = { disabled: onApparatus !== undefined, onChange: choose };
   return (
     <>
       {station?.simulated && canReadRecords && operates && <FirstSteps patientId={patientId} />}
@@ -115,12 +114,13 @@ function PatientColumn() {
           {t("station:station.notAssigned", { station: station.name })}
         </Alert>
       )}
-      {canReadRecords &&
-        (databaseUnavailable ? (
-          <ReadySelect chosen={patientId} {...choice} />
-        ) : (
-          <PatientSelect chosen={patient.data} {...choice} />
-        ))}
+      {canReadRecords && databaseUnavailable && (
+        <ReadySelect chosen={patientId} disabled={onApparatus !== undefined} onChange={choose} />
+      )}
+      {/* The patient on the apparatus is in the banner and cannot be changed. */}
+      {canReadRecords && !databaseUnavailable && !onApparatus && (
+        <PatientSelect chosen={patient.data} onChange={choose} />
+      )}
       {patient.data?.notes && (
         <Text size="sm" style={{ whiteSpace: "pre-wrap" }}>
           {patient.data.notes}
