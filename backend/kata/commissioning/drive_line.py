@@ -52,7 +52,7 @@ class DriveLine:
         self.damaged = 0
         """Number of requests whose answer was damaged or came with other bytes."""
         self.latencies_ns: list[int] = []
-        """Delay of each answer after the earliest time at which its bytes can have passed."""
+        """Time of each answer beyond the transmission time of request and answer at this baud rate."""
 
     def find(self) -> dict[int, FoundDrive]:
         """Return every drive that answers at this baud rate, by id. Drives that share an id damage each other's answer."""

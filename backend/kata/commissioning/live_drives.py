@@ -30,7 +30,7 @@ TORQUE_SHARE: Final = 0.5
 SPEED_DEG_S: Final = 15.0
 _VERIFY_CYCLES: Final = 600
 _LATE_SHARE: Final = 0.1
-"""Share of its period by which a cycle may begin late. A later cycle waits for the next deadline."""
+"""Share of its period by which a cycle may begin late. A cycle that would begin later is skipped."""
 _CONFIGURE_ATTEMPTS: Final = 4
 _CONFIGURE_PAUSE_S: Final = 0.1
 _MISSES: Final = 20

@@ -23,7 +23,7 @@ def check_stops(workbench: Workbench) -> None:
         drives.release()
         drives.hold()
         _check_estop(workbench, drives)
-    # The drives keep their full torque limits and the limits of their range.
+    # Configure the drives again, now with their full torque limits. They keep these and the limits of their range.
     with live_drives(workbench, share=1.0) as drives:
         workbench.watch(ManualAction("release_estop", texts.RELEASE_ESTOP()), _released(drives), texts.ESTOP_NOT_SEEN())
 

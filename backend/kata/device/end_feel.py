@@ -30,8 +30,8 @@ _UNSTEADY_NM: Final = 0.25
 """Largest RMS difference between the torque in the free range and the fitted weight. Relaxed patients have up to 0.12 Nm. If a patient works
 in the free range, the weight is wrong by 1 Nm at the turn."""
 _MOST_WEIGHT_NM: Final = 1.5
-"""Largest torque by which an arm may oppose the way out more than the test weight does, where the moments act most; less elsewhere, in
-proportion. More counts as resistance: a shoulder that resists from the start looks like a heavy arm."""
+"""An arm may oppose the way out by at most this torque more than the test weight does, where the moments are largest. Elsewhere the limit
+is smaller, in proportion to the moments. More counts as resistance: a shoulder that resists from the start looks like a heavy arm."""
 _LEAST_READINGS: Final = 20
 _RETREAT_MEAN_S: Final = 0.05
 """Time over which the torque is averaged on the way back."""
@@ -42,7 +42,7 @@ _RETREAT_DEG_S: Final = 10.0
 _FACTOR_PRIOR_NM: Final = 1.0
 """Regularises the factors towards 0, the weight of the baseline, like one reading in which a factor makes this torque."""
 _CONSTANT_PRIOR_NM: Final = 10.0
-"""Regularises the constant towards 0. It is larger than :data:`_FACTOR_PRIOR_NM`, because the constant is usually a tenth of a factor."""
+"""Draws the constant towards 0, more strongly than :data:`_FACTOR_PRIOR_NM` draws the factors: it is usually a tenth of a factor."""
 
 
 class EndFeelTest:
@@ -86,8 +86,8 @@ class EndFeelTest:
         self._recent_back.append(self._against_nm(state, movement, friction=0.0))
 
     def note_pedal(self, state: CycleState) -> None:
-        """End the test if the patient presses the pedal, or could not press it because it was pulled out. Call it in every cycle between
-        the start and the end of the test.
+        """End the test if the patient presses the pedal. A missing pedal also ends it. Call it in every cycle between the start and the
+        end of the test.
         """
         self.ended_by_patient = self.ended_by_patient or state.pedal_down is not False
 

@@ -100,10 +100,10 @@ def not_verified(state: CycleState, problem: str) -> Refusal | None:
 
 
 def no_torque_found(state: CycleState) -> Refusal | None:
-    """Refuse to release torque unless the port is open and a drive may have had torque since before the connection."""
+    """Refuse to release torque unless the port is open and a drive may still have torque from before the port was opened."""
     if not state.bus_ok:
         return _IN_MODE["offline"]
-    if state.context.torque_inherited and any(state != "off" for state in state.torque):
+    if state.context.torque_inherited and any(torque != "off" for torque in state.torque):
         return None
     return Refusal.of(code="no_torque_found", message=texts.NO_TORQUE_FOUND(), next_step=texts.ACKNOWLEDGE_STOP())
 

@@ -33,8 +33,8 @@ from kata.motion.trajectory import Trajectory
 _USED_SHARE: Final = 0.98
 """Share of an axis' acceleration limit that reference and feed-forward together may use."""
 FEED_FORWARD_SHARE: Final = _USED_SHARE - RAMP_SHARE
-"""Share of an axis' acceleration limit that the feed-forward may use at most. It is lower if the reference needs more. The rest is enough for a
-reference that stops at the end of its path.
+"""Share of an axis' acceleration limit that the feed-forward may use at most. The feed-forward uses less if the reference needs more. What
+it leaves is enough for a reference that stops at the end of its path.
 """
 _CLOSING_SHARE: Final = _USED_SHARE - REFERENCE_SHARE
 """Share of an axis' acceleration limit with which a feed-forward that catches up with its target can stop within one setpoint."""
@@ -128,7 +128,8 @@ class Run:
 
     def begin(self, here_deg: Floats) -> None:
         """Begin an approach at ``here_deg``, ``(5,)``. The return ends there, or at the nearest angles within the limits. If the path
-        from the recording's start to these angles exceeds the limits, it ends at the first pose of the approach that is within them.
+        from the recording's start to these angles exceeds the limits, the return ends at the first pose of the approach that is within
+        the limits.
         """
         self.start_path(here_deg)
         inside_deg = clip(here_deg, self._lowest_deg, self._highest_deg)

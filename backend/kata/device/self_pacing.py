@@ -38,8 +38,8 @@ _RESTING_DEG: Final = 0.3
 NEAR_END_DEG: Final = 10.0
 """Distance from the end of a motion, and from a limit, at which the pace may only fall. It equals the band of the end-range time."""
 SLOW_SHARE: Final = 0.2
-"""Near an end, an arm slower than this share of the recording's speed may still reach this share. Otherwise a patient who rests there could never
-complete the motion."""
+"""Near an end the pace may rise to this share of the recording's speed at most. Without it a patient who rests there could never complete
+the motion."""
 _LEAST_PART: Final = 0.1
 """A motor whose part of the movement is smaller has no end."""
 

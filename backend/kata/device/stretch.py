@@ -41,8 +41,8 @@ _LOWERED_NM_S: Final = 0.5
 _SLIDING_DEG: Final = 0.5
 """Movement in which friction changes its direction (Dahl's model)."""
 _FRICTION_S: Final = 1.0
-"""Time constant with which friction of a resting motor is taken for less. Less friction means more torque at the shoulder, so an error of
-this value makes a stretch gentler."""
+"""At rest the assumed friction decays with this time constant. Less friction means more torque at the shoulder, so an error of this value
+makes a stretch gentler."""
 
 
 class TorqueStretch(EndFeelTest):

@@ -53,7 +53,7 @@ class StateClock:
     def guard(self, stops: int, seen_at: datetime) -> Guard | Refusal:
         """Return the guard of a command whose sender saw this counter at ``seen_at`` (a time of this clock); a refusal if it is too old.
 
-        The expiry depends only on ``seen_at``. A wait of the service, for the database or a lock, cannot extend it.
+        If the service waits, for the database or a lock, the command does not live longer: it expires some time after ``seen_at``.
         """
         seen_ns = self._began_ns + (seen_at - self._began_at) // timedelta(microseconds=1) * 1000
         now_ns = self._now_ns()
