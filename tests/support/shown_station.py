@@ -14,7 +14,7 @@ from tests.support.station_commands import operate
 _POLL_S: Final = 0.1
 _AGAIN: Final = frozenset({"not_verified", "expired"})
 """Refusals that end: the drives' settings are being checked, or a busy computer delayed the command."""
-_PLAYED: Final = {"speed_percent": 50.0, "repetitions": 20, "resistance_level": 5}
+_PLAYED: Final = {"speed_percent": 50.0, "repetitions": 20, "resistance_level": 15}
 """Long enough for a screenshot of every size."""
 
 
