@@ -257,6 +257,18 @@ def test_patients_are_due_a_week_after_their_session(database: Database) -> None
     assert earlier.due == []
 
 
+def test_programmes_are_overdue_from_the_day_after_the_due_day(database: Database) -> None:
+    """The pages show days. NOW is 15:00 in Tokyo, so the due times of these three patients are 14:00, midnight, and 23:00 of the day before."""
+    for hours in (1, 15, 16):
+        followed(database)
+        with database.write() as session:
+            newest = session.scalars(select(SessionRow).where(SessionRow.started_at == NOW - timedelta(days=8))).one()
+            newest.started_at = NOW - timedelta(days=7, hours=hours)
+    with database.read() as session:
+        found = worklist.adherence(worklist.followed(session, NOW), NOW, TOKYO)
+    assert (found.programmes, found.overdue) == (3, 1)
+
+
 def test_change_of_a_patient_names_the_shoulder(database: Database) -> None:
     followed(database)
     with database.read() as session:
@@ -278,7 +290,7 @@ def test_the_worklist_omits_restricted_records_and_other_therapists_notes(databa
     other = Actor(UUID(int=1), UUID(int=2), "Ito Daiki", "therapist", frozenset())
     with database.read() as session:
         mine, theirs = (worklist.worklist(session, actor, NOW, TOKYO) for actor in (THERAPIST, other))
-        every = worklist.adherence(worklist.followed(session, NOW), NOW)
+        every = worklist.adherence(worklist.followed(session, NOW), NOW, TOKYO)
     assert (mine.due_count, len(mine.unsigned), len(theirs.unsigned)) == (1, 1, 0)
     assert (mine.unsigned_count, theirs.unsigned_count) == (1, 1)
     assert every.programmes == 2, "a figure that names no patient counts restricted records"
@@ -299,7 +311,7 @@ def test_archived_patients_are_neither_due_nor_counted(database: Database) -> No
         session.scalars(select(PatientRow)).one().archived_at = NOW
     with database.read() as session:
         assert worklist.worklist(session, THERAPIST, NOW, TOKYO).due_count == 0
-        assert worklist.adherence(worklist.followed(session, NOW), NOW).programmes == 0
+        assert worklist.adherence(worklist.followed(session, NOW), NOW, TOKYO).programmes == 0
 
 
 def test_sessions_before_a_programme_do_not_follow_it(database: Database) -> None:
@@ -309,7 +321,7 @@ def test_sessions_before_a_programme_do_not_follow_it(database: Database) -> Non
         version = session.scalars(select(ProgrammeVersionRow)).one()
         version.made_at, version.sessions_per_week = NOW - timedelta(days=7), 2
     with database.read() as session:
-        found = worklist.adherence(worklist.followed(session, NOW), NOW)
+        found = worklist.adherence(worklist.followed(session, NOW), NOW, TOKYO)
         (due,) = worklist.worklist(session, THERAPIST, NOW, TOKYO).due
     assert (found.prescribed, found.held) == (2, 0)
     assert due.last_session_at == NOW - timedelta(days=20)

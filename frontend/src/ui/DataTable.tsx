@@ -178,6 +178,7 @@ function Totals<Row>(props: { columns: Column<Row>[]; rows: Row[]; selectable: b
   const { columns, rows, selectable } = props;
   if (rows.length < 2 || !columns.some(({ total }) => total)) return null;
   const cell = (column: Column<Row>, place: number): ReactNode => {
+    if (typeof column.total === "function") return column.total(rows);
     if (column.total) return rows.reduce((sum, row) => sum + Number(column.value?.(row) ?? 0), 0);
     return place === 0 ? t("ui:table.total") : null;
   };

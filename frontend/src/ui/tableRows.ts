@@ -12,8 +12,8 @@ export interface Column<Row> {
   value?: (row: Row) => string | number | null;
   cell: (row: Row) => ReactNode;
   right?: boolean;
-  /** True if the table shows the sum of the column. */
-  total?: boolean;
+  /** True if the table shows the sum of the column, or what it shows for these rows instead. */
+  total?: boolean | ((rows: Row[]) => string);
   /** True if the user cannot hide the column. */
   always?: boolean;
 }

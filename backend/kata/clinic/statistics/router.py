@@ -96,7 +96,7 @@ def get_stop_counts(database: TheDatabase, span: TheSpan) -> Stops:
 
 
 @router.get("/api/statistics/outcomes", summary="Get the outcomes of the clinic", responses=PROBLEMS.of(422))
-def get_outcomes(database: TheDatabase, span: TheSpan) -> Outcomes:
+def get_outcomes(database: TheDatabase, span: TheSpan, zone: TheZone) -> Outcomes:
     """Return the change of SPADI, pain and range of motion from the first to the last assessment, by stage and by programme.
 
     The figures cover episodes whose last assessment is in the time. Groups of fewer than 10 patients are hidden. Restricted records are
@@ -104,7 +104,7 @@ def get_outcomes(database: TheDatabase, span: TheSpan) -> Outcomes:
     """
     now = utc_now()
     with database.read() as session:
-        followed = worklist.adherence(worklist.followed(session, now), now)
+        followed = worklist.adherence(worklist.followed(session, now), now, zone)
         return outcomes.outcomes(session, span, followed)
 
 

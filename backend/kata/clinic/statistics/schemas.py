@@ -185,7 +185,7 @@ class ProgrammeAdherence(Schema):
     programmes: int = Field(
         ge=0, description="Programmes of open episodes, with a session or made in the last four weeks."
     )
-    overdue: int = Field(ge=0, description="Programmes whose next session is overdue by more than a day.")
+    overdue: int = Field(ge=0, description="Programmes whose next session was due before today.")
     prescribed: int = Field(
         ge=0, description="Sessions prescribed in this time, counted from each programme's date on."
     )

@@ -146,12 +146,13 @@ def _followed_query() -> Select[Any]:
 _FOLLOWED: Final = _followed_query()
 
 
-def adherence(programmes: list[FollowedProgramme], now: datetime) -> ProgrammeAdherence:
-    """Return how these programmes were followed in the last four weeks."""
+def adherence(programmes: list[FollowedProgramme], now: datetime, zone: tzinfo) -> ProgrammeAdherence:
+    """Return how these programmes were followed in the last four weeks. ``zone``: the clinic's time zone."""
+    today = midnight(now.astimezone(zone).date(), zone)
     prescribed = [programme.prescribed(now) for programme in programmes]
     return ProgrammeAdherence(
         programmes=len(programmes),
-        overdue=sum(programme.due_at < now - timedelta(days=1) for programme in programmes),
+        overdue=sum(programme.due_at < today for programme in programmes),
         prescribed=sum(prescribed),
         held=sum(min(programme.held, limit) for programme, limit in zip(programmes, prescribed, strict=True)),
     )

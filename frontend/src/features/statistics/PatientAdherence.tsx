@@ -38,6 +38,18 @@ export function PatientAdherence() {
 export const shareOf = ({ held, prescribed }: Pick<Row, "held" | "prescribed">): number | null =>
   prescribed > 0 ? Math.min(1, held / prescribed) : null;
 
+const percentText = (share: number | null) =>
+  share === null ? "–" : t("clinic:tiles.percent", { value: wholePercent(share) });
+
+/**
+ * Return the share of all rows in words. As on the home page, a session more than was prescribed makes up for none
+ * of another patient.
+ */
+export function shareOfAll(rows: Pick<Row, "held" | "prescribed">[]): string {
+  const held = rows.reduce((sum, row) => sum + Math.min(row.held, row.prescribed), 0);
+  return percentText(shareOf({ held, prescribed: rows.reduce((sum, row) => sum + row.prescribed, 0) }));
+}
+
 const percentOf = (row: Row): number | null => {
   const share = shareOf(row);
   return share === null ? null : Math.round(100 * share);
@@ -60,16 +72,13 @@ const COLUMNS: Column<Row>[] = [
     head: t("clinic:figures.heldShare"),
     right: true,
     value: percentOf,
-    cell: (row) => {
-      const share = shareOf(row);
-      return share === null ? "–" : t("clinic:tiles.percent", { value: wholePercent(share) });
-    },
+    cell: (row) => percentText(shareOf(row)),
+    total: shareOfAll,
   },
   {
     key: "held",
     head: t("clinic:figures.held"),
     right: true,
-    total: true,
     value: ({ held }) => held,
     cell: ({ held }) => held,
   },
