@@ -156,7 +156,7 @@ def test_play_stop_by_switch_reset_and_play_again(
     assert all(abs(motor["start_deg"]) <= 1.0 for motor in errors)
     assert all(abs(motor["peak_deg"]) <= 6.0 for motor in errors)
     figures = client.get(f"/api/runs/{second['id']}/figures").json()["motors"]
-    assert [trace["name"] for trace in figures[0]["figure"]["data"]] == ["Teaching", "Playback", "Error"]
+    assert [trace["name"] for trace in figures[0]["figure"]["data"]] == ["Requested", "Playback", "Error"]
 
 
 def test_the_stop_button_stops(client: TestClient, taught_patient: dict[str, Any], recording: dict[str, Any]) -> None:

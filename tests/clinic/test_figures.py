@@ -80,7 +80,7 @@ def test_long_run_is_plotted_with_few_points_and_every_peak(parts: RunFigureSamp
     peak = int(np.argmax(error))
     assert (at[peak], error[peak]) == (pytest.approx(TIMES_S[PEAK_AT], abs=1e-3), pytest.approx(PEAK_DEG, abs=2e-3))
     assert lines(motors[1]["figure"])["Error"][1] == pytest.approx(0.5, abs=2e-3)
-    assert third["Teaching"][1].max() == pytest.approx(ANGLES_DEG[:, 2].max(), abs=1e-3)
+    assert third["Requested"][1].max() == pytest.approx(ANGLES_DEG[:, 2].max(), abs=1e-3)
     assert motors[2]["figure"]["layout"]["yaxis2"]["range"][1] > PEAK_DEG
 
 
@@ -98,7 +98,7 @@ def test_window_of_a_run_shows_every_sample_inside() -> None:
     within = (TIMES_S >= 200.0) & (TIMES_S <= 203.0)
     assert x == pytest.approx(TIMES_S[within])
     assert error == pytest.approx((played_deg() - ANGLES_DEG)[within, 2], abs=2e-3)
-    taught_s, _ = lines(third)["Teaching"]
+    taught_s, _ = lines(third)["Requested"]
     assert taught_s[0] <= 200.0 and taught_s[-1] >= 203.0 and len(taught_s) < 310
 
 
@@ -109,7 +109,7 @@ def test_unplayed_window_shows_the_taught_motion() -> None:
     early = replace(parts, played=pack({name: np.empty((0, 5) if name.endswith(("deg", "nm")) else 0) for name in (
         "time_s", "phase", "path_s", "setpoint_deg", "measured_deg", "torque_nm"
     )}, PLAYED_COLUMNS), window=(1.0, 2.0))  # fmt: skip
-    assert len(lines(json.loads(figures.run(early))["motors"][0]["figure"])["Teaching"][0]) > 100
+    assert len(lines(json.loads(figures.run(early))["motors"][0]["figure"])["Requested"][0]) > 100
 
 
 def test_window_plots_although_another_minute_is_damaged() -> None:

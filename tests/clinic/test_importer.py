@@ -296,7 +296,7 @@ def test_run_is_compared_with_its_requested_motion(clinic: Clinic) -> None:
         assert motor.lag_ms == pytest.approx(0.0, abs=1.0)
         assert (motor.taught_min_deg, motor.taught_max_deg) == pytest.approx((0.0, 16.0), abs=1e-3)
     run_figures = json.loads(figures.run(parts))
-    assert trace(run_figures, motor=1, name="Teaching").max() == pytest.approx(16.0, abs=0.01)
+    assert trace(run_figures, motor=1, name="Requested").max() == pytest.approx(16.0, abs=0.01)
     assert trace(run_figures, motor=1, name="Error") == pytest.approx(0.5, abs=0.01)
 
 
@@ -601,7 +601,7 @@ def test_figure_has_angles_on_the_left_and_error_right(clinic: Clinic) -> None:
     assert [motor["motor"] for motor in run_figures["motors"]] == [1, 2, 3, 4, 5]
     figure = run_figures["motors"][2]["figure"]
     assert [(trace["name"], trace.get("yaxis", "y")) for trace in figure["data"]] == [
-        ("Teaching", "y"),
+        ("Requested", "y"),
         ("Playback", "y"),
         ("Error", "y2"),
     ]

@@ -178,7 +178,7 @@ def test_teach_stop_reset_play_again_and_read_the_errors(
     figures = run.locator("[data-drawn=true]")
     expect(figures).to_have_count(5, timeout=LONG_MS)
     for figure in figures.all():
-        expect(figure.locator(".legendtext")).to_have_text(["Teaching", "Playback", "Error"])
+        expect(figure.locator(".legendtext")).to_have_text(["Requested", "Playback", "Error"])
         expect(figure.locator(".ytitle")).to_have_text("Angle, °")
         expect(figure.locator(".y2title")).to_have_text("Error, °")
     # The played motion in 3-D: the time runs while it plays.

@@ -192,7 +192,7 @@ def derived(before_series: Series, after_series: Series) -> str:
 def run(parts: RunFigureSamples) -> str:
     """Return the paper's figure for each motor as JSON of ``RunFigures``: both angles on the left axis, the error on the right.
 
-    The line of the teaching is the requested motion: the taught samples with the run's settings.
+    The requested motion is the taught samples with the run's settings.
     """
     lines = run_lines(parts)
     time = texts.FIGURE_TIME_WALL() if parts.clock == "wall" else texts.FIGURE_TIME_PATH()
@@ -201,7 +201,7 @@ def run(parts: RunFigureSamples) -> str:
         of_motor = {name: values[:, axis] for name, values in lines.items()}
         error = _line(of_motor["played_s"], of_motor["error_deg"], texts.FIGURE_ERROR(), _style(PALE_GREEN, 1.2))
         traces = [
-            _line(of_motor["taught_s"], of_motor["taught_deg"], texts.FIGURE_TEACHING(), _style(INDIGO)),
+            _line(of_motor["taught_s"], of_motor["taught_deg"], texts.FIGURE_REQUESTED(), _style(INDIGO)),
             _line(
                 of_motor["played_s"],
                 of_motor["played_deg"],

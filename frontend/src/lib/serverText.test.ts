@@ -75,20 +75,20 @@ describe("a server text on a Japanese page", () => {
   it("is translated inside a figure, and user texts are not", async () => {
     await loadServerTexts("ja");
     const figure = {
-      data: [{ name: "Teaching", hovertemplate: "%{y:.2f}°" }, { name: "Abduction" }],
+      data: [{ name: "Requested", hovertemplate: "%{y:.2f}°" }, { name: "Abduction" }],
       layout: { xaxis: { title: { text: "Time, s" } } },
       texts: [
-        { code: "figure_teaching", params: {}, places: ["/data/0/name"] },
+        { code: "figure_requested", params: {}, places: ["/data/0/name"] },
         { code: "figure_angle_hover", params: {}, places: ["/data/0/hovertemplate"] },
         { code: "figure_time", params: {}, places: ["/layout/xaxis/title/text", "/layout/yaxis/title/text"] },
       ],
     };
     expect(translatePlaced(figure)).toEqual({
-      data: [{ name: "教示", hovertemplate: "%{y:.2f}°" }, { name: "Abduction" }],
+      data: [{ name: "要求", hovertemplate: "%{y:.2f}°" }, { name: "Abduction" }],
       layout: { xaxis: { title: { text: "時間（秒）" } } },
       texts: figure.texts,
     });
-    expect(figure.data[0]?.name).toBe("Teaching");
+    expect(figure.data[0]?.name).toBe("Requested");
   });
 });
 

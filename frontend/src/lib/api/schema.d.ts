@@ -8798,7 +8798,7 @@ export interface components {
             programmes: number;
             /**
              * Overdue
-             * @description Programmes whose next session is overdue by more than a day.
+             * @description Programmes whose next session was due before today.
              */
             overdue: number;
             /**
