@@ -66,14 +66,19 @@ afterEach(() => {
   vi.restoreAllMocks();
 });
 
-/** Send a state with the arm raised in abduction while a recording is played. */
-function raise(elevation_deg: number, scapula_deg: number, curves: Schemas["RhythmCurve"][] = []) {
+/** Send a state with the arm raised in abduction while a recording is played or, after resistance, the arm is moved back. */
+function raise(
+  elevation_deg: number,
+  scapula_deg: number,
+  curves: Schemas["RhythmCurve"][] = [],
+  reversing = false,
+) {
   const scapula = motorsOf({ phi_deg: 0, psi_deg: scapula_deg }, "left") ?? [0, 0];
   const angles = [...scapula, elevation_deg - scapula_deg, 0, 0];
   live = {
     ...live,
     mode: "playing",
-    run: { reversing: false } as Schemas["RunLive"],
+    run: { reversing } as Schemas["RunLive"],
     rhythm: { motion_id: "run", start_elevation_deg: 12, start_scapula_deg: 0, curves },
     axes: angles.map((measured_deg) => ({ measured_deg })) as Live["axes"],
   };
@@ -103,6 +108,14 @@ it("says while the scapula runs ahead of the unaffected side, and how far", asyn
   expect(screen.getByTestId("lead").textContent).toContain("unaffected side: 6.3°");
   expect(screen.getByTestId("lead").textContent).toContain("Largest: 6.3° at 50°");
   expect(screen.getByTestId("arm-now").textContent).toBe("Arm 50°, scapula 13.9°");
+});
+
+it("follows the arm while it is moved back, without counting it as part of the motion", async () => {
+  await show();
+  for (let deg = 12; deg <= 50; deg += 2) raise(deg, (deg - 12) / 5 + (deg - 12) / 6);
+  raise(20, 1, [], true);
+  expect(screen.getByTestId("arm-now").textContent).toBe("Arm 20°, scapula 1.0°");
+  expect(screen.getByTestId("lead").textContent).toContain("Largest: 6.3° at 50°");
 });
 
 it("says nothing while the scapula turns like the unaffected side's", async () => {

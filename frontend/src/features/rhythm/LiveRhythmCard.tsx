@@ -13,7 +13,14 @@ import { WideTable } from "../../ui/WideTable";
 import { liveAngles } from "../digital-twin/liveAngles";
 import { bandHead, describeRatio, describeReference } from "./describeRatio";
 import { LiveRhythmChart } from "./LiveRhythmChart";
-import { armPoint, type LiveMotion, type SoundMotion, soundCurveOf, withPoint } from "./liveRhythm";
+import {
+  type ArmPoint,
+  armPoint,
+  type LiveMotion,
+  type SoundMotion,
+  soundCurveOf,
+  withPoint,
+} from "./liveRhythm";
 import { curveName } from "./rhythmFigure";
 
 /**
@@ -31,7 +38,7 @@ export function LiveRhythmCard({ patientId }: { patientId: string }) {
   });
   const compares = stored.data !== undefined && stored.data.side !== null && stored.data.side !== side;
   const sound = compares ? stored.data.motions : NONE;
-  const motion = useLiveMotion(sound);
+  const { motion, now } = useLiveMotion(sound);
   return (
     <Card withBorder component="section" aria-label={t("rhythm:live.title")}>
       <Stack gap="xs" className={alive ? "" : "stale"}>
@@ -40,7 +47,7 @@ export function LiveRhythmCard({ patientId }: { patientId: string }) {
         </Title>
         <SoundNote stored={stored.data} side={side} used={comparedWith(sound, rhythm?.curves ?? [])} />
         <Lead motion={motion} />
-        {rhythm && <LiveRhythmChart rhythm={rhythm} sound={sound} motion={motion} />}
+        {rhythm && <LiveRhythmChart rhythm={rhythm} sound={sound} motion={motion} now={now} />}
         {rhythm && rhythm.curves.length > 0 ? (
           <Ratios curves={rhythm.curves} sound={sound} />
         ) : (
@@ -58,21 +65,26 @@ const NONE: SoundMotion[] = [];
 const comparedWith = (sound: SoundMotion[], curves: Schemas["RhythmCurve"][]): SoundMotion | undefined =>
   sound.find((motion) => curves.length === 0 || curves.some((curve) => soundCurveOf(curve, [motion])));
 
-/** Follow the arm with each state of the station while a take is recorded or a recording is played. */
-function useLiveMotion(sound: SoundMotion[]): LiveMotion | null {
+/**
+ * Follow the arm with each state of the station. Only points of a recorded take or a playing recording belong to the
+ * motion, not those of a held arm or one that is moved back.
+ */
+function useLiveMotion(sound: SoundMotion[]): { motion: LiveMotion | null; now: ArmPoint | null } {
   const [motion, setMotion] = useState<LiveMotion | null>(null);
+  const [now, setNow] = useState<ArmPoint | null>(null);
   useEffect(
     () =>
       liveAngles.subscribe(() => {
         const live = store.get().live;
         const angles = liveAngles.get();
-        if (!live?.rhythm || !angles || !moves(live)) return;
+        if (!live?.rhythm || !angles) return;
         const [rhythm, point] = [live.rhythm, armPoint(angles, live.side)];
-        if (point) setMotion((before) => withPoint(before, point, rhythm, sound));
+        setNow(point);
+        if (point && moves(live)) setMotion((before) => withPoint(before, point, rhythm, sound));
       }),
     [sound],
   );
-  return motion;
+  return { motion, now };
 }
 
 const moves = ({ mode, run, teaching }: Pick<Schemas["Live"], "mode" | "run" | "teaching">) =>

@@ -3,7 +3,7 @@ import type { Schemas } from "../../lib/api/client";
 import { formatDegrees } from "../../lib/format";
 import { t } from "../../lib/i18n";
 import { useWidth } from "../../ui/useWidth";
-import { LIMIT_DEG, type LiveMotion, type SoundMotion, soundCurveOf } from "./liveRhythm";
+import { type ArmPoint, LIMIT_DEG, type LiveMotion, type SoundMotion, soundCurveOf } from "./liveRhythm";
 import classes from "./liveRhythm.module.css";
 
 const HEIGHT = 240;
@@ -20,8 +20,9 @@ export function LiveRhythmChart(props: {
   rhythm: Schemas["RhythmLive"];
   sound: SoundMotion[];
   motion: LiveMotion | null;
+  now: ArmPoint | null;
 }) {
-  const { rhythm, sound, motion } = props;
+  const { rhythm, sound, motion, now } = props;
   const { ref, width } = useWidth(480);
   const trail = motion?.id === rhythm.motion_id ? motion.trail : [];
   const like = rhythm.curves.map((curve) => soundCurveOf(curve, sound)).filter((curve) => curve !== null);
@@ -38,7 +39,6 @@ export function LiveRhythmChart(props: {
   const y = (deg: number) => TOP + ((HEIGHT - TOP - BOTTOM) * (SCAPULA.high - deg)) / (SCAPULA.high - lowest);
   const path = (xs: number[], ys: number[]) =>
     xs.map((deg, n) => `${x(deg).toFixed(1)},${y(ys[n] ?? 0).toFixed(1)}`).join(" ");
-  const now = trail.at(-1);
   return (
     <div ref={ref}>
       <svg
