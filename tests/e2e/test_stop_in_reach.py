@@ -197,6 +197,26 @@ def _cut_links(tab: Page) -> dict[int, int]:
     return wrong
 
 
+_SEEN: Final = """(part) => {
+    const {left, top, width, height} = part.getBoundingClientRect();
+    return part.contains(document.elementFromPoint(left + width / 2, top + height / 2));
+}"""
+"""True if nothing covers a part of the header."""
+
+
+def _assert_menus_leave_states(tab: Page) -> None:
+    """On a telephone the states in the header stay visible beside an open menu."""
+    width, height = SIZES["telephone"]
+    tab.set_viewport_size({"width": width, "height": height})
+    for icon in ("menu-2", "user"):
+        tab.locator(f"header button:has(.tabler-icon-{icon})").click()
+        expect(tab.get_by_role("menu")).to_be_visible()
+        for state in ("estop", "mode"):
+            assert tab.locator("header").get_by_test_id(state).evaluate(_SEEN), (icon, state)
+        tab.keyboard.press("Escape")
+        expect(tab.get_by_role("menu")).to_be_hidden()
+
+
 def _assert_low_menus(tab: Page) -> None:
     """On a telephone in landscape every page of the menu is in reach, and a dialog reaches to the bottom."""
     width, height = SIZES["landscape"]
@@ -242,6 +262,7 @@ def test_header_keeps_links_and_stop_in_reach_at_every_size(tab: Page, clinic: C
     tab.wait_for_load_state("networkidle")
     tab_to_stop(tab, presses=12)
     assert _cut_links(tab) == {}
+    _assert_menus_leave_states(tab)
     _assert_low_menus(tab)
     _assert_answer_beside_header(tab, failing=False)
 

@@ -12,6 +12,7 @@ import { AppFrame } from "../safety/AppFrame";
 import { LazyPart } from "../ui/LazyPart";
 import { PageLink } from "../ui/links";
 import { UndoBar } from "../ui/UndoBar";
+import { useBelowHeader } from "../ui/useBelowHeader";
 import { Brand } from "./Brand";
 import { MissingZone } from "./MissingZone";
 import { NavigationLink } from "./NavigationLink";
@@ -80,10 +81,12 @@ function Top() {
 
 /** The same pages in a menu, on a telephone or an upright tablet, where the links do not fit. */
 function PageMenu() {
+  const { target, menu } = useBelowHeader();
   return (
-    <Menu position="bottom-start" zIndex={500}>
+    <Menu position="bottom-start" zIndex={500} {...menu}>
       <Menu.Target>
         <ActionIcon
+          ref={target}
           variant="subtle"
           color="var(--mantine-color-text)"
           size={44}

@@ -22,6 +22,7 @@ import type { Me } from "../../lib/api/client";
 import { t } from "../../lib/i18n";
 import { useLive } from "../../lib/live/hooks";
 import { manualAddress } from "../../lib/manual";
+import { useBelowHeader } from "../../ui/useBelowHeader";
 import { authStore } from "./authState";
 import { useMe } from "./hooks";
 
@@ -31,6 +32,7 @@ export function AccountMenu() {
   const torque = useLive("torque");
   const operates = useLive("lease")?.mine === true;
   const [confirming, setConfirming] = useState(false);
+  const { target, menu } = useBelowHeader();
   if (!me) return null;
   // Without a connection, the last known torque is used, because an arm may still be held.
   const torqueOn = torque === "on" || (torque === "unknown" && operates);
@@ -41,9 +43,10 @@ export function AccountMenu() {
         operates={operates && torqueOn}
         onClose={() => setConfirming(false)}
       />
-      <Menu position="bottom-end" zIndex={500}>
+      <Menu position="bottom-end" zIndex={500} {...menu}>
         <Menu.Target>
           <Button
+            ref={target}
             variant="subtle"
             color="var(--mantine-color-text)"
             h={44}
