@@ -158,8 +158,10 @@ function Head<Row>(props: { column: Column<Row>; sorting: Sorting; onSort: () =>
   const Icon = direction === "descending" ? IconArrowDown : IconArrowUp;
   if (!column.value) {
     return (
-      <Table.Th {...numbers(column)} fz="md">
-        {column.head}
+      <Table.Th {...numbers(column)}>
+        <span className={classes.head} data-right={column.right}>
+          {column.head}
+        </span>
       </Table.Th>
     );
   }
