@@ -56,6 +56,8 @@ export const variables: CSSVariablesResolver = (mantineTheme) => ({
     "--kata-chosen-edge": mantineTheme.colors.indigo[8],
     "--kata-quiet": mantineTheme.colors.gray[2],
     "--kata-limb": mantineTheme.colors.gray[5],
+    "--kata-stale": STALE.light,
+    "--kata-shadow": "0 0 0",
     "--kata-stage-1": mantineTheme.colors.gray[2],
     "--kata-stage-2": mantineTheme.colors.gray[4],
     "--kata-stage-3": mantineTheme.colors.indigo[1],
@@ -81,6 +83,8 @@ export const variables: CSSVariablesResolver = (mantineTheme) => ({
     "--kata-chosen-edge": mantineTheme.colors.indigo[3],
     "--kata-quiet": mantineTheme.colors.dark[5],
     "--kata-limb": mantineTheme.colors.dark[2],
+    "--kata-stale": STALE.dark,
+    "--kata-shadow": "255 255 255",
     "--kata-stage-1": mantineTheme.colors.dark[5],
     "--kata-stage-2": mantineTheme.colors.dark[4],
     "--kata-stage-3": mantineTheme.colors.indigo[9],
@@ -88,6 +92,9 @@ export const variables: CSSVariablesResolver = (mantineTheme) => ({
     "--kata-measured": TRACES.dark.measured,
   },
 });
+
+/** Colours of outdated words, at least 4.5:1 on the page and on a card (WCAG 1.4.3). */
+export const STALE = { light: "#666d74", dark: "#9a9a9a" } as const;
 
 /**
  * Colours of traces. They can be distinguished with colour blindness, and none is an alarm colour. The

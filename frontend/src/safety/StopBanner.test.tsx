@@ -96,8 +96,7 @@ describe("a stop", () => {
     expect(text).not.toContain("has been stopped");
     expect(text).toContain("It is unknown whether the motors hold the arm");
     expect(text).toContain("Support the arm");
-    // The causes may be old, so they are grey. The instruction must stay readable; `.stale` has too little contrast
-    // for words.
+    // The causes may be old, so they are grey. The instruction is not old.
     const greyed = (words: RegExp) => screen.getByText(words).closest("li")?.style.color ?? "";
     expect(greyed(/met resistance/)).toContain("dimmed");
     expect(greyed(/Grey values are old/)).toBe("");

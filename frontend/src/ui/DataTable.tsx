@@ -117,7 +117,7 @@ function RowCount(props: { count: number; more: boolean; canFetchAll: boolean; s
     return (
       <Group gap="xs">
         <Text size="sm" role="status">
-          {t("ui:table.selected", { count: selection.count, rows: count })}
+          {t("ui:table.selected", { selected: selection.count, count })}
         </Text>
         <Button variant="subtle" size="compact-md" onClick={() => selection.selectAll(false)}>
           {t("ui:table.selectNone")}
@@ -158,8 +158,10 @@ function Head<Row>(props: { column: Column<Row>; sorting: Sorting; onSort: () =>
   const Icon = direction === "descending" ? IconArrowDown : IconArrowUp;
   if (!column.value) {
     return (
-      <Table.Th {...numbers(column)} fz="md">
-        {column.head}
+      <Table.Th {...numbers(column)}>
+        <span className={classes.head} data-right={column.right}>
+          {column.head}
+        </span>
       </Table.Th>
     );
   }

@@ -6,7 +6,7 @@ import { t } from "../lib/i18n";
 /** The range and the highest speed of each motor in a motion. */
 export function MotorRanges({ ranges }: { ranges: Schemas["MotorRange"][] }) {
   return (
-    <Table maw={640} withTableBorder verticalSpacing="xs">
+    <Table maw={640} withTableBorder verticalSpacing="xs" horizontalSpacing={6}>
       <Table.Thead>
         <Table.Tr>
           <Table.Th>{t("common:ranges.motor")}</Table.Th>

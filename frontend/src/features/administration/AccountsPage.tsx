@@ -139,7 +139,7 @@ function AccountActions({ account, onCode }: { account: Account; onCode: OnCode 
   const disable = useDisableAccount(account.id);
   return (
     <>
-      <Group justify="end" gap="xs" miw={230}>
+      <Group justify="end" gap="xs" miw={{ base: "max-content", sm: 230 }}>
         <Button
           variant="default"
           onClick={() => setChanging(true)}

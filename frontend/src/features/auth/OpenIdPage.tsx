@@ -72,7 +72,10 @@ export function OpenIdPage() {
       ) : callback || redirecting ? (
         <Text role="status">{t("auth:signIn.wait")}</Text>
       ) : (
-        <Button onClick={() => router.history.replace("/")}>{t("auth:signIn.back")}</Button>
+        <>
+          <Text>{t("auth:signIn.noReply")}</Text>
+          <Button onClick={() => router.history.replace("/")}>{t("auth:signIn.back")}</Button>
+        </>
       )}
     </AuthLayout>
   );

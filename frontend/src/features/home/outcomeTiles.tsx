@@ -61,7 +61,7 @@ export function AdherenceTile() {
       }
       note={
         adherence
-          ? t("clinic:tiles.adherenceDetail", { ...adherence })
+          ? t("clinic:tiles.adherenceDetail", { ...adherence, count: adherence.prescribed })
           : data
             ? t("clinic:tiles.fewPatients", { count: data.least_patients })
             : ""

@@ -49,7 +49,7 @@ it("the tile of adherence leads to the patients behind its figure", async () => 
   const adherence = { programmes: 12, overdue: 2, prescribed: 80, held: 60 };
   vi.spyOn(api, "outcomes").mockResolvedValue({ adherence, groups: [], least_patients: 10 } as never);
   show(AdherenceTile);
-  const tile = await screen.findByRole("link", { name: /75 %/ });
+  const tile = await screen.findByRole("link", { name: /75\u00a0%/ });
   expect(tile.getAttribute("href")).toBe("/clinic/adherence");
 });
 

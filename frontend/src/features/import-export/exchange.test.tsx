@@ -59,11 +59,11 @@ describe("a motion from a CSV file", () => {
     give("lift.csv");
     const text = await screen.findByTestId("understood");
     expect(text.textContent).toContain(
-      "Angles of the arm, 401 rows at 100 Hz, length 0:04, for the left shoulder.",
+      "Angles of the arm, 401 rows at 100\u00a0Hz, length 0:04, for the left shoulder.",
     );
     expect(text.textContent).toContain("Ignored columns: remark.");
     expect(text.textContent).toContain(
-      "Smallest margin to the limit of what the arm can reach: 12.5° at 3.2 s",
+      "Smallest margin to the limit of what the arm can reach: 12.5° at 3.2\u00a0s",
     );
     expect(text.textContent).toContain("Simulated apparatus");
     expect(preview).toHaveBeenCalledWith("p", "left", expect.any(File));

@@ -144,7 +144,7 @@ const COLUMNS: Column<Patient>[] = [
     key: "number",
     head: t("patients:patients.number"),
     value: ({ clinic_number }) => clinic_number,
-    cell: ({ clinic_number }) => clinic_number,
+    cell: ({ clinic_number }) => <span style={{ whiteSpace: "nowrap" }}>{clinic_number}</span>,
   },
   {
     key: "born",

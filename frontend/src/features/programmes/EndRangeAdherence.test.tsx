@@ -39,7 +39,7 @@ it("compares this week's time with the prescription and lists sessions", () => {
       </TestRouter>
     </MantineProvider>,
   );
-  expect(screen.getByTestId("end-range").textContent).toContain("2:05 of 15:00 min");
+  expect(screen.getByTestId("end-range").textContent).toContain("2:05 of 15:00\u00a0min");
   fireEvent.click(screen.getByRole("button", { expanded: false }));
   const rows = screen.getAllByRole("row").map((row) => row.textContent);
   expect(rows).toHaveLength(4);

@@ -93,7 +93,7 @@ it("shows done, changed and omitted items", async () => {
   expect(cells(1)).toEqual(["10 of 10", "–"]);
   expect(cells(2)).toEqual([
     "4 of 10",
-    "stopped, range 80 % instead of 100 %, range reduced during playback, down to 60 %",
+    "stopped, range 80\u00a0% instead of 100\u00a0%, range reduced during playback, down to 60\u00a0%",
   ]);
   expect(cells(3)).toEqual(["0 of 10", "Not played"]);
   expect(screen.getByText(/14 of 30 planned/)).toBeTruthy();

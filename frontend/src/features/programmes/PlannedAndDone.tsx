@@ -30,7 +30,7 @@ export function PlannedAndDone({ sessionId }: { sessionId: string }) {
         {t("programmes:plan.summary", {
           version: programme.number,
           done: plan.data.repetitions_done,
-          planned: plan.data.repetitions_planned,
+          count: plan.data.repetitions_planned,
         })}
       </Text>
       {timer && (

@@ -153,7 +153,9 @@ function describeWeek(week: {
   const { sessions, wished, planned, done } = week;
   const held =
     wished === null
-      ? t("programmes:regularity.sessions", { sessions })
-      : t("programmes:regularity.ofGoal", { sessions, wished });
-  return planned ? t("programmes:regularity.withRepetitions", { sessions: held, done, planned }) : held;
+      ? t("programmes:regularity.sessions", { count: sessions })
+      : t("programmes:regularity.ofGoal", { sessions, count: wished });
+  return planned
+    ? t("programmes:regularity.withRepetitions", { sessions: held, done, count: planned })
+    : held;
 }

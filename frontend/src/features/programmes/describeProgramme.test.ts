@@ -32,7 +32,7 @@ describe("the description of a programme", () => {
     expect(describeItem(item("Lift"))).toBe("As taught, once; resistance level 8 of 25");
     expect(
       describeItem(item("Lift", { range_percent: 80, repetitions: 10, pause_s: 2, resistance_level: 5 })),
-    ).toBe("80 % of the range, 10 repetitions, pause of 2 s at each end; resistance level 5 of 25");
+    ).toBe("80\u00a0% of the range, 10 repetitions, pause of 2\u00a0s at each end; resistance level 5 of 25");
     expect(describeItem({ ...item("Lift"), resistance_level: null, method: null })).toBe("As taught, once");
     expect(describeVersion(version([item("Lift")]))).toBe("1 recording, playing time 1:30");
     const more = { timer_minutes: 20, sessions_per_week: 3 };
@@ -60,7 +60,7 @@ describe("the changes between two versions", () => {
     ]);
     expect(changes(before, after)).toEqual([
       "Turn removed",
-      "Lift: range 80 % instead of 100 %, resistance level 5 instead of 8",
+      "Lift: range 80\u00a0% instead of 100\u00a0%, resistance level 5 instead of 8",
       "Hold added: as taught, once; resistance level 8 of 25",
     ]);
   });
@@ -71,7 +71,7 @@ describe("the changes between two versions", () => {
       version([item("Lift", { end_range: prescribed })]),
     ) as [ProgrammeVersion, ProgrammeVersion, ProgrammeVersion];
     const words = (minutes: number) =>
-      `end-range time of Abduction / adduction of the shoulder ${minutes} min per session (last 10°, at least 0.5 Nm)`;
+      `end-range time of Abduction / adduction of the shoulder ${minutes}\u00a0min per session (last 10°, at least 0.5\u00a0Nm)`;
     expect(changes(without, five)).toEqual([`Lift: ${words(5)}`]);
     expect(changes(five, two)).toEqual([`Lift: ${words(2)} instead of ${words(5)}`]);
     expect(changes(two, without)).toEqual(["Lift: end-range time removed"]);
@@ -106,7 +106,7 @@ describe("the changes between two versions", () => {
   it("match repeated recordings by order", () => {
     const twice = version([item("Lift"), item("Lift", { speed_percent: 50 })]);
     const once = version([item("Lift", { speed_percent: 50 })]);
-    expect(changes(twice, once)).toEqual(["Lift (2) removed", "Lift: speed 50 % instead of 100 %"]);
+    expect(changes(twice, once)).toEqual(["Lift (2) removed", "Lift: speed 50\u00a0% instead of 100\u00a0%"]);
     expect(changes(twice, twice)).toEqual(["Playback unchanged"]);
   });
 });

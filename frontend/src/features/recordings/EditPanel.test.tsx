@@ -155,7 +155,7 @@ describe("a retouch", () => {
     const point = await screen.findByRole("slider", { name: "Point 1" });
     fireEvent.keyDown(point, { key: "ArrowDown", shiftKey: true });
     fireEvent.keyDown(point, { key: "ArrowRight" });
-    expect(point.getAttribute("aria-valuetext")).toBe("4.1 s, change −5.0°");
+    expect(point.getAttribute("aria-valuetext")).toBe("4.1\u00a0s, change −5.0°");
     press("Change: decrease");
     fireEvent.keyDown(screen.getByRole("slider", { name: "To" }), { key: "ArrowLeft" });
     const points = [{ motor: 3, at_s: 4.1, change_deg: -5.5 }];

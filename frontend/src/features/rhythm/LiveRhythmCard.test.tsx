@@ -129,8 +129,8 @@ it("shows the ratio of each phase beside the unaffected side's", async () => {
   await show();
   raise(40, 5, [curve("played", 2.5)]);
   const [, own, other] = within(screen.getByTestId("live-ratios")).getAllByRole("row");
-  expect(own?.textContent).toContain("Played, raising2.5Arm did not reach");
-  expect(other?.textContent).toContain("Unaffected side, raising4.0Arm did not reach");
+  expect(own?.textContent).toContain("Played, raising2.5Arm did not cover all of this range");
+  expect(other?.textContent).toContain("Unaffected side, raising4.0Arm did not cover all of this range");
 });
 
 it("does not compare the unaffected side with itself", async () => {

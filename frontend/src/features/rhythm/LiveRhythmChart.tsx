@@ -6,11 +6,11 @@ import { useWidth } from "../../ui/useWidth";
 import { type ArmPoint, LIMIT_DEG, type LiveMotion, type SoundMotion, soundCurveOf } from "./liveRhythm";
 import classes from "./liveRhythm.module.css";
 
-const HEIGHT = 240;
+const HEIGHT = 218;
 const LEFT = 40;
 const RIGHT = 22;
 const TOP = 8;
-const BOTTOM = 44;
+const BOTTOM = 22;
 /** Range of the chart. It grows with the curves. */
 const ELEVATION = { low: 0, high: 120, step: 30 };
 const SCAPULA = { low: -5, high: 22, step: 5 };
@@ -83,6 +83,10 @@ export function LiveRhythmChart(props: {
           />
         )}
       </svg>
+      {/* Outside the drawing, so that it takes a second line on a telephone. */}
+      <p className={classes.axes} aria-hidden>
+        {t("rhythm:live.axes")}
+      </p>
       <Keys sound={others.length > 0} />
       {now && (
         <p className={classes.values} data-testid="arm-now">
@@ -123,9 +127,6 @@ function Axes(props: {
         </g>
       ))}
       <line className={classes.limit} x1={LEFT} x2={right} y1={y(LIMIT_DEG)} y2={y(LIMIT_DEG)} />
-      <text x={(LEFT + right) / 2} y={HEIGHT - 8} textAnchor="middle">
-        {t("rhythm:live.axes")}
-      </text>
     </g>
   );
 }

@@ -72,6 +72,16 @@ it("shows ratios, reasons and the published ratio of each direction", async () =
   expect(screen.getByRole("columnheader", { name: "Taught, raising, °" })).toBeTruthy();
 });
 
+it("distinguishes a range that the arm did not cover from a pass that is too short", async () => {
+  const uncovered = { ...band(30, null), reason: "not_covered" as const };
+  vi.spyOn(api, "recordingRhythm").mockResolvedValue(
+    rhythm({ curves: [curve({ bands: [uncovered], whole: { ...uncovered, to_deg: 52 } })] }),
+  );
+  show(<RhythmOfRecording recordingId="r" />);
+  const [, raising] = within(await screen.findByTestId("ratios")).getAllByRole("row");
+  expect(raising?.textContent).toContain("Arm did not cover all of this rangeToo short to calculate2.0");
+});
+
 it("says where the scapula is ahead of the unaffected side", async () => {
   const lead = { from_deg: 13, to_deg: 74, largest_deg: 8.04, at_elevation_deg: 32, ahead_from_deg: 22 };
   vi.spyOn(api, "runRhythm").mockResolvedValue(

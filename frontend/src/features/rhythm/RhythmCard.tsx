@@ -10,7 +10,7 @@ import { Plot } from "../../ui/Plot";
 import { ProblemNote } from "../../ui/ProblemNote";
 import { WideTable } from "../../ui/WideTable";
 import { NumbersTable } from "../progress/NumbersTable";
-import { bandHead, bandRange, describeRatio, describeReference } from "./describeRatio";
+import { bandHead, describeRatio, describeReference, describeWhole } from "./describeRatio";
 import { type Curve, curveName, describePlane, type Rhythm, rhythmFigure, rhythmTable } from "./rhythmFigure";
 
 export function RhythmOfRecording({ recordingId }: { recordingId: string }) {
@@ -128,11 +128,7 @@ function Ratios({ curves }: { curves: Curve[] }) {
             {curve.bands.map((band) => (
               <Table.Td key={band.from_deg}>{describeRatio(band)}</Table.Td>
             ))}
-            <Table.Td>
-              {curve.whole.ratio === null
-                ? describeRatio(curve.whole)
-                : t("rhythm:wholeRatio", { ...bandRange(curve.whole), ratio: describeRatio(curve.whole) })}
-            </Table.Td>
+            <Table.Td>{describeWhole(curve.whole)}</Table.Td>
             <Table.Td>{describeReference(curve)}</Table.Td>
           </Table.Tr>
         ))}

@@ -96,7 +96,7 @@ function NoteEditor({ session }: { session: Session }) {
       <Group>
         <Text size="sm" role="status">
           {typed === null && !session.note
-            ? t("sessions:note.drafted")
+            ? draft.data && t("sessions:note.drafted")
             : text === session.note
               ? t("sessions:note.saved")
               : t("sessions:note.notSaved")}

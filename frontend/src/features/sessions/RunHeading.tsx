@@ -50,7 +50,7 @@ function describeCourse(run: Run): string {
   const words: string[] = [];
   if (run.end_feel) return t(`sessions:session.endFeel.${run.end_feel}`);
   if (run.repetitions_done !== null) {
-    words.push(t("sessions:session.repetitions", { done: run.repetitions_done, planned: run.repetitions }));
+    words.push(t("sessions:session.repetitions", { done: run.repetitions_done, count: run.repetitions }));
   }
   if (run.reversals) words.push(t("sessions:session.reversals", { count: run.reversals }));
   if (run.least_range_percent !== null)

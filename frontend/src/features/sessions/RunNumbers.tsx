@@ -41,9 +41,7 @@ function MotorErrors({ run, comparison }: { run: Run; comparison: Comparison }) 
         run.rate_hz
           ? t("sessions:compared.captionAt", { samples: comparison.samples, hz: run.rate_hz })
           : t("sessions:compared.caption", { samples: comparison.samples }),
-        typeof run.clock_offset_s === "number"
-          ? t("sessions:compared.explained", { offset: formatDeg(run.clock_offset_s, 3) })
-          : t("sessions:compared.oldFigures"),
+        ...explainTimes(run.clock_offset_s),
         t("sessions:compared.smoothness"),
       ].join(" ")}
       first={t("sessions:compared.motor")}
@@ -59,6 +57,17 @@ function MotorErrors({ run, comparison }: { run: Run; comparison: Comparison }) 
       }))}
     />
   );
+}
+
+/**
+ * Return sentences about the times of the comparison. An offset of the clock that rounds to zero is left out.
+ * `clockOffset_s` is absent in the figures of an old playback.
+ */
+export function explainTimes(clockOffset_s: number | null | undefined): string[] {
+  if (typeof clockOffset_s !== "number") return [t("sessions:compared.oldFigures")];
+  const explained = t("sessions:compared.explained");
+  const offset = formatDeg(clockOffset_s, 3);
+  return Number(offset) === 0 ? [explained] : [explained, t("sessions:compared.clockOffset", { offset })];
 }
 
 /** Compares the patient's motion with the apparatus's range and with a healthy shoulder. */

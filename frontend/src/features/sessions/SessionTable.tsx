@@ -64,7 +64,7 @@ const PATIENT: Column<Session> = {
       <PageLink to="/patients/$patientId" params={{ patientId: patient.id }}>
         {patient.name}
       </PageLink>{" "}
-      <Text span size="sm" c="dimmed">
+      <Text span size="sm" c="dimmed" style={{ whiteSpace: "nowrap" }}>
         {patient.clinic_number}
       </Text>
     </>

@@ -65,7 +65,7 @@ describe("playback settings", () => {
       fireEvent.change(speed, { target: { value: typed } });
       fireEvent.blur(speed);
       const used = screen.getByRole("status", { name: "" }).textContent;
-      if (used === "refused") expect(screen.getByRole("alert").textContent).toContain("10 to 150 %");
+      if (used === "refused") expect(screen.getByRole("alert").textContent).toContain("10 to 150\u00a0%");
       else expect(speed.value).toBe(used);
     },
   );
@@ -79,7 +79,7 @@ describe("playback settings", () => {
     const value = { ...AS_TAUGHT, speed_percent: 50, range_percent: 80, repetitions: 10, pause_s: 2 };
     show(value, value);
     expect(screen.getByTestId("settings").textContent).toContain(
-      "80 % of the range, 50 % of the speed, 10 repetitions, pause of 2 s at each end, as last time.",
+      "80\u00a0% of the range, 50\u00a0% of the speed, 10 repetitions, pause of 2\u00a0s at each end, as last time.",
     );
     expect(describeSettings(AS_TAUGHT)).toBeNull();
     expect(describeSettings({ ...AS_TAUGHT, pause_s: 5 })).toBeNull();
@@ -92,7 +92,7 @@ describe("the method", () => {
     fireEvent.click(screen.getByRole("radio", { name: "Learned" }));
     expect(onChange).toHaveBeenCalledWith({ ...AS_TAUGHT, method: "learned" });
     expect(describeSettings({ ...AS_TAUGHT, method: "learned" })).toBe("learned from earlier playbacks");
-    expect(describeSettings({ ...AS_TAUGHT, method: "paper" })).toBe("as in the paper, at 10 Hz");
+    expect(describeSettings({ ...AS_TAUGHT, method: "paper" })).toBe("as in the paper, at 10\u00a0Hz");
     expect(describeSettings({ ...AS_TAUGHT, method: null })).toBeNull();
   });
 

@@ -47,7 +47,7 @@ describe("the apparatus state", () => {
 describe("the control loop's timing", () => {
   it("is one line", () => {
     expect(describeLoop(loop)).toBe(
-      "Control loop at 100 Hz: no cycle missed · 99.9 % of cycles began within 0.21 ms · real-time priority granted · memory locked",
+      "Control loop at 100\u00a0Hz: no cycle missed · 99.9\u00a0% of cycles began within 0.21\u00a0ms · real-time priority granted · memory locked",
     );
   });
 

@@ -21,6 +21,7 @@ export const GRID = {
   automargin: true,
 };
 const ROW_PX = 44;
+const MARGIN = { l: 56, r: 16, t: 16, b: 40 };
 
 export const column = (name: string, kind: "text" | "number" = "number", digits = 0) => ({
   name,
@@ -50,7 +51,7 @@ const nth = <Value>(values: readonly Value[], place: number) => values[place % v
 function layout(height: number, more: object): Figure["layout"] {
   return {
     height,
-    margin: { l: 56, r: 16, t: 16, b: 40 },
+    margin: MARGIN,
     font: { family: "system-ui, sans-serif", size: 13 },
     hovermode: "closest",
     plot_bgcolor: "white",
@@ -225,6 +226,8 @@ export function outcomeFigure(shown: Shown[], part: "change" | "important", axis
       part === "important" ? t("clinic:tiles.percent", { value: "%{x:.1f}" }) : `${axis}: %{x:.1f}`,
   };
   return figure([trace], 90 + ROW_PX * own.length, {
+    // Plotly leaves out a label that exceeds the margin, as half of "100 %" would.
+    margin: { ...MARGIN, r: 28 },
     xaxis: {
       ...GRID,
       title: { text: axis },

@@ -212,6 +212,20 @@ describe("the note", () => {
     expect(update).toHaveBeenCalledWith("s", { note: "Edited.", updated_at: SESSION.updated_at });
   });
 
+  it("says that it is drafted only when the draft is there", async () => {
+    let answer = (_: Awaited<ReturnType<typeof api.draft>>) => {};
+    vi.spyOn(api, "draft").mockReturnValue(
+      new Promise((resolve) => {
+        answer = resolve;
+      }),
+    );
+    show(<NoteCard session={SESSION} />);
+    expect((await screen.findByRole("status")).textContent).toBe("");
+    answer({ text: "Left shoulder. Done.", end_reason: "completed" });
+    await screen.findByDisplayValue("Left shoulder. Done.");
+    expect(screen.getByRole("status").textContent).toContain("Drafted from the measurements.");
+  });
+
   it("is drafted in the language of papers", async () => {
     localStorage.setItem("kata.report-language", '"ja"');
     const draft = vi.spyOn(api, "draft").mockResolvedValue({ text: "左肩。", end_reason: "completed" });

@@ -1,0 +1,18 @@
+import { expect, it } from "vitest";
+import { t } from "./i18n";
+import { joinUnits } from "./joinUnits";
+
+it.each([
+  ["90 % of the range", "90\u00a0% of the range"],
+  ["53 to 82 %.", "53 to 82\u00a0%."],
+  ["at 100 Hz, 2.5 Nm", "at 100\u00a0Hz, 2.5\u00a0Nm"],
+  ["0.3 Nmの誤差", "0.3\u00a0Nmの誤差"],
+  ["3 sessions, 2 minutes, 4 hours", "3 sessions, 2 minutes, 4 hours"],
+  ["5 Flexion", "5 Flexion"],
+])("joins the numbers of %s with their units", (text, joined) => {
+  expect(joinUnits(text)).toBe(joined);
+});
+
+it("is done in every text", () => {
+  expect(t("sessions:session.smallestRange", { percent: 80 })).toContain("80\u00a0%");
+});
