@@ -27,7 +27,7 @@ test("names the kinds in a subject, and keeps paths", () => {
 test("explains a refusal by code or number, with its repetitions", () => {
   expect(describeDetail(entry({ why: "wrong_password", again: 4 }))).toEqual([
     "Reason: wrong user name or password",
-    "Repeated 4 times",
+    "Repeated 4 times, so numbered up to a minute after its time",
   ]);
   expect(describeDetail(entry({ why: 401 }))).toEqual(["Reason: not signed in"]);
 });

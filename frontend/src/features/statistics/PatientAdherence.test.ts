@@ -13,5 +13,5 @@ it("counts no extra session of one patient for another", () => {
     { held: 6, prescribed: 4 },
     { held: 2, prescribed: 4 },
   ];
-  expect(shareOfAll(rows)).toBe("75 %");
+  expect(shareOfAll(rows)).toBe("75\u00a0%");
 });
