@@ -4,6 +4,7 @@ import { DEFAULT_THEME } from "@mantine/core";
 import { describe, expect, it } from "vitest";
 import { SCENE_COLOURS } from "../features/digital-twin/colours";
 import { DARK_COLOURS } from "../ui/plotColours";
+import { contrast } from "../ui/testContrast";
 import { STALE, TRACES } from "./theme";
 
 /** Return the hue in degrees and the chroma (0 for grey, 1 for a pure colour). */
@@ -64,20 +65,6 @@ describe("the alarm colours", () => {
     ]);
   });
 });
-
-/** Return the relative luminance (WCAG 2). */
-function luminanceOf(colour: string): number {
-  const [r, g, b] = [1, 3, 5].map((at) => {
-    const part = Number.parseInt(colour.slice(at, at + 2), 16) / 255;
-    return part <= 0.04045 ? part / 12.92 : ((part + 0.055) / 1.055) ** 2.4;
-  }) as [number, number, number];
-  return 0.2126 * r + 0.7152 * g + 0.0722 * b;
-}
-
-function contrast(one: string, other: string): number {
-  const [dark, light] = [luminanceOf(one), luminanceOf(other)].sort((a, b) => a - b) as [number, number];
-  return (light + 0.05) / (dark + 0.05);
-}
 
 describe("outdated words", () => {
   const { dark, gray } = DEFAULT_THEME.colors;

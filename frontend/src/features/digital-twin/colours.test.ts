@@ -1,19 +1,6 @@
 import { expect, it } from "vitest";
+import { contrast, luminance } from "../../ui/testContrast";
 import { SCENE_COLOURS, type Scheme } from "./colours";
-
-/** Return the relative luminance of WCAG 2. */
-function luminance(colour: string): number {
-  const [r, g, b] = [1, 3, 5].map((at) => {
-    const part = Number.parseInt(colour.slice(at, at + 2), 16) / 255;
-    return part <= 0.04045 ? part / 12.92 : ((part + 0.055) / 1.055) ** 2.4;
-  }) as [number, number, number];
-  return 0.2126 * r + 0.7152 * g + 0.0722 * b;
-}
-
-function contrast(one: string, other: string): number {
-  const [dark, light] = [luminance(one), luminance(other)].sort((a, b) => a - b) as [number, number];
-  return (light + 0.05) / (dark + 0.05);
-}
 
 const SCHEMES: Scheme[] = ["light", "dark"];
 
