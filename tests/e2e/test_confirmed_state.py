@@ -38,7 +38,7 @@ def watch(page: Page) -> None:
 def test_killed_service_shows_within_two_seconds_and_returns_without_reload(page: Page, clinic: Clinic) -> None:
     open_station(page)
     expect(page.get_by_test_id("angles")).to_have_attribute("data-alive", "true")
-    expect(page.get_by_test_id("age")).to_have_text(re.compile(r"^\d\.\d\ss old$"))
+    expect(page.get_by_test_id("age")).to_have_text(re.compile(r"^\d\.\d\u00a0s old$"))
     watch(page)
     clinic.kill()
     killed_s = time.time()

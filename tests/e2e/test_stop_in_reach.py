@@ -16,7 +16,7 @@ from tests.support.browser_clinic import LONG_MS, Clinic
 from tests.support.page_actions import first_page, wait_until_idle
 from tests.support.shown_pages import SIZES
 from tests.support.shown_station import ShownStation
-from tests.support.stop_in_reach import tab_to_stop, untouchable_stop
+from tests.support.stop_in_reach import tab_to_stop, untouchable, untouchable_stop
 
 pytestmark = pytest.mark.shared_clinic("invented")
 
@@ -197,13 +197,6 @@ def _cut_links(tab: Page) -> dict[int, int]:
     return wrong
 
 
-_SEEN: Final = """(part) => {
-    const {left, top, width, height} = part.getBoundingClientRect();
-    return part.contains(document.elementFromPoint(left + width / 2, top + height / 2));
-}"""
-"""True if nothing covers a part of the header."""
-
-
 def _assert_menus_leave_states(tab: Page) -> None:
     """On a telephone the states in the header stay visible beside an open menu."""
     width, height = SIZES["telephone"]
@@ -212,7 +205,7 @@ def _assert_menus_leave_states(tab: Page) -> None:
         tab.locator(f"header button:has(.tabler-icon-{icon})").click()
         expect(tab.get_by_role("menu")).to_be_visible()
         for state in ("estop", "mode"):
-            assert tab.locator("header").get_by_test_id(state).evaluate(_SEEN), (icon, state)
+            assert untouchable(tab.locator("header").get_by_test_id(state)) == "", (icon, state)
         tab.keyboard.press("Escape")
         expect(tab.get_by_role("menu")).to_be_hidden()
 
