@@ -41,12 +41,16 @@ def stations(
     seconds: Annotated[
         float, typer.Option(min=1.0, help="Playing time with the database, and again while it hangs, seconds.")
     ] = 60.0,
+    pages: Annotated[
+        int, typer.Option(min=0, help="Number of open pages of all stations together; each station has at least one.")
+    ] = 0,
+    rate: Annotated[int, typer.Option(min=1, help="Rate of the control loops, Hz.")] = 100,
     json_out: Json = None,
 ) -> None:
-    """Run several stations on one PostgreSQL: delay between stations, and missed cycles while the database hangs."""
+    """Run several stations on one PostgreSQL: delay between stations, load of the database, and missed cycles while it hangs."""
     from benchmarks import stations as benchmark
 
-    run_benchmark(lambda progress: benchmark.run(count, presses, seconds, progress), json_out)
+    run_benchmark(lambda progress: benchmark.run(count, presses, seconds, pages, rate, progress), json_out)
 
 
 @app.command("sign-in", hidden=True)

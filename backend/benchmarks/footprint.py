@@ -1,6 +1,5 @@
 """Implements ``python -m benchmarks footprint``: measures memory of each process, idle processor time, and bytes written to the disk."""
 
-import os
 import re
 import time
 from collections.abc import Callable, Iterator
@@ -14,7 +13,7 @@ from kata.bench.account import ACTIVE_HEADER
 from kata.bench.page_load import page_load
 from kata.bench.records import BenchRecords
 from kata.bench.report import Report
-from kata.bench.running_service import RunningService, children, prepare_records
+from kata.bench.running_service import RunningService, children, cpu_s, prepare_records
 
 _RATE_HZ: Final = 100
 _MB: Final = 1e6
@@ -145,12 +144,11 @@ def _name(pid: int) -> str:
 def _process(pid: int, name: str) -> Process:
     folder = Path(f"/proc/{pid}")
     memory = (folder / "smaps_rollup").read_text()
-    times = (folder / "stat").read_text().rpartition(")")[2].split()
     return Process(
         name=name,
         pss_mb=_number(r"^Pss:\s+(\d+) kB", memory) * _KIB / _MB,
         locked_mb=_number(r"^Locked:\s+(\d+) kB", memory) * _KIB / _MB,
-        cpu_s=(int(times[11]) + int(times[12])) / os.sysconf("SC_CLK_TCK"),
+        cpu_s=cpu_s(pid),
         written=_number(r"^write_bytes: (\d+)", (folder / "io").read_text()),
     )
 

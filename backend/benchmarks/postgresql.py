@@ -14,7 +14,7 @@ from typing import Final
 
 from sqlalchemy.engine import make_url
 
-from kata.bench.running_service import BenchError, children
+from kata.bench.running_service import BenchError, children, cpu_s
 from kata.database.postgresql_programs import postgresql_program
 
 _USER: Final = "postgres"
@@ -25,10 +25,11 @@ class MissingError(BenchError):
 
 
 @contextmanager
-def serving(data_folder: Path | None = None) -> Iterator[str]:
+def serving(data_folder: Path | None = None, max_connections: int = 100) -> Iterator[str]:
     """Run a server during the block. Yield SQLAlchemy's URL of its empty database. Root runs the server as the user ``postgres``.
 
     ``data_folder``: a folder in which the database is kept; it must be empty only at first use. Its writes are as safe as a clinic's.
+    ``max_connections``: PostgreSQL's own default is 100.
 
     :raises MissingError: when the programs or the user ``postgres`` are missing.
     """
@@ -54,6 +55,7 @@ def serving(data_folder: Path | None = None) -> Iterator[str]:
                 raise MissingError(f"PostgreSQL cannot create its files in {data}: {made.stderr.strip()}.")
         # Disable automatic vacuuming, which could disturb a measurement or the dropping of a schema.
         options = f"-c listen_addresses='' -c unix_socket_directories='{folder}' -c autovacuum=off -c max_wal_size=4GB"
+        options += f" -c max_connections={max_connections}"
         if not data_folder:
             options += " -c fsync=off"
         control: list[str | Path] = [initdb.with_name("pg_ctl"), "--pgdata", data, "--wait", "--silent"]
@@ -71,6 +73,13 @@ def serving(data_folder: Path | None = None) -> Iterator[str]:
         shutil.rmtree(folder)
 
 
+def _cpu_s_if_running(pid: int) -> float:
+    try:
+        return cpu_s(pid)
+    except OSError:
+        return 0.0  # It has ended since it was listed, and its time counts as that of an ended child.
+
+
 class Server:
     """Controls the server of :func:`serving` with this URL: suspends, kills and restarts it while services use it."""
 
@@ -83,6 +92,11 @@ class Server:
         """Return the server's process ids, children first."""
         first = int((self._folder / "data/postmaster.pid").read_text().split()[0])
         return [*children(first), first]
+
+    def cpu_s(self) -> float:
+        """Return the processor time of the server's processes in seconds, also of those that have ended."""
+        *others, first = self._processes()
+        return cpu_s(first, with_ended_children=True) + sum(map(_cpu_s_if_running, others))
 
     def _signal(self, which: signal.Signals) -> None:
         for process in self._processes():

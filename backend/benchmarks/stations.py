@@ -1,12 +1,13 @@
-"""Implements ``python -m benchmarks stations``: runs several stations of one clinic on one PostgreSQL, each with its own service and
-apparatus. Measures the delay until one station shows an event at another, and the cycles missed while the database hangs.
+"""Implements ``python -m benchmarks stations``: runs several stations of one clinic on one PostgreSQL, each with its own service,
+apparatus and open pages. Measures the delay until one station shows an event at another, the cycles missed while the database hangs, and
+what the stations need of the database.
 """
 
 import random
 import threading
 import time
-from collections.abc import Callable, Sequence
-from contextlib import ExitStack
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import ExitStack, contextmanager
 from dataclasses import dataclass
 from pathlib import Path
 from tempfile import TemporaryDirectory
@@ -14,6 +15,7 @@ from typing import Final
 
 import msgspec
 import numpy as np
+from sqlalchemy import create_engine, text
 from websockets.exceptions import ConnectionClosed
 from websockets.sync.client import connect
 
@@ -21,9 +23,12 @@ from benchmarks import postgresql
 from kata.bench.page_load import page_load
 from kata.bench.records import BenchRecords
 from kata.bench.report import Report
-from kata.bench.running_service import BenchError, RunningService, causes, prepare_records
+from kata.bench.running_service import BenchError, RunningService, causes, cpu_s, prepare_records
 
-_RATE_HZ: Final = 100
+_CONNECTIONS_PER_STATION: Final = 20
+"""A service opens up to 17."""
+_CONNECTIONS: Final = "select count(*) - 1 from pg_stat_activity where backend_type = 'client backend'"
+"""Without the connection that asks."""
 _SPARE_S: Final = 60.0
 _SEEN_LIMIT_S: Final = 10.0
 _DELIVERED_LIMIT_S: Final = 60.0
@@ -92,31 +97,44 @@ class _Watcher:
             return
 
 
-def run(stations: int, presses: int, seconds: float, progress: Callable[[str], None]) -> Report:
+def run(
+    stations: int, presses: int, seconds: float, pages: int, rate_hz: int, progress: Callable[[str], None]
+) -> Report:
     """Press emergency stops. Then play at all stations for ``seconds`` with the database, and for ``seconds`` while it hangs.
+
+    ``pages``: the number of open pages of all stations together; each station has at least one. ``rate_hz``: rate of the control loops.
 
     :raises BenchError: when PostgreSQL is missing, or an apparatus stops.
     """
+    pages_each = max(1, pages // stations)
     report = Report(
-        f"{stations} stations on one PostgreSQL, {_RATE_HZ} Hz each", ("", "p50", "p99", "largest", "all together")
+        f"{stations} stations on one PostgreSQL, {rate_hz} Hz and {pages_each} pages each",
+        ("", "p50", "p99", "largest", "all together"),
     )
-    with TemporaryDirectory(prefix="kata-bench-") as folder, postgresql.serving() as url, ExitStack() as stack:
+    connections = max(100, stations * _CONNECTIONS_PER_STATION)
+    with (
+        TemporaryDirectory(prefix="kata-bench-") as folder,
+        postgresql.serving(None, connections) as url,
+        ExitStack() as stack,
+    ):
         server = postgresql.Server(url)
         progress("Starting services and apparatuses")
         stations_running = [
-            _start(stack, Path(folder), f"Station {n}", server, 2 * seconds + _SPARE_S) for n in range(1, stations + 1)
+            _start(stack, Path(folder), f"Station {n}", server, 2 * seconds + _SPARE_S, rate_hz)
+            for n in range(1, stations + 1)
         ]
+        # Without an open page the service would pause the apparatus.
+        for station in stations_running:
+            stack.enter_context(page_load(station.service, None, pages_each))
         progress("Pressing emergency stops")
         _add_row(report, "delay of the overview, ms", "overview_delay_ms", _delays_ms(stations_running, presses))
         progress("Playing with the database")
         before_mb = [station.service.service_mb for station in stations_running]
         for station in stations_running:
-            # Without an open page the service would pause the apparatus.
-            stack.enter_context(page_load(station.service, None, pages=1))
             station.service.play(station.records)
-        _add_row(
-            report, f"cycles missed in {seconds:g} s, with the database", "missed", _missed(stations_running, seconds)
-        )
+        with _measured_load(report, server, stations_running):
+            missed = _missed(stations_running, seconds)
+        _add_row(report, f"cycles missed in {seconds:g} s, with the database", "missed", missed)
         progress("Playing while the database hangs")
         with server.hanging():
             missed = _missed(stations_running, seconds)
@@ -134,11 +152,38 @@ def run(stations: int, presses: int, seconds: float, progress: Callable[[str], N
     return report
 
 
-def _start(stack: ExitStack, folder: Path, name: str, server: postgresql.Server, play_s: float) -> _Station:
+def _start(
+    stack: ExitStack, folder: Path, name: str, server: postgresql.Server, play_s: float, rate_hz: int
+) -> _Station:
     data = folder / name
     records = prepare_records(data, play_s=play_s, plot_s=1.0, database_url=server.url)
-    service = RunningService(data, records, cycle_hz=_RATE_HZ, rate_hz=_RATE_HZ, name=name)
+    service = RunningService(data, records, cycle_hz=rate_hz, rate_hz=rate_hz, name=name)
     return _Station(name, stack.enter_context(service), records)
+
+
+@contextmanager
+def _measured_load(report: Report, server: postgresql.Server, stations_running: Sequence[_Station]) -> Iterator[None]:
+    """Add the processor time during the block to the report, and the database's connections at its end."""
+    services = [station.service.service_pid for station in stations_running]
+    devices = [station.service.device_pid for station in stations_running]
+    used_s: dict[str, Callable[[], float]] = {
+        "database": server.cpu_s,
+        "services": lambda: sum(map(cpu_s, services)),
+        "devices": lambda: sum(map(cpu_s, devices)),
+    }
+    began_s, before = time.monotonic(), {name: used() for name, used in used_s.items()}
+    yield
+    seconds = time.monotonic() - began_s
+    for name, used in used_s.items():
+        percent = 100 * (used() - before[name]) / seconds
+        report.figures[f"cpu_{name}_percent"] = percent
+        report.rows.append((f"processor time of the {name}, % of a core", "", "", "", f"{percent:.1f}"))
+    engine = create_engine(server.url)
+    with engine.connect() as asking:
+        connections = asking.execute(text(_CONNECTIONS)).scalar_one()
+    engine.dispose()
+    report.figures["connections"] = connections
+    report.rows.append(("connections of the database", "", "", "", f"{connections}"))
 
 
 def _delays_ms(stations_running: Sequence[_Station], presses: int) -> list[float]:

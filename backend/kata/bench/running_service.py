@@ -75,9 +75,12 @@ class RunningService:
         self.simulator = SimulatorProcess(data)
         self.hand = self.simulator.client()
         station = data / "station.toml"
-        station_config = msgspec.structs.replace(
-            config.simulated(self.simulator.port), name=name, cycle_hz=cycle_hz, rate_hz=rate_hz
-        )
+        usual = config.simulated(self.simulator.port)
+        # At a lower rate the same age of the inputs is fewer cycles.
+        usual_cycles = usual.inputs.max_age_cycles
+        max_age_cycles = min(usual_cycles, usual_cycles * cycle_hz // usual.cycle_hz)
+        inputs = msgspec.structs.replace(usual.inputs, max_age_cycles=max_age_cycles)
+        station_config = msgspec.structs.replace(usual, name=name, cycle_hz=cycle_hz, rate_hz=rate_hz, inputs=inputs)
         # The service treats this apparatus as a real one, which must be commissioned.
         write_commissioned(station_config, station)
         self._log_path = data / "service.log"
@@ -275,6 +278,16 @@ def rss_mb(pid: int) -> float:
     if not resident:
         raise BenchError("a process has ended")
     return int(resident[1]) / 1024
+
+
+def cpu_s(pid: int, *, with_ended_children: bool = False) -> float:
+    """Return the processor time of a process in seconds.
+
+    :raises OSError: when it has ended.
+    """
+    times = Path(f"/proc/{pid}/stat").read_text().rpartition(")")[2].split()
+    counted = times[11:15] if with_ended_children else times[11:13]
+    return sum(map(int, counted)) / os.sysconf("SC_CLK_TCK")
 
 
 def causes(live: Live) -> Sequence[str]:
