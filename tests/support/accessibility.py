@@ -146,10 +146,10 @@ def _misfits(page: Page) -> list[str]:
     return [*wide, *(str(found) for script in (_CUT, _UNREACHABLE) for found in page.evaluate(script))]
 
 
-def misfits_on_telephone(page: Page) -> list[str]:
+def misfits_on_telephone(page: Page, redrawn_s: float = _REDRAWN_S) -> list[str]:
     """Return what does not fit the width of a telephone (WCAG 1.4.10 Reflow), and tables that scroll there only by touch.
 
-    Leave the page's size as it was.
+    Leave the page's size as it was. ``redrawn_s``: how long the page may take to draw its figures for the new width.
     """
     before = page.viewport_size
     assert before
@@ -157,7 +157,7 @@ def misfits_on_telephone(page: Page) -> list[str]:
     try:
         # Figures are drawn again for the new width, and the open tab is scrolled into view. ``wait_for_function`` needs an evaluation that
         # the page's policy forbids.
-        until = time.monotonic() + _REDRAWN_S
+        until = time.monotonic() + redrawn_s
         while (found := _misfits(page)) and time.monotonic() < until:
             page.wait_for_timeout(100)
         return found
