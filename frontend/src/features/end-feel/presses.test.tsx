@@ -147,7 +147,7 @@ async function begin() {
   render(
     <MantineProvider env="test">
       <QueryClientProvider client={new QueryClient()}>
-        <PlayPanel patientId="p" session={SESSION} wanted={null} />
+        <PlayPanel session={SESSION} wanted={null} />
       </QueryClientProvider>
     </MantineProvider>,
   );

@@ -1,12 +1,19 @@
 import { MantineProvider } from "@mantine/core";
 import { QueryClient, QueryClientProvider } from "@tanstack/react-query";
 import { cleanup, fireEvent, render, screen, waitFor, within } from "@testing-library/react";
+import type { ReactNode } from "react";
 import { afterEach, beforeEach, describe, expect, it, vi } from "vitest";
-import { api, type Check } from "../../lib/api/client";
+import { api, type Check, type Schemas } from "../../lib/api/client";
 import { type LiveState, store } from "../../lib/live/store";
+import type * as links from "../../ui/links";
 import { ME } from "../auth/testUsers";
 import { PATIENT } from "./session-wizard/examples";
 import { TeachPanel } from "./TeachPanel";
+
+vi.mock("../../ui/links", async (original) => ({
+  ...(await original<typeof links>()),
+  PageLink: ({ children }: { children: ReactNode }) => <a href="/">{children}</a>,
+}));
 
 const check = (name: Check["check"], subject: string, given: boolean, detected = false): Check => ({
   check: name,
@@ -119,4 +126,28 @@ describe("before teaching", () => {
       ),
     );
   });
+});
+
+it("lists the takes that were saved while the connection was lost", async () => {
+  const live = { device: "running", age_ms: 5, mode: "teaching", refusals: {} };
+  const teaching = { teaching_id: "t", takes: 2, take_s: 0, recording: false, released_once: true };
+  const state = { connected: true, heardAt: 0, station: null, live: { ...live, teaching }, events: [] };
+  vi.spyOn(store, "get").mockReturnValue(state as unknown as LiveState);
+  const onReconnected = vi.spyOn(store, "onReconnected");
+  const take = (id: string, teaching_id: string | null, number: number | null) =>
+    ({ id, name: `Take ${id}`, teaching_id, take: number, duration_s: 3 }) as Schemas["Recording"];
+  vi.spyOn(api, "recordings").mockResolvedValue({
+    items: [take("b", "t", 2), take("a", "t", 1), take("c", "earlier", 1), take("d", null, null)],
+  });
+  render(
+    <MantineProvider env="test">
+      <QueryClientProvider client={new QueryClient()}>
+        <TeachPanel patientId="p" />
+      </QueryClientProvider>
+    </MantineProvider>,
+  );
+  expect(screen.queryByTestId("saved")).toBeNull();
+  onReconnected.mock.calls.at(-1)?.[0]();
+  const names = within(await screen.findByTestId("saved")).getAllByRole("link");
+  expect(names.map(({ textContent }) => textContent)).toEqual(["Take a", "Take b"]);
 });

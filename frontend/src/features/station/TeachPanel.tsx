@@ -1,7 +1,7 @@
 import { Card, Group, List, SegmentedControl, Stack, Text, TextInput } from "@mantine/core";
 import { IconHandGrab, IconPlayerRecordFilled, IconShoe } from "@tabler/icons-react";
 import { useQueryClient } from "@tanstack/react-query";
-import { useEffect, useState } from "react";
+import { useEffect, useRef, useState } from "react";
 import { api, type Schemas } from "../../lib/api/client";
 import { formatSpan } from "../../lib/format";
 import { t } from "../../lib/i18n";
@@ -215,17 +215,30 @@ function Pedal() {
 /** Return the takes of the current or last teaching, as soon as each is saved. */
 function useSavedTakes(patientId: string, teachingId: string | null): Schemas["Recording"][] {
   const [takes, setTakes] = useState<Schemas["Recording"][]>([]);
+  const shown = useRef<string | null>(null);
   // A new teaching starts a new list.
   useEffect(() => {
-    if (teachingId) setTakes([]);
+    if (!teachingId) return;
+    shown.current = teachingId;
+    setTakes([]);
   }, [teachingId]);
-  useEffect(
-    () =>
-      store.onSaved((saved) => {
-        if (saved.what !== "recording" || saved.patient_id !== patientId) return;
-        void api.recording(saved.id).then((recording) => setTakes((before) => [...before, recording]));
-      }),
-    [patientId],
-  );
+  useEffect(() => {
+    const fetchTakes = async () => {
+      if (!shown.current) return;
+      const { items } = await api.recordings(patientId);
+      const ofTeaching = items.filter(({ teaching_id }) => teaching_id === shown.current);
+      setTakes(ofTeaching.sort((one, other) => (one.take ?? 0) - (other.take ?? 0)));
+    };
+    // Without an answer the list stays as it is until the next take.
+    const refresh = () => void fetchTakes().catch(() => undefined);
+    const stopSaved = store.onSaved((saved) => {
+      if (saved.what === "recording" && saved.patient_id === patientId) refresh();
+    });
+    const stopReconnected = store.onReconnected(refresh);
+    return () => {
+      stopSaved();
+      stopReconnected();
+    };
+  }, [patientId]);
   return takes;
 }

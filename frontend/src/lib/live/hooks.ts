@@ -67,16 +67,21 @@ export function useRefusal(
   );
 }
 
-/** Refresh lists when a recording or a run is saved. */
+/** Refresh lists when a recording or a run is saved, and when the connection returns: one may have been saved meanwhile. */
 export function useSavedRecords(): void {
   const queries = useQueryClient();
-  useEffect(
-    () =>
-      store.onSaved((saved) => {
-        if (saved.what === "recording") void queries.invalidateQueries({ queryKey: ["recordings"] });
-        void queries.invalidateQueries({ queryKey: ["session"] });
-        void queries.invalidateQueries({ queryKey: ["sessions"] });
-      }),
-    [queries],
-  );
+  useEffect(() => {
+    const refresh = (...lists: string[]) => {
+      for (const list of lists) void queries.invalidateQueries({ queryKey: [list] });
+    };
+    const stopListening = [
+      store.onSaved(({ what }) =>
+        refresh(...(what === "recording" ? ["recordings"] : []), "session", "sessions"),
+      ),
+      store.onReconnected(() => refresh("recordings", "session", "sessions")),
+    ];
+    return () => {
+      for (const stop of stopListening) stop();
+    };
+  }, [queries]);
 }

@@ -156,6 +156,18 @@ describe("the live store", () => {
     expect(store.get().live?.mode).toBe("idle");
   });
 
+  it("reports a connection that has returned, but not the first one", () => {
+    const onReconnected = vi.fn();
+    store.onReconnected(onReconnected);
+    socket().receive(snapshot());
+    socket().onclose?.();
+    vi.advanceTimersByTime(1000);
+    expect(sockets).toHaveLength(2);
+    expect(onReconnected).not.toHaveBeenCalled();
+    socket().receive(snapshot());
+    expect(onReconnected).toHaveBeenCalledTimes(1);
+  });
+
   it("reports saved records and collects events", () => {
     const saved: string[] = [];
     store.onSaved((message) => saved.push(message.id));

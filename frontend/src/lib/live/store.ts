@@ -45,6 +45,7 @@ export class LiveStore {
   #state: LiveState = EMPTY;
   #listeners = new Set<() => void>();
   #savedListeners = new Set<(saved: Schemas["SavedMessage"]) => void>();
+  #reconnectedListeners = new Set<() => void>();
   #lostListeners = new Set<() => void>();
   #pendingStops = new Map<number, (answer: Schemas["StopAnswerMessage"] | null) => void>();
   #stopNumber = 0;
@@ -96,6 +97,14 @@ export class LiveStore {
     this.#savedListeners.add(listener);
     return () => {
       this.#savedListeners.delete(listener);
+    };
+  }
+
+  /** Register a listener for a connection that has returned: messages may have been missed. */
+  onReconnected(listener: () => void): () => void {
+    this.#reconnectedListeners.add(listener);
+    return () => {
+      this.#reconnectedListeners.delete(listener);
     };
   }
 
@@ -172,6 +181,7 @@ export class LiveStore {
     const next: LiveState = { ...this.#state, connected, heardAt };
     switch (message.kind) {
       case "snapshot":
+        if (this.#state.live) for (const listener of this.#reconnectedListeners) listener();
         next.station = message.station;
         next.live = message.live;
         break;

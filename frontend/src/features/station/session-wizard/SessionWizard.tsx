@@ -63,7 +63,7 @@ export function SessionWizard({ patientId, wanted }: { patientId: string; wanted
         )}
         {step === "play" && (
           <>
-            <PlayPanel patientId={patientId} session={session} wanted={wanted} />
+            <PlayPanel session={session} wanted={wanted} />
             {!run && session && <FinishPlaying session={session} onDone={() => go("pain_after")} />}
           </>
         )}
