@@ -39,7 +39,7 @@ def stations(
     count: Annotated[int, typer.Option("--stations", min=2, help="Number of services, each with an apparatus.")] = 5,
     presses: Annotated[int, typer.Option(min=1, help="Number of emergency stops pressed.")] = 200,
     seconds: Annotated[
-        float, typer.Option(min=1.0, help="Playing time with the database, and again while it hangs, seconds.")
+        float, typer.Option(min=0.0, help="Playing time with the database, and again while it hangs, seconds; 0: none.")
     ] = 60.0,
     pages: Annotated[
         int, typer.Option(min=0, help="Number of open pages of all stations together; each station has at least one.")

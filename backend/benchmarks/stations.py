@@ -29,7 +29,8 @@ _CONNECTIONS_PER_STATION: Final = 20
 """A service opens up to 17."""
 _CONNECTIONS: Final = "select count(*) - 1 from pg_stat_activity where backend_type = 'client backend'"
 """Without the connection that asks."""
-_SPARE_S: Final = 60.0
+_SPARE_S: Final = 20.0
+"""Playing time for each station, because the stations begin to play one after the other."""
 _SEEN_LIMIT_S: Final = 10.0
 _DELIVERED_LIMIT_S: Final = 60.0
 _LONGEST_PAUSE_S: Final = 0.3
@@ -100,7 +101,8 @@ class _Watcher:
 def run(
     stations: int, presses: int, seconds: float, pages: int, rate_hz: int, progress: Callable[[str], None]
 ) -> Report:
-    """Press emergency stops. Then play at all stations for ``seconds`` with the database, and for ``seconds`` while it hangs.
+    """Press emergency stops. Then play at all stations for ``seconds`` with the database, and for ``seconds`` while it hangs; with 0 do
+    not play.
 
     ``pages``: the number of open pages of all stations together; each station has at least one. ``rate_hz``: rate of the control loops.
 
@@ -120,32 +122,18 @@ def run(
         server = postgresql.Server(url)
         progress("Starting services and apparatuses")
         stations_running = [
-            _start(stack, Path(folder), f"Station {n}", server, 2 * seconds + _SPARE_S, rate_hz)
+            _start(stack, Path(folder), f"Station {n}", server, 2 * seconds + stations * _SPARE_S, rate_hz)
             for n in range(1, stations + 1)
         ]
         # Without an open page the service would pause the apparatus.
         for station in stations_running:
             stack.enter_context(page_load(station.service, None, pages_each))
         progress("Pressing emergency stops")
-        _add_row(report, "delay of the overview, ms", "overview_delay_ms", _delays_ms(stations_running, presses))
-        progress("Playing with the database")
-        before_mb = [station.service.service_mb for station in stations_running]
-        for station in stations_running:
-            station.service.play(station.records)
-        with _measured_load(report, server, stations_running):
-            missed = _missed(stations_running, seconds)
-        _add_row(report, f"cycles missed in {seconds:g} s, with the database", "missed", missed)
-        progress("Playing while the database hangs")
-        with server.hanging():
-            missed = _missed(stations_running, seconds)
-        _add_row(report, f"cycles missed in {seconds:g} s, while it hangs", "missed_hanging", missed)
-        progress("Waiting for the spool")
-        for station in stations_running:
-            station.service.until(
-                lambda live: live.database.waiting == 0 and not live.database.unavailable_since, _DELIVERED_LIMIT_S
-            )
-        growth_mb = [station.service.service_mb - mb for station, mb in zip(stations_running, before_mb, strict=True)]
-        _add_row(report, "growth of a service's memory, MB", "growth_mb", growth_mb)
+        with _measured_load(report, server, stations_running, "at_rest"):
+            delays_ms = _delays_ms(stations_running, presses)
+        _add_row(report, "delay of the overview, ms", "overview_delay_ms", delays_ms)
+        if seconds:
+            _play(report, server, stations_running, seconds, progress)
     report.notes.append(
         "delay of the overview: from the opening of an emergency stop's contact until another station's WebSocket shows it."
     )
@@ -161,9 +149,40 @@ def _start(
     return _Station(name, stack.enter_context(service), records)
 
 
+def _play(
+    report: Report,
+    server: postgresql.Server,
+    stations_running: Sequence[_Station],
+    seconds: float,
+    progress: Callable[[str], None],
+) -> None:
+    """Play at all stations for ``seconds`` with the database, and for ``seconds`` while it hangs."""
+    progress("Playing with the database")
+    before_mb = [station.service.service_mb for station in stations_running]
+    for station in stations_running:
+        station.service.play(station.records)
+    with _measured_load(report, server, stations_running, "playing"):
+        missed = _missed(stations_running, seconds)
+    _add_row(report, f"cycles missed in {seconds:g} s, with the database", "missed", missed)
+    progress("Playing while the database hangs")
+    with server.hanging():
+        missed = _missed(stations_running, seconds)
+    _add_row(report, f"cycles missed in {seconds:g} s, while it hangs", "missed_hanging", missed)
+    progress("Waiting for the spool")
+    for station in stations_running:
+        station.service.until(
+            lambda live: live.database.waiting == 0 and not live.database.unavailable_since, _DELIVERED_LIMIT_S
+        )
+    growth_mb = [station.service.service_mb - mb for station, mb in zip(stations_running, before_mb, strict=True)]
+    _add_row(report, "growth of a service's memory, MB", "growth_mb", growth_mb)
+
+
 @contextmanager
-def _measured_load(report: Report, server: postgresql.Server, stations_running: Sequence[_Station]) -> Iterator[None]:
+def _measured_load(
+    report: Report, server: postgresql.Server, stations_running: Sequence[_Station], when: str
+) -> Iterator[None]:
     """Add the processor time during the block to the report, and the database's connections at its end."""
+    shown = when.replace("_", " ")
     services = [station.service.service_pid for station in stations_running]
     devices = [station.service.device_pid for station in stations_running]
     used_s: dict[str, Callable[[], float]] = {
@@ -176,14 +195,14 @@ def _measured_load(report: Report, server: postgresql.Server, stations_running: 
     seconds = time.monotonic() - began_s
     for name, used in used_s.items():
         percent = 100 * (used() - before[name]) / seconds
-        report.figures[f"cpu_{name}_percent"] = percent
-        report.rows.append((f"processor time of the {name}, % of a core", "", "", "", f"{percent:.1f}"))
+        report.figures[f"cpu_{name}_{when}_percent"] = percent
+        report.rows.append((f"{shown}: processor time of the {name}, % of a core", "", "", "", f"{percent:.1f}"))
     engine = create_engine(server.url)
     with engine.connect() as asking:
         connections = asking.execute(text(_CONNECTIONS)).scalar_one()
     engine.dispose()
-    report.figures["connections"] = connections
-    report.rows.append(("connections of the database", "", "", "", f"{connections}"))
+    report.figures[f"connections_{when}"] = connections
+    report.rows.append((f"{shown}: connections of the database", "", "", "", f"{connections}"))
 
 
 def _delays_ms(stations_running: Sequence[_Station], presses: int) -> list[float]:
