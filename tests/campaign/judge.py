@@ -486,7 +486,7 @@ class Judge:
             if self.world.speaks_untruth(axis.motor):
                 continue
             # A cycle that made up for a pause can show an angle of the cycle before, and a hand may have moved the arm between the two.
-            if newest.t_ns - axis.age_ms * 1e6 <= self._checked_ns:
+            if axis.age_ms > 0 and newest.t_ns - axis.age_ms * 1e6 <= self._checked_ns:
                 true_deg = self._motors[axis.motor - 1].recent_angles_deg[-2]
             wrong_deg = abs(axis.measured_deg - true_deg)
             assert wrong_deg <= _POSE_TOLERANCE_DEG, (

@@ -23,6 +23,7 @@ class MemoryLine:
         self._waiting: list[tuple[int, int, bytes]] = []
         self._number = 0
         self._busy_until_ns = 0
+        self._times_gone = world.faults.times_gone
         self.carried = 0
         """Number of bytes sent in both directions."""
 
@@ -86,7 +87,8 @@ class MemoryLine:
             heapq.heappush(self._waiting, (at_ns - (len(data) - end) * byte_ns, self._number, data[end - 1 : end]))
 
     def _check(self) -> None:
-        if self._world.faults.has("gone"):
+        # As on a real port, replugging the adapter does not revive the connection.
+        if self._world.faults.times_gone != self._times_gone:
             raise BusError("the port is gone")
 
 

@@ -123,6 +123,8 @@ class FaultInjector:
         self._apparatus = apparatus
         self._registers = registers
         self._faults: dict[tuple[FaultKind, int | None], SimulatedFault] = {}
+        self.times_gone = 0
+        """How often the adapter was pulled out. A connection that was open then stays lost."""
         self._random = random.Random(apparatus.seed or 0)
         self._nominal = [register.environment for register in registers]
         """Voltage and temperature of each drive without a fault."""
@@ -130,6 +132,7 @@ class FaultInjector:
     def fault(self, fault: SimulatedFault) -> None:
         """Set a fault. It replaces a fault of the same kind and motor."""
         self._faults[fault.kind, fault.motor] = fault
+        self.times_gone += fault.kind == "gone"
         self._set_wire_fault(fault.kind, broken=True)
         if fault.motor is None:
             return
