@@ -290,19 +290,19 @@ def inside(row: Range) -> st.SearchStrategy[float]:
 def outside(row: Range) -> st.SearchStrategy[float]:
     """Draw values just beyond the range, far beyond it, or not a number."""
     beyond = [row.low - 1, row.high + 1, math.nextafter(row.high, math.inf), 0.0, -1.0, 1e6, 2e9]
-    return st.sampled_from([math.nan, math.inf, -math.inf, *beyond])
+    return st.sampled_from([math.nan, math.inf, -math.inf]) | st.sampled_from(beyond)
 
 
 @st.composite
 def changes(draw: st.DrawFn) -> dict[str, Any]:
-    """Draw a configuration with some changed fields, rarely out of range."""
+    """Draw a configuration with some changed fields. In each third one a field is out of its range."""
     base = draw(st.sampled_from(sorted(BASES)))
     fields = fields_of(base)
     for row in draw(st.lists(st.sampled_from(rows(base)), min_size=1, max_size=5)):
         set_value(fields, row, draw(inside(row)))
     if draw(st.booleans()):
         fields["rate_hz"] = fields["cycle_hz"]
-    if draw(st.integers(0, 4)) == 0:
+    if draw(st.integers(0, 2)) == 0:
         row = draw(st.sampled_from(rows(base)))
         set_value(fields, row, draw(outside(row)))
     return fields
