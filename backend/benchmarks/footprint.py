@@ -2,7 +2,7 @@
 
 import re
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from tempfile import TemporaryDirectory
@@ -13,7 +13,7 @@ from kata.bench.account import ACTIVE_HEADER
 from kata.bench.page_load import page_load
 from kata.bench.records import BenchRecords
 from kata.bench.report import Report
-from kata.bench.running_service import RunningService, children, cpu_s, prepare_records
+from kata.bench.running_service import RunningService, causes, children, cpu_s, prepare_records
 
 _RATE_HZ: Final = 100
 _MB: Final = 1e6
@@ -21,6 +21,8 @@ _KIB: Final = 1024
 _SETTLE_S: Final = 40.0
 """Longer than the service waits until it starts the figure worker, so that the worker counts as idle memory."""
 _ACTIVITY_S: Final = 60.0
+_ACKNOWLEDGED_S: Final = 60.0
+"""The drives are verified and the arm is at rest within this time."""
 _NAMES: Final = (
     ("kata.device.reference_builder", "reference builder"),
     ("kata.device", "device"),
@@ -46,9 +48,9 @@ class Process:
 
 
 def run(seconds: float, progress: Callable[[str], None]) -> Report:
-    """Measure a service with one open page: idle, then playing, each for ``seconds``.
+    """Measure a service with one open page: idle, then playing, each for ``seconds``. A stopped playback begins again.
 
-    :raises BenchError: when the apparatus stops.
+    :raises BenchError: when a playback cannot begin.
     """
     report = Report(
         f"Footprint at {_RATE_HZ} Hz, one page open, {seconds:g} s idle and {seconds:g} s of playing",
@@ -70,10 +72,12 @@ def run(seconds: float, progress: Callable[[str], None]) -> Report:
         ):
             progress("Settling")
             time.sleep(_SETTLE_S)
-            idle = _between(service, seconds, progress, "Idle")
-            service.play(records)
-            playing = _between(service, seconds, progress, "Playing")
-            service.until(lambda live: live.mode == "idle", 120.0)
+            progress("Idle")
+            idle = _between(service, seconds, service.live)
+            progress("Playing")
+            playback = _Playback(service, records)
+            playing = _between(service, seconds, playback.resume)
+            playback.end()
             # The next session begins when the playback is imported. Without this wait, the import was missing from "later" by chance.
             service.begin_next_session(records)
             _use_worker(service, records)
@@ -95,21 +99,46 @@ def run(seconds: float, progress: Callable[[str], None]) -> Report:
     ):
         report.figures[f"footprint_pss_{when}_mb"] = mb
         report.notes.append(f"Together without the simulator, {when}: {mb:.0f} MB.")
+    report.notes += [
+        f"The apparatus stopped while playing and was started again: {', '.join(stop)}." for stop in playback.stops
+    ]
     report.notes.append("later: after a playback, its import and a figure. PSS: a shared page counts in parts.")
     return report
 
 
-def _between(
-    service: RunningService, seconds: float, progress: Callable[[str], None], what: str
-) -> dict[str, tuple[Process, Process]]:
-    """Return the resources of each process before and after ``seconds``, by name."""
-    progress(what)
+class _Playback:
+    """A playback that begins again when the apparatus stops, which it does when other programs keep a small computer busy."""
+
+    def __init__(self, service: RunningService, records: BenchRecords) -> None:
+        self._service = service
+        self._records = records
+        self.stops: list[Sequence[str]] = []
+        """Causes of each stop."""
+        service.play(records)
+
+    def resume(self) -> None:
+        """Play again if the apparatus has stopped."""
+        live = self._service.live()
+        if live.stop:
+            self.stops.append(causes(live))
+            self._service.insist("acknowledge", _ACKNOWLEDGED_S)
+            self._service.play(self._records)
+
+    def end(self) -> None:
+        """End the playback with a Stop and acknowledge it, so that its run is imported."""
+        self._service.command("stop")
+        self._service.insist("acknowledge", _ACKNOWLEDGED_S)
+        self._service.until(lambda live: live.mode == "idle", _ACKNOWLEDGED_S)
+
+
+def _between(service: RunningService, seconds: float, look: Callable[[], object]) -> dict[str, tuple[Process, Process]]:
+    """Return the resources of each process before and after ``seconds``, by name. ``look`` is called once a minute."""
     before = {process.name: process for process in _processes(service.service_pid)}
     until_s = time.monotonic() + seconds
     while (left_s := until_s - time.monotonic()) > 0:
         time.sleep(min(left_s, _ACTIVITY_S))
         # Without a request the service locks the screen after fifteen minutes and then refuses the playback.
-        service.live()
+        look()
     after = {process.name: process for process in _processes(service.service_pid)}
     return {name: (before[name], after[name]) for name in before if name in after}
 
