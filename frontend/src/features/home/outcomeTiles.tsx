@@ -1,6 +1,7 @@
 import { useQuery } from "@tanstack/react-query";
 import { api } from "../../lib/api/client";
 import { midnight, today } from "../../lib/days";
+import { formatRecentDays } from "../../lib/format";
 import { t } from "../../lib/i18n";
 import { MetricLink } from "../../ui/Metric";
 import { changeOfAll, wholePercent } from "../statistics/outcomeFormat";
@@ -61,7 +62,13 @@ export function AdherenceTile() {
       }
       note={
         adherence
-          ? t("clinic:tiles.adherenceDetail", { ...adherence, count: adherence.prescribed })
+          ? t("clinic:tiles.adherenceDetail", {
+              days: formatRecentDays(adherence.first_day, adherence.last_day),
+              held: adherence.held,
+              count: adherence.prescribed,
+              overdue: adherence.overdue,
+              programmes: adherence.programmes,
+            })
           : data
             ? t("clinic:tiles.fewPatients", { count: data.least_patients })
             : ""

@@ -1,6 +1,6 @@
 import { useQuery } from "@tanstack/react-query";
 import { api } from "../../lib/api/client";
-import { formatDayOf, formatMoment } from "../../lib/format";
+import { formatDayOf, formatMoment, formatRecentDays } from "../../lib/format";
 import { t } from "../../lib/i18n";
 import { translateServerText } from "../../lib/serverText";
 import { MetricLink } from "../../ui/Metric";
@@ -10,7 +10,7 @@ import { describeStop } from "../sessions/describeStop";
 import { UNSIGNED } from "../sessions/sessionFilters";
 import { mostFrequentCause } from "../statistics/causes";
 import { describeDrift } from "../statistics/drift";
-import { lastDays } from "../statistics/figuresSearch";
+import { daysOf, lastDays, spanOf } from "../statistics/figuresSearch";
 
 const GIGA = 1e9;
 const MEGA = 1e6;
@@ -49,9 +49,13 @@ export function UsageTile() {
 export function StopsTile() {
   const { data, isError } = useQuery({
     queryKey: ["stops", "tile"],
-    queryFn: () => api.stopCounts(lastDays(28, new Date())),
+    queryFn: () => api.stopCounts(spanOf({ range: "weeks4" }, new Date())),
   });
   const most = data && mostFrequentCause(data.rows);
+  const { from, to } = daysOf({ range: "weeks4" }, new Date());
+  const cause = most
+    ? t("clinic:tiles.stopsDetail", { cause: describeStop(most) })
+    : t("clinic:tiles.stopsNone");
   return (
     <MetricLink
       to="/clinic/$subject"
@@ -62,13 +66,7 @@ export function StopsTile() {
         data && t("clinic:tiles.ofSessions", { stopped: data.stopped_sessions, sessions: data.sessions })
       }
       unit={t("clinic:tiles.sessions", { count: data?.sessions ?? 0 })}
-      note={
-        data
-          ? most
-            ? t("clinic:tiles.stopsDetail", { cause: describeStop(most) })
-            : t("clinic:tiles.stopsNone")
-          : ""
-      }
+      note={data ? t("clinic:tiles.inDays", { days: formatRecentDays(from, to), note: cause }) : ""}
       failed={isError}
     />
   );
