@@ -186,3 +186,14 @@ def test_figures_read_only_the_hours_of_their_time(empty: Database, ask: Callabl
     ends = "SEARCH station_hours USING COVERING INDEX sqlite_autoindex_station_hours_1"
     of_time = "SEARCH station_hours USING INDEX sqlite_autoindex_station_hours_1 (hour>? AND hour<?)"
     assert set(found) == {ends, of_time}
+
+
+@pytest.mark.parametrize("station", [None, "Station 1"])
+def test_stops_read_only_the_stops_and_alarms_of_their_time(empty: Database, station: str | None) -> None:
+    """With a station, SQLite would read all its events, of which few are alarms."""
+    found = looks(empty, lambda session: usage.stops(session, Span(MAY, JUNE, station=station)))
+    assert set(found) == {
+        "SEARCH session_stops USING COVERING INDEX ix_session_stops_started_at (started_at>? AND started_at<?)",
+        "SEARCH device_events USING INDEX ix_device_events_alarms (at>? AND at<?)",
+        "SEARCH station_hours USING INDEX sqlite_autoindex_station_hours_1 (hour>? AND hour<?)",
+    }

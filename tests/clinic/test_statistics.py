@@ -14,9 +14,10 @@ from sqlalchemy.orm import Session
 from kata.actor import Actor
 from kata.clinic.assessments.tables import AssessmentRow
 from kata.clinic.episodes.tables import EpisodeRow, StageRow
+from kata.clinic.events.tables import DeviceEventRow
 from kata.clinic.patients.tables import PatientRow
 from kata.clinic.programmes.tables import ProgrammeRow, ProgrammeVersionRow
-from kata.clinic.sessions.tables import RunRow, SessionRow
+from kata.clinic.sessions.tables import RunRow, SessionRow, SessionStopRow
 from kata.clinic.statistics import intervals, outcomes, upkeep, usage, worklist
 from kata.clinic.statistics.intervals import SampleSums
 from kata.clinic.statistics.recent_days import recent_days
@@ -120,6 +121,25 @@ def test_days_begin_at_the_clinics_midnight(database: Database) -> None:
         (week,) = usage.usage(session, Span(ALL_TIME.since, ALL_TIME.until, CHICAGO), "week").rows
     assert days == {TOKYO: date(2026, 11, 2), CHICAGO: date(2026, 11, 1)}
     assert week.begins_on == date(2026, 10, 26)
+
+
+@pytest.mark.parametrize(("station", "sessions"), [(None, 2), ("Kata 1", 2), ("Kata 2", 0), ("", 0)])
+def test_every_figure_filters_the_station_alike(database: Database, station: str | None, sessions: int) -> None:
+    """The sums of the hours once treated an empty name as no filter, and the stops as a station without a name."""
+    with database.write() as session:
+        treat(session, sessions=2, runs=3)
+        for visit in session.scalars(select(SessionRow)):
+            stop = {"code": "drive_silent", "started_at": visit.started_at, "station": visit.station}
+            session.add(SessionStopRow(session_id=visit.id, therapist="Sato Ken", **stop))
+            alarm = {"code": "drive_silent", "at": visit.started_at, "station": visit.station}
+            session.add(DeviceEventRow(id=uuid4(), kind="alarm", message="", **alarm))
+    with database.read() as session:
+        span = Span(ALL_TIME.since, ALL_TIME.until, station=station)
+        stops = usage.stops(session, span)
+        used = usage.usage(session, span, "week").rows
+    counted = [(row.sessions, row.alarms) for row in stops.rows]
+    assert counted == ([(sessions, sessions)] if sessions else [])
+    assert (stops.sessions, stops.stopped_sessions, sum(row.sessions for row in used)) == (sessions,) * 3
 
 
 def add_episode(
