@@ -10,6 +10,7 @@ import { ButtonLink, PageLink } from "../../ui/links";
 import { ProblemNote } from "../../ui/ProblemNote";
 import { useHasPermission, useMayOperate, useUserName } from "../auth/hooks";
 import classes from "./home.module.css";
+import { useOnTelephone } from "./useOnTelephone";
 
 const REFETCH_MS = 60_000;
 const FEW = 6;
@@ -21,21 +22,28 @@ const FEW = 6;
 export function Worklist() {
   const work = useQuery({ queryKey: ["worklist"], queryFn: api.worklist, refetchInterval: REFETCH_MS });
   const writes = useHasPermission("write_records");
+  const onTelephone = useOnTelephone();
   if (!work.data) return <ProblemNote error={work.error} />;
   const { sessions, due, unsigned, changes } = work.data;
+  const today = (
+    <Part
+      title={t("clinic:home.today")}
+      none={t("clinic:home.todayNone")}
+      more={<PageLink to="/sessions">{t("clinic:home.allSessions")}</PageLink>}
+      items={sessions.map((session) => (
+        <SessionLine key={session.id} session={session} open={session.ended_at === null} />
+      ))}
+    />
+  );
+  // On a telephone the due patients take the whole screen, and an open session would not be seen.
+  const todayFirst = onTelephone && sessions.some((session) => session.ended_at === null);
   return (
     <Stack>
       <ProblemNote error={work.error} />
+      {todayFirst && today}
       <Due due={due} count={work.data.due_count} />
       <SimpleGrid cols={{ base: 1, sm: 2 }} className={classes.parts ?? ""}>
-        <Part
-          title={t("clinic:home.today")}
-          none={t("clinic:home.todayNone")}
-          more={<PageLink to="/sessions">{t("clinic:home.allSessions")}</PageLink>}
-          items={sessions.map((session) => (
-            <SessionLine key={session.id} session={session} open={session.ended_at === null} />
-          ))}
-        />
+        {!todayFirst && today}
         {writes && (
           <Part
             title={t("clinic:home.unsigned")}
