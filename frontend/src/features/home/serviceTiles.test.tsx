@@ -55,7 +55,7 @@ it("the tile of adherence leads to the patients behind its figure", async () => 
   show(AdherenceTile);
   const tile = await screen.findByRole("link", { name: /75\u00a0%/ });
   expect(tile.getAttribute("href")).toBe("/clinic/adherence");
-  expect(tile.textContent).toContain("Nov 3 to Nov 30: 60 of 80 sessions");
+  expect(tile.textContent).toContain("Nov 3 to Nov 30. 60 of 80 sessions");
 });
 
 it("the tile of stops says which days it asks for, as the tile of adherence does", async () => {
