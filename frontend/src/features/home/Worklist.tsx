@@ -4,7 +4,14 @@ import { useQuery } from "@tanstack/react-query";
 import { useNavigate, useSearch } from "@tanstack/react-router";
 import type { ReactNode } from "react";
 import { api, type Schemas } from "../../lib/api/client";
-import { formatDayOf, formatDeg, formatMoment, formatSide } from "../../lib/format";
+import {
+  formatChange,
+  formatDayOf,
+  formatMeasured,
+  formatMoment,
+  formatSide,
+  roundToTenths,
+} from "../../lib/format";
 import { t } from "../../lib/i18n";
 import { ButtonLink, PageLink } from "../../ui/links";
 import { ProblemNote } from "../../ui/ProblemNote";
@@ -152,13 +159,9 @@ function SessionLine({ session, open }: { session: Schemas["SessionSummary"]; op
 
 function ChangeLine({ change }: { change: Schemas["PatientChange"] }) {
   const { before, now, measure } = change;
-  const digits = Number.isInteger(before) && Number.isInteger(now) ? 0 : 1;
   // The change is not judged, because a small change is within the error of measurement.
   const difference = now - before;
-  const words =
-    difference === 0
-      ? t("clinic:home.unchanged")
-      : `${difference > 0 ? "+" : ""}${formatDeg(difference, digits)}`;
+  const words = roundToTenths(difference) === 0 ? t("clinic:home.unchanged") : formatChange(difference);
   return (
     <li className={classes.line ?? ""}>
       <div>
@@ -171,8 +174,8 @@ function ChangeLine({ change }: { change: Schemas["PatientChange"] }) {
       </div>
       <Text size="sm" fw={600}>
         {t(`clinic:home.change.${measure}`, {
-          before: formatDeg(before, digits),
-          now: formatDeg(now, digits),
+          before: formatMeasured(before),
+          now: formatMeasured(now),
           words,
         })}
       </Text>

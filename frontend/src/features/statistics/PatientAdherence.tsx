@@ -62,7 +62,7 @@ export function shareOfAll(rows: Pick<Row, "held" | "prescribed">[]): string {
 
 const percentOf = (row: Row): number | null => {
   const share = shareOf(row);
-  return share === null ? null : Math.round(100 * share);
+  return share === null ? null : Number(wholePercent(share));
 };
 
 const COLUMNS: Column<Row>[] = [
