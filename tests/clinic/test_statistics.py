@@ -17,6 +17,7 @@ from kata.clinic.episodes.tables import EpisodeRow, StageRow
 from kata.clinic.events.tables import DeviceEventRow
 from kata.clinic.patients.tables import PatientRow
 from kata.clinic.programmes.tables import ProgrammeRow, ProgrammeVersionRow
+from kata.clinic.progress import service as progress
 from kata.clinic.sessions.tables import RunRow, SessionRow, SessionStopRow
 from kata.clinic.statistics import intervals, outcomes, upkeep, usage, worklist
 from kata.clinic.statistics.intervals import SampleSums
@@ -255,6 +256,23 @@ def test_a_station_drifts_when_its_error_rises(database: Database) -> None:
     with database.read() as session:
         found = usage.tracking(session, Span(until - timedelta(days=90), until))
     assert {station.station: station.drifting for station in found.drift} == {"Rising": True, "Steady": False}
+
+
+def test_tracking_counts_the_playbacks_that_progress_counts(database: Database) -> None:
+    """A partial playback has no error of the whole run, so neither counts it. A stopped one whose playing time was compared counts."""
+    with database.write() as session:
+        made = treat(session, sessions=1, runs=3)
+        partial = session.scalars(select(RunRow).where(RunRow.outcome == "completed").order_by(RunRow.started_at)).all()
+        partial[0].compared_percent, partial[0].worst_rmse_deg, partial[0].worst_peak_deg = 41.5, None, None
+    with database.read() as session:
+        (station,) = usage.tracking(session, ALL_TIME).rows
+        charts = progress.tracked(session, progress.timeline_of(session, made.episode_id))
+        counted = session.scalars(select(RunRow).where(RunRow.worst_rmse_deg.is_not(None))).all()
+    assert {run.outcome for run in counted} == {"completed", "stopped"}
+    assert station.playbacks == sum(one.playbacks for one in charts) == 2
+    mean = sum(one.rmse_deg * one.playbacks for one in charts) / station.playbacks
+    assert isclose(station.rmse_deg, mean)
+    assert station.peak_deg == max(one.peak_deg for one in charts)
 
 
 def followed(database: Database, *, restricted: bool = False, last_day: int = 8) -> None:
