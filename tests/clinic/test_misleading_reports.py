@@ -80,7 +80,7 @@ def test_reports_write_every_date_in_one_notation(
 
 
 @pytest.mark.parametrize(("language", "motion"), [("en", "Motion 4 Abduction"), ("ja", "動作4 肩関節 外転")])
-def test_the_number_of_a_motion_is_not_taken_for_a_motor(
+def test_a_motions_number_is_not_taken_for_a_motor(
     treated: tuple[SessionContent, EpisodeContent], language: Language, motion: str
 ) -> None:
     """Motors and motions have numbers beside each other: motion 4 is moved by motor 3."""

@@ -1,5 +1,6 @@
 import { useQuery } from "@tanstack/react-query";
 import { api } from "../../lib/api/client";
+import { addDays, today } from "../../lib/days";
 import { formatDayOf, formatMoment, formatRecentDays } from "../../lib/format";
 import { t } from "../../lib/i18n";
 import { translateServerText } from "../../lib/serverText";
@@ -22,17 +23,21 @@ const size = (bytes: number) =>
     ? t("clinic:tiles.gigabytes", { value: (bytes / GIGA).toFixed(1) })
     : t("clinic:tiles.megabytes", { value: (bytes / MEGA).toFixed(0) });
 
+const USAGE_DAYS = 7;
+
 export function UsageTile() {
   const { data, isError } = useQuery({
     queryKey: ["usage", "tile"],
-    queryFn: () => api.usage(lastDays(7, new Date()), "week"),
+    queryFn: () => api.usage(lastDays(USAGE_DAYS, new Date()), "week"),
   });
+  const to = today();
   const sum = (amount: "sessions" | "hours" | "repetitions") =>
     (data?.rows ?? []).reduce((total, row) => total + row[amount], 0);
   return (
     <MetricLink
       to="/clinic/$subject"
       params={{ subject: "usage" }}
+      search={{ from: addDays(to, 1 - USAGE_DAYS), to, by: "day" }}
       label={t("clinic:tiles.usage")}
       value={data && String(sum("sessions"))}
       unit={t("clinic:tiles.sessions", { count: sum("sessions") })}
