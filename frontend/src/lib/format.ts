@@ -4,11 +4,6 @@ import { LOCALE } from "./language";
 
 const DAY = { year: "numeric", month: "short", day: "numeric" } as const;
 const calendarDay = new Intl.DateTimeFormat(LOCALE, { ...DAY, timeZone: "UTC" });
-const calendarDayOfYear = new Intl.DateTimeFormat(LOCALE, {
-  month: "short",
-  day: "numeric",
-  timeZone: "UTC",
-});
 const day = clinicFormat(LOCALE, DAY);
 const dayOfYear = clinicFormat(LOCALE, { month: "short", day: "numeric" });
 const month = clinicFormat(LOCALE, { year: "2-digit", month: "numeric" });
@@ -18,14 +13,6 @@ const clock = clinicFormat(LOCALE, { hour: "2-digit", minute: "2-digit", second:
 
 /** Return a calendar day such as 1968-04-12 in words. It does not depend on the time zone. */
 export const formatDay = (iso: string) => calendarDay.format(Date.parse(iso));
-/** Return two calendar days in words without their years, for a period that everybody knows to end today. */
-export const formatRecentDays = (first: string, last: string) => {
-  const [from, to] = [first, last].map((iso) => calendarDayOfYear.format(Date.parse(iso))) as [
-    string,
-    string,
-  ];
-  return t("common:format.range", { from, to });
-};
 /** Return the clinic's day of a time. */
 export const formatDayOf = (moment: string) => day(new Date(moment));
 /** Return two days of the clinic in short: without the year if it is the same, else without the day. */

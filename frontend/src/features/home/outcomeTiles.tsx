@@ -1,9 +1,9 @@
 import { useQuery } from "@tanstack/react-query";
 import { api } from "../../lib/api/client";
 import { midnight, today } from "../../lib/days";
-import { formatRecentDays } from "../../lib/format";
 import { t } from "../../lib/i18n";
 import { MetricLink } from "../../ui/Metric";
+import { describeSpan } from "../statistics/figuresSearch";
 import { changeOfAll, wholePercent } from "../statistics/outcomeFormat";
 
 /** The outcomes of this year. */
@@ -63,7 +63,7 @@ export function AdherenceTile() {
       note={
         adherence
           ? t("clinic:tiles.adherenceDetail", {
-              days: formatRecentDays(adherence.first_day, adherence.last_day),
+              days: describeSpan({ from: adherence.first_day, to: adherence.last_day }),
               held: adherence.held,
               count: adherence.prescribed,
               overdue: adherence.overdue,

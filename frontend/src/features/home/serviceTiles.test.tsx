@@ -55,7 +55,7 @@ it("the tile of adherence leads to the patients behind its figure", async () => 
   show(AdherenceTile);
   const tile = await screen.findByRole("link", { name: /75\u00a0%/ });
   expect(tile.getAttribute("href")).toBe("/clinic/adherence");
-  expect(tile.textContent).toContain("Nov 3 to Nov 30. 60 of 80 sessions");
+  expect(tile.textContent).toContain("Nov 3, 2026 to Nov 30, 2026. 60 of 80 sessions");
 });
 
 it("the tile of stops says which days it asks for, as the tile of adherence does", async () => {
@@ -64,7 +64,7 @@ it("the tile of stops says which days it asks for, as the tile of adherence does
   counted.mockResolvedValue({ rows: [], sessions: 5, stopped_sessions: 0 } as never);
   show(StopsTile);
   const tile = await screen.findByRole("link", { name: /0 of 5/ });
-  expect(tile.textContent).toContain("Nov 3 to Nov 30. No stop");
+  expect(tile.textContent).toContain("Nov 3, 2026 to Nov 30, 2026. No stop");
   expect(counted).toHaveBeenCalledWith({
     since: "2026-11-03T00:00:00.000Z",
     until: "2026-12-01T00:00:00.000Z",

@@ -1,7 +1,7 @@
 import { useQuery } from "@tanstack/react-query";
 import { api } from "../../lib/api/client";
 import { addDays, today } from "../../lib/days";
-import { formatDayOf, formatMoment, formatRecentDays } from "../../lib/format";
+import { formatDayOf, formatMoment } from "../../lib/format";
 import { t } from "../../lib/i18n";
 import { translateServerText } from "../../lib/serverText";
 import { MetricLink } from "../../ui/Metric";
@@ -11,7 +11,7 @@ import { describeStop } from "../sessions/describeStop";
 import { UNSIGNED } from "../sessions/sessionFilters";
 import { mostFrequentCause } from "../statistics/causes";
 import { describeDrift } from "../statistics/drift";
-import { daysOf, lastDays, spanOf } from "../statistics/figuresSearch";
+import { daysOf, describeSpan, lastDays, spanOf } from "../statistics/figuresSearch";
 
 const GIGA = 1e9;
 const MEGA = 1e6;
@@ -71,7 +71,7 @@ export function StopsTile() {
         data && t("clinic:tiles.ofSessions", { stopped: data.stopped_sessions, sessions: data.sessions })
       }
       unit={t("clinic:tiles.sessions", { count: data?.sessions ?? 0 })}
-      note={data ? t("clinic:tiles.inDays", { days: formatRecentDays(from, to), note: cause }) : ""}
+      note={data ? t("clinic:tiles.inDays", { days: describeSpan({ from, to }), note: cause }) : ""}
       failed={isError}
     />
   );

@@ -7,7 +7,7 @@ import { DataTable } from "../../ui/DataTable";
 import { PageLink } from "../../ui/links";
 import { ProblemNote } from "../../ui/ProblemNote";
 import type { Column } from "../../ui/tableRows";
-import { describeSpan } from "./charts";
+import { describeSpan } from "./figuresSearch";
 import { wholePercent } from "./outcomeFormat";
 
 type Row = Schemas["PatientAdherence"];

@@ -7,9 +7,9 @@ import { DataTable } from "../../ui/DataTable";
 import { ProblemNote } from "../../ui/ProblemNote";
 import type { Column } from "../../ui/tableRows";
 import { ChartCard } from "./ChartCard";
-import { describeSpan, trackingFigure, trackingTable } from "./charts";
+import { trackingFigure, trackingTable } from "./charts";
 import { describeDrift } from "./drift";
-import { daysOf, type FiguresSearch, spanOf } from "./figuresSearch";
+import { daysOf, describeSpan, type FiguresSearch, spanOf } from "./figuresSearch";
 
 /** Shows the tracking error of the stations by week, and whether it increases. */
 export function Tracking({ search }: { search: FiguresSearch }) {
