@@ -143,7 +143,7 @@ def seeded(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Session]:
     database = Database(upgraded_file(tmp_path_factory.mktemp("figures") / "kata.db"))
     with pytest.MonkeyPatch.context() as patched:
         patched.setattr(seed, "DETAILED", 0)
-        seed.fill(database, 1, SEEDED_AT, patients=24)
+        seed.fill(database, 1, SEEDED_AT, patients=28)
     with database.write() as session:
         newest = select(SessionRow).where(SessionRow.run_count > 0).order_by(SessionRow.started_at.desc()).limit(1)
         session.scalars(newest).one().ended_at = None
