@@ -61,13 +61,13 @@ def days_of(client: TestClient, episode_id: UUID, session_id: UUID) -> dict[str,
         "page": client.get("/api/me").json()["time_zone"],
         "adherence": next(week["begins_on"] for week in weeks if week["sessions"]),
         "usage": next(row["begins_on"] for row in usage if row["sessions"]),
-        "report": [day for day in ("22 November 2026", "23 November 2026") if day in report.text],
+        "report": [day for day in ("22 Nov 2026", "23 Nov 2026") if day in report.text],
         "backup": client.get("/api/backups").json()["next_at"][11:16],
     }
 
 
-SUNDAY: Final = {"adherence": "2026-11-16", "usage": "2026-11-16", "report": ["22 November 2026"], "backup": "02:30"}
-MONDAY: Final = {"adherence": "2026-11-23", "usage": "2026-11-23", "report": ["23 November 2026"], "backup": "17:30"}
+SUNDAY: Final = {"adherence": "2026-11-16", "usage": "2026-11-16", "report": ["22 Nov 2026"], "backup": "02:30"}
+MONDAY: Final = {"adherence": "2026-11-23", "usage": "2026-11-23", "report": ["23 Nov 2026"], "backup": "17:30"}
 
 
 # An unnamed zone whose days differ from those of UTC. test_the_variable_tz_names_the_computers_zone has the other names without a zone.

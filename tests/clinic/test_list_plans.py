@@ -19,6 +19,7 @@ from kata.clinic.restricted import service as restricted
 from kata.clinic.sessions import lists
 from kata.clinic.sessions.lists import SessionFilter
 from kata.clinic.statistics import usage, worklist
+from kata.clinic.statistics.recent_days import recent_days
 from kata.clinic.statistics.usage import Span
 from kata.database.engine import Database
 from tests.support.databases import upgraded_file
@@ -150,7 +151,7 @@ def test_hidden_patients_are_looked_up_only_for_their_page(empty: Database) -> N
 
 def test_home_page_reads_only_the_sessions_of_the_last_weeks(empty: Database) -> None:
     """SQLite once read every session of the clinic, in the order of the episodes."""
-    found = looks(empty, lambda session: worklist.followed(session, MAY))
+    found = looks(empty, lambda session: worklist.followed(session, recent_days(MAY, UTC)))
     of_sessions = [step for step in found if " sessions " in step]
     assert "SEARCH sessions USING COVERING INDEX ix_sessions_started_at_episode_id (started_at>?)" in of_sessions
     assert not [step for step in of_sessions if step.startswith("SCAN")]
@@ -159,8 +160,8 @@ def test_home_page_reads_only_the_sessions_of_the_last_weeks(empty: Database) ->
 @pytest.mark.parametrize(
     "ask",
     [
-        lambda session: worklist.worklist(session, THERAPIST, MAY, UTC),
-        lambda session: worklist.lowest_adherence(session, THERAPIST, MAY),
+        lambda session: worklist.worklist(session, THERAPIST, recent_days(MAY, UTC)),
+        lambda session: worklist.lowest_adherence(session, THERAPIST, recent_days(MAY, UTC)),
     ],
     ids=["worklist", "adherence"],
 )
@@ -185,3 +186,14 @@ def test_figures_read_only_the_hours_of_their_time(empty: Database, ask: Callabl
     ends = "SEARCH station_hours USING COVERING INDEX sqlite_autoindex_station_hours_1"
     of_time = "SEARCH station_hours USING INDEX sqlite_autoindex_station_hours_1 (hour>? AND hour<?)"
     assert set(found) == {ends, of_time}
+
+
+@pytest.mark.parametrize("station", [None, "Station 1"])
+def test_stops_read_only_the_stops_and_alarms_of_their_time(empty: Database, station: str | None) -> None:
+    """With a station, SQLite would read all its events, of which few are alarms."""
+    found = looks(empty, lambda session: usage.stops(session, Span(MAY, JUNE, station=station)))
+    assert set(found) == {
+        "SEARCH session_stops USING COVERING INDEX ix_session_stops_started_at (started_at>? AND started_at<?)",
+        "SEARCH device_events USING INDEX ix_device_events_alarms (at>? AND at<?)",
+        "SEARCH station_hours USING INDEX sqlite_autoindex_station_hours_1 (hour>? AND hour<?)",
+    }

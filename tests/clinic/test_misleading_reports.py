@@ -59,8 +59,35 @@ def test_a_time_of_another_day_names_the_day(treated: tuple[SessionContent, Epis
     run = replace(visit.runs[0], started_at=after_midnight, ended_at=after_midnight)
     visit = replace(visit, started_at=began, ended_at=began + timedelta(hours=9), runs=(run,), checks=(), readings=())
     text = text_of(rendering.session_page(visit, how()))
-    assert "23:50 to 2026-11-03 08:50, 540 min" in text
-    assert "1 2026-11-03 00:10 Abduction to 90" in text
+    assert "23:50 to 3 Nov 2026 08:50, 540 min" in text
+    assert "1 3 Nov 2026 00:10 Abduction to 90" in text
+
+
+@pytest.mark.parametrize("language", LANGUAGES)
+def test_reports_write_every_date_in_one_notation(
+    treated: tuple[SessionContent, EpisodeContent], language: Language
+) -> None:
+    """Narrow columns and times of another day once had dates such as 2026-11-03."""
+    visit, care = treated
+    overnight = replace(visit, ended_at=visit.started_at + timedelta(days=1))
+    pages = [rendering.session_page(overnight, how(language)), rendering.episode_page(care, how(language))]
+    if language == "ja":
+        pages.append(rendering.rehabilitation_plan_page(RehabilitationPlanContent(care, ()), how(language)))
+    for page in pages:
+        text = text_of(page)
+        assert ("2026年11月" if language == "ja" else " Nov 2026") in text
+        assert not re.search(r"\d{4}-\d", text)
+
+
+@pytest.mark.parametrize(("language", "motion"), [("en", "Motion 4 Abduction"), ("ja", "動作4 肩関節 外転")])
+def test_a_motions_number_is_not_taken_for_a_motor(
+    treated: tuple[SessionContent, EpisodeContent], language: Language, motion: str
+) -> None:
+    """Motors and motions have numbers beside each other: motion 4 is moved by motor 3."""
+    visit, care = treated
+    for page in (rendering.session_page(visit, how(language)), rendering.episode_page(care, how(language))):
+        assert motion in text_of(page)
+        assert not re.search(r">\s*[1-6] (Abduction|Flexion|External|Horizontal|Scapular|肩)", page.html)
 
 
 def _second_episode(database: Database, **contraindication: object) -> UUID:
@@ -99,12 +126,12 @@ def test_a_missing_permission_is_printed(sqlite: Database) -> None:
     missing = _read(sqlite, _second_episode(sqlite, code="recent_repair"))
     assert "No doctor has allowed the treatment" in text_of(rendering.episode_page(missing, how()))
     plan = rendering.rehabilitation_plan_page(RehabilitationPlanContent(missing, ()), how())
-    assert "2026-11-02、Dr. Mori、医師の許可なし" in text_of(plan)
+    assert "2026年11月2日、Dr. Mori、医師の許可なし" in text_of(plan)
     given = {"signed_off_at": DAY + timedelta(days=366), "signed_off_by": "Dr. Abe"}
     allowed = _read(sqlite, _second_episode(sqlite, code="recent_repair", **given))
     assert "No doctor" not in text_of(rendering.episode_page(allowed, how()))
     plan = rendering.rehabilitation_plan_page(RehabilitationPlanContent(allowed, ()), how())
-    assert "治療の許可：Dr. Abe、2027-11-03" in text_of(plan)
+    assert "治療の許可：Dr. Abe、2027年11月3日" in text_of(plan)
 
 
 def test_the_first_treatment_of_a_plan_moved_a_patient(treated: tuple[SessionContent, EpisodeContent]) -> None:

@@ -14,12 +14,15 @@ from sqlalchemy.orm import Session
 from kata.actor import Actor
 from kata.clinic.assessments.tables import AssessmentRow
 from kata.clinic.episodes.tables import EpisodeRow, StageRow
+from kata.clinic.events.tables import DeviceEventRow
 from kata.clinic.patients.tables import PatientRow
 from kata.clinic.programmes.tables import ProgrammeRow, ProgrammeVersionRow
-from kata.clinic.sessions.tables import RunRow, SessionRow
+from kata.clinic.progress import service as progress
+from kata.clinic.sessions.tables import RunRow, SessionRow, SessionStopRow
 from kata.clinic.statistics import intervals, outcomes, upkeep, usage, worklist
 from kata.clinic.statistics.intervals import SampleSums
-from kata.clinic.statistics.schemas import LEAST_SHOWN, ProgrammeAdherence
+from kata.clinic.statistics.recent_days import recent_days
+from kata.clinic.statistics.schemas import LEAST_SHOWN
 from kata.clinic.statistics.tables import EpisodeOutcomeRow, StationHourRow
 from kata.clinic.statistics.usage import Span
 from kata.database.engine import Database
@@ -29,8 +32,9 @@ from tests.support.treatment import DAY, treat
 THERAPIST = Actor(UUID(int=1), UUID(int=2), "Sato Ken", "therapist", frozenset())
 ALL_TIME = Span(datetime(2000, 1, 1, tzinfo=UTC), datetime(2100, 1, 1, tzinfo=UTC))
 TOKYO, CHICAGO = ZoneInfo("Asia/Tokyo"), ZoneInfo("America/Chicago")
-NO_PROGRAMMES = ProgrammeAdherence(programmes=0, overdue=0, prescribed=0, held=0)
 NOW = datetime(2026, 11, 20, 6, 0, tzinfo=UTC)
+DAYS = recent_days(NOW, TOKYO)
+NO_PROGRAMMES = worklist.adherence([], DAYS)
 
 
 @pytest.fixture
@@ -118,6 +122,25 @@ def test_days_begin_at_the_clinics_midnight(database: Database) -> None:
         (week,) = usage.usage(session, Span(ALL_TIME.since, ALL_TIME.until, CHICAGO), "week").rows
     assert days == {TOKYO: date(2026, 11, 2), CHICAGO: date(2026, 11, 1)}
     assert week.begins_on == date(2026, 10, 26)
+
+
+@pytest.mark.parametrize(("station", "sessions"), [(None, 2), ("Kata 1", 2), ("Kata 2", 0), ("", 0)])
+def test_every_figure_filters_the_station_alike(database: Database, station: str | None, sessions: int) -> None:
+    """The sums of the hours once treated an empty name as no filter, and the stops as a station without a name."""
+    with database.write() as session:
+        treat(session, sessions=2, runs=3)
+        for visit in session.scalars(select(SessionRow)):
+            stop = {"code": "drive_silent", "started_at": visit.started_at, "station": visit.station}
+            session.add(SessionStopRow(session_id=visit.id, therapist="Sato Ken", **stop))
+            alarm = {"code": "drive_silent", "at": visit.started_at, "station": visit.station}
+            session.add(DeviceEventRow(id=uuid4(), kind="alarm", message="", **alarm))
+    with database.read() as session:
+        span = Span(ALL_TIME.since, ALL_TIME.until, station=station)
+        stops = usage.stops(session, span)
+        used = usage.usage(session, span, "week").rows
+    counted = [(row.sessions, row.alarms) for row in stops.rows]
+    assert counted == ([(sessions, sessions)] if sessions else [])
+    assert (stops.sessions, stops.stopped_sessions, sum(row.sessions for row in used)) == (sessions,) * 3
 
 
 def add_episode(
@@ -235,6 +258,23 @@ def test_a_station_drifts_when_its_error_rises(database: Database) -> None:
     assert {station.station: station.drifting for station in found.drift} == {"Rising": True, "Steady": False}
 
 
+def test_tracking_counts_the_playbacks_that_progress_counts(database: Database) -> None:
+    """A partial playback has no error of the whole run, so neither counts it. A stopped one whose playing time was compared counts."""
+    with database.write() as session:
+        made = treat(session, sessions=1, runs=3)
+        partial = session.scalars(select(RunRow).where(RunRow.outcome == "completed").order_by(RunRow.started_at)).all()
+        partial[0].compared_percent, partial[0].worst_rmse_deg, partial[0].worst_peak_deg = 41.5, None, None
+    with database.read() as session:
+        (station,) = usage.tracking(session, ALL_TIME).rows
+        charts = progress.tracked(session, progress.timeline_of(session, made.episode_id))
+        counted = session.scalars(select(RunRow).where(RunRow.worst_rmse_deg.is_not(None))).all()
+    assert {run.outcome for run in counted} == {"completed", "stopped"}
+    assert station.playbacks == sum(one.playbacks for one in charts) == 2
+    mean = sum(one.rmse_deg * one.playbacks for one in charts) / station.playbacks
+    assert isclose(station.rmse_deg, mean)
+    assert station.peak_deg == max(one.peak_deg for one in charts)
+
+
 def followed(database: Database, *, restricted: bool = False, last_day: int = 8) -> None:
     """Treat a patient once, this many days ago, and prescribe one session per week."""
     with database.write() as session:
@@ -250,8 +290,8 @@ def followed(database: Database, *, restricted: bool = False, last_day: int = 8)
 def test_patients_are_due_a_week_after_their_session(database: Database) -> None:
     followed(database, last_day=8)
     with database.read() as session:
-        work = worklist.worklist(session, THERAPIST, NOW, TOKYO)
-        earlier = worklist.worklist(session, THERAPIST, NOW - timedelta(days=2), TOKYO)
+        work = worklist.worklist(session, THERAPIST, DAYS)
+        earlier = worklist.worklist(session, THERAPIST, recent_days(NOW - timedelta(days=2), TOKYO))
     assert [patient.last_session_at for patient in work.due] == [NOW - timedelta(days=8)]
     assert (work.due_count, work.due[0].therapist, work.due[0].due_at) == (1, "Sato Ken", NOW - timedelta(days=1))
     assert earlier.due == []
@@ -265,14 +305,14 @@ def test_programmes_are_overdue_from_the_day_after_the_due_day(database: Databas
             newest = session.scalars(select(SessionRow).where(SessionRow.started_at == NOW - timedelta(days=8))).one()
             newest.started_at = NOW - timedelta(days=7, hours=hours)
     with database.read() as session:
-        found = worklist.adherence(worklist.followed(session, NOW), NOW, TOKYO)
+        found = worklist.adherence(worklist.followed(session, DAYS), DAYS)
     assert (found.programmes, found.overdue) == (3, 1)
 
 
 def test_change_of_a_patient_names_the_shoulder(database: Database) -> None:
     followed(database)
     with database.read() as session:
-        work = worklist.worklist(session, THERAPIST, NOW, TOKYO)
+        work = worklist.worklist(session, THERAPIST, DAYS)
     assert [(one.measure, one.side, one.before, one.now) for one in work.changes] == [("spadi", "left", 60.0, 40.0)]
 
 
@@ -281,7 +321,7 @@ def test_patients_away_for_four_weeks_are_not_due(database: Database) -> None:
     with database.write() as session:
         session.scalars(select(ProgrammeVersionRow)).one().made_at = NOW - timedelta(days=60)
     with database.read() as session:
-        assert worklist.worklist(session, THERAPIST, NOW, TOKYO).due == []
+        assert worklist.worklist(session, THERAPIST, DAYS).due == []
 
 
 def test_the_worklist_omits_restricted_records_and_other_therapists_notes(database: Database) -> None:
@@ -289,8 +329,8 @@ def test_the_worklist_omits_restricted_records_and_other_therapists_notes(databa
     followed(database, restricted=True)
     other = Actor(UUID(int=1), UUID(int=2), "Ito Daiki", "therapist", frozenset())
     with database.read() as session:
-        mine, theirs = (worklist.worklist(session, actor, NOW, TOKYO) for actor in (THERAPIST, other))
-        every = worklist.adherence(worklist.followed(session, NOW), NOW, TOKYO)
+        mine, theirs = (worklist.worklist(session, actor, DAYS) for actor in (THERAPIST, other))
+        every = worklist.adherence(worklist.followed(session, DAYS), DAYS)
     assert (mine.due_count, len(mine.unsigned), len(theirs.unsigned)) == (1, 1, 0)
     assert (mine.unsigned_count, theirs.unsigned_count) == (1, 1)
     assert every.programmes == 2, "a figure that names no patient counts restricted records"
@@ -301,7 +341,7 @@ def test_an_open_session_of_another_day_stays_in_the_worklist(database: Database
     with database.write() as session:
         session.scalars(select(SessionRow)).one().ended_at = None
     with database.read() as session:
-        work = worklist.worklist(session, THERAPIST, NOW, TOKYO)
+        work = worklist.worklist(session, THERAPIST, DAYS)
     assert (len(work.sessions), len(work.unsigned), work.unsigned_count) == (1, 0, 0)
 
 
@@ -310,8 +350,8 @@ def test_archived_patients_are_neither_due_nor_counted(database: Database) -> No
     with database.write() as session:
         session.scalars(select(PatientRow)).one().archived_at = NOW
     with database.read() as session:
-        assert worklist.worklist(session, THERAPIST, NOW, TOKYO).due_count == 0
-        assert worklist.adherence(worklist.followed(session, NOW), NOW, TOKYO).programmes == 0
+        assert worklist.worklist(session, THERAPIST, DAYS).due_count == 0
+        assert worklist.adherence(worklist.followed(session, DAYS), DAYS).programmes == 0
 
 
 def test_sessions_before_a_programme_do_not_follow_it(database: Database) -> None:
@@ -321,8 +361,8 @@ def test_sessions_before_a_programme_do_not_follow_it(database: Database) -> Non
         version = session.scalars(select(ProgrammeVersionRow)).one()
         version.made_at, version.sessions_per_week = NOW - timedelta(days=7), 2
     with database.read() as session:
-        found = worklist.adherence(worklist.followed(session, NOW), NOW, TOKYO)
-        (due,) = worklist.worklist(session, THERAPIST, NOW, TOKYO).due
+        found = worklist.adherence(worklist.followed(session, DAYS), DAYS)
+        (due,) = worklist.worklist(session, THERAPIST, DAYS).due
     assert (found.prescribed, found.held) == (2, 0)
     assert due.last_session_at == NOW - timedelta(days=20)
 
@@ -341,7 +381,7 @@ def test_patients_are_listed_by_adherence_without_restricted_records(database: D
         session.scalars(of_second).one().sessions_per_week = 2
         patient_id = second.patient_id
     with database.read() as session:
-        found = worklist.lowest_adherence(session, THERAPIST, NOW)
+        found = worklist.lowest_adherence(session, THERAPIST, DAYS)
     assert [(row.held, row.prescribed) for row in found.rows] == [(1, 8), (1, 4)]
     assert (found.count, found.rows[0].patient.id) == (2, patient_id)
 

@@ -22,7 +22,8 @@ from kata.clinic.programmes.tables import ProgrammeRow, ProgrammeVersionRow
 from kata.clinic.restricted import service as restricted
 from kata.clinic.sessions.tables import SessionRow, SessionStopRow
 from kata.clinic.statistics import outcomes, usage, worklist
-from kata.clinic.statistics.schemas import LEAST_SHOWN, ProgrammeAdherence
+from kata.clinic.statistics.recent_days import recent_days
+from kata.clinic.statistics.schemas import LEAST_SHOWN
 from kata.clinic.statistics.tables import EpisodeOutcomeRow
 from kata.clinic.statistics.usage import Span
 from kata.database.engine import Database
@@ -33,12 +34,13 @@ NOW = datetime(2026, 11, 20, 6, 0, tzinfo=UTC)
 TOKYO = ZoneInfo("Asia/Tokyo")
 TODAY = datetime(2026, 11, 19, 15, 0, tzinfo=UTC)
 """Begin of the day in Tokyo."""
-RECENT = timedelta(weeks=4)
+SINCE = TODAY - timedelta(days=27)
+DAYS = recent_days(NOW, TOKYO)
 THERAPISTS = ("Sato", "Ito")
 STATIONS = ("Kata 1", "Kata 2")
 CODES = ("estop_pressed", "bus_lost", "load_repeated")
 ACTOR = Actor(UUID(int=1), UUID(int=2), "Sato", "therapist", frozenset())
-NO_PROGRAMMES = ProgrammeAdherence(programmes=0, overdue=0, prescribed=0, held=0)
+NO_PROGRAMMES = worklist.adherence([], DAYS)
 
 
 class RandomClinic:
@@ -166,11 +168,11 @@ def followed_programmes(session: Session, *, hidden: bool) -> dict[UUID, tuple[d
     recent = set()
     for version in sorted(rows(session, ProgrammeVersionRow), key=lambda row: row.number):
         newest[version.programme_id] = version
-        if version.made_at >= NOW - RECENT:
+        if version.made_at >= SINCE:
             recent.add(programmes[version.programme_id].episode_id)
     held = defaultdict(list)
     for row in rows(session, SessionRow):
-        if row.run_count and row.started_at >= NOW - RECENT:
+        if row.run_count and row.started_at >= SINCE:
             held[row.episode_id].append(row.started_at)
     found: dict[UUID, tuple[datetime, datetime | None, int]] = {}
     for version in sorted(newest.values(), key=lambda row: row.made_at):
@@ -189,7 +191,7 @@ def followed_programmes(session: Session, *, hidden: bool) -> dict[UUID, tuple[d
 @pytest.mark.parametrize("hidden", [False, True])
 def test_followed_programmes(session: Session, hidden: bool) -> None:
     query = restricted.hidden(ACTOR) if hidden else None
-    found = worklist.followed(session, NOW, query)
+    found = worklist.followed(session, DAYS, query)
     assert found
     assert {one.episode_id: (one.made_at, one.last_session_at, one.held) for one in found} == followed_programmes(
         session, hidden=hidden
@@ -197,7 +199,7 @@ def test_followed_programmes(session: Session, hidden: bool) -> None:
 
 
 def test_work_of_the_day(session: Session) -> None:
-    work = worklist.worklist(session, ACTOR, NOW, TOKYO)
+    work = worklist.worklist(session, ACTOR, DAYS)
     visible = [row for row in rows(session, SessionRow) if not row.patient.restricted]
     by_time = sorted(visible, key=lambda row: row.started_at)
     of_day = [row.id for row in reversed(by_time) if row.started_at >= TODAY or not row.ended_at]
@@ -208,19 +210,32 @@ def test_work_of_the_day(session: Session) -> None:
     assert work.unsigned_count == sum(1 for row in by_time if row.ended_at and not row.signed_at)
     last = {row.started_at: row.therapist for row in by_time if row.episode_id and row.run_count}
     assert any(due.last_session_at for due in work.due)
+    # A patient with two programmes, one for each shoulder, comes once.
+    assert len({due.patient.id for due in work.due}) == len(work.due)
+    assert work.due_count == len(due_patients(session))
     assert [due.therapist for due in work.due] == [last.get(due.last_session_at or NOW, "") for due in work.due]
 
 
+def due_patients(session: Session) -> set[UUID]:
+    """Return the patients who are due until the end of the day."""
+    versions = rows(session, ProgrammeVersionRow)
+    per_week = {(row.made_at, row.programme_id): row.sessions_per_week for row in versions}
+    programmes = {row.id: row.episode_id for row in rows(session, ProgrammeRow)}
+    of_episode = {(made_at, programmes[id_]): weekly for (made_at, id_), weekly in per_week.items()}
+    patients = {row.id: row.patient_id for row in rows(session, EpisodeRow)}
+    found = set()
+    for episode_id, (made_at, last_at, _) in followed_programmes(session, hidden=True).items():
+        due_at = last_at + timedelta(weeks=1) / of_episode[made_at, episode_id] if last_at else made_at
+        if due_at < TODAY + timedelta(days=1):
+            found.add(patients[episode_id])
+    return found
+
+
 def test_last_sessions_of_a_therapist(session: Session) -> None:
-    found = worklist._last_sessions(session, ACTOR, NOW - RECENT, restricted.hidden(ACTOR))
+    found = worklist._last_sessions(session, ACTOR, SINCE, restricted.hidden(ACTOR))
     last = {}
     for row in sorted(rows(session, SessionRow), key=lambda row: row.started_at):
-        if (
-            row.therapist == ACTOR.name
-            and row.episode_id
-            and not row.patient.restricted
-            and row.started_at >= NOW - RECENT
-        ):
+        if row.therapist == ACTOR.name and row.episode_id and not row.patient.restricted and row.started_at >= SINCE:
             last[row.episode_id] = row.started_at
     newest = sorted(last.items(), key=lambda item: item[1], reverse=True)
     assert len(newest) > 12

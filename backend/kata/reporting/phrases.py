@@ -10,10 +10,7 @@ from kata.device.ipc_messages import RESISTANCE_LEVELS
 Language = Literal["en", "ja"]
 LANGUAGES: Final[tuple[Language, ...]] = ("en", "ja")
 
-_MONTHS: Final = (
-    "January", "February", "March", "April", "May", "June",
-    "July", "August", "September", "October", "November", "December",
-)  # fmt: skip
+_MONTHS: Final = ("Jan", "Feb", "Mar", "Apr", "May", "Jun", "Jul", "Aug", "Sep", "Oct", "Nov", "Dec")
 
 _MOST_DECIMALS: Final = 3
 """A difference of two entered numbers has binary fractions beyond these decimals."""
@@ -313,12 +310,12 @@ PHRASES: Final[dict[str, tuple[str, str]]] = {
         "The samples of this playback cannot be read, so there are no curves.",
         "この再生のデータは読み取れないため、曲線を示せない。",
     ),
-    "motion.1": ("1 Scapular abduction / adduction", "1 肩甲骨 外転・内転"),
-    "motion.2": ("2 Scapular upward / downward rotation", "2 肩甲骨 上方回旋・下方回旋"),
-    "motion.3": ("3 Horizontal flexion / extension", "3 肩関節 水平屈曲・水平伸展"),
-    "motion.4": ("4 Abduction / adduction", "4 肩関節 外転・内転"),
-    "motion.5": ("5 Flexion / extension", "5 肩関節 屈曲・伸展"),
-    "motion.6": ("6 External / internal rotation", "6 肩関節 外旋・内旋"),
+    "motion.1": ("Motion 1 Scapular abduction / adduction", "動作1 肩甲骨 外転・内転"),
+    "motion.2": ("Motion 2 Scapular upward / downward rotation", "動作2 肩甲骨 上方回旋・下方回旋"),
+    "motion.3": ("Motion 3 Horizontal flexion / extension", "動作3 肩関節 水平屈曲・水平伸展"),
+    "motion.4": ("Motion 4 Abduction / adduction", "動作4 肩関節 外転・内転"),
+    "motion.5": ("Motion 5 Flexion / extension", "動作5 肩関節 屈曲・伸展"),
+    "motion.6": ("Motion 6 External / internal rotation", "動作6 肩関節 外旋・内旋"),
     # The episode
     "episode_report": ("Episode report", "治療経過報告書"),
     "episode": ("Episode of care", "治療エピソード"),
@@ -553,15 +550,11 @@ class Phrases:
         )
 
     def day(self, when: date | datetime) -> str:
-        """Return an unambiguous date, in which the month is a word."""
+        """Return a date, the same in texts and in narrow columns. In English the month is a word, so that it is not taken for the day."""
         local = self._local(when) if isinstance(when, datetime) else when
         if self.language == "ja":
             return f"{local.year}年{local.month}月{local.day}日"
         return f"{local.day} {_MONTHS[local.month - 1]} {local.year}"
-
-    def short_day(self, when: date | datetime) -> str:
-        """Return a short date for a narrow column."""
-        return (self._local(when) if isinstance(when, datetime) else when).strftime("%Y-%m-%d")
 
     def clock(self, when: datetime) -> str:
         """Return a time of day."""
@@ -570,7 +563,7 @@ class Phrases:
     def clock_of(self, when: datetime, began: datetime) -> str:
         """Return a time of day, after its date if that is not the day of ``began``. Called by the template ``session.html``."""
         is_other_day = self._local(when).date() != self._local(began).date()
-        return f"{self.short_day(when)} {self.clock(when)}" if is_other_day else self.clock(when)
+        return self.moment(when) if is_other_day else self.clock(when)
 
     def moment(self, when: datetime) -> str:
         """Return date and time."""

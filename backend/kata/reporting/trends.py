@@ -69,8 +69,8 @@ class _Axis:
         self._first = first
         days = self._day(last)
         middle = first + (last - first) / 2
-        ends = [Tick(0.0, phrases.short_day(first)), Tick(days, phrases.short_day(last))]
-        between = [Tick(days / 2, phrases.short_day(middle))] if days > _SHORTEST_TREND else []
+        ends = [Tick(0.0, phrases.day(first)), Tick(days, phrases.day(last))]
+        between = [Tick(days / 2, phrases.day(middle))] if days > _SHORTEST_TREND else []
         self.labels: Sequence[Tick] = [ends[0], *between, ends[1]]
 
     def _day(self, when: datetime) -> float:

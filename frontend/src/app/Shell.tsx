@@ -34,7 +34,7 @@ export function Shell() {
   const page = useRouterState({ select: (state) => state.matches.at(-1)?.routeId });
   return (
     <AppFrame top={<Top />} fullPageStop={page === "/station"}>
-      <Box p="md" maw={1400} mx="auto">
+      <Box p="md" mx="auto" className={classes.content ?? ""}>
         <MissingZone />
         <Outlet />
       </Box>

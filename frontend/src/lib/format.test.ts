@@ -1,5 +1,5 @@
 import { expect, it } from "vitest";
-import { formatAfter, formatMeasured, formatMoment, formatShortDays } from "./format";
+import { formatAfter, formatChange, formatMeasured, formatMoment, formatShortDays } from "./format";
 
 it("shows only the time for a later moment that day", () => {
   const began = new Date(2026, 10, 22, 23, 30).toISOString();
@@ -18,4 +18,8 @@ it("leaves the year out of short days only within one year", () => {
 
 it("rounds no measured value to a whole one", () => {
   expect([122.5, 45, -17.25, 7.96, null].map(formatMeasured)).toEqual(["122.5", "45", "−17.3", "8", "–"]);
+});
+
+it("gives a change no sign if it is shown as none", () => {
+  expect([3, -35.62, 0.06, 0.04, -0.04].map(formatChange)).toEqual(["+3", "−35.6", "+0.1", "0", "0"]);
 });

@@ -54,6 +54,13 @@ export function formatDeg(value: number | null | undefined, digits = 1): string 
 export const formatMeasured = (value: number | null | undefined) =>
   formatDeg(value, Number.isInteger(roundToTenths(value ?? 0)) ? 0 : 1);
 
+/** Return the change of an entered number or a score with its sign. */
+export const formatChange = (change: number) =>
+  `${roundToTenths(change) > 0 ? "+" : ""}${formatMeasured(change)}`;
+
+/** Return a tracking error in degrees, with two decimals on every page as in the reports. */
+export const formatError = (error: number | null | undefined) => formatDeg(error, 2);
+
 /** Return a number as it is shown. Limits are compared with this number. */
 export const roundToTenths = (value: number) => Number(value.toFixed(1));
 

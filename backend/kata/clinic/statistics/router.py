@@ -8,6 +8,7 @@ from fastapi import APIRouter, Depends, Query
 from kata.clinic import texts
 from kata.clinic.profile.zone import TheZone
 from kata.clinic.statistics import outcomes, usage, worklist
+from kata.clinic.statistics.recent_days import recent_days
 from kata.clinic.statistics.schemas import Outcomes, PatientAdherences, Period, Stops, TrackingQuality, Usage, Worklist
 from kata.clinic.statistics.usage import Span
 from kata.database.base import utc_now
@@ -59,7 +60,7 @@ def get_worklist(database: TheDatabase, actor: TheActor, zone: TheZone) -> Workl
     has passed since the last session. Patients without a session or a new programme in the last four weeks are not listed.
     """
     with database.read() as session:
-        return worklist.worklist(session, actor, utc_now(), zone)
+        return worklist.worklist(session, actor, recent_days(utc_now(), zone))
 
 
 @router.get("/api/statistics/usage", summary="Get the use of the stations", responses=PROBLEMS.of(422))
@@ -100,19 +101,19 @@ def get_outcomes(database: TheDatabase, span: TheSpan, zone: TheZone) -> Outcome
     """Return the change of SPADI, pain and range of motion from the first to the last assessment, by stage and by programme.
 
     The figures cover episodes whose last assessment is in the time. Groups of fewer than 10 patients are hidden. Restricted records are
-    counted, because no patient is named. Adherence is that of the last four weeks.
+    counted, because no patient is named. Adherence is that of 28 days of the clinic, the last of which is today.
     """
-    now = utc_now()
+    days = recent_days(utc_now(), zone)
     with database.read() as session:
-        followed = worklist.adherence(worklist.followed(session, now), now, zone)
+        followed = worklist.adherence(worklist.followed(session, days), days)
         return outcomes.outcomes(session, span, followed)
 
 
 @router.get("/api/statistics/adherence", summary="Get the patients by adherence")
-def get_patient_adherence(database: TheDatabase, actor: TheActor) -> PatientAdherences:
+def get_patient_adherence(database: TheDatabase, actor: TheActor, zone: TheZone) -> PatientAdherences:
     """Return how each patient followed the present programme in the last four weeks, the lowest share first.
 
-    Patients whose records you may not see are left out.
+    Four weeks are 28 days of the clinic, the last of which is today. Patients whose records you may not see are left out.
     """
     with database.read() as session:
-        return worklist.lowest_adherence(session, actor, utc_now())
+        return worklist.lowest_adherence(session, actor, recent_days(utc_now(), zone))

@@ -179,7 +179,14 @@ class OutcomeGroup(Schema):
     )
 
 
-class ProgrammeAdherence(Schema):
+class AdherenceDays(Schema):
+    """The period of adherence: 28 days of the clinic, the last of which is today."""
+
+    first_day: date = Field(examples=["2026-11-03"])
+    last_day: date = Field(description="Today at the clinic.", examples=["2026-11-30"])
+
+
+class ProgrammeAdherence(AdherenceDays):
     """Adherence to the present programmes with prescribed sessions in the last four weeks."""
 
     programmes: int = Field(
@@ -187,7 +194,7 @@ class ProgrammeAdherence(Schema):
     )
     overdue: int = Field(ge=0, description="Programmes whose next session was due before today.")
     prescribed: int = Field(
-        ge=0, description="Sessions prescribed in this time, counted from each programme's date on."
+        ge=0, description="Sessions prescribed in this time, counted from the day after each programme's date on."
     )
     held: int = Field(
         ge=0, description="Sessions held in this time. Of each programme, at most the prescribed number is counted."
@@ -197,11 +204,13 @@ class ProgrammeAdherence(Schema):
 class PatientAdherence(DuePatient):
     """How one patient followed the present programme in the last four weeks."""
 
-    prescribed: int = Field(ge=0, description="Sessions prescribed in this time, counted from the programme's date on.")
+    prescribed: int = Field(
+        ge=0, description="Sessions prescribed in this time, counted from the day after the programme's date on."
+    )
     held: int = Field(ge=0, description="Sessions held in this time, also more than prescribed.")
 
 
-class PatientAdherences(Schema):
+class PatientAdherences(AdherenceDays):
     """The followed programmes, the lowest share of held sessions first."""
 
     rows: list[PatientAdherence] = Field(description="At most 500.")

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from datetime import UTC, datetime, timedelta, tzinfo
 from typing import Any, Final
 
-from sqlalchemy import distinct, func, select
+from sqlalchemy import ColumnElement, distinct, func, select
 from sqlalchemy.orm import InstrumentedAttribute, Session
 
 from kata.clinic.events.tables import DeviceEventRow
@@ -57,6 +57,11 @@ class Span:
     zone: tzinfo = UTC
     station: str | None = None
 
+    def of_station(self, column: InstrumentedAttribute[str]) -> tuple[ColumnElement[bool], ...]:
+        """Return the condition that a row belongs to the station."""
+        # For the bare column, SQLite reads all events of the station from its index, and not only the alarms of the time.
+        return () if self.station is None else (column.concat("") == self.station,)
+
 
 def usage(session: Session, span: Span, by: Period) -> Usage:
     """Return the use of each station by day or week."""
@@ -98,7 +103,11 @@ def tracking(session: Session, span: Span) -> TrackingQuality:
 def stops(session: Session, span: Span) -> Stops:
     """Return the number of stopped sessions and of alarms by cause and station."""
     counts: dict[tuple[str, str], list[int]] = defaultdict(lambda: [0, 0])
-    within = (SessionStopRow.started_at >= span.since, SessionStopRow.started_at < span.until)
+    within = (
+        SessionStopRow.started_at >= span.since,
+        SessionStopRow.started_at < span.until,
+        *span.of_station(SessionStopRow.station),
+    )
     stopped = (
         select(SessionStopRow.code, SessionStopRow.station, func.count())
         .where(*within)
@@ -107,12 +116,12 @@ def stops(session: Session, span: Span) -> Stops:
     alarms = (
         select(DeviceEventRow.code, DeviceEventRow.station, func.count())
         .where(DeviceEventRow.kind == "alarm", DeviceEventRow.at >= span.since, DeviceEventRow.at < span.until)
+        .where(*span.of_station(DeviceEventRow.station))
         .group_by(DeviceEventRow.code, DeviceEventRow.station)
     )
     for place, query in enumerate((stopped, alarms)):
         for code, station, count in session.execute(query):
-            if span.station in (None, station):
-                counts[code, station][place] += count
+            counts[code, station][place] += count
     rows = [
         StopCount(code=code, station=station, sessions=sessions, alarms=alarmed)
         for (code, station), (sessions, alarmed) in counts.items()
@@ -120,8 +129,6 @@ def stops(session: Session, span: Span) -> Stops:
     rows.sort(key=lambda row: (-row.sessions, -row.alarms, row.code, row.station))
     total = select(func.sum(StationHourRow.sessions)).where(*_within(span, span.since, span.until))
     stopped_sessions = select(func.count(distinct(SessionStopRow.session_id))).where(*within)
-    if span.station is not None:
-        stopped_sessions = stopped_sessions.where(SessionStopRow.station == span.station)
     return Stops(rows=rows, sessions=session.scalar(total) or 0, stopped_sessions=session.scalar(stopped_sessions) or 0)
 
 
@@ -146,8 +153,7 @@ def _sums(session: Session, span: Span, by: Period, columns: Sequence[Instrument
 
 
 def _within(span: Span, since: datetime, until: datetime) -> Sequence[Any]:
-    time = [StationHourRow.hour >= since, StationHourRow.hour < until]
-    return [*time, StationHourRow.station == span.station] if span.station else time
+    return [StationHourRow.hour >= since, StationHourRow.hour < until, *span.of_station(StationHourRow.station)]
 
 
 def _samples(session: Session, span: Span, since: datetime, until: datetime) -> dict[str, SampleSums]:

@@ -4,7 +4,7 @@ import math
 from collections import defaultdict
 from collections.abc import Iterator
 from dataclasses import dataclass
-from datetime import datetime, timedelta, tzinfo
+from datetime import datetime, timedelta
 from typing import Any, Final, Literal
 from uuid import UUID
 
@@ -14,13 +14,13 @@ from sqlalchemy.orm import Session, aliased
 from kata.actor import Actor
 from kata.clinic.assessments.tables import AssessmentRow
 from kata.clinic.episodes.tables import EpisodeRow
-from kata.clinic.local_time import midnight
 from kata.clinic.patients.tables import PatientRow
 from kata.clinic.programmes.tables import ProgrammeRow, ProgrammeVersionRow
 from kata.clinic.restricted import service as restricted
 from kata.clinic.sessions import lists
 from kata.clinic.sessions.schemas import SessionPatient
 from kata.clinic.sessions.tables import SessionRow
+from kata.clinic.statistics.recent_days import RecentDays
 from kata.clinic.statistics.schemas import (
     DuePatient,
     PatientAdherence,
@@ -31,9 +31,6 @@ from kata.clinic.statistics.schemas import (
 )
 from kata.database.base import UtcDateTime
 
-RECENT: Final = timedelta(weeks=4)
-"""After this time without a session or a new programme a patient is no longer listed as due. It is also the period of adherence and of
-the listed changes. The value is our choice."""
 _MOST: Final = 50
 _MOST_UNSIGNED: Final = 1000
 _MOST_FOLLOWED: Final = 500
@@ -60,27 +57,25 @@ class FollowedProgramme:
             return self.made_at
         return self.last_session_at + _WEEK / self.sessions_per_week
 
-    def prescribed(self, now: datetime) -> int:
-        """Return the number of sessions prescribed in the last four weeks, or since the programme was made."""
-        return int(min(RECENT, now - self.made_at) / _WEEK * self.sessions_per_week)
+    def prescribed(self, days: RecentDays) -> int:
+        """Return the number of sessions prescribed in these days, or since the day on which the programme was made."""
+        return days.days_since(self.made_at) * self.sessions_per_week // _WEEK.days
 
 
-def worklist(session: Session, actor: Actor, now: datetime, zone: tzinfo) -> Worklist:
-    """Return the work of the local day for one user. ``zone``: the clinic's time zone."""
+def worklist(session: Session, actor: Actor, days: RecentDays) -> Worklist:
+    """Return the work of the last of these days for one user."""
     hidden = restricted.hidden(actor)
-    day = now.astimezone(zone).date()
-    today, tomorrow = midnight(day, zone), midnight(day + timedelta(days=1), zone)
-    due_patients, count = _due_patients(session, followed(session, now, hidden), tomorrow)
+    due_patients, count = _due_patients(session, followed(session, days, hidden), days.until)
     visible = SessionRow.patient_id.not_in(hidden)
     mine = (SessionRow.signed_at.is_(None), SessionRow.ended_at.is_not(None), SessionRow.therapist == actor.name)
     unsigned = select(SessionRow.id).where(visible, *mine).order_by(SessionRow.started_at).limit(_MOST)
     return Worklist(
-        sessions=lists.summaries(session, _of_day(visible, today), SessionRow.started_at.desc()),
+        sessions=lists.summaries(session, _of_day(visible, days.today_at), SessionRow.started_at.desc()),
         due=due_patients,
         due_count=count,
         unsigned=lists.summaries(session, unsigned, SessionRow.started_at.asc()),
         unsigned_count=_count_unsigned(session, visible),
-        changes=_changes(session, actor, now, hidden),
+        changes=_changes(session, actor, days.since, hidden),
     )
 
 
@@ -89,15 +84,15 @@ def _count_unsigned(session: Session, visible: ColumnElement[bool]) -> int:
     return session.scalar(select(func.count()).select_from(counted)) or 0
 
 
-def followed(session: Session, now: datetime, hidden: Select[UUID] | None = None) -> list[FollowedProgramme]:
-    """Return the newest version of each followed programme with a prescribed number of sessions. Of several in an episode, return the
-    newest. Archived patients are no longer expected.
+def followed(session: Session, days: RecentDays, hidden: Select[UUID] | None = None) -> list[FollowedProgramme]:
+    """Return the newest version of each programme with a prescribed number of sessions that was made or followed in these days. Of several
+    in an episode, return the newest. Archived patients are no longer expected.
 
     ``hidden``: query of the ids of patients to leave out.
     """
     query = _FOLLOWED if hidden is None else _FOLLOWED.where(EpisodeRow.patient_id.not_in(hidden))
     # Rows of the connection cost less than those of the session.
-    rows = session.connection().execute(query, {"since": now - RECENT}).all()
+    rows = session.connection().execute(query, {"since": days.since}).all()
     return list({row.episode_id: FollowedProgramme(*row) for row in rows}.values())
 
 
@@ -146,25 +141,26 @@ def _followed_query() -> Select[Any]:
 _FOLLOWED: Final = _followed_query()
 
 
-def adherence(programmes: list[FollowedProgramme], now: datetime, zone: tzinfo) -> ProgrammeAdherence:
-    """Return how these programmes were followed in the last four weeks. ``zone``: the clinic's time zone."""
-    today = midnight(now.astimezone(zone).date(), zone)
-    prescribed = [programme.prescribed(now) for programme in programmes]
+def adherence(programmes: list[FollowedProgramme], days: RecentDays) -> ProgrammeAdherence:
+    """Return how these programmes were followed in these days."""
+    prescribed = [programme.prescribed(days) for programme in programmes]
     return ProgrammeAdherence(
+        first_day=days.first,
+        last_day=days.today,
         programmes=len(programmes),
-        overdue=sum(programme.due_at < today for programme in programmes),
+        overdue=sum(programme.due_at < days.today_at for programme in programmes),
         prescribed=sum(prescribed),
         held=sum(min(programme.held, limit) for programme, limit in zip(programmes, prescribed, strict=True)),
     )
 
 
-def lowest_adherence(session: Session, actor: Actor, now: datetime) -> PatientAdherences:
-    """Return the patients with a followed programme, the lowest share of held sessions first.
+def lowest_adherence(session: Session, actor: Actor, days: RecentDays) -> PatientAdherences:
+    """Return the patients with a programme followed in these days, the lowest share of held sessions first.
 
     Patients whose records the actor may not see are left out. A programme without a prescribed session so far comes last.
     """
-    programmes = followed(session, now, restricted.hidden(actor))
-    prescribed = {programme.episode_id: programme.prescribed(now) for programme in programmes}
+    programmes = followed(session, days, restricted.hidden(actor))
+    prescribed = {programme.episode_id: programme.prescribed(days) for programme in programmes}
 
     def share(programme: FollowedProgramme) -> float:
         limit = prescribed[programme.episode_id]
@@ -175,17 +171,18 @@ def lowest_adherence(session: Session, actor: Actor, now: datetime) -> PatientAd
         PatientAdherence(**dict(due), prescribed=prescribed[programme.episode_id], held=programme.held)
         for programme, due in _with_patients(session, listed)
     ]
-    return PatientAdherences(rows=rows, count=len(programmes))
+    return PatientAdherences(first_day=days.first, last_day=days.today, rows=rows, count=len(programmes))
 
 
 def _due_patients(
     session: Session, programmes: list[FollowedProgramme], before: datetime
 ) -> tuple[list[DuePatient], int]:
-    due_programmes = sorted(
-        (programme for programme in programmes if programme.due_at < before),
-        key=lambda due_programme: due_programme.due_at,
-    )
-    return [due for _, due in _with_patients(session, due_programmes[:_MOST])], len(due_programmes)
+    """Return the first due patients and the number of all. Of several due programmes of a patient, the longest overdue counts."""
+    due: dict[UUID, FollowedProgramme] = {}
+    for programme in sorted(programmes, key=lambda followed_programme: followed_programme.due_at):
+        if programme.due_at < before:
+            due.setdefault(programme.patient_id, programme)
+    return [patient for _, patient in _with_patients(session, list(due.values())[:_MOST])], len(due)
 
 
 def _with_patients(
@@ -250,9 +247,9 @@ def _of_day(visible: ColumnElement[bool], today: datetime) -> Select[UUID]:
     return select(candidates.c.id).order_by(candidates.c.started_at.desc()).limit(_MOST)
 
 
-def _changes(session: Session, actor: Actor, now: datetime, hidden: Select[UUID]) -> list[PatientChange]:
-    """Return the changes between the last two assessments of the actor's last patients."""
-    held_sessions = _last_sessions(session, actor, now - RECENT, hidden)
+def _changes(session: Session, actor: Actor, since: datetime, hidden: Select[UUID]) -> list[PatientChange]:
+    """Return the changes between the last two assessments of the actor's patients since a time."""
+    held_sessions = _last_sessions(session, actor, since, hidden)
     assessed = select(
         AssessmentRow.episode_id, AssessmentRow.assessed_at, AssessmentRow.spadi_score, AssessmentRow.pain_average
     ).where(
@@ -269,7 +266,7 @@ def _changes(session: Session, actor: Actor, now: datetime, hidden: Select[UUID]
     for held_session in held_sessions:
         for measure in _MEASURES:
             of = values[held_session.episode_id, measure]
-            if len(of) > 1 and of[-1][0] >= now - RECENT:
+            if len(of) > 1 and of[-1][0] >= since:
                 changes.append(_change(patients[held_session.patient_id], held_session, measure, of))
     return changes
 

@@ -13,7 +13,13 @@ import { ButtonLink } from "../../ui/links";
 import { ProblemNote } from "../../ui/ProblemNote";
 import type { Column } from "../../ui/tableRows";
 import { RequirePermission } from "../auth/RequirePermission";
-import { describeAcceptedValues, describeField, describeFieldUnit, withMinus } from "./describeSetting";
+import {
+  describeAcceptedValues,
+  describeField,
+  describeFieldUnit,
+  describeValue,
+  withMinus,
+} from "./describeSetting";
 import { ImportSettings } from "./ImportSettings";
 
 type Version = Schemas["StationVersion"];
@@ -150,7 +156,7 @@ function columnsOf(other: number | undefined): Column<Row>[] {
     head: t("commissioning:settings.other", { number: other ?? 0 }),
     right: true,
     value: (row) => row.before,
-    cell: (row) => <FileText text={row.before} />,
+    cell: (row) => <Value field={row.name} text={row.before} />,
   };
   return [
     {
@@ -170,7 +176,9 @@ function columnsOf(other: number | undefined): Column<Row>[] {
       right: true,
       always: true,
       value: (row) => row.value,
-      cell: (row) => <FileText text={row.value} bold={other !== undefined && row.value !== row.before} />,
+      cell: (row) => (
+        <Value field={row.name} text={row.value} bold={other !== undefined && row.value !== row.before} />
+      ),
     },
     ...(other === undefined ? [] : [before]),
     {
@@ -262,6 +270,17 @@ function MotorValue({ row, motor }: { row: MotorRow; motor: number }) {
           {range}
         </Text>
       )}
+    </>
+  );
+}
+
+/** Shows a value: a word in the user's language with the file's word beside it, as for the names of the fields. */
+function Value({ field, text, bold = false }: { field: string; text: string; bold?: boolean }) {
+  const words = describeValue(field, text);
+  if (!words) return <FileText text={text} bold={bold} />;
+  return (
+    <>
+      {words} <FileText text={text} bold={bold} small />
     </>
   );
 }

@@ -5,13 +5,18 @@ import { t } from "../../lib/i18n";
 import { LANGUAGE } from "../../lib/language";
 
 type Names = Partial<{ [name: string]: string }>;
+type ValueNames = Partial<{ [field: string]: Names }>;
 
 // Read the texts as an object, because i18next would take a colon in a key as the end of a namespace.
 const {
   fields: FIELDS,
   units: UNITS,
   values: VALUES,
-}: Record<"fields" | "units" | "values", Names> = i18next.getResourceBundle(LANGUAGE, "commissioning");
+  settingValues: SETTING_VALUES,
+}: Record<"fields" | "units" | "values", Names> & { settingValues: ValueNames } = i18next.getResourceBundle(
+  LANGUAGE,
+  "commissioning",
+);
 /** Digits as the station's file contains them, so that a value and its range can be compared. */
 const NUMBER = new Intl.NumberFormat(LANGUAGE, { maximumSignificantDigits: 10, useGrouping: false });
 
@@ -21,6 +26,15 @@ export const describeField = (name: string): string =>
 
 /** Return a unit of the station's file in the user's language. */
 export const describeUnit = (unit: string): string => UNITS[unit] ?? unit;
+
+/**
+ * Return what a field's value means in the user's language; empty for a number, a name, and the word of the file
+ * itself.
+ */
+export const describeValue = (field: string, value: string): string => {
+  const words = SETTING_VALUES[field]?.[value] ?? "";
+  return words === value ? "" : words;
+};
 
 /** Return the unit of a field. For a number without a unit, say that it has none. */
 export const describeFieldUnit = ({ unit, accepted }: Schemas["SettingField"]): string =>

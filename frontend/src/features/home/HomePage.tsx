@@ -14,11 +14,12 @@ import { StationTile } from "../fleet/StationTile";
 import { stations } from "../fleet/store";
 import { ClinicTiles } from "./ClinicTiles";
 import classes from "./home.module.css";
+import { useOnTelephone } from "./useOnTelephone";
 import { Worklist } from "./Worklist";
 
 /**
  * The first page. Depending on the user's permissions it shows the work of the day, the state of the stations,
- * and the clinic's key figures. Administrators see the figures first.
+ * and the clinic's key figures. Administrators see the figures first, except on a telephone.
  */
 export function HomePage() {
   useTitle(t("clinic:home.title"));
@@ -32,7 +33,8 @@ export function HomePage() {
   // files must not delay this page's own requests.
   const preloadStation = () => void router.preloadRoute({ to: "/station" }).catch(() => undefined);
   const figures = (canReadRecords || canSeeOperation) && !databaseUnavailable && <ClinicTiles />;
-  const figuresFirst = canAdminister || !canReadRecords;
+  const onTelephone = useOnTelephone();
+  const figuresFirst = !canReadRecords || (canAdminister && !onTelephone);
   return (
     <Stack>
       <Group justify="space-between" align="baseline">

@@ -4,12 +4,20 @@ import { useQuery } from "@tanstack/react-query";
 import { useNavigate, useSearch } from "@tanstack/react-router";
 import type { ReactNode } from "react";
 import { api, type Schemas } from "../../lib/api/client";
-import { formatDayOf, formatDeg, formatMoment, formatSide } from "../../lib/format";
+import {
+  formatChange,
+  formatDayOf,
+  formatMeasured,
+  formatMoment,
+  formatSide,
+  roundToTenths,
+} from "../../lib/format";
 import { t } from "../../lib/i18n";
 import { ButtonLink, PageLink } from "../../ui/links";
 import { ProblemNote } from "../../ui/ProblemNote";
 import { useHasPermission, useMayOperate, useUserName } from "../auth/hooks";
 import classes from "./home.module.css";
+import { useOnTelephone } from "./useOnTelephone";
 
 const REFETCH_MS = 60_000;
 const FEW = 6;
@@ -21,21 +29,28 @@ const FEW = 6;
 export function Worklist() {
   const work = useQuery({ queryKey: ["worklist"], queryFn: api.worklist, refetchInterval: REFETCH_MS });
   const writes = useHasPermission("write_records");
+  const onTelephone = useOnTelephone();
   if (!work.data) return <ProblemNote error={work.error} />;
   const { sessions, due, unsigned, changes } = work.data;
+  const today = (
+    <Part
+      title={t("clinic:home.today")}
+      none={t("clinic:home.todayNone")}
+      more={<PageLink to="/sessions">{t("clinic:home.allSessions")}</PageLink>}
+      items={sessions.map((session) => (
+        <SessionLine key={session.id} session={session} open={session.ended_at === null} />
+      ))}
+    />
+  );
+  // On a telephone the due patients take the whole screen, and an open session would not be seen.
+  const todayFirst = onTelephone && sessions.some((session) => session.ended_at === null);
   return (
     <Stack>
       <ProblemNote error={work.error} />
+      {todayFirst && today}
       <Due due={due} count={work.data.due_count} />
       <SimpleGrid cols={{ base: 1, sm: 2 }} className={classes.parts ?? ""}>
-        <Part
-          title={t("clinic:home.today")}
-          none={t("clinic:home.todayNone")}
-          more={<PageLink to="/sessions">{t("clinic:home.allSessions")}</PageLink>}
-          items={sessions.map((session) => (
-            <SessionLine key={session.id} session={session} open={session.ended_at === null} />
-          ))}
-        />
+        {!todayFirst && today}
         {writes && (
           <Part
             title={t("clinic:home.unsigned")}
@@ -144,13 +159,9 @@ function SessionLine({ session, open }: { session: Schemas["SessionSummary"]; op
 
 function ChangeLine({ change }: { change: Schemas["PatientChange"] }) {
   const { before, now, measure } = change;
-  const digits = Number.isInteger(before) && Number.isInteger(now) ? 0 : 1;
   // The change is not judged, because a small change is within the error of measurement.
   const difference = now - before;
-  const words =
-    difference === 0
-      ? t("clinic:home.unchanged")
-      : `${difference > 0 ? "+" : ""}${formatDeg(difference, digits)}`;
+  const words = roundToTenths(difference) === 0 ? t("clinic:home.unchanged") : formatChange(difference);
   return (
     <li className={classes.line ?? ""}>
       <div>
@@ -163,8 +174,8 @@ function ChangeLine({ change }: { change: Schemas["PatientChange"] }) {
       </div>
       <Text size="sm" fw={600}>
         {t(`clinic:home.change.${measure}`, {
-          before: formatDeg(before, digits),
-          now: formatDeg(now, digits),
+          before: formatMeasured(before),
+          now: formatMeasured(now),
           words,
         })}
       </Text>

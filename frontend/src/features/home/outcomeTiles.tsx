@@ -3,6 +3,7 @@ import { api } from "../../lib/api/client";
 import { midnight, today } from "../../lib/days";
 import { t } from "../../lib/i18n";
 import { MetricLink } from "../../ui/Metric";
+import { describeSpan } from "../statistics/figuresSearch";
 import { changeOfAll, wholePercent } from "../statistics/outcomeFormat";
 
 /** The outcomes of this year. */
@@ -61,7 +62,13 @@ export function AdherenceTile() {
       }
       note={
         adherence
-          ? t("clinic:tiles.adherenceDetail", { ...adherence, count: adherence.prescribed })
+          ? t("clinic:tiles.adherenceDetail", {
+              days: describeSpan({ from: adherence.first_day, to: adherence.last_day }),
+              held: adherence.held,
+              count: adherence.prescribed,
+              overdue: adherence.overdue,
+              programmes: adherence.programmes,
+            })
           : data
             ? t("clinic:tiles.fewPatients", { count: data.least_patients })
             : ""

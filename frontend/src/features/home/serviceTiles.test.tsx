@@ -28,7 +28,10 @@ function show(Tile: () => ReactNode) {
   );
 }
 
-afterEach(cleanup);
+afterEach(() => {
+  cleanup();
+  vi.useRealTimers();
+});
 
 it("the tile says when the newest backup or its test restore failed", async () => {
   expect(await textOfTile({ at: "2026-11-21T02:00:00Z", failure: "A table is missing." })).toMatch(/failed/);
@@ -46,11 +49,26 @@ it("the tile of unsigned notes leads to their sessions", async () => {
 });
 
 it("the tile of adherence leads to the patients behind its figure", async () => {
-  const adherence = { programmes: 12, overdue: 2, prescribed: 80, held: 60 };
+  const days = { first_day: "2026-11-03", last_day: "2026-11-30" };
+  const adherence = { ...days, programmes: 12, overdue: 2, prescribed: 80, held: 60 };
   vi.spyOn(api, "outcomes").mockResolvedValue({ adherence, groups: [], least_patients: 10 } as never);
   show(AdherenceTile);
   const tile = await screen.findByRole("link", { name: /75\u00a0%/ });
   expect(tile.getAttribute("href")).toBe("/clinic/adherence");
+  expect(tile.textContent).toContain("Nov 3, 2026 to Nov 30, 2026. 60 of 80 sessions");
+});
+
+it("the tile of stops says which days it asks for, as the tile of adherence does", async () => {
+  vi.useFakeTimers({ now: Date.parse("2026-11-30T05:00:00Z"), toFake: ["Date"] });
+  const counted = vi.spyOn(api, "stopCounts");
+  counted.mockResolvedValue({ rows: [], sessions: 5, stopped_sessions: 0 } as never);
+  show(StopsTile);
+  const tile = await screen.findByRole("link", { name: /0 of 5/ });
+  expect(tile.textContent).toContain("Nov 3, 2026 to Nov 30, 2026. No stop");
+  expect(counted).toHaveBeenCalledWith({
+    since: "2026-11-03T00:00:00.000Z",
+    until: "2026-12-01T00:00:00.000Z",
+  });
 });
 
 it("the tile of stops counts a session with two causes once, and adds up the stations", async () => {

@@ -1,5 +1,6 @@
 import { useQuery } from "@tanstack/react-query";
 import { api } from "../../lib/api/client";
+import { addDays, today } from "../../lib/days";
 import { formatDayOf, formatMoment } from "../../lib/format";
 import { t } from "../../lib/i18n";
 import { translateServerText } from "../../lib/serverText";
@@ -10,7 +11,7 @@ import { describeStop } from "../sessions/describeStop";
 import { UNSIGNED } from "../sessions/sessionFilters";
 import { mostFrequentCause } from "../statistics/causes";
 import { describeDrift } from "../statistics/drift";
-import { lastDays } from "../statistics/figuresSearch";
+import { daysOf, describeSpan, lastDays, spanOf } from "../statistics/figuresSearch";
 
 const GIGA = 1e9;
 const MEGA = 1e6;
@@ -22,17 +23,21 @@ const size = (bytes: number) =>
     ? t("clinic:tiles.gigabytes", { value: (bytes / GIGA).toFixed(1) })
     : t("clinic:tiles.megabytes", { value: (bytes / MEGA).toFixed(0) });
 
+const USAGE_DAYS = 7;
+
 export function UsageTile() {
   const { data, isError } = useQuery({
     queryKey: ["usage", "tile"],
-    queryFn: () => api.usage(lastDays(7, new Date()), "week"),
+    queryFn: () => api.usage(lastDays(USAGE_DAYS, new Date()), "week"),
   });
+  const to = today();
   const sum = (amount: "sessions" | "hours" | "repetitions") =>
     (data?.rows ?? []).reduce((total, row) => total + row[amount], 0);
   return (
     <MetricLink
       to="/clinic/$subject"
       params={{ subject: "usage" }}
+      search={{ from: addDays(to, 1 - USAGE_DAYS), to, by: "day" }}
       label={t("clinic:tiles.usage")}
       value={data && String(sum("sessions"))}
       unit={t("clinic:tiles.sessions", { count: sum("sessions") })}
@@ -49,9 +54,13 @@ export function UsageTile() {
 export function StopsTile() {
   const { data, isError } = useQuery({
     queryKey: ["stops", "tile"],
-    queryFn: () => api.stopCounts(lastDays(28, new Date())),
+    queryFn: () => api.stopCounts(spanOf({ range: "weeks4" }, new Date())),
   });
   const most = data && mostFrequentCause(data.rows);
+  const { from, to } = daysOf({ range: "weeks4" }, new Date());
+  const cause = most
+    ? t("clinic:tiles.stopsDetail", { cause: describeStop(most) })
+    : t("clinic:tiles.stopsNone");
   return (
     <MetricLink
       to="/clinic/$subject"
@@ -62,13 +71,7 @@ export function StopsTile() {
         data && t("clinic:tiles.ofSessions", { stopped: data.stopped_sessions, sessions: data.sessions })
       }
       unit={t("clinic:tiles.sessions", { count: data?.sessions ?? 0 })}
-      note={
-        data
-          ? most
-            ? t("clinic:tiles.stopsDetail", { cause: describeStop(most) })
-            : t("clinic:tiles.stopsNone")
-          : ""
-      }
+      note={data ? t("clinic:tiles.inDays", { days: describeSpan({ from, to }), note: cause }) : ""}
       failed={isError}
     />
   );

@@ -6,6 +6,7 @@ import { api, type Chart } from "../../lib/api/client";
 import { t } from "../../lib/i18n";
 import { PatientBanner } from "../patients/PatientBanner";
 import { ProgressChart } from "./ProgressChart";
+import classes from "./progress.module.css";
 
 /** The progress of an episode: all charts and their data. */
 export function ProgressPage() {
@@ -22,9 +23,11 @@ export function ProgressPage() {
         <Text fw={600}>{episode.data ? t(`episodes:care.shoulder.${episode.data.side}`) : "\u00a0"}</Text>
         <Text>{t("progress:progress.weeks")}</Text>
       </div>
-      {(Object.keys(t("progress:charts", { returnObjects: true })) as Chart[]).map((chart) => (
-        <ProgressChart key={chart} episodeId={episodeId} chart={chart} />
-      ))}
+      <div className={classes.charts}>
+        {(Object.keys(t("progress:charts", { returnObjects: true })) as Chart[]).map((chart) => (
+          <ProgressChart key={chart} episodeId={episodeId} chart={chart} />
+        ))}
+      </div>
     </Stack>
   );
 }

@@ -1,6 +1,6 @@
 import { Card, Group, Stack, Table, Text } from "@mantine/core";
 import type { Run } from "../../lib/api/client";
-import { formatDeg, formatRange } from "../../lib/format";
+import { formatDeg, formatError, formatRange } from "../../lib/format";
 import { t } from "../../lib/i18n";
 import { translateServerText } from "../../lib/serverText";
 import { WideTable } from "../../ui/WideTable";
@@ -135,14 +135,14 @@ function Errors(props: {
 
 function errorCells(compared: Compared): string[] {
   return [
-    formatDeg(compared.peak_deg, 2),
+    formatError(compared.peak_deg),
     compared.peak_at_s.toFixed(1),
-    formatDeg(compared.rmse_deg, 2),
-    formatDeg(compared.start_deg, 2),
+    formatError(compared.rmse_deg),
+    formatError(compared.start_deg),
     formatDeg(compared.lag_ms, 0),
-    formatDeg(compared.wall_peak_deg, 2),
-    formatDeg(compared.wall_rmse_deg, 2),
-    formatDeg(compared.change_deg, 2),
+    formatError(compared.wall_peak_deg),
+    formatError(compared.wall_rmse_deg),
+    formatError(compared.change_deg),
     formatRange(compared.taught_min_deg, compared.taught_max_deg),
     formatRange(compared.played_min_deg, compared.played_max_deg),
   ];

@@ -64,7 +64,7 @@ it.each([
   "in %s the reached range has the shoulder and the caveat of slip",
   async (language, shoulder, slip) => {
     await show(language, SESSION);
-    expect(words("result-range")).toContain("78°");
+    expect(words("result-range")).toContain("78.0°");
     expect(words("result-range")).toContain(shoulder);
     expect(words("result-range")).toContain(slip);
     expect(words("result-end-range")).toContain(shoulder);

@@ -8,7 +8,7 @@ import {
   IconProgress,
 } from "@tabler/icons-react";
 import type { Session } from "../../lib/api/client";
-import { formatDeg } from "../../lib/format";
+import { formatDeg, formatError, formatRange } from "../../lib/format";
 import { t } from "../../lib/i18n";
 import { translateServerText } from "../../lib/serverText";
 import { Metric, Metrics } from "../../ui/Metric";
@@ -93,7 +93,7 @@ export function ResultMetrics({ session }: { session: Session }) {
       />
       <Metric
         label={t("sessions:result.worst")}
-        value={worst ? `${formatDeg(worst.peak_deg)}°` : "–"}
+        value={worst ? `${formatError(Math.abs(worst.peak_deg))}°` : "–"}
         note={worst && t("sessions:result.worstOf", { motor: worst.motor, number: worst.runIndex + 1 })}
         testid="result-worst"
       />
@@ -132,8 +132,7 @@ export function ResultMetrics({ session }: { session: Session }) {
 export const describeShoulder = (side: Session["side"]) =>
   side === null ? t("sessions:facts.unknownShoulder") : t(`sessions:facts.shoulder.${side}`);
 
-const describeRange = ([from, to]: [number, number]) =>
-  `${t("common:format.range", { from: formatDeg(from, 0), to: formatDeg(to, 0) })}°`;
+const describeRange = ([from, to]: [number, number]) => `${formatRange(from, to)}°`;
 
 function painNote({ pain_before, pain_during, pain_after }: Session): string {
   const during = pain_during === null ? "" : t("sessions:result.during", { pain: pain_during });

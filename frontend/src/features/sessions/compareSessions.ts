@@ -1,5 +1,5 @@
 import type { Run, Session } from "../../lib/api/client";
-import { formatDeg, formatRange } from "../../lib/format";
+import { formatDeg, formatError, formatRange } from "../../lib/format";
 import { t } from "../../lib/i18n";
 import { translateServerText } from "../../lib/serverText";
 
@@ -7,6 +7,8 @@ import { translateServerText } from "../../lib/serverText";
 export type Line = { measure: string; other: string; here: string; change: string };
 /** A group of values with the recording as its title. The group of pain scores has no title. */
 export type Part = { key: string; title: string; lines: Line[] };
+
+const formatWhole = (value: number | null | undefined) => formatDeg(value, 0);
 
 type ComparedSession = Pick<Session, "pain_before" | "pain_during" | "pain_after" | "runs">;
 
@@ -24,9 +26,9 @@ export function compareSessions(other: ComparedSession, here: ComparedSession): 
       key: "pain",
       title: t("sessions:comparison.pain"),
       lines: [
-        numbers(t("sessions:comparison.before"), other.pain_before, here.pain_before, 0),
-        numbers(t("sessions:comparison.during"), other.pain_during, here.pain_during, 0),
-        numbers(t("sessions:comparison.after"), other.pain_after, here.pain_after, 0),
+        numbers(t("sessions:comparison.before"), other.pain_before, here.pain_before),
+        numbers(t("sessions:comparison.during"), other.pain_during, here.pain_during),
+        numbers(t("sessions:comparison.after"), other.pain_after, here.pain_after),
       ],
     },
     ...[...recordings].map(([id, title]) => ({
@@ -44,17 +46,17 @@ function lastOf(runs: Run[], recordingId: string): Run | undefined {
 }
 
 function ofRecording(other: Run | undefined, here: Run | undefined): Line[] {
-  const numbersOf = (measure: string, of: (run: Run) => number | null | undefined, digits: number) =>
-    numbers(measure, other && of(other), here && of(here), digits);
+  const numbersOf = (measure: string, of: (run: Run) => number | null | undefined, format = formatWhole) =>
+    numbers(measure, other && of(other), here && of(here), format);
   const motions = here?.comparison?.motions ?? other?.comparison?.motions ?? [];
   return [
-    numbersOf(t("sessions:comparison.repetitions"), (run) => run.repetitions_done, 0),
-    numbersOf(t("sessions:comparison.range"), (run) => run.range_percent, 0),
-    numbersOf(t("sessions:comparison.smallestRange"), (run) => run.least_range_percent, 0),
-    numbersOf(t("sessions:comparison.level"), (run) => run.resistance_level, 0),
-    numbersOf(t("sessions:comparison.takenBack"), (run) => run.reversals, 0),
-    numbersOf(t("sessions:comparison.rmse"), (run) => worst(run, "rmse_deg"), 2),
-    numbersOf(t("sessions:comparison.peak"), (run) => worst(run, "peak_deg"), 2),
+    numbersOf(t("sessions:comparison.repetitions"), (run) => run.repetitions_done),
+    numbersOf(t("sessions:comparison.range"), (run) => run.range_percent),
+    numbersOf(t("sessions:comparison.smallestRange"), (run) => run.least_range_percent),
+    numbersOf(t("sessions:comparison.level"), (run) => run.resistance_level),
+    numbersOf(t("sessions:comparison.takenBack"), (run) => run.reversals),
+    numbersOf(t("sessions:comparison.rmse"), (run) => worst(run, "rmse_deg"), formatError),
+    numbersOf(t("sessions:comparison.peak"), (run) => worst(run, "peak_deg"), formatError),
     ...motions.map((motion) => {
       const reached = (run: Run | undefined) => {
         const same = run?.comparison?.motions.find((compared) => compared.motion === motion.motion);
@@ -81,14 +83,16 @@ function numbers(
   measure: string,
   other: number | null | undefined,
   here: number | null | undefined,
-  digits: number,
+  format = formatWhole,
 ): Line {
   const change = typeof other === "number" && typeof here === "number" ? here - other : null;
-  const sign = change !== null && Number(change.toFixed(digits)) > 0 ? "+" : "";
+  const changed = change === null ? "" : format(change);
+  // A change that is shown as 0 has no sign.
+  const sign = change !== null && change > 0 && changed !== format(0) ? "+" : "";
   return {
     measure,
-    other: formatDeg(other, digits),
-    here: formatDeg(here, digits),
-    change: change === null ? "" : `${sign}${formatDeg(change, digits)}`,
+    other: format(other),
+    here: format(here),
+    change: sign + changed,
   };
 }

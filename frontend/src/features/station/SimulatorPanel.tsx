@@ -133,7 +133,8 @@ function motionGroups(motions: Schemas["SimulatorState"]["motions"]) {
         .filter((motion) => motion.source === source)
         .map((motion) => ({
           value: motion.id,
-          label: t("station:simulator.motionOption", {
+          // The name of a built-in motion begins with the number of the motion.
+          label: t(`station:simulator.${source === "built-in" ? "builtInOption" : "motionOption"}`, {
             name: translateServerText(motion.name, motion.name_key),
             seconds: motion.duration_s.toFixed(0),
           }),

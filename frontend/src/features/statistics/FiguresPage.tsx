@@ -10,8 +10,17 @@ import { DateField } from "../../ui/DateField";
 import { ProblemNote } from "../../ui/ProblemNote";
 import { useHasPermission } from "../auth/hooks";
 import { ChartCard } from "./ChartCard";
-import { describeSpan, stopsFigure, stopsTable, usageFigure, usageTable } from "./charts";
-import { AMOUNTS, daysOf, type FiguresSearch, RANGES, SUBJECTS, type Subject, spanOf } from "./figuresSearch";
+import { stopsFigure, stopsTable, usageFigure, usageTable } from "./charts";
+import {
+  AMOUNTS,
+  daysOf,
+  describeSpan,
+  type FiguresSearch,
+  RANGES,
+  SUBJECTS,
+  type Subject,
+  spanOf,
+} from "./figuresSearch";
 import { Outcomes } from "./Outcomes";
 import { PatientAdherence } from "./PatientAdherence";
 import { StopsTable } from "./StopsTable";

@@ -7,18 +7,28 @@ import { DataTable } from "../../ui/DataTable";
 import { PageLink } from "../../ui/links";
 import { ProblemNote } from "../../ui/ProblemNote";
 import type { Column } from "../../ui/tableRows";
+import { describeSpan } from "./figuresSearch";
 import { wholePercent } from "./outcomeFormat";
 
 type Row = Schemas["PatientAdherence"];
+const NONE: Schemas["PatientAdherences"] = { rows: [], count: 0, first_day: "", last_day: "" };
 
 /** Lists the patients with a followed programme, the lowest share of held sessions first. */
 export function PatientAdherence() {
   const adherence = useQuery({ queryKey: ["patient-adherence"], queryFn: api.patientAdherence });
-  const { rows, count } = adherence.data ?? { rows: [], count: 0 };
+  const { rows, count, ...days } = adherence.data ?? NONE;
   return (
     <Stack>
       <ProblemNote error={adherence.error} />
       {adherence.isPending && <Skeleton h={400} />}
+      {adherence.data && (
+        <Text size="sm">
+          {t("clinic:figures.adherenceSummary", {
+            days: describeSpan({ from: days.first_day, to: days.last_day }),
+            count,
+          })}
+        </Text>
+      )}
       {adherence.data && rows.length === 0 && <Text>{t("clinic:figures.noProgrammes")}</Text>}
       {rows.length > 0 && (
         <DataTable
@@ -52,7 +62,7 @@ export function shareOfAll(rows: Pick<Row, "held" | "prescribed">[]): string {
 
 const percentOf = (row: Row): number | null => {
   const share = shareOf(row);
-  return share === null ? null : Math.round(100 * share);
+  return share === null ? null : Number(wholePercent(share));
 };
 
 const COLUMNS: Column<Row>[] = [

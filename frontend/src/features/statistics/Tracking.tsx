@@ -1,15 +1,15 @@
 import { Badge, Skeleton, Stack, Text } from "@mantine/core";
 import { useQuery } from "@tanstack/react-query";
 import { api, type Schemas } from "../../lib/api/client";
-import { formatDeg } from "../../lib/format";
+import { formatError } from "../../lib/format";
 import { t } from "../../lib/i18n";
 import { DataTable } from "../../ui/DataTable";
 import { ProblemNote } from "../../ui/ProblemNote";
 import type { Column } from "../../ui/tableRows";
 import { ChartCard } from "./ChartCard";
-import { describeSpan, trackingFigure, trackingTable } from "./charts";
+import { trackingFigure, trackingTable } from "./charts";
 import { describeDrift } from "./drift";
-import { daysOf, type FiguresSearch, spanOf } from "./figuresSearch";
+import { daysOf, describeSpan, type FiguresSearch, spanOf } from "./figuresSearch";
 
 /** Shows the tracking error of the stations by week, and whether it increases. */
 export function Tracking({ search }: { search: FiguresSearch }) {
@@ -86,14 +86,14 @@ const DRIFT_COLUMNS: Column<Station>[] = [
     head: t("clinic:figures.before"),
     right: true,
     value: ({ before_deg }) => before_deg,
-    cell: ({ before_deg }) => formatDeg(before_deg, 2),
+    cell: ({ before_deg }) => formatError(before_deg),
   },
   {
     key: "recent",
     head: t("clinic:figures.recent"),
     right: true,
     value: ({ rmse_deg }) => rmse_deg,
-    cell: ({ rmse_deg }) => formatDeg(rmse_deg, 2),
+    cell: ({ rmse_deg }) => formatError(rmse_deg),
   },
   {
     key: "change",
@@ -118,6 +118,6 @@ function describeState(station: Station): string {
 
 function describeChange(change: Schemas["Estimate"] | null): string {
   if (!change) return "–";
-  const range = t("common:format.range", { from: formatDeg(change.low, 2), to: formatDeg(change.high, 2) });
-  return `${formatDeg(change.value, 2)} (${range})`;
+  const range = t("common:format.range", { from: formatError(change.low), to: formatError(change.high) });
+  return `${formatError(change.value)} (${range})`;
 }

@@ -1,5 +1,4 @@
 import type { Schemas } from "../../lib/api/client";
-import { formatDay } from "../../lib/format";
 import { t } from "../../lib/i18n";
 import { describeStop } from "../sessions/describeStop";
 import { causesOf, countOf } from "./causes";
@@ -293,7 +292,3 @@ export function outcomeTable(groups: Schemas["OutcomeGroup"][]): Table {
     texts: [],
   };
 }
-
-/** Return the first and last day of the rows in words. */
-export const describeSpan = (days: { from: string; to: string }) =>
-  t("common:format.range", { from: formatDay(days.from), to: formatDay(days.to) });

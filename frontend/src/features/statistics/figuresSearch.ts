@@ -1,5 +1,7 @@
 import type { Schemas, SpanQuery } from "../../lib/api/client";
 import { addDays, dayOf, isDay, midnight } from "../../lib/days";
+import { formatDay } from "../../lib/format";
+import { t } from "../../lib/i18n";
 
 export const SUBJECTS = ["outcomes", "adherence", "usage", "stops", "tracking"] as const;
 export type Subject = (typeof SUBJECTS)[number];
@@ -71,3 +73,7 @@ export function spanOf(search: FiguresSearch, now: Date): SpanQuery {
     ...(search.station !== undefined && { station: search.station }),
   };
 }
+
+/** Return the first and last day of a period in words. */
+export const describeSpan = (days: { from: string; to: string }) =>
+  t("common:format.range", { from: formatDay(days.from), to: formatDay(days.to) });

@@ -2265,7 +2265,7 @@ export interface paths {
          * @description Return the change of SPADI, pain and range of motion from the first to the last assessment, by stage and by programme.
          *
          *     The figures cover episodes whose last assessment is in the time. Groups of fewer than 10 patients are hidden. Restricted records are
-         *     counted, because no patient is named. Adherence is that of the last four weeks.
+         *     counted, because no patient is named. Adherence is that of 28 days of the clinic, the last of which is today.
          */
         get: operations["get_outcomes"];
         put?: never;
@@ -2287,7 +2287,7 @@ export interface paths {
          * Get the patients by adherence
          * @description Return how each patient followed the present programme in the last four weeks, the lowest share first.
          *
-         *     Patients whose records you may not see are left out.
+         *     Four weeks are 28 days of the clinic, the last of which is today. Patients whose records you may not see are left out.
          */
         get: operations["get_patient_adherence"];
         put?: never;
@@ -8205,7 +8205,7 @@ export interface components {
             therapist: string;
             /**
              * Prescribed
-             * @description Sessions prescribed in this time, counted from the programme's date on.
+             * @description Sessions prescribed in this time, counted from the day after the programme's date on.
              */
             prescribed: number;
             /**
@@ -8219,6 +8219,19 @@ export interface components {
          * @description The followed programmes, the lowest share of held sessions first.
          */
         PatientAdherences: {
+            /**
+             * First Day
+             * Format: date
+             * @example 2026-11-03
+             */
+            first_day: string;
+            /**
+             * Last Day
+             * Format: date
+             * @description Today at the clinic.
+             * @example 2026-11-30
+             */
+            last_day: string;
             /**
              * Rows
              * @description At most 500.
@@ -8792,6 +8805,19 @@ export interface components {
          */
         ProgrammeAdherence: {
             /**
+             * First Day
+             * Format: date
+             * @example 2026-11-03
+             */
+            first_day: string;
+            /**
+             * Last Day
+             * Format: date
+             * @description Today at the clinic.
+             * @example 2026-11-30
+             */
+            last_day: string;
+            /**
              * Programmes
              * @description Programmes of open episodes, with a session or made in the last four weeks.
              */
@@ -8803,7 +8829,7 @@ export interface components {
             overdue: number;
             /**
              * Prescribed
-             * @description Sessions prescribed in this time, counted from each programme's date on.
+             * @description Sessions prescribed in this time, counted from the day after each programme's date on.
              */
             prescribed: number;
             /**

@@ -1,7 +1,7 @@
 import { Text, Title } from "@mantine/core";
 import { IconArrowDown, IconArrowRight, IconArrowUp } from "@tabler/icons-react";
 import type { Schemas } from "../../../lib/api/client";
-import { formatDayOf, formatMeasured, formatSide, roundToTenths } from "../../../lib/format";
+import { formatChange, formatDayOf, formatMeasured, formatSide, roundToTenths } from "../../../lib/format";
 import { t } from "../../../lib/i18n";
 import { Metric, Metrics } from "../../../ui/Metric";
 import { rateSpadiChange } from "../../assessments/describeFindings";
@@ -93,9 +93,7 @@ function ChangeWords(props: { of: Change; words: (change: string, size: number) 
   const change = roundToTenths(props.of.change);
   const Icon = change > 0 ? IconArrowUp : change < 0 ? IconArrowDown : IconArrowRight;
   const words =
-    change === 0
-      ? t("patients:summary.unchanged")
-      : props.words(`${change > 0 ? "+" : ""}${formatMeasured(change)}`, Math.abs(change));
+    change === 0 ? t("patients:summary.unchanged") : props.words(formatChange(change), Math.abs(change));
   return (
     <Text span fw={700} size="sm" style={{ whiteSpace: "nowrap" }}>
       <Icon size={16} style={{ verticalAlign: "text-bottom" }} aria-hidden /> {words}

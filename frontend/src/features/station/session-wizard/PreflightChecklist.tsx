@@ -8,6 +8,7 @@ import { t } from "../../../lib/i18n";
 import { replaceData } from "../../../lib/replaceData";
 import { translateServerText } from "../../../lib/serverText";
 import { ProblemNote } from "../../../ui/ProblemNote";
+import { StepActions } from "../../../ui/StepActions";
 import { useHasPermission, useUserName } from "../../auth/hooks";
 import { IDENTIFIERS_NEEDED, type Identifier, IdentityChoice } from "./IdentityChoice";
 import { CheckPicture } from "./pictures";
@@ -118,15 +119,14 @@ export function PreflightChecklist(props: {
           )}
         </CheckLine>
       ))}
-      <Group justify="space-between">
-        {next}
-        {toConfirm.length > 1 && (
-          <Button size="lg" ml="auto" disabled={confirm.isPending} onClick={() => confirm.mutate(toConfirm)}>
-            {t("station:wizard.confirmAll", { count: toConfirm.length })}
-          </Button>
-        )}
-      </Group>
       <ProblemNote error={checklist.error ?? confirm.error} />
+      {/* After the checks, so that nobody confirms them unseen. */}
+      {toConfirm.length > 1 && (
+        <Button size="lg" ml="auto" disabled={confirm.isPending} onClick={() => confirm.mutate(toConfirm)}>
+          {t("station:wizard.confirmAll", { count: toConfirm.length })}
+        </Button>
+      )}
+      {next && <StepActions>{next}</StepActions>}
     </Stack>
   );
 }

@@ -10,6 +10,7 @@ import { useSetSessionCache } from "../../../lib/useSetSessionCache";
 import type { HelpTopic } from "../../../ui/HelpLink";
 import { PageLink } from "../../../ui/links";
 import { ProblemNote } from "../../../ui/ProblemNote";
+import { CARD_OF_STEP, StepActions } from "../../../ui/StepActions";
 import { TitleWithHelp } from "../../../ui/TitleWithHelp";
 import { NoteCard } from "../../sessions/NoteCard";
 import { PlayPanel } from "../PlayPanel";
@@ -42,7 +43,13 @@ export function SessionWizard({ patientId, wanted }: { patientId: string; wanted
   const { step, go, reset, heading } = useStep(session, !newestSession.isPending, run !== null);
   if (newestSession.isPending) return null;
   return (
-    <Card withBorder padding="sm" component="section" aria-label={t("station:wizard.title")}>
+    <Card
+      withBorder
+      padding="sm"
+      component="section"
+      className={`${CARD_OF_STEP} ${classes.wizard}`}
+      aria-label={t("station:wizard.title")}
+    >
       <Stack gap="sm">
         <Steps step={step} session={session} locked={run !== null} onGo={go} />
         <TitleWithHelp order={2} size="h4" ref={heading} tabIndex={-1} topic={HELP[step]}>
@@ -94,11 +101,12 @@ function useStep(session: Session | null, known: boolean, playing: boolean) {
     if (known && openedStep === null) setOpenedStep(stepOf(session));
   }, [known, openedStep, session]);
   // The pressed button disappears with its step, so the focus of keyboard and screen reader moves to the next
-  // heading.
+  // heading. The steps move to the top of the screen, except while playing, when the live view stays visible.
   useEffect(() => {
     if (focusHeading.current && step === openedStep) {
       focusHeading.current = false;
-      heading.current?.focus();
+      heading.current?.focus({ preventScroll: step !== "play" });
+      if (step !== "play") heading.current?.closest("section")?.scrollIntoView({ block: "start" });
     }
   }, [step, openedStep]);
   return { step, go, reset: () => setOpenedStep(null), heading };
@@ -222,11 +230,11 @@ function PainStep(props: { session: Session; when: "pain_before" | "pain_after";
         onChange={(pain) => savePain.mutate({ [when]: pain })}
       />
       <ProblemNote error={savePain.error} />
-      <Group>
+      <StepActions>
         <Button size="xl" variant={session[when] === null ? "default" : "filled"} onClick={onDone}>
           {session[when] === null ? t("station:wizard.skipPain") : t("station:wizard.continue")}
         </Button>
-      </Group>
+      </StepActions>
     </>
   );
 }
