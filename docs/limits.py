@@ -20,7 +20,7 @@ _SUBJECTS: Final[dict[str, tuple[tuple[str, str, str], ...]]] = {
         ),
         (
             "station/lease.py",
-            "STOP_AND_RELEASE_AFTER_S",
+            "STOP_AND_END_LEASE_AFTER_S",
             "After this absence of its browser a motion or a held arm is stopped (a return is completed). The lease ends as soon as torque is off.",
         ),
         (

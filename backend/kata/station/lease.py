@@ -19,7 +19,7 @@ PRESENT_AFTER_SHOWN_S: Final = 1.0
 confirms about three states a second, so a page that hangs is absent after at most this time."""
 PAUSE_AFTER_ABSENCE_S: Final = 2.0
 """Longest absence of the holder's browser during playback. A page reloads, and a weak network recovers, within this time."""
-STOP_AND_RELEASE_AFTER_S: Final = 30.0
+STOP_AND_END_LEASE_AFTER_S: Final = 30.0
 """Longest absence of the holder's browser. After it the station stops. The lease ends when torque is known to be off."""
 NOT_OPERATING: Final = "not_operating"
 """Code of the refusal of a command from a browser without the lease."""
@@ -178,10 +178,10 @@ class Lease:
         absent_s = self._absent_s(now)
         if absent_s < PAUSE_AFTER_ABSENCE_S:
             return None
-        if absent_s >= STOP_AND_RELEASE_AFTER_S and torque == "off":
+        if absent_s >= STOP_AND_END_LEASE_AFTER_S and torque == "off":
             self._holding = None
             return None
-        if absent_s >= STOP_AND_RELEASE_AFTER_S and mode not in _NOTHING_TO_STOP:
+        if absent_s >= STOP_AND_END_LEASE_AFTER_S and mode not in _NOTHING_TO_STOP:
             return "stop"
         return "pause" if mode == "playing" else None
 
