@@ -6,7 +6,7 @@ in the original questionnaire, in Japanese the SPADI-Jp (Sekiguchi, Hagiwara, An
 Japanese version of the Shoulder Pain and Disability Index: A cross-sectional study", copyright The Japanese Orthopaedic Association). We
 know of no licence to distribute it, so Kata does not contain it. Our own words are not validated and are never exported.
 
-Score and thresholds are in ``kata/clinic/questionnaires/definitions/spadi.toml``.
+Score and thresholds are in ``kata/clinic/questionnaires/built_in/spadi.toml``.
 """
 
 from collections.abc import Sequence
