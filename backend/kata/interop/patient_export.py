@@ -44,7 +44,8 @@ runs.csv          playbacks and end-feel tests: one line each, with the name of 
                   worst_peak_deg and worst_rmse_deg are tracking errors: played minus requested motion.
                   They are empty where compared_percent, the share of the playing time that was compared, is below 90
                   change_by_settings_deg is requested minus taught: what range and Reduce range changed, not an error
-                  end_feel is test or baseline where no recording was played (see end-feel.csv); a baseline moves a weight, not the patient
+                  end_feel is empty for a playback. For an end-feel test it is test or baseline; the figures are in end-feel.csv.
+                  A baseline moves a weight, not the patient
                   range_percent is the share of the taught range that was asked for, least_range_percent the smallest share of it after
                   Reduce range (empty: not reduced). Both are the therapist's choice and no measure of what the patient can do
                   motion_3_end_range_s to motion_6_end_range_s are end-range times. Their band and torque are in sessions.json
