@@ -18,7 +18,7 @@ from docs.clinical import glossary, glossary_ja, range_of_motion
 from docs.limits import limits
 from docs.paper import paper
 from docs.risk_file import components, hazards, requirements
-from kata.auth.permissions import ROLE_PERMISSIONS, RULES
+from kata.auth.permissions import ROLE_PERMISSIONS, ROUTE_RULES
 from kata.cli.main import app
 from kata.device.config_page import configuration
 from kata.device.drive_health import TEMPERATURE_MARGIN_C, VOLTAGE_MARGIN_V, WARNING_KINDS
@@ -185,7 +185,7 @@ def api() -> str:
     groups: dict[str, list[str]] = {}
     for path, methods in document["paths"].items():
         for method, operation in methods.items():
-            rule = RULES[operation["operationId"]]
+            rule = ROUTE_RULES[operation["operationId"]]
             row = f"| `{method.upper()} {path}` | {_cell(operation['summary'])} | `{rule.needs}` |"
             groups.setdefault(operation.get("tags", ["others"])[0], []).append(row)
     tables = "\n\n".join(

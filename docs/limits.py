@@ -20,8 +20,8 @@ _SUBJECTS: Final[dict[str, tuple[tuple[str, str, str], ...]]] = {
         ),
         (
             "station/lease.py",
-            "STOP_AND_RELEASE_AFTER_S",
-            "After this absence of its browser a motion or a held arm is stopped (a return is completed). The lease ends as soon as torque is off.",
+            "STOP_AND_END_LEASE_AFTER_S",
+            "If the operator's browser is absent for this time, a motion or a held arm is stopped. A return is completed. The lease ends when torque is off.",
         ),
         (
             "station/guard.py",
@@ -38,7 +38,7 @@ _SUBJECTS: Final[dict[str, tuple[tuple[str, str, str], ...]]] = {
         (
             "station/lease.py",
             "PRESENT_AFTER_SHOWN_S",
-            "A page is absent if its script has not confirmed a live state that was sent within this time. A page that hangs pauses a playback after the sum of this and the absence.",
+            "A page counts as present for this time after the service sent the newest live state that the page has confirmed. A page that hangs therefore pauses a playback after this time plus `PAUSE_AFTER_ABSENCE_S`.",
         ),
         ("safety/useHold.ts", "HOLD_MS", "The press that moves the arm to the start is held for so long."),
         (
@@ -47,6 +47,8 @@ _SUBJECTS: Final[dict[str, tuple[tuple[str, str, str], ...]]] = {
             "Stop is repeated as an HTTP request when the WebSocket has not answered.",
         ),
         ("lib/live/store.ts", "LOST_AFTER_MS", "The page shows the connection as lost when no message has come."),
+        ("lib/live/store.ts", "RECONNECT_DELAYS_MS", "Delays before the page's attempts to reconnect."),
+        ("lib/live/store.ts", "OPEN_TIMEOUT_MS", "An attempt to connect that does not succeed within this time ends."),
         ("lib/api/stationApi.ts", "STOP_TIMEOUT_MS", "The page waits for the answer to a Stop request."),
         ("features/alarms/sound.ts", "SOUND_PAUSE_MS", "The alarm sound stays paused for so long."),
     ),
@@ -151,6 +153,21 @@ _SUBJECTS: Final[dict[str, tuple[tuple[str, str, str], ...]]] = {
     ),
     "The clinic": (
         ("station/fleet.py", "SILENT_AFTER_S", "Another station is shown as silent."),
+        (
+            "features/fleet/store.ts",
+            "STATIONS_LOST_AFTER_MS",
+            "The list of stations shows its connection as lost when no message has come.",
+        ),
+        (
+            "features/fleet/store.ts",
+            "STATIONS_RECONNECT_DELAYS_MS",
+            "Delays before the attempts of the list of stations to reconnect.",
+        ),
+        (
+            "features/fleet/store.ts",
+            "STATIONS_OPEN_TIMEOUT_MS",
+            "An attempt of the list of stations to connect that does not succeed within this time ends.",
+        ),
         ("api/body_limits.py", "LARGEST_BODY", "Largest request, in bytes."),
         ("api/body_limits.py", "LARGEST_FILE", "Largest file to import, in bytes."),
         ("clinic/recordings/service.py", "SHORTEST_TAKE_S", "Shortest take."),
@@ -211,7 +228,7 @@ def _value(path: str, constant: str) -> str:
         found = re.search(rf"const {constant}(?:: \w+)? = ([^;]+);", text)
         if not found:
             raise KeyError(f"{path}: {constant}")
-        return _shown(constant, found[1].replace("_", ""))
+        return _shown(constant, found[1].replace("_", "").removesuffix(" as const").strip("[]"))
     body = ast.parse(text).body
     owner, _, name = constant.rpartition(".")
     for one in list(body):

@@ -17,7 +17,7 @@ import pytest
 import requests
 
 from kata.auth.login_session import COOKIE
-from kata.auth.permissions import RULES, TOKEN_PERMISSIONS
+from kata.auth.permissions import ROUTE_RULES, TOKEN_PERMISSIONS
 from kata.client import Kata, KataError, Run
 from tests.support.browser_clinic import Clinic, invented_clinic
 from tests.support.paths import ROOT
@@ -56,7 +56,7 @@ def operation(url: str, names: set[str]) -> dict[str, Any]:
     ]
     # "filter-options" is no session's id.
     found = documented[0] if len(documented) == 1 else api_document()["paths"][path]["get"]
-    assert RULES[found["operationId"]].needs in TOKEN_PERMISSIONS
+    assert ROUTE_RULES[found["operationId"]].needs in TOKEN_PERMISSIONS
     assert names <= {parameter["name"] for parameter in found.get("parameters", ()) if parameter["in"] == "query"}
     result: dict[str, Any] = found
     return result

@@ -397,7 +397,7 @@ def test_gains_are_tuned_again_on_a_commissioned_station(tmp_path: Path) -> None
 def test_a_lost_browser_stops_moving_motors(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """The page of the browser listens, and is closed while motors have torque. Manual steps wait for the browser."""
     # Shorter than the waits below. Otherwise an instruction is shown for 30 s.
-    monkeypatch.setattr(commissioning_run, "STOP_AND_RELEASE_AFTER_S", 1.5 * PAUSE_AFTER_ABSENCE_S)
+    monkeypatch.setattr(commissioning_run, "STOP_AND_END_LEASE_AFTER_S", 1.5 * PAUSE_AFTER_ABSENCE_S)
     with running(tmp_path, "technician") as client:
         until(client, lambda live: live["mode"] == "idle")
         run = client.app.state.services.commissioning_run  # type: ignore[attr-defined]

@@ -199,7 +199,7 @@ def test_no_text_column_of_an_export_becomes_a_formula(tmp_path: Path, row_class
     columns = inspect(row_class).column_attrs
     row = {column.key: payload for column in columns if isinstance(column.columns[0].type, String)}
     assert len(row) > 2
-    patient_export._write_index(tmp_path / "index.csv", [row | {"count": -1.5}])
+    patient_export._write_table_with_file_column(tmp_path / "index.csv", [row | {"count": -1.5}])
     with (tmp_path / "index.csv").open(encoding="utf-8", newline="") as file:
         (read,) = csv.DictReader(file)
     assert {read[name] for name in row} == {f"'{payload}"}

@@ -14,7 +14,7 @@ from kata.actor import Role
 from kata.audit.tables import AuditRow
 from kata.auth.login_session import COOKIE
 from kata.clinic.episodes.limits import DoctorLimits
-from kata.station.lease import STOP_AND_RELEASE_AFTER_S
+from kata.station.lease import STOP_AND_END_LEASE_AFTER_S
 from tests.support.login import signed_in
 from tests.support.open_page import shown_message
 from tests.support.recordings import lifted, taught
@@ -169,7 +169,7 @@ def test_playback_without_its_browser_pauses_and_releases_after_thirty_seconds(
         assert lost["torque"] == "on"
         assert lost["run"]["at_start"] is False
 
-        monkeypatch.setattr(operating, "_now", lambda: now().later(STOP_AND_RELEASE_AFTER_S))
+        monkeypatch.setattr(operating, "_now", lambda: now().later(STOP_AND_END_LEASE_AFTER_S))
         stopped = watching.until(lambda live: live["mode"] == "stopped" and live["torque"] == "off")
         assert [cause["code"] for cause in stopped["stop"]["causes"]] == ["browser_lost"]
         free = watching.until(lambda live: live["lease"]["holder"] is None)

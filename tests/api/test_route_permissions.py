@@ -21,7 +21,7 @@ from kata.audit import deduplication
 from kata.audit.tables import AuditRow
 from kata.auth import access_tokens
 from kata.auth.login_session import COOKIE
-from kata.auth.permissions import RULES, UNAUDITED_READ_PERMISSIONS, audit_action
+from kata.auth.permissions import ROUTE_RULES, UNAUDITED_READ_PERMISSIONS, audit_action
 from kata.auth.tables import AccountRow, LoginSessionRow
 from kata.clinic import tables
 from kata.clinic.patients.tables import ErasureRow
@@ -40,7 +40,7 @@ _WRITE: Final[frozenset[Role]] = frozenset({"therapist", "administrator"})
 _DEVICE: Final[frozenset[Role]] = frozenset({"technician", "therapist", "administrator"})
 _ADMINISTER: Final[frozenset[Role]] = frozenset({"administrator"})
 
-# The requirement, by kind of route and independent of RULES. Every route belongs to exactly one group of GROUPS.
+# The requirement, by kind of route and independent of ROUTE_RULES. Every route belongs to exactly one group of GROUPS.
 PUBLIC: Final = {
     "get_health_live", "get_health_ready", "get_health_idle", "sign_in_by_password", "sign_in_by_link", "set_up_clinic", "set_password_by_code", "sign_out",
     "get_sign_in_options", "begin_openid", "sign_in_by_openid", "confirm_openid",
@@ -408,7 +408,7 @@ def _asked(document: Any, every_route: bool) -> list[Operation]:
     """Return every operation, or one of each rule. Signing out comes last, because it ends the login session."""
     found = list(operations(document))
     if not every_route:
-        found = [*{RULES[operation.name]: operation for operation in found}.values()]
+        found = [*{ROUTE_RULES[operation.name]: operation for operation in found}.values()]
     return sorted(found, key=lambda operation: operation.name == "sign_out")
 
 
@@ -432,7 +432,7 @@ def test_the_rules_grant_every_identity_the_declared_routes(service: TestClient,
 
 def _refused(operation: Operation, requester: Requester, named: list[tuple[str, UUID]]) -> tuple[int, str] | None:
     """Return how the rule of a route refuses an identity, without a request."""
-    rule = RULES[operation.name]
+    rule = ROUTE_RULES[operation.name]
     if rule.needs == "public":
         return None
     assert requester.role is not None
@@ -497,7 +497,7 @@ def test_refresh_of_any_view_leaves_no_audit_row(
 
     slow = {"export_patient"} | _SLOW
     views = [found for found in operations(api_document()) if found.method == "GET" and found.name not in slow]
-    for operation in views if every_route else {RULES[found.name]: found for found in views}.values():
+    for operation in views if every_route else {ROUTE_RULES[found.name]: found for found in views}.values():
         counts = [rows_after({}), rows_after({}), rows_after({"x-kata-refresh": "1"})]
         if counts[0] > 0:
             viewed += 1
@@ -638,7 +638,7 @@ def test_undeclared_route_fails_the_matrix_check(service: TestClient) -> None:
 
 def test_routes_and_rules_match_one_to_one(service: TestClient) -> None:
     app: Any = service.app
-    assert _routes(app) == set(RULES)
+    assert _routes(app) == set(ROUTE_RULES)
 
 
 def test_every_view_of_a_patients_record_is_audited(service: TestClient) -> None:
@@ -648,7 +648,9 @@ def test_every_view_of_a_patients_record_is_audited(service: TestClient) -> None
     }
     of_patients |= READ & views.keys()
     assert len(of_patients) > 40
-    assert {name: RULES[name].needs for name in of_patients if RULES[name].needs in UNAUDITED_READ_PERMISSIONS} == {}
+    assert {
+        name: ROUTE_RULES[name].needs for name in of_patients if ROUTE_RULES[name].needs in UNAUDITED_READ_PERMISSIONS
+    } == {}
 
 
 def test_service_with_a_route_without_a_rule_does_not_start() -> None:

@@ -3,7 +3,7 @@
 import pytest
 
 from kata.clinic.assessments import rom, spadi
-from kata.clinic.assessments.spadi import Score
+from kata.clinic.assessments.spadi import SpadiScore
 
 
 @pytest.mark.parametrize(
@@ -62,21 +62,21 @@ def test_the_codes_are_those_of_the_motion_whatever_the_position() -> None:
 @pytest.mark.parametrize(
     ("pain", "disability", "expected"),
     [
-        ([0] * 5, [0] * 8, Score(0, 0, 0)),
-        ([10] * 5, [10] * 8, Score(100, 100, 100)),
+        ([0] * 5, [0] * 8, SpadiScore(0, 0, 0)),
+        ([10] * 5, [10] * 8, SpadiScore(100, 100, 100)),
         # 30 of 50 points, 24 of 80: both subscales have the same weight, independent of their number of items.
-        ([8, 7, 6, 5, 4], [3] * 8, Score(60, 30, 45)),
+        ([8, 7, 6, 5, 4], [3] * 8, SpadiScore(60, 30, 45)),
         # One answer is missing: 24 of 40 points.
-        ([8, None, 6, 6, 4], [3] * 8, Score(60, 30, 45)),
-        ([None, 6, 6, 6, 6], [None, 4, 4, 4, 3, 2, 2, 2], Score(60, 30, 45)),
-        ([None, None, 6, 6, 6], [3] * 8, Score(60, 30, 45)),
-        ([None, None, 6, 6, 6], [None] + [3] * 7, Score(None, None, None)),
-        ([6] * 5, [None, None, None, 3, 3, 3, 3, 3], Score(None, None, None)),
-        ([None] * 5, [None] * 8, Score(None, None, None)),
+        ([8, None, 6, 6, 4], [3] * 8, SpadiScore(60, 30, 45)),
+        ([None, 6, 6, 6, 6], [None, 4, 4, 4, 3, 2, 2, 2], SpadiScore(60, 30, 45)),
+        ([None, None, 6, 6, 6], [3] * 8, SpadiScore(60, 30, 45)),
+        ([None, None, 6, 6, 6], [None] + [3] * 7, SpadiScore(None, None, None)),
+        ([6] * 5, [None, None, None, 3, 3, 3, 3, 3], SpadiScore(None, None, None)),
+        ([None] * 5, [None] * 8, SpadiScore(None, None, None)),
     ],
 )
 def test_score_is_the_mean_of_both_answered_subscales(
-    pain: list[int | None], disability: list[int | None], expected: Score
+    pain: list[int | None], disability: list[int | None], expected: SpadiScore
 ) -> None:
     assert spadi.score(pain + disability) == expected
 

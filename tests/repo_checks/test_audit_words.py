@@ -7,7 +7,7 @@ from collections.abc import Iterator
 from typing import Final, get_args
 
 from kata.audit.changes import NOT_COLLECTED
-from kata.auth.permissions import RULES, audit_action
+from kata.auth.permissions import ROUTE_RULES, audit_action
 from kata.backups.catalogue import Kind
 from kata.clinic.restricted.objects import PATIENT_QUERY_BY_ID_NAME
 from kata.database.base import Base
@@ -21,9 +21,9 @@ PLACE: Final = {"note": 1, "entry": 0, "by_program": 0, "RequestContext": 0}
 _CALL: Final = re.compile(rf"\b({'|'.join(PLACE)})\(")
 ELSEWHERE: Final = {
     "action": {"pause_without_browser", "stop_without_browser", "unnamed"},
-    "context.action": set(map(audit_action, RULES)),
-    "audit_action(route)": set(map(audit_action, RULES)),
-    "audit_action(request.scope['route'].name)": set(map(audit_action, RULES)),
+    "context.action": set(map(audit_action, ROUTE_RULES)),
+    "audit_action(route)": set(map(audit_action, ROUTE_RULES)),
+    "audit_action(request.scope['route'].name)": set(map(audit_action, ROUTE_RULES)),
     "f'backup_{record.kind}'": {f"backup_{kind}" for kind in get_args(Kind)},
     "_UNAUTHENTICATED": {"at_the_door"},
     "_ACTION": {"backup_restored"},
@@ -42,7 +42,7 @@ def texts(language: str, table: str) -> dict[str, str]:
 
 def actions() -> Iterator[str]:
     """Return every action that the service's source can write."""
-    yield from map(audit_action, RULES)
+    yield from map(audit_action, ROUTE_RULES)
     sources = (file.read_text("utf-8") for file in sorted(KATA.rglob("*.py")))
     for source in (text for text in sources if _CALL.search(text)):
         for node in ast.walk(ast.parse(source)):

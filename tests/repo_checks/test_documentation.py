@@ -14,9 +14,13 @@ LONGEST = 1500
 """Words of a page. Generated pages are exempt: their tables are as long as the code makes them."""
 LONGEST_README = 1000
 DECISIONS = ROOT / "docs/explanation/decisions"
-ARCHITECTURE = [
-    ROOT / f"docs/explanation/{name}.md" for name in ("architecture", "where-to-change", "where-to-change-the-page")
-]
+MAPS = sorted((ROOT / "docs/explanation").glob("where-to-change*.md"))
+ARCHITECTURE = [ROOT / "docs/explanation/architecture.md", *MAPS]
+BACKEND = ROOT / "backend/kata"
+DIRECTLY_IN_KATA = {"actor.py", "i18n.py", "settings.py"}
+OF_EACH_PACKAGE = (" the `router.py` of its package", " its `tables.py`", " `texts.py` of its package")
+FRONTEND_FOLDERS = {"app", "features", "lib", "locales", "safety", "ui"}
+REPOSITORY_FOLDERS = {"backend", "docs", "frontend", "migrations", "tests"}
 _FENCE = re.compile(r"^```.*?^```", re.MULTILINE | re.DOTALL)
 _LINK = re.compile(r"!?\[[^\]]*\]\(([^)\s]+)\)")
 
@@ -116,6 +120,29 @@ def test_every_file_that_a_page_names_exists() -> None:
         assert missing == set(), page.name
 
 
+def _places(cell: str) -> Iterator[tuple[str, Path]]:
+    """Yield each file that a cell of a map names, and its path by the rule at the top of the maps."""
+    folder = BACKEND
+    for name in re.findall(r"`([\w./*-]+)`", cell):
+        first = name.partition("/")[0]
+        root = ROOT / "frontend/src" if first in FRONTEND_FOLDERS else ROOT if first in REPOSITORY_FOLDERS else BACKEND
+        if "/" in name or (root / name).is_dir():
+            found = next(root.glob(name), root / name)
+            folder = found if found.is_dir() else found.parent
+            yield name, found
+        elif re.fullmatch(r"[\w.-]+\.(py|tsx?|json|html|toml)", name):
+            yield name, (BACKEND if name in DIRECTLY_IN_KATA else folder) / name
+
+
+def test_every_file_of_a_map_is_where_the_maps_say() -> None:
+    rule = (ROOT / "docs/explanation/where-to-change.md").read_text()
+    assert all(f"`{name}/`" in rule for name in FRONTEND_FOLDERS | REPOSITORY_FOLDERS)
+    cells = [cell for page in MAPS for cell in page.read_text().split("|") if not cell.startswith(OF_EACH_PACKAGE)]
+    places = [place for cell in cells for place in _places(cell)]
+    assert len(places) > 100
+    assert {name for name, path in places if not path.exists()} == set()
+
+
 def test_every_member_that_a_page_names_exists(members: dict[str, set[str]]) -> None:
     for page in EXPLANATIONS:
         named = {name for name in quoted(page) - FHIR if re.fullmatch(r"[A-Z]\w+\.[a-z_]\w*", name)}
@@ -129,5 +156,5 @@ def test_every_name_in_the_architecture_is_defined(members: dict[str, set[str]])
     assert len(named) > 10
     defined = {name for names in members.values() for name in names}
     for file in files("*.ts", "*.tsx"):
-        defined |= set(re.findall(r"^export (?:function|const|type) (\w+)", file.read_text(), re.MULTILINE))
+        defined |= set(re.findall(r"^(?:export )?(?:function|const|type) (\w+)", file.read_text(), re.MULTILINE))
     assert named - defined == set()

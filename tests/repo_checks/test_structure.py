@@ -42,6 +42,7 @@ SHARED_CLASS_NAMES: Final = {
     "MotorTracking": _RESPONSE,
     "PlaybackSettings": _RESPONSE,
     "Run": _RESPONSE,
+    "SpadiScore": _RESPONSE,
     "Station": _RESPONSE,
     "Teaching": _RESPONSE,
     "Tracking": _RESPONSE,

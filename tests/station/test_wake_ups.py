@@ -8,7 +8,7 @@ import msgspec
 import pytest
 
 from kata.device.ipc_messages import AxisState, Refusal, Snapshot, StopCause, StopState
-from kata.station.lease import STOP_AND_RELEASE_AFTER_S, Browser, ClockReading
+from kata.station.lease import STOP_AND_END_LEASE_AFTER_S, Browser, ClockReading
 from kata.station.station import Station
 from kata.station.subscriptions import Subscription
 from tests.support.silent_device import Silent, snapshot, station
@@ -91,7 +91,7 @@ def test_lease_that_ends_because_its_browser_is_absent_wakes(
     at.lease_manager.take(Browser(uuid4(), "Emi Sato"))
     heard.changed.clear()
 
-    now = ClockReading(STOP_AND_RELEASE_AFTER_S + 3.0, now.at)
+    now = ClockReading(STOP_AND_END_LEASE_AFTER_S + 3.0, now.at)
     silent[0].tell(msgspec.structs.replace(_IDLE, t_ns=1))
     assert at.lease_manager.holder is None
     assert heard.changed.is_set()

@@ -26,7 +26,7 @@ from kata.auth.login import address_of, authenticate, cookie_of
 from kata.auth.permissions import (
     COMMAND_PERMISSIONS,
     ROLE_PERMISSIONS,
-    RULES,
+    ROUTE_RULES,
     TOKEN_PERMISSIONS,
     UNAUDITED_READ_PERMISSIONS,
     RouteRule,
@@ -88,7 +88,7 @@ def check_rules(app: FastAPI) -> None:
     :raises LookupError: when a rule or the authorization is missing.
     """
     for route in iter_route_contexts(app.routes):
-        rule = RULES.get(route.name or "")
+        rule = ROUTE_RULES.get(route.name or "")
         if rule is None:
             raise LookupError(f"the route {route.name} has no rule: give it one in auth/permissions.py")
         if rule.needs != "public" and not isinstance(route.original_route, APIRoute | APIWebSocketRoute):
@@ -99,7 +99,7 @@ def document(described: dict[str, Any]) -> None:
     """Add the refusals by authorization to the operations of an OpenAPI document."""
     for operations in described["paths"].values():
         for operation in operations.values():
-            rule = RULES[operation["operationId"]]
+            rule = ROUTE_RULES[operation["operationId"]]
             if rule.needs != "public":
                 statuses = (401, 403, 429, 503) if rule.allowed_while_locked else (401, 403, 423, 429, 503)
                 for status, answer in PROBLEMS.of(*statuses).items():
@@ -109,7 +109,7 @@ def document(described: dict[str, Any]) -> None:
 async def _authorize(connection: HTTPConnection, body: Any) -> None:
     setattr(connection.state, _AUTHORIZED, True)
     route = connection.scope["route"].name
-    rule = RULES[route]
+    rule = ROUTE_RULES[route]
     context = RequestContext(
         audit_action(route),
         address=address_of(connection),
@@ -347,7 +347,7 @@ async def _body(connection: HTTPConnection) -> Any:
 
     Return None for an uploaded file: it names no record, and parsing it would block the event loop.
     """
-    if not isinstance(connection, Request) or RULES[connection.scope["route"].name].upload_media_type:
+    if not isinstance(connection, Request) or ROUTE_RULES[connection.scope["route"].name].upload_media_type:
         return None
     if "json" not in connection.headers.get("content-type", "").lower():
         return None

@@ -9,7 +9,7 @@ from starlette.exceptions import HTTPException
 from starlette.types import Message, Receive, Scope
 
 from kata.api import authorization, texts
-from kata.auth.permissions import RULES
+from kata.auth.permissions import ROUTE_RULES
 
 ANONYMOUS_BODY: Final = 1 << 16
 """Maximum number of bytes read before the user is authorized, and in a request to a public route. This is more than any login needs."""
@@ -56,7 +56,7 @@ def limited_body(scope: Scope, receive: Receive) -> Receive:
 def _limit(scope: Scope) -> int:
     """Return the largest allowed body of this request in bytes."""
     route = scope.get("route")
-    if not isinstance(route, APIRoute) or RULES[route.name].needs == "public":
+    if not isinstance(route, APIRoute) or ROUTE_RULES[route.name].needs == "public":
         return ANONYMOUS_BODY
     return LARGEST_FILE if _is_file(scope) else LARGEST_BODY
 
@@ -64,6 +64,6 @@ def _limit(scope: Scope) -> int:
 def _is_file(scope: Scope) -> bool:
     """Return whether the body is a file of the type that its route takes. FastAPI would parse a CSV file that is sent as JSON."""
     route = scope.get("route")
-    file = RULES[route.name].upload_media_type if isinstance(route, APIRoute) else ""
+    file = ROUTE_RULES[route.name].upload_media_type if isinstance(route, APIRoute) else ""
     sent = Headers(scope=scope).get("content-type", "").partition(";")[0].strip().lower()
     return bool(file) and (sent == file or "json" not in sent)

@@ -21,7 +21,7 @@ from kata.device import config
 from kata.device.config import StationConfig
 from kata.device.ipc_messages import Refusal
 from kata.station.guard import Guard
-from kata.station.lease import PAUSE_AFTER_ABSENCE_S, STOP_AND_RELEASE_AFTER_S, Browser
+from kata.station.lease import PAUSE_AFTER_ABSENCE_S, STOP_AND_END_LEASE_AFTER_S, Browser
 from kata.station.station import NO_ANSWER, Station
 
 log = logging.getLogger(__name__)
@@ -233,7 +233,7 @@ class CommissioningRun:
             assert browser is not None
             if self._station.lease_manager.shows(browser):
                 self.note_request(browser)
-            longest_s = STOP_AND_RELEASE_AFTER_S if self.progress.instruction else PAUSE_AFTER_ABSENCE_S
+            longest_s = STOP_AND_END_LEASE_AFTER_S if self.progress.instruction else PAUSE_AFTER_ABSENCE_S
             if self.progress.step in STEPS_WITH_TORQUE and time.monotonic() - self._seen_s > longest_s:
                 log.warning("the browser of the commissioning (login session %s) is disconnected", browser.id)
                 await self.stop(browser_lost=True)

@@ -13,7 +13,7 @@ from pydantic import BaseModel, ConfigDict, Field, TypeAdapter, ValidationError
 
 from kata.actor import CURRENT_ACTOR, Actor
 from kata.api.lease_dependencies import browser
-from kata.api.live_view import LiveStateView
+from kata.api.live_serializer import LiveStateSerializer
 from kata.api.redaction import Redaction
 from kata.api.services import Services, services_of
 from kata.api.sockets import accepted, received, serve_until_gone
@@ -146,7 +146,7 @@ async def live(socket: WebSocket) -> None:
             socket,
             actor,
             _receive(socket, actor, services, subscription, page),
-            _send(socket, station.info, services.live_view, page, subscription, redaction),
+            _send(socket, station.info, services.live_serializer, page, subscription, redaction),
         )
 
 
@@ -176,7 +176,7 @@ async def _receive(
 async def _send(
     socket: WebSocket,
     info: StationInfo,
-    live_view: LiveStateView,
+    live_serializer: LiveStateSerializer,
     page: ListeningPage,
     subscription: Subscription,
     redaction: Redaction,
@@ -188,7 +188,7 @@ async def _send(
         while not subscription.overflown:
             # A change from now on may be missing in this message.
             subscription.changed.clear()
-            state = await redaction.apply(live_view.state(page.browser))
+            state = await redaction.apply(live_serializer.state(page.browser))
             sequence += 1
             common: dict[str, Any] = {
                 "sequence": sequence,

@@ -14,7 +14,7 @@ from kata.api.commissioning_run import CommissioningRun
 from kata.api.commissioning_watch import CommissioningWatch
 from kata.api.database_probe import DatabaseProbe
 from kata.api.fleet import Fleet
-from kata.api.live_view import LiveStateView
+from kata.api.live_serializer import LiveStateSerializer
 from kata.api.message_limits import Offences
 from kata.api.metrics import Metrics
 from kata.api.simulation import Simulation
@@ -48,7 +48,7 @@ class Services:
     auth_cache: AuthCache
     figures: FigureWorker
     station: Station
-    live_view: LiveStateView
+    live_serializer: LiveStateSerializer
     offline_cache: OfflineCache
     offline_sessions: OfflineSessions
     fleet: Fleet

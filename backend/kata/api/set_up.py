@@ -22,7 +22,7 @@ from kata.api.commissioning_watch import CommissioningWatch
 from kata.api.contraindication_watch import pausing_playbacks
 from kata.api.database_probe import DatabaseProbe
 from kata.api.fleet import Fleet
-from kata.api.live_view import LiveStateView
+from kata.api.live_serializer import LiveStateSerializer
 from kata.api.message_limits import Offences
 from kata.api.metrics import Metrics
 from kata.api.services import Services
@@ -106,7 +106,7 @@ class StationServices:
     station: Station
     offline_cache: OfflineCache
     offline_sessions: OfflineSessions
-    live_view: LiveStateView
+    live_serializer: LiveStateSerializer
     importer: Importer
     commissioning: CommissioningWatch
     finish_imports: Callable[[], Awaitable[None]]
@@ -160,7 +160,7 @@ async def set_up_services(settings: Settings, stack: AsyncExitStack) -> Services
         auth_cache=auth_cache,
         figures=figures,
         station=station,
-        live_view=at_station.live_view,
+        live_serializer=at_station.live_serializer,
         offline_cache=at_station.offline_cache,
         offline_sessions=at_station.offline_sessions,
         fleet=fleet,
@@ -368,10 +368,10 @@ async def set_up_station(settings: Settings, storage: Storage, apparatus: Appara
         loop.call_soon_threadsafe(station.set_not_commissioned, refusal)
 
     watch.on_change = refuse_from_now
-    live_view = LiveStateView(
+    live_serializer = LiveStateSerializer(
         station, lambda: _database_status(database, event_spool, importer), lambda: offline_cache.may_load
     )
-    return StationServices(station, offline_cache, offline_sessions, live_view, importer, watch, finish_imports)
+    return StationServices(station, offline_cache, offline_sessions, live_serializer, importer, watch, finish_imports)
 
 
 async def set_up_fleet(station: Station, database: Database, stack: AsyncExitStack) -> Fleet:

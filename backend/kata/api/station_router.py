@@ -14,7 +14,7 @@ from kata.api import texts
 from kata.api.contraindication_watch import require_allowed
 from kata.api.errors import refused
 from kata.api.lease_dependencies import Operator, Watcher, record_takeover
-from kata.api.live_view import LiveStateView
+from kata.api.live_serializer import LiveStateSerializer
 from kata.api.redaction import Redaction
 from kata.api.run_start import StartedRun, TheRunStores, send_load, writing
 from kata.api.seen_state import Guarded
@@ -88,11 +88,11 @@ class Accepted(Schema):
     accepted: bool = Field(True, description="Always true: a refusal is a problem document.")
 
 
-def _live_view(request: Request) -> LiveStateView:
-    return services_of(request).live_view
+def _live_serializer(request: Request) -> LiveStateSerializer:
+    return services_of(request).live_serializer
 
 
-TheLiveView = Annotated[LiveStateView, Depends(_live_view)]
+TheLiveSerializer = Annotated[LiveStateSerializer, Depends(_live_serializer)]
 
 
 class TeachRequest(Schema):
@@ -166,13 +166,13 @@ class DriveTrendData(Schema):
 async def get_station(
     station: TheStation,
     database: TheDatabase,
-    live_view: TheLiveView,
+    live_serializer: TheLiveSerializer,
     offline_cache: TheOfflineCache,
     actor: TheActor,
     watcher: Watcher,
 ) -> StationState:
     """Return the station and its newest state. The WebSocket /api/live sends updates. Patients whom you may not see are left out."""
-    state = await Redaction(actor, database, offline_cache).apply(live_view.state(watcher))
+    state = await Redaction(actor, database, offline_cache).apply(live_serializer.state(watcher))
     return StationState(station=station.info, live=Live.model_validate(state))
 
 

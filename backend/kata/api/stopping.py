@@ -10,10 +10,10 @@ from kata.api.authorization import check_user
 from kata.api.services import Services
 from kata.audit.chain import AuditOutcome
 from kata.audit.entries import entry
-from kata.auth.permissions import RULES, RouteRule
+from kata.auth.permissions import ROUTE_RULES, RouteRule
 from kata.device.ipc_messages import Refusal, Stop
 
-_RULE: Final[RouteRule] = RULES["stop"]
+_RULE: Final[RouteRule] = ROUTE_RULES["stop"]
 _ACTION: Final = "stop"
 
 

@@ -24,9 +24,17 @@ Permission = Literal[
     "write_records",
     "administer",
 ]
-"""``public``: everyone who can reach the service. ``own_account``: every signed-in user. ``diagnose``: see the device without patient
-data, and use the simulated hand, pedal and emergency stop. ``see_operation``: see the state of service and device, without patient data.
-``commission``: commission the station and change its configuration.
+"""What each permission allows:
+
+- ``public``: what everyone may do who can reach the service. ``own_account``: what every signed-in user may do with the own account.
+- ``see_station``: see the live state of the stations. ``stop``: stop the apparatus. ``operate``: move it, and hold the lease.
+- ``diagnose``: see the device without patient data, and use the simulated hand, pedal and emergency stop.
+- ``see_operation``: see the state of service and device, without patient data: use, stops, tracking error, versions, metrics,
+  commissionings and the support bundle.
+- ``commission``: commission the station and change its configuration.
+- ``read_records``, ``write_records``: read and change the records of patients.
+- ``administer``: manage accounts and their access tokens, the access to restricted records and its reviews, the clinic's profile and
+  backups; decide requests for erasure; read the audit trail.
 """
 
 _ALL_USERS: Final[frozenset[Permission]] = frozenset({"own_account", "see_station", "stop"})
@@ -120,7 +128,7 @@ def audit_action(route: str) -> str:
     return _RENAMED.get(route, route)
 
 
-RULES: Final[Mapping[str, RouteRule]] = MappingProxyType(
+ROUTE_RULES: Final[Mapping[str, RouteRule]] = MappingProxyType(
     {
         # The page itself, and the description of the interface.
         "page": _PUBLIC,

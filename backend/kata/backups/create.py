@@ -29,7 +29,7 @@ NOT_VERIFIED: Final = "The key is not on this computer, so the backup was not ve
 KEEP_EVERY_BACKUP_DAYS: Final = 14
 """Every backup of this many days is kept."""
 KEEP_MONTHLY_BACKUP_MONTHS: Final = 12
-"""Of older backups the first one of each month is kept, for this many months of 31 days."""
+"""The first backup of each month is kept for this many months. A month counts 31 days."""
 _LONGEST_MONTH_DAYS: Final = 31
 _FILE_NAME_FORMAT: Final = "kata-%Y%m%dT%H%M%SZ"
 _DISK_SPACE_FACTOR: Final = 2

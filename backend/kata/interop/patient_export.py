@@ -44,7 +44,8 @@ runs.csv          playbacks and end-feel tests: one line each, with the name of 
                   worst_peak_deg and worst_rmse_deg are tracking errors: played minus requested motion.
                   They are empty where compared_percent, the share of the playing time that was compared, is below 90
                   change_by_settings_deg is requested minus taught: what range and Reduce range changed, not an error
-                  end_feel is test or baseline where no recording was played (see end-feel.csv); a baseline moves a weight, not the patient
+                  end_feel is empty for a playback. For an end-feel test it is test or baseline; the figures are in end-feel.csv.
+                  A baseline moves a weight, not the patient
                   range_percent is the share of the taught range that was asked for, least_range_percent the smallest share of it after
                   Reduce range (empty: not reduced). Both are the therapist's choice and no measure of what the patient can do
                   motion_3_end_range_s to motion_6_end_range_s are end-range times. Their band and torque are in sessions.json
@@ -129,7 +130,7 @@ def _files(
         readings = readings.where(SessionRow.patient_id == patient_id).order_by(GoniometerReadingRow.read_at)
         columns = [*_columns(GoniometerReadingRow), *_ORIGIN]
         rows = [_plain(row) | _origin(session, row.session_id) for row in session.scalars(readings)]
-        _write_table(path, rows, empty=columns)
+        _write_table(path, rows, columns_if_empty=columns)
     yield "goniometer.csv", path
     with database.read() as session:
         tests = select(EndFeelRow).join(RunRow, RunRow.id == EndFeelRow.run_id)
@@ -139,11 +140,11 @@ def _files(
             _plain(row) | {"started_at": run.started_at.isoformat()} | _origin(session, run.session_id, run)
             for row, run in session.execute(tests.add_columns(RunRow).order_by(RunRow.started_at))
         )
-        _write_table(path, [{name: row[name] for name in columns} for row in exported_rows], empty=columns)
+        _write_table(path, [{name: row[name] for name in columns} for row in exported_rows], columns_if_empty=columns)
     yield "end-feel.csv", path
     with database.read() as session:
         patient = service.identified_patient(session, patient_id)
-        _write_table(path, list(_end_range_rows(session, patient, clinic)), empty=_END_RANGE)
+        _write_table(path, list(_end_range_rows(session, patient, clinic)), columns_if_empty=_END_RANGE)
     yield "end-range.csv", path
     yield from _recordings(database, worker, patient_id, path)
     yield from _runs(database, worker, patient_id, path)
@@ -159,7 +160,7 @@ def _recordings(database: Database, worker: FigureWorker, patient_id: UUID, path
         row["file"] = _write_samples(worker, series, origin, path)
         if row["file"]:
             yield row["file"], path
-    _write_index(path, rows)
+    _write_table_with_file_column(path, rows)
     yield "recordings.csv", path
 
 
@@ -223,7 +224,7 @@ def _runs(database: Database, worker: FigureWorker, patient_id: UUID, path: Path
             row["file"] = _write_samples(worker, *measured, path)
         if row["file"]:
             yield row["file"], path
-    _write_index(path, rows)
+    _write_table_with_file_column(path, rows)
     yield "runs.csv", path
 
 
@@ -277,15 +278,15 @@ def _write_json(path: Path, content: object) -> None:
     path.write_text(json.dumps(content, ensure_ascii=False, indent=1) + "\n", encoding="utf-8")
 
 
-def _write_index(path: Path, rows: list[dict[str, Any]]) -> None:
+def _write_table_with_file_column(path: Path, rows: list[dict[str, Any]]) -> None:
     """Write a table whose first column names the file with the row's samples."""
-    _write_table(path, [{"file": row.get("file", "")} | row for row in rows], empty=["file"])
+    _write_table(path, [{"file": row.get("file", "")} | row for row in rows], columns_if_empty=["file"])
 
 
-def _write_table(path: Path, rows: list[dict[str, Any]], empty: Sequence[str] = ()) -> None:
-    """Write a CSV table. ``empty``: names of the columns if there are no rows."""
+def _write_table(path: Path, rows: list[dict[str, Any]], columns_if_empty: Sequence[str] = ()) -> None:
+    """Write a CSV table. ``columns_if_empty``: its columns if there are no rows."""
     with path.open("w", encoding="utf-8", newline="") as file:
-        writer = csv.DictWriter(file, list(rows[0]) if rows else list(empty))
+        writer = csv.DictWriter(file, list(rows[0]) if rows else list(columns_if_empty))
         writer.writeheader()
         writer.writerows({name: _cell(value) for name, value in row.items()} for row in rows)
 

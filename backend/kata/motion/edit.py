@@ -28,8 +28,8 @@ LONGEST_S: Final = 3600.0
 NAME_LETTERS: Final = 40
 """The name of another recording is cut to this length in an edit's text, which becomes part of the new recording's name."""
 JOIN_SPEED_DEG_S: Final = 15.0
-"""Speed of the movement from the end of one motion to the start of the next. It has the value of
-the default of ``StationConfig.approach_speed_deg_s`` and need not follow it."""
+"""Speed of the movement from the end of one motion to the start of the next. It equals
+the default of ``StationConfig.approach_speed_deg_s``. Either may be changed without the other."""
 STRETCH_SPEED_DEG_S: Final = 3.0
 """Speed of a stretch at the end of the range. Continuous-passive-motion machines use 0.2 to 3.8 deg/s."""
 

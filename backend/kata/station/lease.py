@@ -15,12 +15,13 @@ from kata.station import texts
 from kata.station.schemas import LeaseLive
 
 PRESENT_AFTER_SHOWN_S: Final = 1.0
-"""A page counts as present until this long after the service sent the newest live state that the page's script has confirmed. The script
-confirms about three states a second, so a page that hangs is absent after at most this time."""
+"""A page's script confirms the live states that it shows, about three times a second. The page counts as present for this time after the
+service sent the newest confirmed state. A page that hangs confirms nothing, so it is absent after at most this time."""
 PAUSE_AFTER_ABSENCE_S: Final = 2.0
 """Longest absence of the holder's browser during playback. A page reloads, and a weak network recovers, within this time."""
-STOP_AND_RELEASE_AFTER_S: Final = 30.0
-"""Longest absence of the holder's browser. After it the station stops. The lease ends when torque is known to be off."""
+STOP_AND_END_LEASE_AFTER_S: Final = 30.0
+"""Longest absence of the holder's browser. After it the station stops a motion or a held arm, but completes a return. The lease ends when
+torque is known to be off."""
 NOT_OPERATING: Final = "not_operating"
 """Code of the refusal of a command from a browser without the lease."""
 
@@ -178,10 +179,10 @@ class Lease:
         absent_s = self._absent_s(now)
         if absent_s < PAUSE_AFTER_ABSENCE_S:
             return None
-        if absent_s >= STOP_AND_RELEASE_AFTER_S and torque == "off":
+        if absent_s >= STOP_AND_END_LEASE_AFTER_S and torque == "off":
             self._holding = None
             return None
-        if absent_s >= STOP_AND_RELEASE_AFTER_S and mode not in _NOTHING_TO_STOP:
+        if absent_s >= STOP_AND_END_LEASE_AFTER_S and mode not in _NOTHING_TO_STOP:
             return "stop"
         return "pause" if mode == "playing" else None
 

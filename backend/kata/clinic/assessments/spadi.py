@@ -6,7 +6,7 @@ in the original questionnaire, in Japanese the SPADI-Jp (Sekiguchi, Hagiwara, An
 Japanese version of the Shoulder Pain and Disability Index: A cross-sectional study", copyright The Japanese Orthopaedic Association). We
 know of no licence to distribute it, so Kata does not contain it. Our own words are not validated and are never exported.
 
-Score and thresholds are in ``kata/clinic/questionnaires/definitions/spadi.toml``.
+Score and thresholds are in ``kata/clinic/questionnaires/built_in/spadi.toml``.
 """
 
 from collections.abc import Sequence
@@ -51,7 +51,7 @@ ITEMS: Final = (
 
 
 @dataclass(frozen=True)
-class Score:
+class SpadiScore:
     """Scores from 0 (none) to 100 (worst). None if too many items are unanswered."""
 
     pain: float | None
@@ -60,10 +60,10 @@ class Score:
     """The mean of both subscales."""
 
 
-def score(answers: Sequence[int | None]) -> Score:
+def score(answers: Sequence[int | None]) -> SpadiScore:
     """Return the score of 13 answers in the items' order, 0 to 10 each, None if unanswered."""
     scores = definitions.score(SPADI, answers)
-    return Score(scores.scales["pain"], scores.scales["disability"], scores.total)
+    return SpadiScore(scores.scales["pain"], scores.scales["disability"], scores.total)
 
 
 def total(answers: Sequence[int | None] | None) -> float | None:

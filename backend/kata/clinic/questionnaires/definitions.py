@@ -1,6 +1,6 @@
 """Definitions of questionnaires. Each is a file with structure, score and the changes that are important.
 
-Kata's own files are in ``definitions/``, a clinic's files in the folder ``questionnaires`` of its data. A new file adds a questionnaire
+Kata's own files are in ``built_in/``, a clinic's files in the folder ``questionnaires`` of its data. A new file adds a questionnaire
 without any code.
 
 A definition has no item texts, because most questionnaires are protected by copyright. A clinic imports the texts for which it has a
@@ -20,7 +20,7 @@ from msgspec import Meta
 
 log = logging.getLogger(__name__)
 
-_FOLDER: Final = Path(__file__).parent / "definitions"
+_BUILT_IN: Final = Path(__file__).parent / "built_in"
 
 
 class ItemScale(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
@@ -147,7 +147,7 @@ def _by_code(folder: Path) -> dict[str, Definition]:
     return {definition.code: definition for definition in definitions}
 
 
-_ours: Final = _by_code(_FOLDER)
+_ours: Final = _by_code(_BUILT_IN)
 _registered: Final = dict(_ours)
 DEFINITIONS: Final[Mapping[str, Definition]] = MappingProxyType(_registered)
 """Every questionnaire by its code: those of Kata and those of the clinic's folder (:func:`use_folder`)."""

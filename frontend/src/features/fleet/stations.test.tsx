@@ -4,7 +4,7 @@ import { afterEach, beforeEach, describe, expect, it, vi } from "vitest";
 import { t } from "../../lib/i18n";
 import { describeActivity, describeProgress, type Shown, type State, silentSince } from "./messages";
 import { StationTile } from "./StationTile";
-import { LOST_AFTER_MS, StationsStore } from "./store";
+import { STATIONS_LOST_AFTER_MS, StationsStore } from "./store";
 
 const state: State = {
   station: "Station 2",
@@ -143,7 +143,7 @@ describe("the store", () => {
   it("discards outdated data and reconnects", () => {
     const leave = store.subscribe(() => {});
     last().say();
-    vi.advanceTimersByTime(LOST_AFTER_MS + 300);
+    vi.advanceTimersByTime(STATIONS_LOST_AFTER_MS + 300);
     expect(store.get()).toEqual({ stations: null, lost: true });
     vi.advanceTimersByTime(1000);
     expect(sockets).toHaveLength(2);

@@ -3,9 +3,10 @@ import { openSocket, ReconnectingSocket } from "../../lib/live/socket";
 import type { Shown } from "./messages";
 
 /** The service sends at least one message per second. */
-export const LOST_AFTER_MS = 2500;
-const RECONNECT_MS = [1000] as const;
-export const OPEN_TIMEOUT_MS = 3000;
+export const STATIONS_LOST_AFTER_MS = 2500;
+/** Delays before each attempt to reconnect. */
+const STATIONS_RECONNECT_DELAYS_MS = [1000] as const;
+const STATIONS_OPEN_TIMEOUT_MS = 3000;
 
 /** Data of the stations. `stations` is null before the first message and after a lost connection. */
 interface Known {
@@ -23,9 +24,9 @@ export class StationsStore {
   constructor(connect: () => WebSocket) {
     this.#socket = new ReconnectingSocket({
       connect,
-      lostAfterMs: LOST_AFTER_MS,
-      openTimeoutMs: OPEN_TIMEOUT_MS,
-      pausesMs: RECONNECT_MS,
+      lostAfterMs: STATIONS_LOST_AFTER_MS,
+      openTimeoutMs: STATIONS_OPEN_TIMEOUT_MS,
+      reconnectDelaysMs: STATIONS_RECONNECT_DELAYS_MS,
       bridgesReconnect: false,
       onMessage: (text) => {
         this.#socket.heard(Date.now());

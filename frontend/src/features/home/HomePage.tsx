@@ -12,7 +12,7 @@ import { AlarmFrame } from "../alarms/Alarms";
 import { useHasPermission } from "../auth/hooks";
 import { StationTile } from "../fleet/StationTile";
 import { stations } from "../fleet/store";
-import { ClinicTiles } from "./ClinicTiles";
+import { HomeTiles } from "./HomeTiles";
 import classes from "./home.module.css";
 import { useOnTelephone } from "./useOnTelephone";
 import { Worklist } from "./Worklist";
@@ -22,7 +22,7 @@ import { Worklist } from "./Worklist";
  * and the clinic's key figures. Administrators see the figures first, except on a telephone.
  */
 export function HomePage() {
-  useTitle(t("clinic:home.title"));
+  useTitle(t("home:title"));
   const known = useSyncExternalStore(stations.subscribe, stations.get);
   const canReadRecords = useHasPermission("read_records");
   const canAdminister = useHasPermission("administer");
@@ -32,22 +32,22 @@ export function HomePage() {
   // The station's page loads while the user reads this one, so that it opens at once, even without the network. Its
   // files must not delay this page's own requests.
   const preloadStation = () => void router.preloadRoute({ to: "/station" }).catch(() => undefined);
-  const figures = (canReadRecords || canSeeOperation) && !databaseUnavailable && <ClinicTiles />;
+  const figures = (canReadRecords || canSeeOperation) && !databaseUnavailable && <HomeTiles />;
   const onTelephone = useOnTelephone();
   const figuresFirst = !canReadRecords || (canAdminister && !onTelephone);
   return (
     <Stack>
       <Group justify="space-between" align="baseline">
         <Title order={1} size="h2">
-          {t("clinic:home.title")}
+          {t("home:title")}
         </Title>
         <Text>{formatDayOf(new Date().toISOString())}</Text>
       </Group>
       {databaseUnavailable && (
         <Group>
-          <Text role="status">{t("clinic:home.noRecords")}</Text>
-          <ButtonLink to="/station">{t("clinic:home.goStation")}</ButtonLink>
-          <HelpLink topic="database" subject={t("clinic:home.noRecords")} />
+          <Text role="status">{t("home:noRecords")}</Text>
+          <ButtonLink to="/station">{t("home:goStation")}</ButtonLink>
+          <HelpLink topic="database" subject={t("home:noRecords")} />
         </Group>
       )}
       <RevealWhenLoaded
@@ -77,12 +77,12 @@ export function HomePage() {
 function Stations({ narrow }: { narrow: boolean }) {
   const known = useSyncExternalStore(stations.subscribe, stations.get);
   return (
-    <Stack component="section" aria-label={t("clinic:home.stations")} gap="sm">
+    <Stack component="section" aria-label={t("home:stations")} gap="sm">
       <Group justify="space-between" align="baseline">
         <Title order={2} size="h4">
-          {t("clinic:home.stations")}
+          {t("home:stations")}
         </Title>
-        <PageLink to="/stations">{t("clinic:home.allStations")}</PageLink>
+        <PageLink to="/stations">{t("home:allStations")}</PageLink>
       </Group>
       {known.stations === null && known.lost && (
         <AlarmFrame priority="medium">{t("fleet:stations.lost")}</AlarmFrame>

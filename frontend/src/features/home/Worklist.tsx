@@ -34,9 +34,9 @@ export function Worklist() {
   const { sessions, due, unsigned, changes } = work.data;
   const today = (
     <Part
-      title={t("clinic:home.today")}
-      none={t("clinic:home.todayNone")}
-      more={<PageLink to="/sessions">{t("clinic:home.allSessions")}</PageLink>}
+      title={t("home:today")}
+      none={t("home:todayNone")}
+      more={<PageLink to="/sessions">{t("home:allSessions")}</PageLink>}
       items={sessions.map((session) => (
         <SessionLine key={session.id} session={session} open={session.ended_at === null} />
       ))}
@@ -53,16 +53,16 @@ export function Worklist() {
         {!todayFirst && today}
         {writes && (
           <Part
-            title={t("clinic:home.unsigned")}
-            none={t("clinic:home.unsignedNone")}
+            title={t("home:unsigned")}
+            none={t("home:unsignedNone")}
             items={unsigned.map((session) => <SessionLine key={session.id} session={session} open={false} />)}
           />
         )}
         {writes && (
           <Part
-            title={t("clinic:home.changes")}
-            hint={t("clinic:home.changesExplained")}
-            none={t("clinic:home.changesNone")}
+            title={t("home:changes")}
+            hint={t("home:changesExplained")}
+            none={t("home:changesNone")}
             items={changes.map((change) => (
               <ChangeLine key={`${change.patient.id} ${change.side} ${change.measure}`} change={change} />
             ))}
@@ -81,17 +81,17 @@ function Due({ due, count }: { due: Schemas["DuePatient"][]; count: number }) {
   return (
     <Part
       id="due"
-      title={t("clinic:home.due", { count: whose === "mine" ? shown.length : count })}
-      hint={t("clinic:home.dueExplained")}
-      none={t("clinic:home.dueNone")}
+      title={t("home:due", { count: whose === "mine" ? shown.length : count })}
+      hint={t("home:dueExplained")}
+      none={t("home:dueNone")}
       more={
         <SegmentedControl
-          aria-label={t("clinic:home.whose")}
+          aria-label={t("home:whose")}
           value={whose ?? "all"}
           onChange={(value) =>
             void navigate({ search: value === "mine" ? { whose: "mine" } : {}, replace: true })
           }
-          data={(["all", "mine"] as const).map((value) => ({ value, label: t(`clinic:home.${value}`) }))}
+          data={(["all", "mine"] as const).map((value) => ({ value, label: t(`home:${value}`) }))}
         />
       }
       items={shown.map((patient) => <DueLine key={patient.patient.id} due={patient} />)}
@@ -104,22 +104,20 @@ function DueLine({ due }: { due: Schemas["DuePatient"] }) {
   const { patient, last_session_at: last, therapist } = due;
   const today = formatDayOf(due.due_at) === formatDayOf(new Date().toISOString());
   const day = last === null ? "" : formatDayOf(last);
-  const came = therapist
-    ? t("clinic:home.lastCame", { day, therapist })
-    : t("clinic:home.lastCameAlone", { day });
+  const came = therapist ? t("home:lastCame", { day, therapist }) : t("home:lastCameAlone", { day });
   return (
     <li className={classes.line ?? ""} data-testid="due">
       <div>
         <PatientLink patient={patient} />
         <Text size="sm">
-          {last === null ? t("clinic:home.neverCame") : came}
+          {last === null ? t("home:neverCame") : came}
           {" · "}
-          {t("clinic:home.perWeek", { count: due.sessions_per_week })}
+          {t("home:perWeek", { count: due.sessions_per_week })}
         </Text>
       </div>
       <Group gap="sm" wrap="nowrap">
         <Text size="sm" fw={600}>
-          {today ? t("clinic:home.dueNow") : t("clinic:home.dueSince", { day: formatDayOf(due.due_at) })}
+          {today ? t("home:dueNow") : t("home:dueSince", { day: formatDayOf(due.due_at) })}
         </Text>
         {operates && (
           <ButtonLink
@@ -127,7 +125,7 @@ function DueLine({ due }: { due: Schemas["DuePatient"] }) {
             search={{ patient: patient.id }}
             variant="default"
             size="sm"
-            aria-label={t("clinic:home.toStation", { name: patient.name })}
+            aria-label={t("home:toStation", { name: patient.name })}
           >
             {t("common:shell.station")}
           </ButtonLink>
@@ -150,7 +148,7 @@ function SessionLine({ session, open }: { session: Schemas["SessionSummary"]; op
       </div>
       {open && (
         <Text size="sm" fw={600}>
-          {t("clinic:home.open")}
+          {t("home:open")}
         </Text>
       )}
     </li>
@@ -161,19 +159,17 @@ function ChangeLine({ change }: { change: Schemas["PatientChange"] }) {
   const { before, now, measure } = change;
   // The change is not judged, because a small change is within the error of measurement.
   const difference = now - before;
-  const words = roundToTenths(difference) === 0 ? t("clinic:home.unchanged") : formatChange(difference);
+  const words = roundToTenths(difference) === 0 ? t("home:unchanged") : formatChange(difference);
   return (
     <li className={classes.line ?? ""}>
       <div>
         <PatientLink patient={change.patient} />
         <Text size="sm">
-          {[t(`clinic:home.${measure}`), formatSide(change.side), formatDayOf(change.assessed_at)].join(
-            " · ",
-          )}
+          {[t(`home:${measure}`), formatSide(change.side), formatDayOf(change.assessed_at)].join(" · ")}
         </Text>
       </div>
       <Text size="sm" fw={600}>
-        {t(`clinic:home.change.${measure}`, {
+        {t(`home:change.${measure}`, {
           before: formatMeasured(before),
           now: formatMeasured(now),
           words,
@@ -223,7 +219,7 @@ function Part(props: {
         )}
         {items.length > FEW && (
           <Button variant="subtle" onClick={toggle} aria-expanded={whole}>
-            {whole ? t("clinic:home.showFewer") : t("clinic:home.showAll", { count: items.length })}
+            {whole ? t("home:showFewer") : t("home:showAll", { count: items.length })}
           </Button>
         )}
       </Stack>

@@ -19,20 +19,22 @@ export function ImprovedTile() {
   const { data, isError } = useOutcomes();
   const change = data && changeOfAll(data, "spadi");
   const share = change?.important;
-  const few = data && t("clinic:tiles.fewPatients", { count: data.least_patients });
+  const few = data && t("home:tiles.fewPatients", { count: data.least_patients });
   return (
     <MetricLink
       to="/clinic/$subject"
       params={{ subject: "outcomes" }}
       search={{ range: "year" }}
-      label={t("clinic:tiles.improved")}
+      label={t("home:tiles.improved")}
       value={
         data &&
-        (share ? t("clinic:tiles.percent", { value: wholePercent(share.value) }) : t("clinic:tiles.hidden"))
+        (share
+          ? t("statistics:figures.percent", { value: wholePercent(share.value) })
+          : t("home:tiles.hidden"))
       }
       note={
         change && share
-          ? t("clinic:tiles.improvedDetail", {
+          ? t("home:tiles.improvedDetail", {
               low: wholePercent(share.low),
               high: wholePercent(share.high),
               count: change.shoulders,
@@ -53,16 +55,16 @@ export function AdherenceTile() {
     <MetricLink
       to="/clinic/$subject"
       params={{ subject: "adherence" }}
-      label={t("clinic:tiles.adherence")}
+      label={t("home:tiles.adherence")}
       value={
         data &&
         (share === null || share === undefined
-          ? t("clinic:tiles.hidden")
-          : t("clinic:tiles.percent", { value: wholePercent(share) }))
+          ? t("home:tiles.hidden")
+          : t("statistics:figures.percent", { value: wholePercent(share) }))
       }
       note={
         adherence
-          ? t("clinic:tiles.adherenceDetail", {
+          ? t("home:tiles.adherenceDetail", {
               days: describeSpan({ from: adherence.first_day, to: adherence.last_day }),
               held: adherence.held,
               count: adherence.prescribed,
@@ -70,7 +72,7 @@ export function AdherenceTile() {
               programmes: adherence.programmes,
             })
           : data
-            ? t("clinic:tiles.fewPatients", { count: data.least_patients })
+            ? t("home:tiles.fewPatients", { count: data.least_patients })
             : ""
       }
       failed={isError}

@@ -20,7 +20,7 @@ export function ChartCard(props: {
           {title}
         </Title>
         <Text size="sm">{summary}</Text>
-        {figure && <Plot figure={figure} label={t("clinic:figures.figure", { title, summary })} />}
+        {figure && <Plot figure={figure} label={t("statistics:figures.figure", { title, summary })} />}
         <NumbersTable name={name} title={title} table={table} />
       </Stack>
     </Card>

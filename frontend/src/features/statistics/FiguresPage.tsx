@@ -46,7 +46,7 @@ export function FiguresEntry() {
  * choices.
  */
 export function FiguresPage() {
-  useTitle(t("clinic:figures.title"));
+  useTitle(t("statistics:figures.title"));
   const { subject: asked } = useParams({ from: FROM });
   const subject = SUBJECTS.find((name) => name === asked) ?? "outcomes";
   const search = useSearch({ from: FROM });
@@ -65,9 +65,9 @@ export function FiguresPage() {
   return (
     <Stack>
       <Title order={1} size="h2">
-        {t("clinic:figures.title")}
+        {t("statistics:figures.title")}
       </Title>
-      <Group component="nav" gap={4} aria-label={t("clinic:figures.subjects")}>
+      <Group component="nav" gap={4} aria-label={t("statistics:figures.subjects")}>
         {shown.map((name) => (
           <Link
             key={name}
@@ -83,7 +83,7 @@ export function FiguresPage() {
             activeProps={{ className: classes.here ?? "", "aria-current": "page" }}
             activeOptions={{ includeSearch: false }}
           >
-            {t(`clinic:subjects.${name}.title`)}
+            {t(`statistics:subjects.${name}.title`)}
           </Link>
         ))}
       </Group>
@@ -91,11 +91,11 @@ export function FiguresPage() {
         <>
           {/* Adherence is always that of the last four weeks. */}
           {subject !== "adherence" && <Choices subject={subject} search={search} />}
-          <Text size="sm">{t(`clinic:subjects.${subject}.shows`)}</Text>
+          <Text size="sm">{t(`statistics:subjects.${subject}.shows`)}</Text>
           <Figures search={search} />
         </>
       ) : (
-        <Text>{t("clinic:figures.noRight")}</Text>
+        <Text>{t("statistics:figures.noRight")}</Text>
       )}
     </Stack>
   );
@@ -118,9 +118,9 @@ function Choices({ subject, search }: { subject: Subject; search: FiguresSearch 
   return (
     <Group align="end">
       <Select
-        label={t("clinic:figures.range")}
+        label={t("statistics:figures.range")}
         allowDeselect={false}
-        data={RANGES.map((range) => ({ value: range, label: t(`clinic:figures.ranges.${range}`) }))}
+        data={RANGES.map((range) => ({ value: range, label: t(`statistics:figures.ranges.${range}`) }))}
         value={search.from || search.to ? null : (search.range ?? "months12")}
         onChange={(range) =>
           void navigate({
@@ -132,7 +132,7 @@ function Choices({ subject, search }: { subject: Subject; search: FiguresSearch 
       {(["from", "to"] as const).map((name) => (
         <DateField
           key={name}
-          label={t(`clinic:figures.${name}`)}
+          label={t(`statistics:figures.${name}`)}
           value={days[name]}
           max={today()}
           onChange={(day) => isDay(day) && set({ ...days, [name]: day })}
@@ -140,8 +140,8 @@ function Choices({ subject, search }: { subject: Subject; search: FiguresSearch 
       ))}
       {subject !== "outcomes" && sees && (
         <Select
-          label={t("clinic:figures.station")}
-          placeholder={t("clinic:figures.anyStation")}
+          label={t("statistics:figures.station")}
+          placeholder={t("statistics:figures.anyStation")}
           clearable
           data={station === undefined || stations.includes(station) ? stations : [...stations, station]}
           value={station ?? null}
@@ -165,30 +165,33 @@ function Usage({ search }: { search: FiguresSearch }) {
     <Stack>
       <Group>
         <SegmentedControl
-          aria-label={t("clinic:figures.of")}
+          aria-label={t("statistics:figures.of")}
           value={search.of ?? "sessions"}
           onChange={(of) =>
             void navigate({ search: { ...search, of: of as (typeof AMOUNTS)[number] }, replace: true })
           }
-          data={AMOUNTS.map((amount) => ({ value: amount, label: t(`clinic:figures.${amount}`) }))}
+          data={AMOUNTS.map((amount) => ({ value: amount, label: t(`statistics:figures.${amount}`) }))}
         />
         <SegmentedControl
-          aria-label={t("clinic:figures.by")}
+          aria-label={t("statistics:figures.by")}
           value={by ?? "week"}
           onChange={(chosen) =>
             void navigate({ search: chosen === "day" ? { ...search, by: "day" } : byWeek, replace: true })
           }
-          data={(["week", "day"] as const).map((value) => ({ value, label: t(`clinic:figures.${value}`) }))}
+          data={(["week", "day"] as const).map((value) => ({
+            value,
+            label: t(`statistics:figures.${value}`),
+          }))}
         />
       </Group>
       <ProblemNote error={usage.error} />
       {usage.isPending && <Skeleton h={520} />}
-      {usage.data && rows.length === 0 && <Text>{t("clinic:figures.nothing")}</Text>}
+      {usage.data && rows.length === 0 && <Text>{t("statistics:figures.nothing")}</Text>}
       {rows.length > 0 && (
         <ChartCard
           name="usage"
-          title={t("clinic:subjects.usage.title")}
-          summary={t("clinic:figures.usageSummary", {
+          title={t("statistics:subjects.usage.title")}
+          summary={t("statistics:figures.usageSummary", {
             days: describeSpan(daysOf(search, new Date())),
             sessions: sum("sessions"),
             hours: sum("hours").toFixed(1),
@@ -210,13 +213,13 @@ function Stops({ search }: { search: FiguresSearch }) {
     <Stack>
       <ProblemNote error={stops.error} />
       {stops.isPending && <Skeleton h={400} />}
-      {stops.data && rows.length === 0 && <Text>{t("clinic:figures.nothing")}</Text>}
+      {stops.data && rows.length === 0 && <Text>{t("statistics:figures.nothing")}</Text>}
       {rows.length > 0 && (
         <>
           <ChartCard
             name="stops"
-            title={t("clinic:subjects.stops.title")}
-            summary={t("clinic:figures.stopsSummary", {
+            title={t("statistics:subjects.stops.title")}
+            summary={t("statistics:figures.stopsSummary", {
               days: describeSpan(daysOf(search, new Date())),
               sessions: stops.data?.sessions ?? 0,
             })}

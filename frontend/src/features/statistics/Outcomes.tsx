@@ -22,10 +22,10 @@ export function Outcomes({ search }: { search: FiguresSearch }) {
   return (
     <Stack>
       <Select
-        label={t("clinic:figures.measure")}
+        label={t("statistics:figures.measure")}
         maw={420}
         allowDeselect={false}
-        data={MEASURES.map((value) => ({ value, label: t(`clinic:measures.${value}`) }))}
+        data={MEASURES.map((value) => ({ value, label: t(`statistics:measures.${value}`) }))}
         value={measure}
         onChange={(chosen) =>
           void navigate({ search: { ...search, measure: chosen as Measure }, replace: true })
@@ -41,11 +41,11 @@ export function Outcomes({ search }: { search: FiguresSearch }) {
 function Shown({ found, measure }: { found: Found; measure: Measure }) {
   const shown = shownGroups(found.groups, measure);
   const all = changeOfAll(found, measure);
-  if (!all) return <Text>{t("clinic:figures.fewAll", { count: found.least_patients })}</Text>;
+  if (!all) return <Text>{t("statistics:figures.fewAll", { count: found.least_patients })}</Text>;
   const titleOf = (chart: "shareChart" | "meanChart") =>
-    t("clinic:verdicts.titleOf", {
-      chart: t(`clinic:verdicts.${chart}`),
-      measure: t(`clinic:measures.${measure}`),
+    t("statistics:verdicts.titleOf", {
+      chart: t(`statistics:verdicts.${chart}`),
+      measure: t(`statistics:measures.${measure}`),
     });
   const hidden = found.groups.filter((group) => group.patients === null);
   const table = outcomeTable(found.groups);
@@ -56,7 +56,7 @@ function Shown({ found, measure }: { found: Found; measure: Measure }) {
         <ChartCard
           name="outcomes"
           title={titleOf("shareChart")}
-          summary={t("clinic:verdicts.improved", { percent: wholePercent(all.important.value) })}
+          summary={t("statistics:verdicts.improved", { percent: wholePercent(all.important.value) })}
           figure={outcomeFigure(shown, "important")}
           table={table}
         />
@@ -64,17 +64,17 @@ function Shown({ found, measure }: { found: Found; measure: Measure }) {
       <ChartCard
         name="outcomes"
         title={titleOf("meanChart")}
-        summary={t("clinic:verdicts.mean", { change: withUnit(measure, all.change?.value) })}
+        summary={t("statistics:verdicts.mean", { change: withUnit(measure, all.change?.value) })}
         figure={outcomeFigure(
           shown,
           "change",
-          t(`clinic:figures.changeAxis.${hasPoints(measure) ? "points" : "angle"}`),
+          t(`statistics:figures.changeAxis.${hasPoints(measure) ? "points" : "angle"}`),
         )}
         table={table}
       />
       {hidden.length > 0 && (
         <Text size="sm">
-          {t("clinic:figures.hiddenGroups", {
+          {t("statistics:figures.hiddenGroups", {
             count: found.least_patients,
             groups: formatList(hidden.map(describeGroup)),
           })}
@@ -89,12 +89,12 @@ function Verdicts(props: { measure: Measure; change: Schemas["OutcomeChange"]; l
   const { important, detectable, weeks_to_important: weeks, change: mean } = change;
   const [importantLimit, detectableLimit] = limits.map((limit) => limit ?? 0) as [number, number];
   return (
-    <Metrics label={t("clinic:subjects.outcomes.title")}>
+    <Metrics label={t("statistics:subjects.outcomes.title")}>
       {important && (
         <Metric
-          label={t("clinic:verdicts.improvedLabel")}
-          value={t("clinic:tiles.percent", { value: wholePercent(important.value) })}
-          note={t("clinic:verdicts.improvedDetail", {
+          label={t("statistics:verdicts.improvedLabel")}
+          value={t("statistics:figures.percent", { value: wholePercent(important.value) })}
+          note={t("statistics:verdicts.improvedDetail", {
             limit_points: importantLimit,
             low: wholePercent(important.low),
             high: wholePercent(important.high),
@@ -104,9 +104,9 @@ function Verdicts(props: { measure: Measure; change: Schemas["OutcomeChange"]; l
       )}
       {detectable && (
         <Metric
-          label={t("clinic:verdicts.detectable")}
-          value={t("clinic:tiles.percent", { value: wholePercent(detectable.value) })}
-          note={t("clinic:verdicts.detectableDetail", {
+          label={t("statistics:verdicts.detectable")}
+          value={t("statistics:figures.percent", { value: wholePercent(detectable.value) })}
+          note={t("statistics:verdicts.detectableDetail", {
             limit_points: detectableLimit,
             low: wholePercent(detectable.low),
             high: wholePercent(detectable.high),
@@ -115,9 +115,9 @@ function Verdicts(props: { measure: Measure; change: Schemas["OutcomeChange"]; l
       )}
       {mean && (
         <Metric
-          label={t("clinic:verdicts.meanChart")}
+          label={t("statistics:verdicts.meanChart")}
           value={withUnit(measure, mean.value)}
-          note={t("clinic:verdicts.meanDetail", {
+          note={t("statistics:verdicts.meanDetail", {
             low: formatDeg(mean.low),
             high: withUnit(measure, mean.high),
             first: formatDeg(change.first),
@@ -127,12 +127,12 @@ function Verdicts(props: { measure: Measure; change: Schemas["OutcomeChange"]; l
       )}
       {weeks && (
         <Metric
-          label={t("clinic:verdicts.weeks")}
-          value={t("clinic:verdicts.weeksValue", { median: formatDeg(weeks[1]) })}
-          note={t("clinic:verdicts.weeksDetail", { low: formatDeg(weeks[0]), high: formatDeg(weeks[2]) })}
+          label={t("statistics:verdicts.weeks")}
+          value={t("statistics:verdicts.weeksValue", { median: formatDeg(weeks[1]) })}
+          note={t("statistics:verdicts.weeksDetail", { low: formatDeg(weeks[0]), high: formatDeg(weeks[2]) })}
         />
       )}
-      {!important && <Text size="sm">{t("clinic:verdicts.noLimit")}</Text>}
+      {!important && <Text size="sm">{t("statistics:verdicts.noLimit")}</Text>}
     </Metrics>
   );
 }

@@ -23,17 +23,17 @@ export function PatientAdherence() {
       {adherence.isPending && <Skeleton h={400} />}
       {adherence.data && (
         <Text size="sm">
-          {t("clinic:figures.adherenceSummary", {
+          {t("statistics:figures.adherenceSummary", {
             days: describeSpan({ from: days.first_day, to: days.last_day }),
             count,
           })}
         </Text>
       )}
-      {adherence.data && rows.length === 0 && <Text>{t("clinic:figures.noProgrammes")}</Text>}
+      {adherence.data && rows.length === 0 && <Text>{t("statistics:figures.noProgrammes")}</Text>}
       {rows.length > 0 && (
         <DataTable
           name="adherence"
-          label={t("clinic:subjects.adherence.title")}
+          label={t("statistics:subjects.adherence.title")}
           columns={COLUMNS}
           rows={rows}
           rowKey={({ patient, due_at }) => `${patient.id} ${due_at}`}
@@ -49,7 +49,7 @@ export const shareOf = ({ held, prescribed }: Pick<Row, "held" | "prescribed">):
   prescribed > 0 ? Math.min(1, held / prescribed) : null;
 
 const percentText = (share: number | null) =>
-  share === null ? "–" : t("clinic:tiles.percent", { value: wholePercent(share) });
+  share === null ? "–" : t("statistics:figures.percent", { value: wholePercent(share) });
 
 /**
  * Return the share of all rows in words. As on the home page, a session more than was prescribed makes up for none
@@ -68,7 +68,7 @@ const percentOf = (row: Row): number | null => {
 const COLUMNS: Column<Row>[] = [
   {
     key: "patient",
-    head: t("clinic:figures.patient"),
+    head: t("statistics:figures.patient"),
     always: true,
     value: ({ patient }) => patient.name,
     cell: ({ patient }) => (
@@ -79,7 +79,7 @@ const COLUMNS: Column<Row>[] = [
   },
   {
     key: "share",
-    head: t("clinic:figures.heldShare"),
+    head: t("statistics:figures.heldShare"),
     right: true,
     value: percentOf,
     cell: (row) => percentText(shareOf(row)),
@@ -87,14 +87,14 @@ const COLUMNS: Column<Row>[] = [
   },
   {
     key: "held",
-    head: t("clinic:figures.held"),
+    head: t("statistics:figures.held"),
     right: true,
     value: ({ held }) => held,
     cell: ({ held }) => held,
   },
   {
     key: "prescribed",
-    head: t("clinic:figures.prescribed"),
+    head: t("statistics:figures.prescribed"),
     right: true,
     total: true,
     value: ({ prescribed }) => prescribed,
@@ -102,13 +102,13 @@ const COLUMNS: Column<Row>[] = [
   },
   {
     key: "last",
-    head: t("clinic:figures.lastSession"),
+    head: t("statistics:figures.lastSession"),
     value: ({ last_session_at }) => last_session_at,
     cell: ({ last_session_at }) => (last_session_at ? formatDayOf(last_session_at) : "–"),
   },
   {
     key: "due",
-    head: t("clinic:figures.nextDue"),
+    head: t("statistics:figures.nextDue"),
     value: ({ due_at }) => due_at,
     cell: ({ due_at }) => formatDayOf(due_at),
   },

@@ -15,7 +15,7 @@ export function StopsTable({ rows, days }: { rows: Row[]; days: Days }) {
   return (
     <DataTable
       name="stops"
-      label={t("clinic:subjects.stops.title")}
+      label={t("statistics:subjects.stops.title")}
       columns={[causeColumn(days, canReadRecords), ...COUNTS]}
       rows={rows}
       rowKey={({ code, station }) => `${code} ${station}`}
@@ -26,7 +26,7 @@ export function StopsTable({ rows, days }: { rows: Row[]; days: Days }) {
 
 const causeColumn = (days: Days, canReadRecords: boolean): Column<Row> => ({
   key: "cause",
-  head: t("clinic:figures.cause"),
+  head: t("statistics:figures.cause"),
   always: true,
   value: ({ code }) => describeStop(code),
   cell: ({ code, station, sessions }) =>
@@ -42,20 +42,20 @@ const causeColumn = (days: Days, canReadRecords: boolean): Column<Row> => ({
 const COUNTS: Column<Row>[] = [
   {
     key: "station",
-    head: t("clinic:figures.station"),
+    head: t("statistics:figures.station"),
     value: ({ station }) => station || null,
     cell: ({ station }) => station || "–",
   },
   {
     key: "sessions",
-    head: t("clinic:figures.counted.sessions"),
+    head: t("statistics:figures.counted.sessions"),
     right: true,
     value: ({ sessions }) => sessions,
     cell: ({ sessions }) => sessions,
   },
   {
     key: "alarms",
-    head: t("clinic:figures.alarms"),
+    head: t("statistics:figures.alarms"),
     right: true,
     total: true,
     value: ({ alarms }) => alarms,

@@ -21,14 +21,14 @@ export function Tracking({ search }: { search: FiguresSearch }) {
     <Stack>
       <ProblemNote error={tracking.error} />
       {tracking.isPending && <Skeleton h={620} />}
-      {tracking.data && rows.length === 0 && <Text>{t("clinic:figures.nothing")}</Text>}
+      {tracking.data && rows.length === 0 && <Text>{t("statistics:figures.nothing")}</Text>}
       {rows.length > 0 && (
         <>
           <Drift drift={drift} />
           <ChartCard
             name="tracking"
-            title={t("clinic:subjects.tracking.title")}
-            summary={t("clinic:figures.trackingSummary", {
+            title={t("statistics:subjects.tracking.title")}
+            summary={t("statistics:figures.trackingSummary", {
               days: describeSpan(daysOf(search, new Date())),
               drift: describeDrift(drift),
             })}
@@ -48,7 +48,7 @@ function Drift({ drift }: { drift: Station[] }) {
     <div data-testid="drift">
       <DataTable
         name="drift"
-        label={t("clinic:tiles.trackingDetail")}
+        label={t("statistics:figures.trackingDetail")}
         columns={DRIFT_COLUMNS}
         rows={drift}
         rowKey={({ station }) => station}
@@ -61,14 +61,14 @@ function Drift({ drift }: { drift: Station[] }) {
 const DRIFT_COLUMNS: Column<Station>[] = [
   {
     key: "station",
-    head: t("clinic:figures.station"),
+    head: t("statistics:figures.station"),
     always: true,
     value: ({ station }) => station,
     cell: ({ station }) => station,
   },
   {
     key: "drift",
-    head: t("clinic:figures.drift"),
+    head: t("statistics:figures.drift"),
     value: describeState,
     cell: (station) => (
       <Badge
@@ -83,28 +83,28 @@ const DRIFT_COLUMNS: Column<Station>[] = [
   },
   {
     key: "before",
-    head: t("clinic:figures.before"),
+    head: t("statistics:figures.before"),
     right: true,
     value: ({ before_deg }) => before_deg,
     cell: ({ before_deg }) => formatError(before_deg),
   },
   {
     key: "recent",
-    head: t("clinic:figures.recent"),
+    head: t("statistics:figures.recent"),
     right: true,
     value: ({ rmse_deg }) => rmse_deg,
     cell: ({ rmse_deg }) => formatError(rmse_deg),
   },
   {
     key: "change",
-    head: t("clinic:figures.driftChange"),
+    head: t("statistics:figures.driftChange"),
     right: true,
     value: ({ change_deg }) => change_deg?.value ?? null,
     cell: ({ change_deg }) => describeChange(change_deg),
   },
   {
     key: "playbacks",
-    head: t("clinic:figures.playbacks"),
+    head: t("statistics:figures.playbacks"),
     right: true,
     value: ({ playbacks }) => playbacks,
     cell: ({ playbacks }) => playbacks,
@@ -112,8 +112,8 @@ const DRIFT_COLUMNS: Column<Station>[] = [
 ];
 
 function describeState(station: Station): string {
-  if (station.drifting) return t("clinic:figures.drifting");
-  return station.change_deg ? t("clinic:figures.steady") : t("clinic:figures.unknown");
+  if (station.drifting) return t("statistics:figures.drifting");
+  return station.change_deg ? t("statistics:figures.steady") : t("statistics:figures.unknown");
 }
 
 function describeChange(change: Schemas["Estimate"] | null): string {

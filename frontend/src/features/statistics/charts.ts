@@ -78,25 +78,25 @@ export function usageFigure(rows: Schemas["StationUse"][], search: FiguresSearch
     x: own.map((row) => row.begins_on),
     y: own.map((row) => row[amount]),
     marker: barMarker(place),
-    hovertemplate: `%{x}: %{y:${amount === "hours" ? ".1f" : "d"}} ${t(`clinic:figures.${amount}`)}`,
+    hovertemplate: `%{x}: %{y:${amount === "hours" ? ".1f" : "d"}} ${t(`statistics:figures.${amount}`)}`,
   }));
   return figure(traces, 360, {
     barmode: "stack",
     xaxis: { ...GRID, type: "date" },
-    yaxis: { ...GRID, title: { text: t(`clinic:figures.${amount}`) }, rangemode: "tozero" },
+    yaxis: { ...GRID, title: { text: t(`statistics:figures.${amount}`) }, rangemode: "tozero" },
   });
 }
 
 export function usageTable(rows: Schemas["StationUse"][]): Table {
   return {
     columns: [
-      column(t("clinic:figures.beginsOn"), "text"),
-      column(t("clinic:figures.station"), "text"),
-      column(t("clinic:figures.sessions")),
-      column(t("clinic:figures.playbacks")),
-      column(t("clinic:figures.stopped")),
-      column(t("clinic:figures.hours"), "number", 2),
-      column(t("clinic:figures.repetitions")),
+      column(t("statistics:figures.beginsOn"), "text"),
+      column(t("statistics:figures.station"), "text"),
+      column(t("statistics:figures.sessions")),
+      column(t("statistics:figures.playbacks")),
+      column(t("statistics:figures.stopped")),
+      column(t("statistics:figures.hours"), "number", 2),
+      column(t("statistics:figures.repetitions")),
     ],
     rows: rows.map((row) => [
       row.begins_on,
@@ -123,18 +123,18 @@ export function trackingFigure(rows: Schemas["StationTracking"][]): Figure {
   }));
   return figure(traces, 360, {
     xaxis: { ...GRID, type: "date" },
-    yaxis: { ...GRID, title: { text: t("clinic:figures.rmse") }, rangemode: "tozero" },
+    yaxis: { ...GRID, title: { text: t("statistics:figures.rmse") }, rangemode: "tozero" },
   });
 }
 
 export function trackingTable(rows: Schemas["StationTracking"][]): Table {
   return {
     columns: [
-      column(t("clinic:figures.beginsOn"), "text"),
-      column(t("clinic:figures.station"), "text"),
-      column(t("clinic:figures.playbacks")),
-      column(t("clinic:figures.rmse"), "number", 2),
-      column(t("clinic:figures.peak"), "number", 2),
+      column(t("statistics:figures.beginsOn"), "text"),
+      column(t("statistics:figures.station"), "text"),
+      column(t("statistics:figures.playbacks")),
+      column(t("statistics:figures.rmse"), "number", 2),
+      column(t("statistics:figures.peak"), "number", 2),
     ],
     rows: rows.map((row) => [row.begins_on, row.station, row.playbacks, row.rmse_deg, row.peak_deg]),
     texts: [],
@@ -150,7 +150,7 @@ export function stopsFigure(rows: Schemas["StopCount"][]): Figure {
   const traces = (["sessions", "alarms"] as const).map((counted, place) => ({
     type: "bar",
     orientation: "h",
-    name: t(`clinic:figures.counted.${counted}`),
+    name: t(`statistics:figures.counted.${counted}`),
     x: causes.map((code) => countOf(rows, code, counted)),
     y: causes.map(describeStop),
     marker: barMarker(place),
@@ -158,7 +158,7 @@ export function stopsFigure(rows: Schemas["StopCount"][]): Figure {
   }));
   return figure(traces, 130 + ROW_PX * causes.length, {
     barmode: "group",
-    xaxis: { ...GRID, title: { text: t("clinic:figures.number") }, rangemode: "tozero" },
+    xaxis: { ...GRID, title: { text: t("statistics:figures.number") }, rangemode: "tozero" },
     yaxis: { ...GRID, autorange: "reversed" },
   });
 }
@@ -166,10 +166,10 @@ export function stopsFigure(rows: Schemas["StopCount"][]): Figure {
 export function stopsTable(rows: Schemas["StopCount"][]): Table {
   return {
     columns: [
-      column(t("clinic:figures.cause"), "text"),
-      column(t("clinic:figures.station"), "text"),
-      column(t("clinic:figures.counted.sessions")),
-      column(t("clinic:figures.counted.alarms")),
+      column(t("statistics:figures.cause"), "text"),
+      column(t("statistics:figures.station"), "text"),
+      column(t("statistics:figures.counted.sessions")),
+      column(t("statistics:figures.counted.alarms")),
     ],
     rows: rows.map((row) => [describeStop(row.code), row.station || "–", row.sessions, row.alarms]),
     texts: [],
@@ -180,12 +180,12 @@ const STAGES: Partial<Record<string, string>> = t("episodes:stages", { returnObj
 
 /** Return a group of patients in words. */
 export function describeGroup({ by, name }: Schemas["OutcomeGroup"]): string {
-  if (by === "all") return t("clinic:figures.everyone");
+  if (by === "all") return t("statistics:figures.everyone");
   if (by === "stage")
     return name === ""
-      ? t("clinic:figures.noStage")
-      : t("clinic:figures.byStage", { name: STAGES[name] ?? name });
-  return name === "" ? t("clinic:figures.noProgramme") : t("clinic:figures.byProgramme", { name });
+      ? t("statistics:figures.noStage")
+      : t("statistics:figures.byStage", { name: STAGES[name] ?? name });
+  return name === "" ? t("statistics:figures.noProgramme") : t("statistics:figures.byProgramme", { name });
 }
 
 /** Return the groups that have a value of a measure, with its change. */
@@ -222,7 +222,7 @@ export function outcomeFigure(shown: Shown[], part: "change" | "important", axis
     },
     marker: { color: COLOURS[0], size: 10 },
     hovertemplate:
-      part === "important" ? t("clinic:tiles.percent", { value: "%{x:.1f}" }) : `${axis}: %{x:.1f}`,
+      part === "important" ? t("statistics:figures.percent", { value: "%{x:.1f}" }) : `${axis}: %{x:.1f}`,
   };
   return figure([trace], 90 + ROW_PX * own.length, {
     // Plotly leaves out a label that exceeds the margin, as half of "100 %" would.
@@ -232,7 +232,7 @@ export function outcomeFigure(shown: Shown[], part: "change" | "important", axis
       title: { text: axis },
       // The axis of a change contains zero, which is no change.
       ...(part === "important"
-        ? { range: [0, 100], ticksuffix: t("clinic:tiles.percent", { value: "" }) }
+        ? { range: [0, 100], ticksuffix: t("statistics:figures.percent", { value: "" }) }
         : { rangemode: "tozero" }),
     },
     // Half a row is free above the first point and below the last one.
@@ -244,7 +244,7 @@ const percent = (estimate: Schemas["Estimate"] | null) => (estimate ? 100 * esti
 
 /** Return a table of all measures of all shown groups. */
 export function outcomeTable(groups: Schemas["OutcomeGroup"][]): Table {
-  const figures = t("clinic:figures", { returnObjects: true });
+  const figures = t("statistics:figures", { returnObjects: true });
   const digits = 1;
   return {
     columns: [
@@ -272,7 +272,7 @@ export function outcomeTable(groups: Schemas["OutcomeGroup"][]): Table {
           detectable,
           weeks_to_important: weeks,
         }) => [
-          t(`clinic:measures.${measure}`),
+          t(`statistics:measures.${measure}`),
           describeGroup(group),
           patients,
           shoulders,

@@ -12,7 +12,7 @@ export const hasPoints = (measure: Measure) => measure === "spadi" || measure ==
 /** Return a value or a change of a measure with its unit. */
 export const withUnit = (measure: Measure, value: number | null | undefined) =>
   hasPoints(measure)
-    ? t("clinic:verdicts.points", { value: formatDeg(value) })
+    ? t("statistics:verdicts.points", { value: formatDeg(value) })
     : formatDegrees(value ?? null);
 
 /** Return how a measure changed in all patients, or undefined if there are too few. */

@@ -17,8 +17,8 @@ interface SocketOptions {
    * would wait for minutes.
    */
   openTimeoutMs: number;
-  /** Pauses between attempts. The last one repeats. */
-  pausesMs: readonly [number, ...number[]];
+  /** Delays before the first, second, ... attempt to reconnect. The last one repeats. */
+  reconnectDelaysMs: readonly [number, ...number[]];
   /** True: a closed socket leaves `connected` true until `lostAfterMs` pass without a message. */
   bridgesReconnect: boolean;
   /** Called before the first message of every new socket. */
@@ -78,13 +78,13 @@ export class ReconnectingSocket {
     return this.#connected;
   }
 
-  /** Close the socket and open a new one after a pause. */
+  /** Close the socket and open a new one after a delay. */
   reconnect() {
     this.#close();
-    const { bridgesReconnect, onClosed, onDisconnected, pausesMs } = this.#options;
-    const pause = pausesMs[Math.min(this.#failures, pausesMs.length - 1)];
+    const { bridgesReconnect, onClosed, onDisconnected, reconnectDelaysMs } = this.#options;
+    const delay = reconnectDelaysMs[Math.min(this.#failures, reconnectDelaysMs.length - 1)];
     this.#failures += 1;
-    this.#reconnectTimer = setTimeout(() => this.#open(), pause);
+    this.#reconnectTimer = setTimeout(() => this.#open(), delay);
     if (this.#connected && !bridgesReconnect) {
       this.#connected = false;
       onDisconnected();

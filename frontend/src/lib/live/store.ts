@@ -10,8 +10,12 @@ type LiveMessage =
 
 /** If no message arrives for this time, the connection counts as lost. The service sends at least five per second. */
 export const LOST_AFTER_MS = 1200;
-/** Pauses between attempts. The page recovers within three seconds after the service returns. */
-const RECONNECT_MS = [250, 500, 1000] as const;
+/**
+ * Delays before the first, second and third attempt to reconnect; the third one repeats. An attempt that hangs ends
+ * after OPEN_TIMEOUT_MS, so the page is connected at most three seconds after the service returns. Keep every delay
+ * below PAUSE_AFTER_ABSENCE_S of station/lease.py: a longer one lets a short interruption pause the playback.
+ */
+const RECONNECT_DELAYS_MS = [250, 500, 1000] as const;
 export const OPEN_TIMEOUT_MS = 2000;
 /** If the live connection does not answer a Stop within this time, the page sends it by a separate request. */
 export const STOP_ANSWER_TIMEOUT_MS = 600;
@@ -64,7 +68,7 @@ export class LiveStore {
       connect,
       lostAfterMs: LOST_AFTER_MS,
       openTimeoutMs: OPEN_TIMEOUT_MS,
-      pausesMs: RECONNECT_MS,
+      reconnectDelaysMs: RECONNECT_DELAYS_MS,
       bridgesReconnect: true,
       onOpen: () => this.#reset(),
       onMessage: (text) => this.#receive(JSON.parse(text) as LiveMessage),

@@ -2,11 +2,11 @@ import alarms from "./alarms.json";
 import app from "./app.json";
 import assessments from "./assessments.json";
 import auth from "./auth.json";
-import clinic from "./clinic.json";
 import common from "./common.json";
 import digitalTwin from "./digital-twin.json";
 import episodes from "./episodes.json";
 import fleet from "./fleet.json";
+import home from "./home.json";
 import notifications from "./notifications.json";
 import patientMode from "./patient-mode.json";
 import patients from "./patients.json";
@@ -17,6 +17,7 @@ import reports from "./reports.json";
 import search from "./search.json";
 import sessions from "./sessions.json";
 import station from "./station.json";
+import statistics from "./statistics.json";
 import ui from "./ui.json";
 
 export default {
@@ -24,11 +25,11 @@ export default {
   app,
   assessments,
   auth,
-  clinic,
   common,
   "digital-twin": digitalTwin,
   episodes,
   fleet,
+  home,
   notifications,
   "patient-mode": patientMode,
   patients,
@@ -39,5 +40,6 @@ export default {
   search,
   sessions,
   station,
+  statistics,
   ui,
 };

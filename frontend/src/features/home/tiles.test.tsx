@@ -5,8 +5,8 @@ import type { ReactNode } from "react";
 import { afterEach, expect, it, vi } from "vitest";
 import { TestRouter } from "../../app/TestRouter";
 import { api, type Schemas } from "../../lib/api/client";
+import { BackupTile, StopsTile, UnsignedTile } from "./managementTiles";
 import { AdherenceTile } from "./outcomeTiles";
-import { BackupTile, StopsTile, UnsignedTile } from "./serviceTiles";
 
 const GOOD = { at: "2026-11-20T02:00:00Z", failure: "" };
 

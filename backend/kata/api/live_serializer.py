@@ -19,7 +19,7 @@ _FOR_BROWSER: Final = {"at", "age_ms", "lease", "database"}
 """Fields that differ with each message or browser. They are not in the shared part."""
 
 
-class LiveStateView:
+class LiveStateSerializer:
     """Builds the live state as JSON for each browser."""
 
     def __init__(

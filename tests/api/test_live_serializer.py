@@ -13,7 +13,7 @@ import pytest
 from starlette.websockets import WebSocketDisconnect
 
 from kata.api import live
-from kata.api.live_view import LiveStateView
+from kata.api.live_serializer import LiveStateSerializer
 from kata.device.ipc_messages import AxisState, Refusal, Snapshot
 from kata.station import station as station_module
 from kata.station.lease import Browser
@@ -43,7 +43,7 @@ def silent(monkeypatch: pytest.MonkeyPatch) -> list[Silent]:
 def test_json_of_every_state_is_complete(silent: list[Silent]) -> None:
     """Only changed fields are converted. The result must equal the whole state's JSON."""
     at = station(Path("/nowhere"))
-    view = LiveStateView(at, DatabaseStatus, lambda: False)
+    serializer = LiveStateSerializer(at, DatabaseStatus, lambda: False)
     watcher = Browser(uuid4(), "Emi Sato")
 
     def json_without_times(state: dict[str, Any]) -> dict[str, Any]:
@@ -61,7 +61,7 @@ def test_json_of_every_state_is_complete(silent: list[Silent]) -> None:
     for step in steps:
         if step:
             silent[0].tell(step)
-        shown = json_without_times(view.state(watcher))
+        shown = json_without_times(serializer.state(watcher))
         assert shown == json_without_times(at.live().model_dump(mode="json")), step
         assert shown["mode"] == (step.mode if step else "offline")
 
@@ -143,11 +143,11 @@ def test_a_change_during_a_message_is_sent_at_once(silent: list[Silent]) -> None
         socket: Any = SimpleNamespace(send_text=send_text)
         page: Any = SimpleNamespace(browser=Browser(uuid4(), "Emi Sato"), note_sent=lambda sequence: None)
         redaction: Any = SimpleNamespace(apply=_unchanged)
-        view = LiveStateView(at, DatabaseStatus, lambda: False)
+        serializer = LiveStateSerializer(at, DatabaseStatus, lambda: False)
         silent[0].tell(_IDLE)
         with at.subscribed() as subscription:
             async with asyncio.timeout(_LIMIT_S):
-                await live._send(socket, at.info, view, page, subscription, redaction)
+                await live._send(socket, at.info, serializer, page, subscription, redaction)
 
     asyncio.run(send_all())
     assert [message["estop"] for message in sent] == ["closed", "closed", "pressed"]

@@ -2,7 +2,6 @@ import { Stack, Title } from "@mantine/core";
 import { t } from "../../lib/i18n";
 import { useHasPermission } from "../auth/hooks";
 import classes from "./home.module.css";
-import { AdherenceTile, ImprovedTile } from "./outcomeTiles";
 import {
   BackupTile,
   CommissioningTile,
@@ -12,17 +11,18 @@ import {
   TrackingTile,
   UnsignedTile,
   UsageTile,
-} from "./serviceTiles";
+} from "./managementTiles";
+import { AdherenceTile, ImprovedTile } from "./outcomeTiles";
 
 /** Key figures of the clinic. Each tile links to the page behind its figure. */
-export function ClinicTiles() {
+export function HomeTiles() {
   const canReadRecords = useHasPermission("read_records");
   const canSeeOperation = useHasPermission("see_operation");
   const canAdminister = useHasPermission("administer");
   return (
-    <Stack component="section" aria-label={t("clinic:home.clinic")} gap="sm">
+    <Stack component="section" aria-label={t("home:keyFigures")} gap="sm">
       <Title order={2} size="h4">
-        {t("clinic:home.clinic")}
+        {t("home:keyFigures")}
       </Title>
       <div className={classes.tiles}>
         {canReadRecords && <ImprovedTile />}

@@ -20,8 +20,8 @@ const LITTLE_SPACE = 0.1;
 
 const size = (bytes: number) =>
   bytes >= GIGA
-    ? t("clinic:tiles.gigabytes", { value: (bytes / GIGA).toFixed(1) })
-    : t("clinic:tiles.megabytes", { value: (bytes / MEGA).toFixed(0) });
+    ? t("home:tiles.gigabytes", { value: (bytes / GIGA).toFixed(1) })
+    : t("home:tiles.megabytes", { value: (bytes / MEGA).toFixed(0) });
 
 const USAGE_DAYS = 7;
 
@@ -38,12 +38,12 @@ export function UsageTile() {
       to="/clinic/$subject"
       params={{ subject: "usage" }}
       search={{ from: addDays(to, 1 - USAGE_DAYS), to, by: "day" }}
-      label={t("clinic:tiles.usage")}
+      label={t("home:tiles.usage")}
       value={data && String(sum("sessions"))}
-      unit={t("clinic:tiles.sessions", { count: sum("sessions") })}
+      unit={t("home:tiles.sessions", { count: sum("sessions") })}
       note={
         data
-          ? t("clinic:tiles.usageDetail", { hours: sum("hours").toFixed(1), repetitions: sum("repetitions") })
+          ? t("home:tiles.usageDetail", { hours: sum("hours").toFixed(1), repetitions: sum("repetitions") })
           : ""
       }
       failed={isError}
@@ -58,20 +58,16 @@ export function StopsTile() {
   });
   const most = data && mostFrequentCause(data.rows);
   const { from, to } = daysOf({ range: "weeks4" }, new Date());
-  const cause = most
-    ? t("clinic:tiles.stopsDetail", { cause: describeStop(most) })
-    : t("clinic:tiles.stopsNone");
+  const cause = most ? t("home:tiles.stopsDetail", { cause: describeStop(most) }) : t("home:tiles.stopsNone");
   return (
     <MetricLink
       to="/clinic/$subject"
       params={{ subject: "stops" }}
       search={{ range: "weeks4" }}
-      label={t("clinic:tiles.stops")}
-      value={
-        data && t("clinic:tiles.ofSessions", { stopped: data.stopped_sessions, sessions: data.sessions })
-      }
-      unit={t("clinic:tiles.sessions", { count: data?.sessions ?? 0 })}
-      note={data ? t("clinic:tiles.inDays", { days: describeSpan({ from, to }), note: cause }) : ""}
+      label={t("home:tiles.stops")}
+      value={data && t("home:tiles.ofSessions", { stopped: data.stopped_sessions, sessions: data.sessions })}
+      unit={t("home:tiles.sessions", { count: data?.sessions ?? 0 })}
+      note={data ? t("home:tiles.inDays", { days: describeSpan({ from, to }), note: cause }) : ""}
       failed={isError}
     />
   );
@@ -86,9 +82,9 @@ export function TrackingTile() {
     <MetricLink
       to="/clinic/$subject"
       params={{ subject: "tracking" }}
-      label={t("clinic:tiles.tracking")}
+      label={t("home:tiles.tracking")}
       value={data && describeDrift(data.drift)}
-      note={t("clinic:tiles.trackingDetail")}
+      note={t("statistics:figures.trackingDetail")}
       needsAttention={data?.drift.some((station) => station.drifting) ?? false}
       failed={isError}
     />
@@ -106,10 +102,10 @@ export function UnsignedTile() {
     <MetricLink
       to="/sessions"
       search={{ note: UNSIGNED }}
-      label={t("clinic:tiles.unsigned")}
-      value={data && (more ? t("clinic:tiles.unsignedMore", { count }) : String(count))}
-      {...(!more && { unit: t("clinic:tiles.unsignedUnit", { count }) })}
-      note={t("clinic:tiles.unsignedDetail")}
+      label={t("home:tiles.unsigned")}
+      value={data && (more ? t("home:tiles.unsignedMore", { count }) : String(count))}
+      {...(!more && { unit: t("home:tiles.unsignedUnit", { count }) })}
+      note={t("home:tiles.unsignedDetail")}
       failed={isError}
     />
   );
@@ -126,10 +122,10 @@ export function EmergencyAccessTile() {
   return (
     <MetricLink
       to="/administration/emergency-access"
-      label={t("clinic:tiles.emergencies")}
-      value={data && (more ? t("clinic:tiles.emergenciesMore", { count: waiting }) : String(waiting))}
-      {...(!more && { unit: t("clinic:tiles.emergenciesUnit", { count: waiting }) })}
-      note={t("clinic:tiles.emergenciesDetail")}
+      label={t("home:tiles.emergencies")}
+      value={data && (more ? t("home:tiles.emergenciesMore", { count: waiting }) : String(waiting))}
+      {...(!more && { unit: t("home:tiles.emergenciesUnit", { count: waiting }) })}
+      note={t("home:tiles.emergenciesDetail")}
       needsAttention={waiting > 0}
       failed={isError}
     />
@@ -139,13 +135,13 @@ export function EmergencyAccessTile() {
 export function BackupTile() {
   const { data, isError } = useQuery({ queryKey: ["backups", "tile"], queryFn: () => api.backups() });
   const failed = Boolean(data?.items[0]?.failure);
-  const next = data?.next_at ? t("clinic:tiles.backupNext", { moment: formatMoment(data.next_at) }) : "";
+  const next = data?.next_at ? t("home:tiles.backupNext", { moment: formatMoment(data.next_at) }) : "";
   return (
     <MetricLink
       to="/administration/backups"
-      label={t("clinic:tiles.backup")}
-      value={data && (data.last_good ? formatMoment(data.last_good.at) : t("clinic:tiles.backupNone"))}
-      note={failed ? t("clinic:tiles.backupFailed") : next}
+      label={t("home:tiles.backup")}
+      value={data && (data.last_good ? formatMoment(data.last_good.at) : t("home:tiles.backupNone"))}
+      note={failed ? t("home:tiles.backupFailed") : next}
       needsAttention={failed || data?.last_good === null}
       failed={isError}
     />
@@ -154,13 +150,13 @@ export function BackupTile() {
 
 export function CommissioningTile() {
   const { data, isError } = useCommissioningStatus();
-  const simulated = data?.state === "not_needed" ? t("clinic:tiles.simulated") : "";
-  const detail = data?.due_at ? t("clinic:tiles.checkDue", { day: formatDayOf(data.due_at) }) : simulated;
+  const simulated = data?.state === "not_needed" ? t("home:tiles.simulated") : "";
+  const detail = data?.due_at ? t("home:tiles.checkDue", { day: formatDayOf(data.due_at) }) : simulated;
   return (
     <MetricLink
       to="/commissioning"
-      label={t("clinic:tiles.commissioning")}
-      value={data && t(`clinic:tiles.commissioningStates.${data.state}`)}
+      label={t("home:tiles.commissioning")}
+      value={data && t(`home:tiles.commissioningStates.${data.state}`)}
       note={data?.reason ? translateServerText(data.reason, data.reason_key) : detail}
       needsAttention={data?.state === "due" || data?.state === "not_commissioned"}
       failed={isError}
@@ -175,11 +171,11 @@ export function StorageTile() {
   return (
     <MetricLink
       to={canAdminister ? "/administration/backups" : "/stations"}
-      label={t("clinic:tiles.storage")}
+      label={t("home:tiles.storage")}
       value={data && size(data.disk_free_bytes)}
       note={
         data
-          ? t("clinic:tiles.storageDetail", {
+          ? t("home:tiles.storageDetail", {
               percent: (100 * share).toFixed(0),
               size: size(data.database_bytes),
               version: data.version,
