@@ -1,4 +1,4 @@
-# The service with its page. The image holds no database and no secrets; see docker-compose.yml.
+# The service with its page. The image contains neither a database nor secrets. docker-compose.yml starts it with a database.
 FROM python:3.11-slim AS build
 WORKDIR /src
 COPY . .
@@ -18,9 +18,10 @@ ENV KATA_DATA=/var/lib/kata \
     PYTHONUNBUFFERED=1
 VOLUME /var/lib/kata
 EXPOSE 8000
-# Outside of it the service is reached by other names than in here: KATA_ALLOWED_HOSTS. It speaks TLS, with a certificate of its own
-# unless KATA_TLS_CERTIFICATE and KATA_TLS_KEY name the clinic's; nobody but itself is on its loopback, so none is looked at there.
-# A stop needs time: ramp down, journal, import.
+# KATA_ALLOWED_HOSTS lists the names by which browsers reach the service. It uses TLS: with the clinic's certificate if KATA_TLS_CERTIFICATE
+# and KATA_TLS_KEY name one, else with its own. The health check does not verify the certificate, because only the container itself
+# uses its loopback address.
+# Stopping takes time: ramp down, journal, import.
 STOPSIGNAL SIGINT
 HEALTHCHECK --interval=10s --timeout=3s --start-period=20s \
     CMD ["python", "-c", "import ssl, urllib.request as r; r.urlopen('https://127.0.0.1:8000/health/live', timeout=2, context=ssl._create_unverified_context())"]

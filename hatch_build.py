@@ -62,7 +62,7 @@ class PageBuildHook(BuildHookInterface[BuilderConfig]):
             if sphinx(["-q", "-W", *arguments]):
                 raise RuntimeError("The documentation does not build.")
         for state in built.rglob(".buildinfo"):
-            # Only a further build reads it, and it depends on the folder of the build.
+            # Only another build reads it, and it contains the folder of the build.
             state.unlink()
 
 
@@ -79,7 +79,7 @@ def list_page_packages(root: Path, file: Path) -> None:
     command = ["sbom", "--package-lock-only", "--sbom-format", "cyclonedx"]
     done = npm(command, return_completed_process=True, cwd=root / "frontend", stdout=subprocess.PIPE, check=True)
     listed = json.loads(done.stdout)
-    # `--omit dev` would omit packages that a development package needs, too: React.
+    # `--omit dev` would also omit packages that a development package needs, such as React.
     built_with = {one["bom-ref"] for one in listed["components"] if _is_for_development(one)}
     listed["components"] = [one for one in listed["components"] if one["bom-ref"] not in built_with]
     listed["dependencies"] = [
@@ -87,7 +87,7 @@ def list_page_packages(root: Path, file: Path) -> None:
         for one in listed["dependencies"]
         if one["ref"] not in built_with
     ]
-    # They would be others in each build.
+    # They differ in each build.
     del listed["serialNumber"], listed["metadata"]["timestamp"]
     file.write_text(json.dumps(listed, indent=2, sort_keys=True) + "\n")
 

@@ -3,7 +3,7 @@ import { readdirSync, readFileSync, writeFileSync } from "node:fs";
 import { pathToFileURL } from "node:url";
 
 const LOCALES = new URL("src/locales/", import.meta.url);
-/** The language whose keys and parameters the others repeat, and whose texts the types are made of. */
+/** The reference language. The others must have its keys and parameters, and the types are made from its texts. */
 const REFERENCE = "en";
 const TRANSLATIONS = ["ja"];
 /** Texts that are keyed by the service's codes (checked by tests/repo_checks/test_messages.py) and by Plotly's English. */
@@ -45,7 +45,7 @@ function parameters(texts) {
   return found;
 }
 
-/** Return what is wrong in a translation: missing, surplus and empty texts, other parameters, missing plural forms. */
+/** Return the errors of a translation: missing, surplus and empty texts, other parameters, missing plural forms. */
 export function differences(reference, translation, language) {
   const [there, here] = [flatten(reference), flatten(translation)];
   const [wanted, given] = [parameters(there), parameters(here)];
@@ -73,7 +73,7 @@ export function differences(reference, translation, language) {
 const declaration = (reference) =>
   `// Made of locales/${REFERENCE} by catalogues.mjs.\nexport interface Resources ${JSON.stringify(reference, null, 2)}\n`;
 
-/** Write the types. Throw where a translation does not fit. */
+/** Write the types. Throw an error for a translation that does not fit. */
 export function checkCatalogues() {
   const reference = read(REFERENCE);
   const file = new URL("resources.d.ts", LOCALES);

@@ -7,7 +7,7 @@ import { defineConfig } from "vitest/config";
 import { checkCatalogues } from "./catalogues.mjs";
 import { writePreloads } from "./preloads.ts";
 
-/** The service that `npm run dev` asks. */
+/** The service to which `npm run dev` sends requests. */
 const service = process.env.KATA_SERVICE ?? "http://127.0.0.1:8000";
 
 const COMPRESS_FROM_BYTES = 1000;
@@ -40,10 +40,10 @@ const replacing = globSync(TESTS).filter((file) =>
 /** A missing or surplus translation fails the build. */
 const catalogues: Plugin = { name: "catalogues", buildStart: checkCatalogues };
 
-/** Texts that load late, and the modules that wait for them: no other module may wait for them, too. */
+/** Texts that load late, by the modules that wait for them. No other module may wait for them. */
 const LATE = /catalogue\.ts$|[\\/](commissioning|administration|locales)[\\/]/;
 
-/** Which modules share a file. A browser loads six files at a time, and each costs a round trip. */
+/** Rules for the modules that share a file. A browser loads six files at a time, and each file needs a round trip. */
 const CHUNKS = [
   // One file for the first page, instead of two dozen that load one after the other.
   { name: "page", tags: ["$initial" as const], priority: 3 },
