@@ -1,3 +1,4 @@
+import "./catalogue";
 import { Button, Group } from "@mantine/core";
 import { t } from "../../lib/i18n";
 import { MOTORS } from "./editFields";

@@ -1,3 +1,4 @@
+import "./catalogue";
 import { type KeyboardEvent, type PointerEvent, type ReactNode, useRef } from "react";
 import type { Schemas } from "../../lib/api/client";
 import { formatDeg, formatDegrees } from "../../lib/format";

@@ -1,3 +1,4 @@
+import "./catalogue";
 import { Button, Group, SimpleGrid, Skeleton, Stack, Text } from "@mantine/core";
 import { IconArrowBackUp, IconPlus, IconTrash } from "@tabler/icons-react";
 import { useQuery } from "@tanstack/react-query";

@@ -1,3 +1,4 @@
+import "./catalogue";
 import type { Edit } from "../../lib/api/client";
 import { t } from "../../lib/i18n";
 import type { Steps } from "../../ui/Stepper";

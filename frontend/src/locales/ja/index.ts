@@ -12,7 +12,6 @@ import patientMode from "./patient-mode.json";
 import patients from "./patients.json";
 import programmes from "./programmes.json";
 import progress from "./progress.json";
-import recordings from "./recordings.json";
 import reports from "./reports.json";
 import search from "./search.json";
 import sessions from "./sessions.json";
@@ -35,7 +34,6 @@ export default {
   patients,
   programmes,
   progress,
-  recordings,
   reports,
   search,
   sessions,
