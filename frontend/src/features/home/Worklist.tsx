@@ -125,6 +125,7 @@ function DueLine({ due }: { due: Schemas["DuePatient"] }) {
             search={{ patient: patient.id }}
             variant="default"
             size="sm"
+            className={classes.action ?? ""}
             aria-label={t("home:toStation", { name: patient.name })}
           >
             {t("common:shell.station")}
