@@ -29,7 +29,7 @@ router = APIRouter()
 
 _PERIOD_S: Final = 0.1
 _PERIOD_AT_REST_S: Final = 0.2
-"""Longest time between two messages at rest. The page confirms a state every quarter of a second, and must not be absent for a second."""
+"""Longest time between two messages at rest. It stays far below a second, after which a page that has confirmed no new state is absent."""
 _SHOWN_DEG: Final = 0.1
 """The page shows angles in tenths of a degree."""
 PING_S: Final = 0.5

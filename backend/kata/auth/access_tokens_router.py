@@ -16,7 +16,7 @@ from kata.types import Moment, Name, Schema
 
 router = APIRouter(tags=["access tokens"])
 MAX_TOKEN_DAYS: Final = 366
-"""Longest time that an access token is valid. A forgotten token then ends within a year, leap years included."""
+"""Longest time that an access token is valid: a year, also one with a leap day."""
 
 
 class AccessTokenCreate(Schema):

@@ -1,4 +1,4 @@
-"""The last four weeks of the clinic in whole days. The work of the day and adherence use them, and so do the stops of the home page."""
+"""The last four weeks of the clinic in whole days: the period of the due patients, of adherence, and of the changes of one's patients."""
 
 from dataclasses import dataclass
 from datetime import UTC, date, datetime, timedelta, tzinfo
@@ -6,8 +6,8 @@ from typing import Final
 
 from kata.clinic.local_time import midnight
 
-_DAYS: Final = 28
-"""After this time without a session or a new programme a patient is no longer listed as due. The value is our choice."""
+RECENT_DAYS: Final = 28
+"""A patient without a session or a new programme in so many days is no longer listed as due. The value is our choice."""
 
 
 @dataclass(frozen=True)
@@ -20,7 +20,7 @@ class RecentDays:
     @property
     def first(self) -> date:
         """Return the first day."""
-        return self.today - timedelta(days=_DAYS - 1)
+        return self.today - timedelta(days=RECENT_DAYS - 1)
 
     @property
     def since(self) -> datetime:
@@ -39,7 +39,7 @@ class RecentDays:
 
     def days_since(self, at: datetime) -> int:
         """Return how many of the days follow the day of this time: at most 28, and 0 for today."""
-        return min(_DAYS, (self.today - at.astimezone(self.zone).date()).days)
+        return min(RECENT_DAYS, (self.today - at.astimezone(self.zone).date()).days)
 
 
 def recent_days(now: datetime, zone: tzinfo) -> RecentDays:
