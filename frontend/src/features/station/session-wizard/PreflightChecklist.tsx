@@ -120,7 +120,7 @@ export function PreflightChecklist(props: {
         </CheckLine>
       ))}
       <ProblemNote error={checklist.error ?? confirm.error} />
-      {/* After the checks, so that nobody confirms them unseen. */}
+      {/* After the checks, so that a user sees all of them before the confirmation. */}
       {toConfirm.length > 1 && (
         <Button size="lg" ml="auto" disabled={confirm.isPending} onClick={() => confirm.mutate(toConfirm)}>
           {t("station:wizard.confirmAll", { count: toConfirm.length })}
