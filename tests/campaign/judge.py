@@ -318,7 +318,11 @@ class Judge:
             # A goal that is not further out than the arm's last known angle does not push it outwards.
             recent_angles_deg = (*known.recent_angles_deg, self.world.angles_deg[motor - 1])
             allowed_deg = max(low - min(recent_angles_deg), max(recent_angles_deg) - high, innermost_deg)
-            assert outside_deg <= allowed_deg + _LIMIT_TOLERANCE_DEG, f"motor {motor} was moved away from its limits"
+            # A goal that stays where the last one was moves no arm, although the arm may have swung on.
+            held_deg = max(low - before[1], before[1] - high) if before else 0.0
+            assert outside_deg <= max(allowed_deg + _LIMIT_TOLERANCE_DEG, held_deg), (
+                f"motor {motor} was moved away from its limits"
+            )
             known.outside_deg = min(outside_deg, innermost_deg)
 
     def _registers(self, n: int) -> None:
