@@ -116,7 +116,7 @@ def run(
     connections = max(100, stations * _CONNECTIONS_PER_STATION)
     with (
         TemporaryDirectory(prefix="kata-bench-") as folder,
-        postgresql.serving(None, connections) as url,
+        postgresql.serving(max_connections=connections) as url,
         ExitStack() as stack,
     ):
         server = postgresql.Server(url)

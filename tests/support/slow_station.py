@@ -3,8 +3,7 @@
 from pathlib import Path
 from typing import Final
 
-from msgspec import structs
-
+from kata.bench.running_service import at_cycle_rate
 from kata.device import config
 from kata.device.config import StationConfig
 
@@ -17,10 +16,7 @@ _USUAL: Final = config.simulated
 
 def slow_simulated(port: str) -> StationConfig:
     """Return the configuration of the simulated apparatus with few cycles per second."""
-    usual = _USUAL(port)
-    # The same age in seconds.
-    inputs = structs.replace(usual.inputs, max_age_cycles=usual.inputs.max_age_cycles * RATE_HZ // usual.cycle_hz)
-    return structs.replace(usual, rate_hz=RATE_HZ, cycle_hz=RATE_HZ, inputs=inputs)
+    return at_cycle_rate(_USUAL(port), cycle_hz=RATE_HZ, rate_hz=RATE_HZ)
 
 
 def slow_station_file(folder: Path) -> Path:

@@ -22,6 +22,7 @@ from kata.bench.account import ACTIVE_HEADER
 from kata.bench.commissioned import write_commissioned
 from kata.bench.records import BenchRecords, make_records
 from kata.device import config
+from kata.device.config import StationConfig
 from kata.device.ipc_messages import RESISTANCE_LEVELS
 from kata.simulator.process import SimulatorProcess
 from kata.station.schemas import Live
@@ -75,12 +76,8 @@ class RunningService:
         self.simulator = SimulatorProcess(data)
         self.hand = self.simulator.client()
         station = data / "station.toml"
-        usual = config.simulated(self.simulator.port)
-        # At a lower rate the same age of the inputs is fewer cycles.
-        usual_cycles = usual.inputs.max_age_cycles
-        max_age_cycles = min(usual_cycles, usual_cycles * cycle_hz // usual.cycle_hz)
-        inputs = msgspec.structs.replace(usual.inputs, max_age_cycles=max_age_cycles)
-        station_config = msgspec.structs.replace(usual, name=name, cycle_hz=cycle_hz, rate_hz=rate_hz, inputs=inputs)
+        usual = msgspec.structs.replace(config.simulated(self.simulator.port), name=name)
+        station_config = at_cycle_rate(usual, cycle_hz, rate_hz)
         # The service treats this apparatus as a real one, which must be commissioned.
         write_commissioned(station_config, station)
         self._log_path = data / "service.log"
@@ -267,6 +264,14 @@ class RunningService:
         self.hand.close()
         self.simulator.close()
         self._log.close()
+
+
+def at_cycle_rate(usual: StationConfig, cycle_hz: int, rate_hz: int) -> StationConfig:
+    """Return a station with other rates. At a lower rate the same age of the inputs is fewer cycles."""
+    usual_cycles = usual.inputs.max_age_cycles
+    max_age_cycles = min(usual_cycles, usual_cycles * cycle_hz // usual.cycle_hz)
+    inputs = msgspec.structs.replace(usual.inputs, max_age_cycles=max_age_cycles)
+    return msgspec.structs.replace(usual, cycle_hz=cycle_hz, rate_hz=rate_hz, inputs=inputs)
 
 
 def rss_mb(pid: int) -> float:
