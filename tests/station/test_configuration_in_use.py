@@ -1,6 +1,5 @@
 """No motion is allowed with another configuration than that of the last commissioning, whatever the disk does."""
 
-import asyncio
 import errno
 import os
 import tempfile
@@ -94,7 +93,7 @@ class Configurations(RuleBasedStateMachine):
     @rule(lag_s=st.none() | _LAGS_S, full=st.booleans())
     def the_drives_are_commissioned(self, lag_s: float | None, full: bool) -> None:
         """A procedure takes the drives. It ends without a new configuration, or passes."""
-        asyncio.run(self.station.hand_over(stop, Guard(0, time.monotonic_ns() + 10**12)))
+        self.device.during(self.station.hand_over(stop, Guard(0, time.monotonic_ns() + 10**12)))
         new = None if lag_s is None else with_lag(self.station.config, lag_s)
         with self._on_disk(full=full):
             self.station.take_back(new)
@@ -103,7 +102,7 @@ class Configurations(RuleBasedStateMachine):
     @rule(side=st.sampled_from(["right", "left"]), full=st.booleans())
     def the_apparatus_is_turned(self, side: Side, full: bool) -> None:
         with self._on_disk(full=full):
-            refusal = asyncio.run(self.station.set_side(side, meanwhile))
+            refusal = self.device.during(self.station.set_side(side, meanwhile))
         if refusal is None:
             self.side = side
 

@@ -217,21 +217,24 @@ def test_turning_waits_until_no_arm_is_held(
     at = station(tmp_path)
     silent[0].tell(snapshot(mode=mode, torque=torque))
 
-    assert turned(at) == refused
+    assert turned(at, silent[0]) == refused
     assert silent[0].starts == (refused is None)
 
 
-def test_turning_waits_for_the_device_process(silent: list[Silent], tmp_path: Path) -> None:
+def test_turning_waits_for_the_device_process(
+    silent: list[Silent], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("kata.station.station._SNAPSHOT_LIMIT_S", 0.05)
     at = station(tmp_path)
 
-    assert turned(at) == "device_offline"
+    assert turned(at, silent[0]) == "device_offline"
     assert silent[0].starts == 0
 
 
-def turned(at: Station) -> str | None:
+def turned(at: Station, device: Silent) -> str | None:
     other = OPPOSITE[at.config.side]
 
     async def nothing() -> None: ...
 
-    refusal = asyncio.run(at.set_side(other, nothing))
+    refusal = device.during(at.set_side(other, nothing))
     return refusal.code if refusal else None

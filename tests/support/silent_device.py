@@ -1,14 +1,21 @@
 """Replacements for the device process: one sends only what the test sends, the other says that no apparatus is connected."""
 
-from collections.abc import Callable
+import asyncio
+import time
+from collections.abc import Callable, Coroutine
 from pathlib import Path
-from typing import Any, Final, get_args
+from typing import Any, Final, TypeVar, get_args
+
+from msgspec import structs
 
 from kata.device import texts
 from kata.device.config import StationConfig
 from kata.device.ipc_messages import CommandName, FromDevice, LoopState, Refusal, Reply, Request, Snapshot, Stop
 from kata.station.device_process import DeviceLaunch
 from kata.station.station import Station
+
+_T = TypeVar("_T")
+_SNAPSHOT_INTERVAL_S: Final = 0.002
 
 
 class Silent:
@@ -21,10 +28,36 @@ class Silent:
         on_end: Callable[[], None],
         occupation_id: Callable[[], str],
     ) -> None:
-        self.tell, self.end = on_message, on_end
+        self._on_message, self.end = on_message, on_end
+        self.newest: Snapshot | None = None
+        """The last snapshot that was sent, or that :meth:`during` sends next."""
         self.heard: list[Request] = []
         self.running = True
         self.starts = 0
+
+    def tell(self, message: FromDevice) -> None:
+        """Send a message to the station."""
+        if isinstance(message, Snapshot):
+            self.newest = message
+        self._on_message(message)
+
+    def during(self, request: Coroutine[Any, Any, _T]) -> _T:
+        """Run a request of the station. Meanwhile send the newest snapshot with the present time, as a running device process does."""
+
+        async def snapshots() -> None:
+            while True:
+                await asyncio.sleep(_SNAPSHOT_INTERVAL_S)
+                if self.running and self.newest is not None:
+                    self.tell(structs.replace(self.newest, t_ns=time.monotonic_ns()))
+
+        async def both() -> _T:
+            sending = asyncio.create_task(snapshots())
+            try:
+                return await request
+            finally:
+                sending.cancel()
+
+        return asyncio.run(both())
 
     def start(self) -> None:
         self.starts += 1

@@ -4,7 +4,7 @@ import asyncio
 import itertools
 import logging
 import time
-from collections.abc import Awaitable, Callable
+from collections.abc import Awaitable, Callable, Collection
 from contextlib import AbstractContextManager
 from dataclasses import dataclass
 from datetime import UTC, datetime, timedelta
@@ -48,6 +48,9 @@ log = logging.getLogger(__name__)
 _REPLY_LIMIT_S: Final = 2.0
 _LOAD_LIMIT_S: Final = 35.0
 """Longest wait for the reply to a Load. The device checks the recording first, for at most 30 s."""
+_SNAPSHOT_LIMIT_S: Final = 2.0
+"""Longest wait for a snapshot. The device sends at least ten a second."""
+_SNAPSHOT_POLL_S: Final = 0.005
 NO_ANSWER: Final = "no_answer"
 """Code of a refusal after a timeout. The device may have carried out the command."""
 _NO_ANSWER: Final = Refusal.of(
@@ -201,7 +204,9 @@ class Station:
             if self._stop_user is not None:
                 return _COMMISSIONING
             # Without a connected device process no drive has torque that this service has switched on.
-            snapshot = self._tracker.snapshot if self._process.running else None
+            snapshot = await _present_snapshot(self._process, self._tracker, self._pending)
+            if isinstance(snapshot, Refusal):
+                return snapshot
             if refusal := _late(snapshot, guard) or (_side_refusal(snapshot) if snapshot else None):
                 return refusal
             self._stop_user = stop
@@ -230,7 +235,8 @@ class Station:
         async with self._setting_side:
             if side == self.config.side:
                 return None
-            if refusal := _side_refusal(self._tracker.snapshot if self._process.running else None):
+            snapshot = await _present_snapshot(self._process, self._tracker, self._pending)
+            if refusal := snapshot if isinstance(snapshot, Refusal) else _side_refusal(snapshot):
                 return refusal
             await self._process.close()
             self._ended()
@@ -397,6 +403,26 @@ def _write(config: StationConfig, file: Path) -> Refusal | None:
             message=texts.FILE_NOT_WRITTEN(error=error.strerror or str(error)),
             next_step=texts.FREE_SPACE_OR_ASK(),
         )
+    return None
+
+
+async def _present_snapshot(
+    process: DeviceProcess, tracker: SnapshotTracker, pending: Collection[int]
+) -> Snapshot | Refusal | None:
+    """Wait for a snapshot that contains the effect of every command so far. Return None without a process, and a refusal after a timeout.
+
+    The newest snapshot is up to 100 ms old. A command, above all a Stop, may have had its reply in the meantime. ``pending``: the numbers
+    of the commands without a reply.
+    """
+    now_ns = time.monotonic_ns()
+    try:
+        async with asyncio.timeout(_SNAPSHOT_LIMIT_S):
+            while process.running:
+                if tracker.snapshot is not None and tracker.snapshot.t_ns > now_ns and not pending:
+                    return tracker.snapshot
+                await asyncio.sleep(_SNAPSHOT_POLL_S)
+    except TimeoutError:
+        return _NO_ANSWER if tracker.snapshot else _OFFLINE
     return None
 
 
