@@ -17,7 +17,7 @@ from fastapi.testclient import TestClient
 from mcap.reader import make_reader
 
 from kata.clinic.recordings.tables import RecordingSamplesRow
-from kata.clinic.sessions.tables import SAMPLE_COLUMNS, RunRow, RunSamplesRow, SessionRow
+from kata.clinic.sessions.tables import RUN_COLUMNS, RunRow, RunSamplesRow, SessionRow
 from kata.database import arrays
 from kata.device.journal import PHASE_APPROACHING, PHASE_PLAYING
 from kata.motion.axes import POSE_COLUMNS
@@ -245,7 +245,7 @@ def played(client: TestClient, patient: dict[str, Any], recording: dict[str, Any
         session.add(RunRow(id=key, session_id=visit, recording_id=UUID(recording["id"]), **row))
         session.add(RunRow(id=(empty := uuid4()), session_id=visit, recording_id=UUID(recording["id"]), **row))
         session.flush()
-        session.add(RunSamplesRow(run_id=key, data=arrays.encode(columns, SAMPLE_COLUMNS)))
+        session.add(RunSamplesRow(run_id=key, data=arrays.encode(columns, RUN_COLUMNS)))
     problem(client.get(f"/api/runs/{empty}/samples.csv"), 409, "nothing_played")
     return str(key), columns
 

@@ -22,7 +22,7 @@ from sqlalchemy.engine import make_url
 from sqlalchemy.exc import IntegrityError
 
 from benchmarks import postgresql, synthetic
-from kata.clinic.sessions.tables import SAMPLES, RunRow, RunSamplesRow
+from kata.clinic.sessions.tables import RUN_SAMPLES, RunRow, RunSamplesRow
 from kata.database.database_copy import copy, scratch
 from kata.database.engine import Database
 from kata.database.postgresql_programs import postgresql_program
@@ -58,14 +58,14 @@ class Clinic:
             self.first = synthetic.fill(unlimited, PATIENTS, SESSIONS, RUN_S, date(2026, 11, 1)).hour
         self.database = Database(url, answer_s=60.0)
         with self.database.read() as session:
-            self.series = SAMPLES.read(session, self.first)
+            self.series = RUN_SAMPLES.read(session, self.first)
             others = session.scalars(
                 select(RunRow.id).where(RunRow.id != self.first).order_by(RunRow.id).limit(RUNS)
             ).all()
         self.runs, self.later = list(others[:-1]), others[-1]
         for run in self.runs:
             with self.database.write() as session:
-                SAMPLES.store(session, run, self.series, None)
+                RUN_SAMPLES.store(session, run, self.series, None)
         self.runs.append(self.first)
 
     def partition(self) -> None:
@@ -92,10 +92,10 @@ class Clinic:
             run = self.runs[number % len(self.runs)]
             with self.database.read() as session:
                 began_s = time.perf_counter()
-                read[run] = SAMPLES.read(session, run)
+                read[run] = RUN_SAMPLES.read(session, run)
                 took_s["run"].append(time.perf_counter() - began_s)
                 began_s = time.perf_counter()
-                SAMPLES.read_within(session, run, "path_s", 200.0, 300.0)
+                RUN_SAMPLES.read_within(session, run, "path_s", 200.0, 300.0)
                 took_s["window"].append(time.perf_counter() - began_s)
         return read, {name: 1000 * statistics.median(some) for name, some in took_s.items()}
 
@@ -153,9 +153,9 @@ def test_past_is_one_partition_and_coming_months_are_others(clinic: Clinic) -> N
 
 def test_service_stores_reads_and_deletes_a_run_in_the_partitions(clinic: Clinic) -> None:
     with clinic.database.write() as session:
-        SAMPLES.store(session, clinic.later, clinic.series, None)
+        RUN_SAMPLES.store(session, clinic.later, clinic.series, None)
     with clinic.database.read() as session:
-        assert SAMPLES.read(session, clinic.later) == clinic.series
+        assert RUN_SAMPLES.read(session, clinic.later) == clinic.series
     months = "SELECT string_agg(DISTINCT month::text, ' ') FROM run_sample_blocks WHERE run_id = :run"
     assert clinic.ask(months, run=clinic.later) == f"{datetime.now(UTC):%Y-%m}-01"
     # The erasure of a patient deletes the head; the blocks follow by the foreign key.
@@ -166,7 +166,7 @@ def test_service_stores_reads_and_deletes_a_run_in_the_partitions(clinic: Clinic
 
 def test_a_run_cannot_be_stored_twice_even_in_two_months(clinic: Clinic) -> None:
     with pytest.raises(IntegrityError, match="pk_run_samples"), clinic.database.write() as session:
-        SAMPLES.store(session, clinic.first, clinic.series, None)
+        RUN_SAMPLES.store(session, clinic.first, clinic.series, None)
     assert blocks_of(clinic, clinic.first) == len(clinic.series.blocks)
 
 

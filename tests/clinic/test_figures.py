@@ -13,8 +13,8 @@ from typing import Any
 import numpy as np
 import pytest
 
-from kata.clinic.recordings.tables import SAMPLE_COLUMNS as TAUGHT_COLUMNS
-from kata.clinic.sessions.tables import SAMPLE_COLUMNS as PLAYED_COLUMNS
+from kata.clinic.recordings.tables import RECORDING_COLUMNS
+from kata.clinic.sessions.tables import RUN_COLUMNS
 from kata.database.arrays import Floats, UnreadableError
 from kata.database.series import Series, pack
 from kata.device.journal import PHASE_APPROACHING, PHASE_PLAYING
@@ -51,8 +51,8 @@ def run_parts(window: Window | None = None) -> RunFigureSamples:
         "measured_deg": measured,
         "torque_nm": np.zeros_like(measured),
     }
-    taught = pack({"time_s": TIMES_S, "angle_deg": ANGLES_DEG}, TAUGHT_COLUMNS)
-    return RunFigureSamples(taught, pack(columns, PLAYED_COLUMNS), AS_TAUGHT, None, window)
+    taught = pack({"time_s": TIMES_S, "angle_deg": ANGLES_DEG}, RECORDING_COLUMNS)
+    return RunFigureSamples(taught, pack(columns, RUN_COLUMNS), AS_TAUGHT, None, window)
 
 
 def kept_overview() -> RunFigureSamples:
@@ -108,7 +108,7 @@ def test_unplayed_window_shows_the_taught_motion() -> None:
     assert len(lines(figure)["Error"][0]) == 0
     early = replace(parts, played=pack({name: np.empty((0, 5) if name.endswith(("deg", "nm")) else 0) for name in (
         "time_s", "phase", "path_s", "setpoint_deg", "measured_deg", "torque_nm"
-    )}, PLAYED_COLUMNS), window=(1.0, 2.0))  # fmt: skip
+    )}, RUN_COLUMNS), window=(1.0, 2.0))  # fmt: skip
     assert len(lines(json.loads(figures.run(early))["motors"][0]["figure"])["Requested"][0]) > 100
 
 
@@ -122,7 +122,7 @@ def test_window_plots_although_another_minute_is_damaged() -> None:
 
 
 def test_recording_plots_from_its_overview_and_zooms_into_samples() -> None:
-    taught = pack({"time_s": TIMES_S, "angle_deg": ANGLES_DEG}, TAUGHT_COLUMNS)
+    taught = pack({"time_s": TIMES_S, "angle_deg": ANGLES_DEG}, RECORDING_COLUMNS)
     seen = downsampling.of_recording(TIMES_S, ANGLES_DEG)
     for parts in (RecordingFigureSamples(taught, None, None), RecordingFigureSamples(None, seen, None)):
         x, y = lines(json.loads(figures.recording(parts)))["Motor 5"]
@@ -144,7 +144,7 @@ def test_plotly_accepts_the_handmade_figures() -> None:
     # The import takes a second, which each worker would spend when it collects the tests.
     import plotly.graph_objects as go
 
-    taught = pack({"time_s": TIMES_S, "angle_deg": ANGLES_DEG}, TAUGHT_COLUMNS)
+    taught = pack({"time_s": TIMES_S, "angle_deg": ANGLES_DEG}, RECORDING_COLUMNS)
     made = [
         json.loads(figures.recording(RecordingFigureSamples(taught, None, None))),
         json.loads(figures.derived(taught, taught)),

@@ -4,7 +4,7 @@ import pytest
 
 from kata.clinic.recordings.derive import OtherRecording, Source, derive
 from kata.clinic.recordings.edits import GuideScapula
-from kata.clinic.recordings.tables import SAMPLE_COLUMNS
+from kata.clinic.recordings.tables import RECORDING_COLUMNS
 from kata.database.series import Series, pack
 from kata.device.config import simulated
 from kata.motion.axes import Side
@@ -17,7 +17,7 @@ GUIDE = GuideScapula(do="guide")
 
 
 def series(poses: Floats, side: Side) -> Series:
-    return pack({"time_s": times_of(poses), "angle_deg": motor_angles_deg(poses, side)}, SAMPLE_COLUMNS)
+    return pack({"time_s": times_of(poses), "angle_deg": motor_angles_deg(poses, side)}, RECORDING_COLUMNS)
 
 
 def source(*others: OtherRecording) -> Source:

@@ -5,7 +5,7 @@ import pytest
 from sqlalchemy import select, update
 
 from kata.clinic.sessions import played_motion
-from kata.clinic.sessions.tables import SAMPLE_COLUMNS, SAMPLES, RunRow, RunSampleBlockRow, RunSamplesRow
+from kata.clinic.sessions.tables import RUN_COLUMNS, RUN_SAMPLES, RunRow, RunSampleBlockRow, RunSamplesRow
 from kata.database.engine import Database
 from kata.database.series import pack
 from kata.device.journal import PHASE_APPROACHING, PHASE_PAUSED, PHASE_PLAYING, PHASE_REVERSING
@@ -36,7 +36,7 @@ def test_played_motion_is_what_was_measured_with_each_reversal_once(database: Da
             "measured_deg": MEASURED,
             "torque_nm": np.zeros_like(MEASURED),
         }
-        SAMPLES.store(session, row.id, pack(columns, SAMPLE_COLUMNS), None)
+        RUN_SAMPLES.store(session, row.id, pack(columns, RUN_COLUMNS), None)
         run_id = row.id
     with database.read() as session:
         played = played_motion.of_run(session, session.get_one(RunRow, run_id))

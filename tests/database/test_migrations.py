@@ -22,11 +22,9 @@ from sqlalchemy import event
 
 from kata.clinic.patients import service as patients
 from kata.clinic.patients.schemas import PatientCreate
-from kata.clinic.recordings.tables import SAMPLE_COLUMNS as TAUGHT_COLUMNS
-from kata.clinic.recordings.tables import SAMPLES as TAUGHT
+from kata.clinic.recordings.tables import RECORDING_COLUMNS, RECORDING_SAMPLES
 from kata.clinic.sessions import correction_learning
-from kata.clinic.sessions.tables import SAMPLE_COLUMNS as PLAYED_COLUMNS
-from kata.clinic.sessions.tables import SAMPLES as PLAYED
+from kata.clinic.sessions.tables import RUN_COLUMNS, RUN_SAMPLES
 from kata.database.arrays import decode, encode
 from kata.database.engine import Database, DatabaseError
 from kata.database.series import pack, unpack
@@ -174,8 +172,8 @@ def test_data_of_every_released_version_upgrades_and_downgrades(empty: Database,
         table: len(rows) for table, rows in before.items()
     }
     with empty.read() as session:
-        assert decode(TAUGHT.read(session, key(31)).head)["path_s"][4] == 5.0
-        assert unpack(PLAYED.read(session, key(42)))["path_s"][4] == 5.0
+        assert decode(RECORDING_SAMPLES.read(session, key(31)).head)["path_s"][4] == 5.0
+        assert unpack(RUN_SAMPLES.read(session, key(42)))["path_s"][4] == 5.0
     assert sorted(row["side"] for row in upgraded["episodes"]) == ["left", "right"]
     assert sorted(row["run_count"] for row in upgraded["sessions"]) == [1, 1]
     assert [row["code"] for row in upgraded["session_stops"]] == ["estop_pressed"]
@@ -254,8 +252,8 @@ def _today(database: Database) -> list[tuple[str, tuple[str, UUID], dict[str, An
         connection.exec_driver_sql("DELETE FROM run_corrections")
     with database.write() as session:
         for number in (31, 32, 51, 52):
-            TAUGHT.store(session, key(number), pack(taught, TAUGHT_COLUMNS), b"overview")
-        PLAYED.store(session, key(41), pack(played, PLAYED_COLUMNS), None)
+            RECORDING_SAMPLES.store(session, key(number), pack(taught, RECORDING_COLUMNS), b"overview")
+        RUN_SAMPLES.store(session, key(41), pack(played, RUN_COLUMNS), None)
         correction = sa.table(
             "run_corrections", *(sa.column(name, kind(name)) for name in ("run_id", "station", "data"))
         )

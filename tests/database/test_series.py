@@ -9,8 +9,8 @@ from sqlalchemy import delete, event, select
 
 from kata.clinic.patients.tables import PatientRow
 from kata.clinic.recordings.tables import (
-    SAMPLE_COLUMNS,
-    SAMPLES,
+    RECORDING_COLUMNS,
+    RECORDING_SAMPLES,
     RecordingRow,
     RecordingSampleBlockRow,
     RecordingSamplesRow,
@@ -32,7 +32,7 @@ def taught(count: int = COUNT) -> dict[str, Floats]:
 
 @pytest.fixture(scope="module")
 def series() -> Series:
-    return pack(taught(), SAMPLE_COLUMNS)
+    return pack(taught(), RECORDING_COLUMNS)
 
 
 def test_series_is_restored_whole_with_its_description(series: Series) -> None:
@@ -51,7 +51,7 @@ def test_series_is_restored_whole_with_its_description(series: Series) -> None:
 
 @pytest.mark.parametrize("count", [0, 1, 2, BLOCK_SAMPLES, BLOCK_SAMPLES + 1])
 def test_series_of_any_length_is_stored(count: int) -> None:
-    back = unpack(pack(taught(count), SAMPLE_COLUMNS))
+    back = unpack(pack(taught(count), RECORDING_COLUMNS))
     assert {name: values.shape for name, values in back.items()} == {"time_s": (count,), "angle_deg": (count, 5)}
 
 
@@ -98,7 +98,7 @@ def test_damaged_head_is_detected_wherever_it_is_damaged(series: Series) -> None
 
 
 def test_series_stored_in_one_piece_is_read_unchanged() -> None:
-    before = Series(encode(taught(1000), SAMPLE_COLUMNS))
+    before = Series(encode(taught(1000), RECORDING_COLUMNS))
     assert numbers_within(before.head, *WINDOW) == []
     assert len(unpack(before)["time_s"]) == 1000
     assert len(unpack_within(before, "time_s", 1.0, 2.0)["time_s"]) == 101
@@ -108,11 +108,11 @@ def test_a_window_loads_nothing_of_the_rest(database: Database, series: Series) 
     key = keep(database, series)
 
     with database.read() as session:
-        some = SAMPLES.read_within(session, key, *WINDOW)
+        some = RECORDING_SAMPLES.read_within(session, key, *WINDOW)
         assert list(some.blocks) == [1]
         assert len(unpack_within(some, *WINDOW)["time_s"]) == 1001
-        assert list(SAMPLES.read(session, key).blocks) == [0, 1, 2, 3]
-        assert SAMPLES.read_overview(session, key) == b"overview"
+        assert list(RECORDING_SAMPLES.read(session, key).blocks) == [0, 1, 2, 3]
+        assert RECORDING_SAMPLES.read_overview(session, key) == b"overview"
 
 
 def test_overview_loads_only_when_requested(database: Database, series: Series) -> None:
@@ -120,17 +120,20 @@ def test_overview_loads_only_when_requested(database: Database, series: Series) 
     answer: list[str] = []
     event.listen(database.reader, "before_cursor_execute", lambda *of: answer.append(of[2]))
     with database.read() as session:
-        SAMPLES.read(session, key)
+        RECORDING_SAMPLES.read(session, key)
     assert answer
     assert not [statement for statement in answer if "overview" in statement]
 
 
 def test_missing_samples_cannot_be_read(database: Database) -> None:
     with database.read() as session:
-        for found in (SAMPLES.read(session, uuid4()), SAMPLES.read_within(session, uuid4(), *WINDOW)):
+        for found in (
+            RECORDING_SAMPLES.read(session, uuid4()),
+            RECORDING_SAMPLES.read_within(session, uuid4(), *WINDOW),
+        ):
             with pytest.raises(UnreadableError):
                 unpack(found)
-        assert SAMPLES.read_overview(session, uuid4()) is None
+        assert RECORDING_SAMPLES.read_overview(session, uuid4()) is None
 
 
 def test_blocks_are_deleted_with_their_owner(database: Database, series: Series) -> None:
@@ -157,5 +160,5 @@ def keep(database: Database, series: Series) -> UUID:
         )  # fmt: skip
         session.add(recording)
         session.flush()
-        SAMPLES.store(session, recording.id, series, b"overview")
+        RECORDING_SAMPLES.store(session, recording.id, series, b"overview")
         return recording.id

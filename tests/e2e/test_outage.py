@@ -13,7 +13,7 @@ from playwright.sync_api import Page, expect
 from benchmarks import postgresql
 from kata.clinic.patients.tables import PatientRow
 from kata.clinic.programmes.tables import ProgrammeItemRow, ProgrammeRow, ProgrammeVersionRow
-from kata.clinic.recordings.tables import SAMPLE_COLUMNS, SAMPLES, RecordingRow, TeachingRow
+from kata.clinic.recordings.tables import RECORDING_COLUMNS, RECORDING_SAMPLES, RecordingRow, TeachingRow
 from kata.database.engine import Database
 from kata.database.series import pack
 from kata.motion.linkage import motor_angles_deg
@@ -63,8 +63,8 @@ def of_today(page: Page, clinic: Clinic, server: postgresql.Server, name: str) -
             session.add(recording)
             session.flush()
             angles_deg = motor_angles_deg(lifted()(times_s), "right")
-            SAMPLES.store(
-                session, recording.id, pack({"time_s": times_s, "angle_deg": angles_deg}, SAMPLE_COLUMNS), None
+            RECORDING_SAMPLES.store(
+                session, recording.id, pack({"time_s": times_s, "angle_deg": angles_deg}, RECORDING_COLUMNS), None
             )
             programme = ProgrammeRow(
                 id=uuid4(), episode_id=patient.episodes[0].id, name="Morning", created_at=now, updated_at=now

@@ -12,7 +12,7 @@ from kata.clinic.episodes.tables import EpisodeRow, StageRow
 from kata.clinic.events.tables import DeviceEventRow
 from kata.clinic.patients.tables import PatientRow
 from kata.clinic.programmes.tables import ProgrammeItemRow, ProgrammeRow, ProgrammeVersionRow
-from kata.clinic.recordings.tables import SAMPLE_COLUMNS, RecordingRow, RecordingSamplesRow, TeachingRow
+from kata.clinic.recordings.tables import RECORDING_COLUMNS, RecordingRow, RecordingSamplesRow, TeachingRow
 from kata.clinic.sessions import tables as visits
 from kata.clinic.sessions.tables import (
     AddendumRow,
@@ -62,7 +62,7 @@ def treated(database: Database, sessions: int = 50, number: str = NUMBER) -> UUI
         for stage, day in (("freezing", date(2026, 2, 1)), ("frozen", date(2026, 5, 20))):
             session.add(StageRow(id=uuid4(), episode_id=episode.id, stage=stage, since=day, noted_at=BEGAN))
         session.flush()
-        data = arrays.encode({"time_s": times_s, "angle_deg": angles}, SAMPLE_COLUMNS)
+        data = arrays.encode({"time_s": times_s, "angle_deg": angles}, RECORDING_COLUMNS)
         session.add(RecordingSamplesRow(recording_id=recording.id, data=data))
         versions = []
         for version in (1, 2):
@@ -138,7 +138,7 @@ def _visit(
                 "time_s": times_s, "phase": np.full(201, PHASE_PLAYING), "path_s": times_s, "setpoint_deg": angles,
                 "measured_deg": angles, "torque_nm": angles,
             }  # fmt: skip
-            data = arrays.encode(columns, visits.SAMPLE_COLUMNS)
+            data = arrays.encode(columns, visits.RUN_COLUMNS)
             session.add(visits.RunSamplesRow(run_id=run.id, data=data))
 
 

@@ -8,7 +8,7 @@ from uuid import UUID, uuid4
 import numpy as np
 from fastapi.testclient import TestClient
 
-from kata.clinic.recordings.tables import SAMPLE_COLUMNS, SAMPLES, RecordingRow, TeachingRow
+from kata.clinic.recordings.tables import RECORDING_COLUMNS, RECORDING_SAMPLES, RecordingRow, TeachingRow
 from kata.database.engine import Database
 from kata.database.series import pack
 from kata.motion.linkage import Floats, motor_angles_deg
@@ -50,5 +50,7 @@ def store(database: Database, patient_id: str, at: Callable[[Floats], Floats], *
         )  # fmt: skip
         session.add(row)
         session.flush()
-        SAMPLES.store(session, row.id, pack({"time_s": times_s, "angle_deg": angles_deg}, SAMPLE_COLUMNS), None)
+        RECORDING_SAMPLES.store(
+            session, row.id, pack({"time_s": times_s, "angle_deg": angles_deg}, RECORDING_COLUMNS), None
+        )
     return row.id

@@ -7,10 +7,13 @@ import numpy as np
 from numpy.typing import NDArray
 from sqlalchemy.orm import Session
 
-from kata.clinic.recordings.tables import SAMPLE_COLUMNS as TAUGHT_COLUMNS
-from kata.clinic.recordings.tables import SAMPLES as TAUGHT
-from kata.clinic.recordings.tables import RecordingSampleBlockRow, RecordingSamplesRow
-from kata.clinic.sessions.tables import SAMPLE_COLUMNS, SAMPLES, RunRow, RunSampleBlockRow, RunSamplesRow
+from kata.clinic.recordings.tables import (
+    RECORDING_COLUMNS,
+    RECORDING_SAMPLES,
+    RecordingSampleBlockRow,
+    RecordingSamplesRow,
+)
+from kata.clinic.sessions.tables import RUN_COLUMNS, RUN_SAMPLES, RunRow, RunSampleBlockRow, RunSamplesRow
 from kata.database.series import pack
 from kata.motion.axes import POSE_COLUMNS, Side
 from kata.motion.linkage import Floats, motor_angles_deg
@@ -70,8 +73,10 @@ def store_poses(session: Session, run: RunRow, poses: Floats, phase: int, side: 
         "measured_deg": motors,
         "torque_nm": np.zeros_like(motors),
     }
-    SAMPLES.store(session, run_id, pack(played, SAMPLE_COLUMNS), None)
-    TAUGHT.store(session, recording_id, pack({"time_s": times, "angle_deg": motors}, TAUGHT_COLUMNS), None)
+    RUN_SAMPLES.store(session, run_id, pack(played, RUN_COLUMNS), None)
+    RECORDING_SAMPLES.store(
+        session, recording_id, pack({"time_s": times, "angle_deg": motors}, RECORDING_COLUMNS), None
+    )
 
 
 def damage(session: Session, recording_id: UUID) -> None:

@@ -12,12 +12,10 @@ from kata.clinic.assessments.tables import AssessmentRow, RomRow
 from kata.clinic.episodes.tables import EpisodeRow, StageRow
 from kata.clinic.patients.tables import PatientRow
 from kata.clinic.programmes.tables import ProgrammeItemRow, ProgrammeRow, ProgrammeVersionRow
-from kata.clinic.recordings.tables import SAMPLE_COLUMNS as TAUGHT_COLUMNS
-from kata.clinic.recordings.tables import SAMPLES as TAUGHT
-from kata.clinic.recordings.tables import RecordingRow
+from kata.clinic.recordings.tables import RECORDING_COLUMNS, RECORDING_SAMPLES, RecordingRow
 from kata.clinic.sessions.tables import (
-    SAMPLE_COLUMNS,
-    SAMPLES,
+    RUN_COLUMNS,
+    RUN_SAMPLES,
     AddendumRow,
     GoniometerReadingRow,
     MotionTrackingRow,
@@ -115,7 +113,7 @@ def _played(place: int) -> tuple[Motion, tuple[MotorTracking, ...], Series]:
         "torque_nm": torque_nm,
     }
     compared = compare(wanted.times_s, wanted.angles_deg, wanted.times_s, measured, torque_nm)
-    return wanted, compared.motors, pack(columns, SAMPLE_COLUMNS)
+    return wanted, compared.motors, pack(columns, RUN_COLUMNS)
 
 
 def _recording(session: Session, patient_id: UUID, texts: Texts) -> RecordingRow:
@@ -126,8 +124,8 @@ def _recording(session: Session, patient_id: UUID, texts: Texts) -> RecordingRow
     )  # fmt: skip
     session.add(row)
     session.flush()
-    packed = pack({"time_s": motion.times_s, "angle_deg": motion.angles_deg}, TAUGHT_COLUMNS)
-    TAUGHT.store(session, row.id, packed, None)
+    packed = pack({"time_s": motion.times_s, "angle_deg": motion.angles_deg}, RECORDING_COLUMNS)
+    RECORDING_SAMPLES.store(session, row.id, packed, None)
     return row
 
 
@@ -237,7 +235,7 @@ def _run(session: Session, visit: SessionRow, recording: RecordingRow, place: in
                 taught_min_deg=4.5, taught_max_deg=85.5, played_min_deg=5.0, played_max_deg=84.9,
             )
         )  # fmt: skip
-    SAMPLES.store(session, row.id, samples, None)
+    RUN_SAMPLES.store(session, row.id, samples, None)
 
 
 def _assess(session: Session, episode_id: UUID, at: datetime, better: int, texts: Texts) -> None:

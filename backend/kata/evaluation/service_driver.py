@@ -156,7 +156,7 @@ class ServiceDriver:
         return await self._wait_until_saved(ended)
 
     def samples(self, run: Run) -> tuple[recordings.Samples, dict[str, Any]]:
-        """Return the samples of the recording, and of the run as arrays by :data:`kata.clinic.sessions.tables.SAMPLE_COLUMNS`."""
+        """Return the samples of the recording, and of the run as arrays by :data:`kata.clinic.sessions.tables.RUN_COLUMNS`."""
         with self.database.read() as session:
             return recordings.samples(session, run.recording_id), runs.samples(session, run.id)
 

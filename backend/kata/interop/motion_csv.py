@@ -9,7 +9,7 @@ from typing import Final, Literal
 
 import numpy as np
 
-from kata.clinic.recordings.tables import SAMPLE_COLUMNS
+from kata.clinic.recordings.tables import RECORDING_COLUMNS
 from kata.database.series import Series, pack, unpack
 from kata.device.config import StationConfig
 from kata.interop import texts
@@ -64,7 +64,7 @@ def parse_motion(data: bytes, side: Side, config: StationConfig) -> ParsedMotion
     _check_degrees(table)
     times_s = table.values[:, 0] - table.values[0, 0]
     angles_deg = _of_poses(table, side) if layout == "poses" else table.values[:, 1:]
-    series = pack({"time_s": times_s, "angle_deg": angles_deg}, SAMPLE_COLUMNS)
+    series = pack({"time_s": times_s, "angle_deg": angles_deg}, RECORDING_COLUMNS)
     # Check the stored samples, because these will be played.
     stored = unpack(series)
     try:

@@ -8,11 +8,9 @@ from kata.clinic import texts as clinic_texts
 from kata.clinic.patients import service as patients
 from kata.clinic.patients.tables import PatientRow
 from kata.clinic.recordings import service as recordings
-from kata.clinic.recordings.tables import SAMPLES as RECORDING_SAMPLES
-from kata.clinic.recordings.tables import RecordingRow
+from kata.clinic.recordings.tables import RECORDING_SAMPLES, RecordingRow
 from kata.clinic.sessions import runs
-from kata.clinic.sessions.tables import SAMPLES as RUN_SAMPLES
-from kata.clinic.sessions.tables import SessionRow
+from kata.clinic.sessions.tables import RUN_SAMPLES, SessionRow
 from kata.database.base import utc_now
 from kata.database.series import Series
 from kata.errors import ProblemError

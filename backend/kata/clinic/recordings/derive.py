@@ -20,7 +20,7 @@ from kata.clinic.recordings.edits import (
     Trim,
     WarmUp,
 )
-from kata.clinic.recordings.tables import SAMPLE_COLUMNS
+from kata.clinic.recordings.tables import RECORDING_COLUMNS
 from kata.database.arrays import UnreadableError
 from kata.database.series import Series, pack, unpack
 from kata.device.config import StationConfig
@@ -82,7 +82,7 @@ def derive(source: Source, edit_request: Edit, config: StationConfig) -> Derived
     edited = _done(motion, edit_request, source, side)
     if edited.duration_s > LONGEST_S:
         raise EditError(motion_texts.WOULD_LAST_TOO_LONG(minutes=edited.duration_s / 60))
-    series = pack({"time_s": edited.times_s, "angle_deg": edited.angles_deg}, SAMPLE_COLUMNS)
+    series = pack({"time_s": edited.times_s, "angle_deg": edited.angles_deg}, RECORDING_COLUMNS)
     # Check the stored samples, because these will be played.
     stored = unpack(series)
     config.check_reference("smooth", reference("smooth", stored["time_s"], stored["angle_deg"]), side)

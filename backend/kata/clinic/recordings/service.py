@@ -17,7 +17,7 @@ from kata.clinic.recordings.derive import Derived, OtherRecording, Source
 from kata.clinic.recordings.edits import Edit, GuideScapula, Reteach
 from kata.clinic.recordings.schemas import MotorRange, ReachMargin, RecordingUpdate
 from kata.clinic.recordings.sound_side import NoSound, sound_side
-from kata.clinic.recordings.tables import SAMPLE_COLUMNS, SAMPLES, RecordingRow, TeachingRow
+from kata.clinic.recordings.tables import RECORDING_COLUMNS, RECORDING_SAMPLES, RecordingRow, TeachingRow
 from kata.clinic.stations import service as stations
 from kata.database.arrays import UnreadableError
 from kata.database.base import utc_now
@@ -106,7 +106,7 @@ def stored_samples(session: Session, recording_id: UUID) -> Series:
     :raises ProblemError: 404.
     """
     get(session, recording_id)
-    return SAMPLES.read(session, recording_id)
+    return RECORDING_SAMPLES.read(session, recording_id)
 
 
 def figure_samples(session: Session, recording_id: UUID, window: Window | None) -> RecordingFigureSamples:
@@ -116,9 +116,13 @@ def figure_samples(session: Session, recording_id: UUID, window: Window | None) 
     """
     get(session, recording_id)
     if window:
-        return RecordingFigureSamples(SAMPLES.read_within(session, recording_id, "time_s", *window), None, window)
-    overview = SAMPLES.read_overview(session, recording_id)
-    return RecordingFigureSamples(SAMPLES.read(session, recording_id) if overview is None else None, overview, None)
+        return RecordingFigureSamples(
+            RECORDING_SAMPLES.read_within(session, recording_id, "time_s", *window), None, window
+        )
+    overview = RECORDING_SAMPLES.read_overview(session, recording_id)
+    return RecordingFigureSamples(
+        RECORDING_SAMPLES.read(session, recording_id) if overview is None else None, overview, None
+    )
 
 
 def ranges(taught: Samples) -> list[MotorRange]:
@@ -218,7 +222,7 @@ def store_derived(session: Session, parent_id: UUID, derived: Derived, name: str
     )
     session.add(row)
     session.flush()
-    SAMPLES.store(session, row.id, derived.series, derived.downsampled)
+    RECORDING_SAMPLES.store(session, row.id, derived.series, derived.downsampled)
     return row
 
 
@@ -277,8 +281,8 @@ def store_teaching(session: Session, journal: Journal) -> list[RecordingRow] | N
         )
         session.add(row)
         session.flush()
-        series = pack({"time_s": times_s, "angle_deg": angles_deg}, SAMPLE_COLUMNS)
-        SAMPLES.store(session, recording_id, series, downsampling.of_recording(times_s, angles_deg))
+        series = pack({"time_s": times_s, "angle_deg": angles_deg}, RECORDING_COLUMNS)
+        RECORDING_SAMPLES.store(session, recording_id, series, downsampling.of_recording(times_s, angles_deg))
         new.append(row)
     return new
 

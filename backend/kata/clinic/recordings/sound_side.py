@@ -8,7 +8,7 @@ from sqlalchemy import select
 from sqlalchemy.orm import Session
 
 from kata.clinic.episodes.tables import EpisodeRow
-from kata.clinic.recordings.tables import SAMPLES, RecordingRow
+from kata.clinic.recordings.tables import RECORDING_SAMPLES, RecordingRow
 from kata.database.series import Series
 from kata.motion.axes import OPPOSITE
 from kata.types import Side, side_of
@@ -51,5 +51,5 @@ def sound_side(session: Session, patient_id: UUID, *, simulated: bool) -> SoundS
         .order_by(RecordingRow.taught_at.desc(), RecordingRow.take.desc())
         .limit(_MOST)
     )
-    rows = [(row, SAMPLES.read(session, row.id)) for row in found]
+    rows = [(row, RECORDING_SAMPLES.read(session, row.id)) for row in found]
     return SoundSide(side, rows, None if rows else "no_recording")

@@ -11,7 +11,7 @@ from kata.database.arrays import SampleColumn
 from kata.database.base import Base, UtcDateTime, utc_now
 from kata.database.samples import SampleBlockColumns, SamplesColumns, SampleTables
 
-SAMPLE_COLUMNS = (SampleColumn("time_s", "s", 1e-6), SampleColumn("angle_deg", "deg", 1e-4, in_encoder_counts=True))
+RECORDING_COLUMNS = (SampleColumn("time_s", "s", 1e-6), SampleColumn("angle_deg", "deg", 1e-4, in_encoder_counts=True))
 """``time_s`` (n,) from 0 at the first sample; ``angle_deg`` (n, 5) motor angles in axis order."""
 
 
@@ -75,7 +75,7 @@ class RecordingSamplesRow(SamplesColumns, Base):
 
 
 class RecordingSampleBlockRow(SampleBlockColumns, Base):
-    """One minute of samples (:data:`SAMPLE_COLUMNS`)."""
+    """One minute of samples (:data:`RECORDING_COLUMNS`)."""
 
     __tablename__ = "recording_sample_blocks"
 
@@ -84,4 +84,4 @@ class RecordingSampleBlockRow(SampleBlockColumns, Base):
     )
 
 
-SAMPLES = SampleTables(RecordingSamplesRow, RecordingSampleBlockRow, "recording_id")
+RECORDING_SAMPLES = SampleTables(RecordingSamplesRow, RecordingSampleBlockRow, "recording_id")

@@ -22,7 +22,7 @@ from kata.clinic.rhythm.schemas import (
     SoundRhythm,
 )
 from kata.clinic.sessions import runs
-from kata.clinic.sessions.tables import SAMPLES
+from kata.clinic.sessions.tables import RUN_SAMPLES
 from kata.database.arrays import UnreadableError
 from kata.database.series import Series, unpack
 from kata.device.journal import PHASE_PLAYING, PHASE_REDUCED_RANGE
@@ -78,7 +78,7 @@ def of_run(session: Session, run_id: UUID) -> StoredMotion:
     :raises ProblemError: 404; 409 when nothing was played.
     """
     run = runs.get(session, run_id)
-    played = SAMPLES.read(session, run_id)
+    played = RUN_SAMPLES.read(session, run_id)
     if not played.head:
         raise ProblemError(409, "nothing_played", texts.NOTHING_PLAYED(), texts.NOTHING_TO_COMPARE())
     row = run.recording

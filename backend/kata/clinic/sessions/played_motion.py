@@ -7,7 +7,7 @@ from sqlalchemy.orm import Session
 from kata.clinic import texts
 from kata.clinic.recordings.motion_preview import thinned
 from kata.clinic.sessions import phases
-from kata.clinic.sessions.tables import SAMPLES, RunRow
+from kata.clinic.sessions.tables import RUN_SAMPLES, RunRow
 from kata.database.arrays import UnreadableError
 from kata.database.series import unpack
 from kata.errors import ProblemError
@@ -35,7 +35,7 @@ def of_run(session: Session, row: RunRow) -> PlayedMotion:
 
     :raises ProblemError: 409 when nothing was played; 410 when its samples are damaged.
     """
-    series = SAMPLES.read(session, row.id)
+    series = RUN_SAMPLES.read(session, row.id)
     if not series.head:
         raise ProblemError(409, "nothing_played", texts.NOTHING_PLAYED(), texts.NOTHING_TO_COMPARE())
     try:

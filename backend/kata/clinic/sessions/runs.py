@@ -26,8 +26,8 @@ from kata.clinic.sessions.schemas import (
     RunStop,
 )
 from kata.clinic.sessions.tables import (
-    SAMPLE_COLUMNS,
-    SAMPLES,
+    RUN_COLUMNS,
+    RUN_SAMPLES,
     MotionTrackingRow,
     MotorTrackingRow,
     RunCorrectionRow,
@@ -238,7 +238,7 @@ def complete(
     elif results := results or (calculate(playback) if playback else None):
         _store_results(session, row, results, config)
     if len(journal.t_ns):
-        SAMPLES.store(session, row.id, _series(journal), results.overview if results else None)
+        RUN_SAMPLES.store(session, row.id, _series(journal), results.overview if results else None)
     if row.outcome == "stopped":
         _store_stop(session, row)
     session.flush()
@@ -276,7 +276,7 @@ def _series(journal: Journal) -> Series:
     columns = {
         name: getattr(journal, name) for name in ("phase", "path_s", "setpoint_deg", "measured_deg", "torque_nm")
     }
-    return pack({"time_s": (journal.t_ns - journal.t_ns[0]) / 1e9, **columns}, SAMPLE_COLUMNS)
+    return pack({"time_s": (journal.t_ns - journal.t_ns[0]) / 1e9, **columns}, RUN_COLUMNS)
 
 
 def remove_refused(session: DatabaseSession, run_id: UUID) -> None:
@@ -337,24 +337,24 @@ def figure_samples(
     if row.samples is None:
         raise ProblemError(409, "nothing_played", texts.NOTHING_PLAYED(), texts.NOTHING_TO_COMPARE())
     settings = settings_of(row)
-    overview = None if window or clock == "wall" else SAMPLES.read_overview(session, run_id)
+    overview = None if window or clock == "wall" else RUN_SAMPLES.read_overview(session, run_id)
     if overview is not None:
         return RunFigureSamples(None, None, settings, overview, None)
     taught = recordings.stored_samples(session, row.recording_id)
     if window and clock == "path":
-        played = SAMPLES.read_within(session, run_id, "path_s", *window)
+        played = RUN_SAMPLES.read_within(session, run_id, "path_s", *window)
     else:
         # The wall clock starts where each part of the playback began, which may be before the window.
-        played = SAMPLES.read(session, run_id)
+        played = RUN_SAMPLES.read(session, run_id)
     return RunFigureSamples(taught, played, settings, None, window, clock)
 
 
 def samples(session: DatabaseSession, run_id: UUID) -> dict[str, Floats]:
-    """Return the run's samples by name (:data:`kata.clinic.sessions.tables.SAMPLE_COLUMNS`).
+    """Return the run's samples by name (:data:`kata.clinic.sessions.tables.RUN_COLUMNS`).
 
     :raises UnreadableError: when the samples are damaged or missing.
     """
-    return unpack(SAMPLES.read(session, run_id))
+    return unpack(RUN_SAMPLES.read(session, run_id))
 
 
 def as_run(row: RunRow, recording_name: str | None = None, angles: PatientAngles | None = None) -> Run:

@@ -23,7 +23,7 @@ MIN_COMPARED_PERCENT: Final = 90.0
 states one.
 """
 
-SAMPLE_COLUMNS = (
+RUN_COLUMNS = (
     SampleColumn("time_s", "s", 1e-6),
     SampleColumn("phase", "", 1.0),
     SampleColumn("path_s", "s", 1e-6, difference_to="time_s"),
@@ -339,14 +339,14 @@ class RunSamplesRow(SamplesColumns, Base):
 
 
 class RunSampleBlockRow(SampleBlockColumns, Base):
-    """One minute of samples (:data:`SAMPLE_COLUMNS`)."""
+    """One minute of samples (:data:`RUN_COLUMNS`)."""
 
     __tablename__ = "run_sample_blocks"
 
     run_id: Mapped[UUID] = mapped_column(ForeignKey("run_samples.run_id", ondelete="CASCADE"), primary_key=True)
 
 
-SAMPLES = SampleTables(RunSamplesRow, RunSampleBlockRow, "run_id")
+RUN_SAMPLES = SampleTables(RunSamplesRow, RunSampleBlockRow, "run_id")
 
 
 class RunCorrectionRow(Base):
