@@ -11,7 +11,7 @@ import socket
 import sys
 from typing import Final
 
-from kata.system import scheduling
+from kata.system import malloc, scheduling
 from kata.system.lazy_modules import delay_unused_numpy
 
 _NICENESS: Final = 5
@@ -23,6 +23,7 @@ busy, because a therapist waits for the Load.
 def main() -> int:
     """Run ``python -m kata.device.reference_builder SOCKET``, a file descriptor of a SOCK_SEQPACKET socket."""
     _step_back()
+    malloc.return_free_memory()
     delay_unused_numpy()
     # Import only after the priority has changed, because a restarted builder inherits a real-time priority.
     from kata.device.references import serve
