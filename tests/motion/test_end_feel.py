@@ -2,7 +2,9 @@
 
 import numpy as np
 import pytest
+from scipy.signal import savgol_filter
 
+from kata.motion import end_feel
 from kata.motion.edit import Motion
 from kata.motion.end_feel import (
     DISAGREEMENT_NM,
@@ -172,3 +174,9 @@ def test_way_out_has_constant_speed_and_ends_further() -> None:
     assert np.diff(way.angles_deg[:, 2]) / np.diff(way.times_s) == pytest.approx(np.full(len(way.times_s) - 1, 5.0))
     assert way.angles_deg[-1, 2] == pytest.approx(102.0, abs=0.3)
     assert way.angles_deg[-1, 0] == pytest.approx(REST_DEG[0] + 8.0, abs=0.1)
+
+
+@pytest.mark.parametrize("count", [13, 14, 200])
+def test_smoothing_is_the_filter_of_savitzky_and_golay(count: int) -> None:
+    torque_nm = np.random.default_rng(count).normal(0.0, 4.0, count)
+    assert end_feel._smooth(torque_nm) == pytest.approx(savgol_filter(torque_nm, 13, 2), abs=1e-12)

@@ -9,7 +9,7 @@ from scipy.interpolate import CubicSpline
 from kata.motion.approach import MinimumJerkMove, PathSequence, unidirectional_approach
 from kata.motion.linkage import Floats
 from kata.motion.method import Method, reference
-from kata.motion.smoothing import natural_spline
+from kata.motion.smoothing import natural_derivatives, natural_spline
 from kata.motion.trajectory import AxisLimits, Trajectory, TrajectoryError, ZeroOrderHold
 from tests.support.examples import examples
 
@@ -72,8 +72,10 @@ def test_its_speed_and_acceleration_are_those_of_its_angles(
 def test_natural_spline_is_scipys(count: int) -> None:
     random = np.random.default_rng(count)
     times, angles = np.cumsum(random.uniform(0.001, 0.1, count)), random.normal(0.0, 40.0, (count, 5))
-    expected = CubicSpline(times, angles, bc_type="natural").c
-    np.testing.assert_allclose(natural_spline(times, angles), expected, rtol=1e-12, atol=1e-9)
+    expected = CubicSpline(times, angles, bc_type="natural")
+    np.testing.assert_allclose(natural_spline(times, angles), expected.c, rtol=1e-12, atol=1e-9)
+    for order, derivative in enumerate(natural_derivatives(times, angles), start=1):
+        np.testing.assert_allclose(derivative, expected(times, order), rtol=1e-12, atol=1e-7)
 
 
 def test_trajectory_rests_beyond_its_ends_and_keeps_its_speed_before() -> None:

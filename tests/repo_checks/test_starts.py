@@ -1,11 +1,16 @@
 """Processes start without heavy imports, each of which would take up to some seconds."""
 
+import re
 import subprocess
 import sys
 from functools import cache
 from importlib.metadata import entry_points
+from pathlib import Path
+from typing import Final
 
 import pytest
+
+import kata
 
 (COMMAND,) = entry_points(group="console_scripts", name="kata")
 MAIN = COMMAND.value.partition(":")[0]
@@ -43,6 +48,23 @@ def test_module_starts_without_the_heavy_import(module: str, without: str) -> No
 def test_processes_start_without_libraries_of_rare_work(module: str, without: set[str]) -> None:
     """Each of these libraries would cost every start time, and every such process memory."""
     assert imported_by(module) & without == set()
+
+
+_DAILY_WORK: Final = ("motion", "clinic", "plotting", "device")
+_RARE: Final = {"identify.py", "identify_load.py", "intervals.py"}
+"""Modules for commissioning, and the one for an administrator's statistics."""
+
+
+def test_daily_work_imports_only_scipys_linear_algebra() -> None:
+    """Its other parts take 4 to 20 MB in each process that imports them."""
+    files = [file for package in _DAILY_WORK for file in (Path(kata.__file__).parent / package).rglob("*.py")]
+    found = {
+        (file.name, part)
+        for file in files
+        for part in re.findall(r"^\s*(?:from|import) (scipy[.\w]*)", file.read_text(), re.MULTILINE)
+    }
+    assert {part for name, part in found if name not in _RARE} == {"scipy.linalg"}
+    assert {name for name, _ in found} >= _RARE
 
 
 @cache

@@ -17,6 +17,7 @@ from kata.messages import Template, Text
 from kata.motion import texts
 from kata.motion.approach import MinimumJerkMove
 from kata.motion.axes import AXES
+from kata.motion.interpolation import MonotoneCubic
 from kata.motion.linkage import Floats
 from kata.motion.shoulder import rest_posture_deg
 from kata.motion.taught import MIN_DURATION_S
@@ -69,11 +70,7 @@ class Motion:
 
     def at(self, times_s: Floats) -> Floats:
         """Return the angles ``(k, 5)`` at times ``(k,)``, interpolated, and never outside the range of the two neighbouring samples."""
-        # Import here, so that the service starts without scipy and loads it with the first interpolated motion.
-        from scipy.interpolate import PchipInterpolator
-
-        angles: Floats = PchipInterpolator(self.times_s, self.angles_deg)(times_s)
-        return angles
+        return MonotoneCubic(self.times_s, self.angles_deg)(times_s)
 
 
 # -- edits of one motion --------------------------------------------------------------------------------------------

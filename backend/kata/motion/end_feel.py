@@ -15,6 +15,7 @@ from itertools import pairwise
 from typing import Final, Literal, NamedTuple
 
 import numpy as np
+from numpy.lib.stride_tricks import sliding_window_view
 from numpy.typing import ArrayLike, NDArray
 
 from kata.motion.axes import Side
@@ -336,13 +337,17 @@ def figures_of(curve: TorqueAngleCurve, stated_nm: float, onset_nm: float) -> Fi
 
 
 def _smooth(torque_nm: Floats) -> Floats:
-    """Return the values of parabolas through :data:`_SMOOTH_PLACES` neighbouring places."""
-    # Imported here: the service starts without scipy.
-    from scipy.signal import savgol_filter
-
+    """Return the values of parabolas through :data:`_SMOOTH_PLACES` neighbouring places (Savitzky and Golay 1964, Anal Chem 36, 1627-1639)."""
     if len(torque_nm) < _SMOOTH_PLACES:
         return torque_nm
-    return np.asarray(savgol_filter(torque_nm, _SMOOTH_PLACES, 2), dtype=np.float64)
+    half = _SMOOTH_PLACES // 2
+    parabolas = np.vander(np.arange(_SMOOTH_PLACES) - float(half), 3)
+    fit = parabolas @ np.linalg.pinv(parabolas)
+    inner = sliding_window_view(torque_nm, _SMOOTH_PLACES) @ fit[half]
+    smooth: Floats = np.concatenate(
+        [fit[:half] @ torque_nm[:_SMOOTH_PLACES], inner, fit[-half:] @ torque_nm[-_SMOOTH_PLACES:]]
+    )
+    return smooth
 
 
 def _last_crossing(places_deg: Floats, torque_nm: Floats, level_nm: float) -> float | None:

@@ -21,13 +21,14 @@ from dataclasses import dataclass
 from typing import Final
 
 import numpy as np
+from numpy.lib.stride_tricks import sliding_window_view
 from numpy.typing import NDArray
 
 from kata.motion.axes import N_AXES
 from kata.motion.linkage import Floats
 from kata.motion.measured import Repetition
 from kata.motion.method import ServoModel, after_integral
-from kata.motion.smoothing import smoothed
+from kata.motion.smoothing import natural_derivatives, smoothed
 from kata.motion.trajectory import Trajectory
 
 MAX_CORRECTION_DEG: Final = 3.0
@@ -104,9 +105,6 @@ def next_correction(
     :param limits_deg: ``(5, 2)``: lowest and highest setpoint of each axis.
     :raises ValueError: when no samples were played, or the correction is not as long as the recording.
     """
-    # Import here, because the device process only applies corrections and never learns them.
-    from scipy.interpolate import CubicSpline
-
     grid = np.arange(rows(trajectory.duration_s), dtype=np.float64) * STEP_S
     previous = before.angles_deg if before else np.zeros((len(grid), N_AXES))
     if previous.shape != (len(grid), N_AXES) or (before and before.step_s != STEP_S):
@@ -118,9 +116,10 @@ def next_correction(
         raise ValueError("nothing was played")
     played = repetition.measured_deg[repetition.playing][order]
     error = reference - np.column_stack([np.interp(grid, played_at, axis) for axis in played.T])
-    curve = CubicSpline(grid, smoothed(grid, error, _CUTOFF_HZ), bc_type="natural")
-    lag = servo_model.first_s * curve(grid, 1) + servo_model.second_s2 * curve(grid, 2)
-    missing = curve(grid) + after_integral(lag, servo_model.integrated_share(STEP_S))
+    smooth_error = smoothed(grid, error, _CUTOFF_HZ)
+    speed, acceleration = natural_derivatives(grid, smooth_error)
+    lag = servo_model.first_s * speed + servo_model.second_s2 * acceleration
+    missing = smooth_error + after_integral(lag, servo_model.integrated_share(STEP_S))
     earlier = before.learned_from if before else None
     gain = earlier.gain.copy() if earlier else np.full(N_AXES, _GAIN)
     target = smoothed(grid, (1 - _LEAK) * previous + gain * missing, _CUTOFF_HZ)
@@ -152,10 +151,10 @@ def next_correction(
 
 def _loaded(beyond_nm: Floats, played_at: Floats, threshold_nm: Floats) -> NDArray[np.bool_]:
     """Return True, ``(k, 5)``, where a motor's torque exceeds the need of its load by so much that the patient may resist."""
-    from scipy.ndimage import uniform_filter1d
-
     sample_s = float(np.median(np.diff(played_at)))
-    averaged = uniform_filter1d(beyond_nm, max(1, round(_TORQUE_AVERAGE_S / sample_s)), axis=0)
+    samples = max(1, round(_TORQUE_AVERAGE_S / sample_s))
+    around = np.pad(beyond_nm, ((samples // 2, (samples - 1) // 2), (0, 0)), mode="symmetric")
+    averaged = sliding_window_view(around, samples, axis=0).mean(axis=-1)
     over: NDArray[np.bool_] = np.abs(averaged) > _DISTURBED_TORQUE_SHARE * threshold_nm
     return over
 

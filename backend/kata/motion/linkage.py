@@ -11,12 +11,13 @@ agrees with Eqs. (15)-(20), for each of the two legs i = 1, 2:
 ``t = atan2(A, B) + acos(-C / hypot(A, B))``. The + branch is the one that is assembled.
 
 *Forward*: t2 determines P2. An equation of the same form then gives psi for each phi from leg 2. The remaining opening of
-leg 1 depends only on phi. scipy's bracketing root finder brings it to zero for all rows at once.
+leg 1 depends only on phi. A bracketing root finder brings it to zero for all rows at once.
 
 Within +-45 deg of phi and psi, if the links close, det d(theta)/d(phi, psi) > 0. There the assembled linkage has no
 singularity, no two poses have the same motor angles, and a path of motor angles has one pose path, without jumps.
 """
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Final, NamedTuple
 
@@ -33,6 +34,9 @@ Vector = tuple[Floats, Floats, Floats]
 
 WITHIN_DEG: Final = 45.0
 """Limit of phi and psi in the search, on both sides of 0. Table 2 needs 20 deg; singular poses begin at about 50 deg."""
+_EXACT_RAD: Final = 1e-14
+_MOST_STEPS: Final = 60
+"""Largest number of steps of the root finder. It needs about ten."""
 _CLOSED_DEG: Final = 1e-7
 """Tolerance of the motor angles of a found pose. It distinguishes the assembled branch from the other branch."""
 
@@ -162,12 +166,9 @@ class Linkage:
         """Return the scapula's angles (..., 2) in radians at which both legs close on either branch. The values are arbitrary
         for rows that do not close.
         """
-        # Import here, because the simulator never needs this, and the import would delay its start by almost a second.
-        from scipy.optimize.elementwise import find_root
-
         one, two = self.legs
         p1, p2 = one.crank(theta1), two.crank(theta2)
-        reach1, reach2 = one.reach(p1), two.reach(p2)
+        reach1, reach2 = np.asarray(one.reach(p1)), np.asarray(two.reach(p2))
 
         def leg2_psi(phi: Floats, x: Floats, y: Floats, z: Floats, reach: Floats) -> Floats:
             """Solve P2 . OQ2 / |OQ2| = reach for psi. Beyond the end of leg 2's stroke psi stays at the end."""
@@ -176,23 +177,43 @@ class Linkage:
             psi: Floats = np.arctan2(out, z) - stroke - two.w_rad
             return psi
 
-        def leg1_open_mm(phi: Floats, *points: Floats) -> Floats:
-            x, y, z, reach, *leg2 = points
-            qx, qy, qz = one.board(phi, leg2_psi(phi, *leg2))
-            gap: Floats = (x * qx + y * qy + z * qz) / one.oq_mm - reach
+        def leg1_open_mm(phi: Floats) -> Floats:
+            qx, qy, qz = one.board(phi, leg2_psi(phi, *p2, reach2))
+            gap: Floats = (p1[0] * qx + p1[1] * qy + p1[2] * qz) / one.oq_mm - reach1
             return gap
 
         # Search slightly farther than needed, because a root at the end may lie on either side of the bracket's bound.
         end = np.radians(WITHIN_DEG + 1.0)
-        root = find_root(leg1_open_mm, (-end, end), args=(*p1, reach1, *p2, reach2))
-        phi = np.asarray(root.x)
-        return np.stack([phi, leg2_psi(phi, *p2, np.asarray(reach2))], axis=-1)
+        phi = _roots(leg1_open_mm, np.full_like(theta1, -end), np.full_like(theta1, end))
+        return np.stack([phi, leg2_psi(phi, *p2, reach2)], axis=-1)
 
     def closed_deg(self, scapula: Floats, side: Side) -> Floats:
         """Return the angles of motors 1 and 2 in degrees for scapula angles, ``(..., 2)`` to ``(..., 2)``; NaN where a leg does not close."""
         phi, psi = _seen_rad(scapula, side)
         with np.errstate(invalid="ignore"):
             return np.degrees(np.stack([leg.close(phi, psi) for leg in self.legs], axis=-1))
+
+
+def _roots(function: Callable[[Floats], Floats], low: Floats, high: Floats) -> Floats:
+    """Return a root of each row between ``low`` and ``high``, arrays of any shape. Where both ends have the same sign, the value is arbitrary.
+
+    This is the Illinois method: false position, where an end that stays counts half (Dowell and Jarratt 1971, BIT 11, 168-174).
+    ``scipy.optimize.elementwise.find_root`` finds the same roots, but its import takes 14 MB in each process.
+    """
+    with np.errstate(all="ignore"):
+        at_low, at_high = function(low), function(high)
+        for _ in range(_MOST_STEPS):
+            middle = high - at_high * (high - low) / (at_high - at_low)
+            middle = np.where(at_high == 0.0, high, middle)
+            at_middle = function(middle)
+            crosses = np.sign(at_middle) != np.sign(at_high)
+            low = np.where(crosses, high, low)
+            at_low = np.where(crosses, at_high, at_low / 2)
+            moved = np.abs(middle - high)
+            high, at_high = middle, at_middle
+            if not np.any(moved > _EXACT_RAD):
+                break
+    return high
 
 
 def _scapula_signs(side: Side) -> Floats:

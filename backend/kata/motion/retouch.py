@@ -77,9 +77,6 @@ def change_deg(knots_s: Floats, changes_deg: Floats, times_s: Floats) -> Floats:
 
     :param knots_s: ``(k,)``, increasing; ``changes_deg``: ``(k,)``, the change at each knot.
     """
-    # Import here, so that the service starts without scipy.
-    from scipy.interpolate import BPoly
-
     slopes = np.diff(changes_deg) / np.diff(knots_s)
     before, after = slopes[:-1], slopes[1:]
     smaller = np.minimum(np.abs(before), np.abs(after))
@@ -88,8 +85,17 @@ def change_deg(knots_s: Floats, changes_deg: Floats, times_s: Floats) -> Floats:
     mean = 2 * smaller * larger / np.where(same_direction, smaller + larger, 1.0)
     at_knots = np.zeros_like(knots_s)
     at_knots[1:-1] = np.where(same_direction, np.sign(before) * np.minimum(mean, _STEEPEST * smaller), 0.0)
-    derivatives = np.stack([changes_deg, at_knots, np.zeros_like(at_knots)], axis=-1)
-    changed: Floats = BPoly.from_derivatives(knots_s, derivatives)(times_s)
+    # Between two knots a polynomial of degree 5, whose acceleration is 0 at both.
+    row = np.clip(np.searchsorted(knots_s, times_s, side="right") - 1, 0, len(knots_s) - 2)
+    step = np.diff(knots_s)[row]
+    share = (times_s - knots_s[row]) / step
+    rise, leaving, arriving = np.diff(changes_deg)[row], at_knots[row] * step, at_knots[row + 1] * step
+    cubic, quartic, quintic = (
+        10 * rise - 6 * leaving - 4 * arriving,
+        -15 * rise + 8 * leaving + 7 * arriving,
+        6 * rise - 3 * leaving - 3 * arriving,
+    )
+    changed: Floats = changes_deg[row] + share * (leaving + share**2 * (cubic + share * (quartic + share * quintic)))
     return changed
 
 

@@ -97,6 +97,14 @@ def natural_spline(times_s: Floats, angles_deg: Floats) -> Floats:
     return np.stack([bend / column, (slopes - speeds[:-1]) / column - bend, speeds[:-1], angles_deg[:-1]])
 
 
+def natural_derivatives(times_s: Floats, angles_deg: Floats) -> tuple[Floats, Floats]:
+    """Return the first and second derivative of :func:`natural_spline` at the samples, each ``(n, k)``."""
+    cubic, square, speed, _ = natural_spline(times_s, angles_deg)
+    step = times_s[-1] - times_s[-2]
+    last = speed[-1] + step * (2 * square[-1] + 3 * step * cubic[-1])
+    return np.vstack([speed, last]), np.vstack([2 * square, np.zeros_like(last)])
+
+
 def smoothed_recording(times_s: Floats, angles_deg: Floats) -> Floats:
     """Return :func:`smoothed` with the cut-off for the recording's rate, or with a higher one if the taught motion requires
     it.

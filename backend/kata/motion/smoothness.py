@@ -18,7 +18,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from kata.motion.filters import low_pass
-from kata.motion.linkage import Floats
+from kata.motion.interpolation import MonotoneCubic
 
 HIGHEST_HZ: Final = 10.0
 """Higher frequencies do not belong to the movement. The paper of 2015 uses 10 or 20 Hz. An arm that is moved by a hand or by
@@ -60,10 +60,7 @@ def smoothness(times_s: ArrayLike, angles_deg: ArrayLike) -> float | None:
     times = np.asarray(times_s, dtype=np.float64)
     if len(times) < 2 or times[-1] - times[0] < _SHORTEST_S:
         return None
-    # Import here, because scipy would delay the start of every service.
-    from scipy.interpolate import PchipInterpolator
-
     grid = np.arange(times[0], times[-1], 1 / _RATE_HZ)
-    angles: Floats = PchipInterpolator(times, np.asarray(angles_deg, dtype=np.float64))(grid)
+    angles = MonotoneCubic(times, np.asarray(angles_deg, dtype=np.float64))(grid)
     speed = np.abs(np.gradient(low_pass(angles, HIGHEST_HZ, _RATE_HZ))) * _RATE_HZ
     return spectral_arc_length(speed, _RATE_HZ) if np.any(speed > 0) else None

@@ -14,6 +14,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from kata.motion.axes import BASIC_MOTIONS, BasicMotion
+from kata.motion.interpolation import MonotoneCubic, lowest_at
 from kata.motion.linkage import Floats
 from kata.motion.shoulder import motion_of_motor_4
 from kata.motion.smoothness import smoothness
@@ -191,11 +192,7 @@ def moved_motions(taught_pose_deg: Floats) -> tuple[BasicMotion, ...]:
 
 def angles_at(times_s: Floats, angles_deg: Floats, places_s: Floats) -> Floats:
     """Return the angles ``(k, ...)`` at places ``(k,)``, degrees; they are constant before the start and after the end."""
-    # Import here and below, because scipy would delay the start of every service.
-    from scipy.interpolate import PchipInterpolator
-
-    angles: Floats = PchipInterpolator(times_s, angles_deg)(np.clip(places_s, times_s[0], times_s[-1]))
-    return angles
+    return MonotoneCubic(times_s, angles_deg)(np.clip(places_s, times_s[0], times_s[-1]))
 
 
 def wall_clock_s(times_s: Floats, path_s: Floats, moving: NDArray[np.bool_]) -> Floats:
@@ -252,10 +249,7 @@ class _AlignedRecordings:
 
     def _lag_ms(self, axis: int) -> float:
         """Return the shift in ms with the smallest variance of the remaining error. The variance ignores a constant error."""
-        from scipy.interpolate import PchipInterpolator
-        from scipy.optimize import minimize_scalar
-
-        curve = PchipInterpolator(self._times, self.taught[:, axis])
+        curve = MonotoneCubic(self._times, self.taught[:, axis])
         step = -(-len(self.path) // _LAG_SAMPLES)
         played, path = self.played[::step, axis], self.path[::step]
 
@@ -264,8 +258,7 @@ class _AlignedRecordings:
 
         tried = np.arange(-_LARGEST_LAG_S, _LARGEST_LAG_S + _LAG_STEP_S / 2, _LAG_STEP_S)
         near = float(tried[int(np.argmin([left(lag_s) for lag_s in tried]))])
-        within = (near - _LAG_STEP_S, near + _LAG_STEP_S)
-        return float(minimize_scalar(left, bounds=within, method="bounded", options={"xatol": _LAG_EXACT_S}).x) * 1000
+        return lowest_at(left, near - _LAG_STEP_S, near + _LAG_STEP_S, _LAG_EXACT_S) * 1000
 
 
 def _range(angles: Floats) -> AngleRange:

@@ -8,6 +8,7 @@ from numpy.typing import ArrayLike
 
 from kata.motion import texts
 from kata.motion.axes import N_AXES
+from kata.motion.interpolation import MonotoneCubic
 from kata.motion.linkage import Floats
 from kata.motion.path import PathPoint
 from kata.motion.shoulder import rest_posture_deg
@@ -248,13 +249,11 @@ class ZeroOrderHold(Trajectory):
 
     def __init__(self, times_s: ArrayLike, angles_deg: ArrayLike) -> None:
         """See :class:`Trajectory`."""
-        from scipy.interpolate import PchipInterpolator
-
         times, angles = _checked(times_s, angles_deg)
         self._times_s = times
         # A recording of another rate is interpolated without overshoot.
         sample_times = np.arange(int(self.duration_s / HOLD_S + _ROUNDING) + 1) * HOLD_S
-        self.samples: Floats = PchipInterpolator(times, angles)(np.minimum(sample_times, self.duration_s))
+        self.samples: Floats = MonotoneCubic(times, angles)(np.minimum(sample_times, self.duration_s))
         """Held angles ``(m, 5)`` in degrees, :data:`HOLD_S` apart."""
         self._set_range(self.samples)
         self.rmse_deg = rmse(self.along(times), angles)
