@@ -1,6 +1,7 @@
 """A Stop is measured behind a Load that is still being loaded; other draws are left out and counted."""
 
 import itertools
+from collections.abc import Iterator
 from types import SimpleNamespace
 from typing import cast
 
@@ -10,10 +11,12 @@ from kata.bench import stop
 from kata.bench.device import Answered, Device
 from kata.bench.report import Report
 from kata.bench.running_service import BenchError
-from kata.device.ipc_messages import Command, Load, Refusal, Stop
+from kata.device.ipc_messages import Approach, Command, Load, Refusal, Stop
+from kata.device.refusals import ANGLES_NOT_CURRENT
 
 STOPPED = Refusal(code="stopped_meanwhile", message="It was stopped.", next_step="Load again.")
 NOT_PLAYABLE = Refusal(code="unplayable", message="It cannot be played.", next_step="Teach again.")
+LATE_ANSWER = Refusal(code=ANGLES_NOT_CURRENT, message="Motor 1 did not answer.", next_step="Try again.")
 STOP_SENT_NS = 1_000_000_000
 STOP_ANSWERED_NS = 1_002_000_000
 BEFORE_THE_STOP_NS = 999_000_000
@@ -29,6 +32,8 @@ class ScriptedDevice:
         self._answers: dict[int, Answered] = {}
         self._early: set[int] = set()
         self.commands: list[str] = []
+        self.approaches: Iterator[Refusal] = iter(())
+        """Refusals of the first approaches."""
 
     def send(self, command: Command) -> tuple[int, int]:
         number = next(self._numbers)
@@ -40,6 +45,7 @@ class ScriptedDevice:
             refusal = NOT_PLAYABLE
         else:
             self.commands.append(type(command).__name__)
+            refusal = next(self.approaches, None) if isinstance(command, Approach) else None
         self._answers[number] = Answered(at_ns, refusal)
         return number, STOP_SENT_NS if isinstance(command, Stop) else 0
 
@@ -105,6 +111,16 @@ def test_benchmark_gives_up_when_every_load_is_too_early(monkeypatch: pytest.Mon
     device = ScriptedDevice(*[ACCEPTED_EARLY] * 3)
     with pytest.raises(BenchError, match="3 Loads in a row"):
         stop._stop_loading(cast(Device, device))
+
+
+def test_approach_waits_for_the_answer_of_a_drive() -> None:
+    device = ScriptedDevice()
+    device.approaches = iter([LATE_ANSWER, LATE_ANSWER])
+    stop._approach(cast(Device, device))
+    assert device.commands == ["Approach"] * 3
+    device.approaches = iter([NOT_PLAYABLE])
+    with pytest.raises(BenchError, match="cannot be played"):
+        stop._approach(cast(Device, device))
 
 
 def test_loads_left_out_are_reported() -> None:

@@ -26,6 +26,7 @@ from kata.bench.report import Report
 from kata.bench.running_service import BenchError
 from kata.device.ipc_messages import Acknowledge, Approach, Load, Refusal, Request, Stop, Unload, frames_of, parts_of
 from kata.device.loader import ReferenceLoader
+from kata.device.refusals import ANGLES_NOT_CURRENT
 from kata.motion.axes import AXES, N_AXES
 from kata.simulator.apparatus import State
 
@@ -143,7 +144,7 @@ def _stop_held(device: Device, recording: Load) -> float:
     """Hold the arm, stop, and acknowledge. Return the time in ms until torque is off."""
     device.insist(structs.replace(recording, run_id=str(uuid4())))  # the name of its journal must be unique
     device.until_mode("ready")
-    device.insist(Approach(stops=device.snapshot.stops, expires_ns=_expires_ns()))
+    _approach(device)
     device.until_mode("paused")
     time.sleep(random.uniform(*_HOLD_S))
     _, sent_ns = device.send(Stop())
@@ -155,6 +156,22 @@ def _stop_held(device: Device, recording: Load) -> float:
     device.until_mode("stopped")
     _acknowledge(device, OPERATOR_STOP)
     return (max(off.values()) - sent_ns) / 1e6
+
+
+def _approach(device: Device) -> None:
+    """Switch torque on. Try again if the device waits for the answer of a drive, because no Stop is measured yet.
+
+    :raises BenchError: when it is refused for another reason, or still after some seconds.
+    """
+    limit = time.monotonic() + _LIMIT_S
+    while True:
+        approach = Approach(stops=device.snapshot.stops, expires_ns=_expires_ns())
+        refusal = device.answer(device.send(approach)[0]).refusal
+        if refusal is None:
+            return
+        if refusal.code != ANGLES_NOT_CURRENT or time.monotonic() > limit:
+            raise BenchError(f"the approach was refused: {refusal.message} {refusal.next_step}")
+        time.sleep(_READ_AFTER_S)
 
 
 def _stop_loading(device: Device) -> tuple[float, int]:
