@@ -270,6 +270,8 @@ def _create_sqlite_engine(url: URL, *, writes: bool, answer_s: float | None) -> 
         pool_size=1 if writes else 5,
         max_overflow=0 if writes else 10,
         pool_timeout=answer_s or 30.0,
+        # The connection that was used last is used next, so that few page caches of 2 MB are filled.
+        pool_use_lifo=True,
         hide_parameters=True,
         connect_args={"cached_statements": _CACHED_STATEMENTS},
     )
