@@ -2,10 +2,12 @@
 
 import base64
 import json
+import os
 import subprocess
 import sys
 import threading
 import time
+from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace
 from functools import partial
 from typing import Any
@@ -184,8 +186,25 @@ def test_worker_takes_no_memory_for_unused_libraries() -> None:
         imported = worker.build(eval, "set(__import__('sys').modules)")
     finally:
         worker.close()
-    assert "scipy.interpolate" in imported
-    assert imported & {"plotly", "scipy.signal", "scipy.stats", "unittest", "charset_normalizer"} == set()
+    assert "numpy" in imported
+    unused = {"plotly", "scipy.interpolate", "scipy.optimize", "scipy.signal", "unittest", "charset_normalizer"}
+    assert imported & unused == set()
+
+
+def test_a_large_worker_is_replaced_after_its_tasks() -> None:
+    """A report's fonts or an export's libraries would stay until the service ends."""
+    hold = "setattr(__import__('builtins'), 'held', b'x' * (64 << 20)) or __import__('os').getpid()"
+    worker = figures.FigureWorker()
+    try:
+        first = worker.build(os.getpid)
+        assert worker.build(os.getpid) == first
+        with ThreadPoolExecutor() as threads:
+            tasks = [threads.submit(worker.build, eval, hold)]
+            tasks += [threads.submit(worker.build, max, 1, 2) for _ in range(8)]
+            assert [task.result() for task in tasks] == [first, *[2] * 8]
+        assert worker.build(os.getpid) != first
+    finally:
+        worker.close()
 
 
 def test_closing_does_not_wait_for_a_worker_warming_up(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -4,11 +4,13 @@ import base64
 import json
 import multiprocessing
 import os
+import re
 import signal
 import threading
 from collections.abc import Callable, Iterator
 from concurrent.futures import Future, ProcessPoolExecutor
 from concurrent.futures.process import BrokenProcessPool
+from contextlib import suppress
 from dataclasses import dataclass, replace
 from functools import cache
 from importlib.util import find_spec
@@ -42,6 +44,10 @@ _Built = TypeVar("_Built")
 _EXPORTS_AT_ONCE: Final = 2
 """Maximum number of export threads. More threads would not finish a file earlier, but would compete with the event loop, and
 so with Stop.
+"""
+_LARGEST_WORKER_BYTES: Final = 40 << 20
+"""Private memory of a worker that is still used for the next task. A worker has 18 MB at its start, and 30 MB after figures and results of a
+playback of 26 minutes. A printed report takes 50 MB, an export of samples more.
 """
 _NICENESS: Final = 10
 """Niceness of the worker, so that the service and its heartbeats have priority over figures."""
@@ -104,7 +110,7 @@ class FigureWorker:
         :raises ProblemError: 410 when the samples cannot be read.
         """
         try:
-            return self._submit(function, *parts).result()
+            built = self._submit(function, *parts).result()
         except UnreadableError as error:
             raise samples_damaged() from error
         except BrokenProcessPool:
@@ -113,6 +119,8 @@ class FigureWorker:
             # The worker was killed, perhaps for lack of memory. Try once more with a new worker.
             self._end_pool(wait=False)
             return self._submit(function, *parts).result()
+        self._replace_if_large()
+        return built
 
     def close(self) -> None:
         """End the worker. A worker that is still warming up is terminated."""
@@ -123,31 +131,53 @@ class FigureWorker:
                 worker.terminate()
         self._end_pool(wait=True)
 
+    def _replace_if_large(self) -> None:
+        """Start a new worker for the next task if this one holds much memory, for example libraries of a printed report.
+
+        The former worker finishes the tasks that wait for it, and ends.
+        """
+        pool = self._pool
+        if pool and any(_private_bytes(pid) > _LARGEST_WORKER_BYTES for pid in list(pool._processes)):
+            self._end_pool(wait=False)
+            with suppress(RuntimeError):  # The service ends.
+                self.warm_up()
+
     def _submit(self, function: Callable[..., _Built], *parts: object) -> Future[_Built]:
         """Submit a task to the worker. This starts the worker if it is not running."""
         # Ctrl-C in a terminal signals every process of the group. The service ends the worker, so the worker
         # inherits a mask for the signal.
         before = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
         try:
-            return self._usable_pool().submit(function, *parts)
+            # Another thread may replace the pool. It ends only a pool that no thread can choose any more.
+            with self._choosing_pool:
+                return self._usable_pool().submit(function, *parts)
         finally:
             signal.pthread_sigmask(signal.SIG_SETMASK, before)
 
     def _usable_pool(self) -> ProcessPoolExecutor:
         """Return the pool. It is made when it is first needed, because it starts a process of its own beside the worker."""
-        with self._choosing_pool:
-            if self._closed:
-                raise RuntimeError("the figure worker is closed")
-            if self._pool is None:
-                spawning = multiprocessing.get_context("spawn")
-                self._pool = ProcessPoolExecutor(1, mp_context=spawning, initializer=_begin)
-            return self._pool
+        if self._closed:
+            raise RuntimeError("the figure worker is closed")
+        if self._pool is None:
+            spawning = multiprocessing.get_context("spawn")
+            self._pool = ProcessPoolExecutor(1, mp_context=spawning, initializer=_begin)
+        return self._pool
 
     def _end_pool(self, *, wait: bool) -> None:
         with self._choosing_pool:
             pool, self._pool = self._pool, None
         if pool:
             pool.shutdown(wait=wait, cancel_futures=wait)
+
+
+def _private_bytes(pid: int) -> int:
+    """Return a process' memory that is neither shared nor in a file; 0 if it has ended, or if the system does not tell."""
+    try:
+        status = Path(f"/proc/{pid}/status").read_text()
+    except OSError:
+        return 0
+    found = re.search(r"^RssAnon:\s+(\d+) kB", status, re.MULTILINE)
+    return int(found[1]) << 10 if found else 0
 
 
 def chunks(figure: str) -> Iterator[bytes]:
