@@ -21,6 +21,8 @@ _KIB: Final = 1024
 _SETTLE_S: Final = 40.0
 """Longer than the service waits until it starts the figure worker, so that the worker counts as idle memory."""
 _ACTIVITY_S: Final = 60.0
+_REPLACED_S: Final = 10.0
+"""A new worker has started, and the former one has ended, within this time."""
 _ACKNOWLEDGED_S: Final = 60.0
 """The drives are verified and the arm is at rest within this time."""
 _NAMES: Final = (
@@ -102,7 +104,9 @@ def run(seconds: float, progress: Callable[[str], None]) -> Report:
     report.notes += [
         f"The apparatus stopped while playing and was started again: {', '.join(stop)}." for stop in playback.stops
     ]
-    report.notes.append("later: after a playback, its import and a figure. PSS: a shared page counts in parts.")
+    report.notes.append(
+        "later: after a playback, its import, a figure and a printed report. PSS: a shared page counts in parts."
+    )
     return report
 
 
@@ -148,12 +152,12 @@ def _per_hour(first: Process, last: Process, seconds: float) -> float:
 
 
 def _use_worker(service: RunningService, records: BenchRecords) -> None:
-    """Request a figure, as the page does when a user opens a session."""
-    request = Request(
-        f"{service.url}/api/runs/{records.run_id}/figures", headers={"Cookie": service.cookie} | ACTIVE_HEADER
-    )
-    with urlopen(request, timeout=60.0) as answer:
-        answer.read()
+    """Request a figure and a printed report, as the page does. Wait until a worker that has become large is replaced."""
+    for path in (f"runs/{records.run_id}/figures", f"sessions/{records.session_id}/report.pdf?language=ja"):
+        request = Request(f"{service.url}/api/{path}", headers={"Cookie": service.cookie} | ACTIVE_HEADER)
+        with urlopen(request, timeout=60.0) as answer:
+            answer.read()
+    time.sleep(_REPLACED_S)
 
 
 def _processes(service_pid: int) -> Iterator[Process]:
