@@ -136,7 +136,7 @@ _SUBJECTS: Final[dict[str, tuple[tuple[str, str, str], ...]]] = {
         ("auth/passwords.py", "SHORTEST", "Shortest password, in characters."),
         ("auth/openid_provider.py", "_CONNECT_S", "The OpenID provider accepts a connection within this time."),
         ("auth/openid_router.py", "_PROVIDER_LIMIT_S", "The OpenID provider answers within this time."),
-        ("clinic/restricted/service.py", "BREAK_GLASS_DURATION", "Emergency access to a restricted record lasts."),
+        ("clinic/restricted/service.py", "BREAK_GLASS_DURATION", "Break-glass access to a restricted record lasts."),
     ),
     "The database and the station's disk": (
         ("database/engine.py", "_CONNECT_TIMEOUT_S", "A connection to PostgreSQL takes at most this."),

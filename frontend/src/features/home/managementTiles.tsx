@@ -111,7 +111,7 @@ export function UnsignedTile() {
   );
 }
 
-export function EmergencyAccessTile() {
+export function BreakGlassAccessesTile() {
   // Accesses that wait for a review come first. If the first page is full of them, there may be more.
   const { data, isError } = useQuery({
     queryKey: ["break-glass-accesses", "tile"],

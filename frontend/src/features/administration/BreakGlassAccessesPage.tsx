@@ -11,8 +11,8 @@ import { PageLink } from "../../ui/links";
 import { ProblemNote } from "../../ui/ProblemNote";
 import { useMe } from "../auth/hooks";
 
-/** Emergency accesses to restricted records. Another administrator reviews each one. */
-export function EmergencyAccessPage() {
+/** Break-glass accesses to restricted records ("emergency access" on the page). Another administrator reviews each one. */
+export function BreakGlassAccessesPage() {
   useTitle(t("administration:emergencies.title"));
   const accesses = usePagedQuery(["break-glass-accesses"], api.breakGlassAccesses);
   return (
@@ -25,14 +25,14 @@ export function EmergencyAccessPage() {
       {accesses.isPending && <Skeleton h={160} />}
       {accesses.items?.length === 0 && <Text>{t("administration:emergencies.none")}</Text>}
       {accesses.items?.map((access) => (
-        <AccessCard key={access.id} access={access} />
+        <BreakGlassAccessCard key={access.id} access={access} />
       ))}
       <LoadMoreButton list={accesses} />
     </Stack>
   );
 }
 
-function AccessCard({ access }: { access: Schemas["BreakGlassAccess"] }) {
+function BreakGlassAccessCard({ access }: { access: Schemas["BreakGlassAccess"] }) {
   const me = useMe();
   const queries = useQueryClient();
   const review = useMutation({
