@@ -569,7 +569,7 @@ def test_prescribed_self_pace_is_exported_and_printed(clinic: Clinic) -> None:
     plan = next(resource for resource in resources if resource["resourceType"] == "CarePlan")
     assert plan["activity"][0]["detail"]["description"].endswith("smooth, pace set by the patient")
     assert item.self_paced and item.runs[0].self_paced and item.runs[0].changed == []
-    assert prescribed.prescriptions[0].items[0].how.self_paced
+    assert prescribed.prescriptions[0].items[0].playback_settings.self_paced
     assert text_of(rendering.session_page(visit, how()).html).count("pace set by the patient") >= 2
 
 

@@ -127,7 +127,7 @@ def test_partial_run_is_marked_beside_its_errors(signed: tuple[SessionContent, E
         work_j=3.21,
         mean_effort_nm=1.44,
         mean_pace_percent=61.4,
-        how=replace(visit.runs[0].how, self_paced=True),
+        playback_settings=replace(visit.runs[0].playback_settings, self_paced=True),
     )
     text = " ".join(Parsed(rendering.session_page(replace(visit, runs=(run,)), how())).text.split())
     for said in (
