@@ -173,7 +173,7 @@ _SUBJECTS: Final[dict[str, tuple[tuple[str, str, str], ...]]] = {
         ("clinic/recordings/service.py", "SHORTEST_TAKE_S", "Shortest take."),
         ("clinic/programmes/schemas.py", "MOST_ITEMS", "Items in a programme."),
         ("interop/fhir_import.py", "MOST_PATIENTS", "Patients in one FHIR import."),
-        ("backups/create.py", "KEEP_EVERY_BACKUP_DAYS", "Days for which every backup is kept."),
+        ("backups/create.py", "KEEP_ALL_BACKUPS_DAYS", "Days for which all backups are kept."),
         ("backups/create.py", "KEEP_MONTHLY_BACKUP_MONTHS", "Months for which the first backup of each month is kept."),
         ("settings.py", "Settings.backup_time", "Time of the daily backup."),
     ),
