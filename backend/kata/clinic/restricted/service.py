@@ -147,11 +147,11 @@ def review_break_glass_access(session: Session, actor: Actor, break_glass_access
     row = session.get(BreakGlassAccessRow, break_glass_access_id, with_for_update=True)
     account = session.get(AccountRow, row.account_id) if row else None
     if row is None or account is None:
-        raise not_found(texts.EMERGENCY_ACCESS_NOT_FOUND)
+        raise not_found(texts.BREAK_GLASS_ACCESS_NOT_FOUND)
     if row.account_id == actor.account_id:
-        raise ProblemError(409, "own_glass", texts.OWN_EMERGENCY_ACCESS(), texts.OTHER_ADMINISTRATOR_REVIEWS())
+        raise ProblemError(409, "own_glass", texts.OWN_BREAK_GLASS_ACCESS(), texts.OTHER_ADMINISTRATOR_REVIEWS())
     if row.reviewed_at:
-        raise ProblemError(409, "reviewed", texts.EMERGENCY_ACCESS_REVIEWED(), texts.RELOAD_LIST())
+        raise ProblemError(409, "reviewed", texts.BREAK_GLASS_ACCESS_REVIEWED(), texts.RELOAD_LIST())
     row.reviewed_at, row.reviewed_by = utc_now(), actor.name
     return _as_break_glass_access(row, account.name)
 

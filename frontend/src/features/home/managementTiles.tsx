@@ -122,10 +122,10 @@ export function BreakGlassAccessesTile() {
   return (
     <MetricLink
       to="/administration/emergency-access"
-      label={t("home:tiles.emergencies")}
-      value={data && (more ? t("home:tiles.emergenciesMore", { count: waiting }) : String(waiting))}
-      {...(!more && { unit: t("home:tiles.emergenciesUnit", { count: waiting }) })}
-      note={t("home:tiles.emergenciesDetail")}
+      label={t("home:tiles.breakGlassAccesses")}
+      value={data && (more ? t("home:tiles.breakGlassAccessesMore", { count: waiting }) : String(waiting))}
+      {...(!more && { unit: t("home:tiles.breakGlassAccessesUnit", { count: waiting }) })}
+      note={t("home:tiles.breakGlassAccessesDetail")}
       needsAttention={waiting > 0}
       failed={isError}
     />
