@@ -136,7 +136,7 @@ _SUBJECTS: Final[dict[str, tuple[tuple[str, str, str], ...]]] = {
         ("auth/passwords.py", "SHORTEST", "Shortest password, in characters."),
         ("auth/openid_provider.py", "_CONNECT_S", "The OpenID provider accepts a connection within this time."),
         ("auth/openid_router.py", "_PROVIDER_LIMIT_S", "The OpenID provider answers within this time."),
-        ("clinic/restricted/service.py", "BREAK_GLASS_DURATION", "Emergency access to a restricted record lasts."),
+        ("clinic/restricted/service.py", "BREAK_GLASS_DURATION", "Break-glass access to a restricted record lasts."),
     ),
     "The database and the station's disk": (
         ("database/engine.py", "_CONNECT_TIMEOUT_S", "A connection to PostgreSQL takes at most this."),
@@ -173,7 +173,7 @@ _SUBJECTS: Final[dict[str, tuple[tuple[str, str, str], ...]]] = {
         ("clinic/recordings/service.py", "SHORTEST_TAKE_S", "Shortest take."),
         ("clinic/programmes/schemas.py", "MOST_ITEMS", "Items in a programme."),
         ("interop/fhir_import.py", "MOST_PATIENTS", "Patients in one FHIR import."),
-        ("backups/create.py", "KEEP_EVERY_BACKUP_DAYS", "Days for which every backup is kept."),
+        ("backups/create.py", "KEEP_ALL_BACKUPS_DAYS", "Days for which all backups are kept."),
         ("backups/create.py", "KEEP_MONTHLY_BACKUP_MONTHS", "Months for which the first backup of each month is kept."),
         ("settings.py", "Settings.backup_time", "Time of the daily backup."),
     ),

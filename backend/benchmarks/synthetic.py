@@ -31,8 +31,8 @@ from kata.clinic.sessions import runs
 from kata.clinic.sessions import service as sessions
 from kata.clinic.sessions.tables import MotorTrackingRow, RunRow, SessionRow, SessionStopRow
 from kata.clinic.stations.tables import StationRow, StationVersionRow
+from kata.clinic.statistics.derived_tables import DerivedTablesHook
 from kata.clinic.statistics.tables import EpisodeOutcomeRow, StationHourRow
-from kata.clinic.statistics.upkeep import StatisticsUpkeep
 from kata.database.engine import Database
 from kata.device.config import StationConfig, as_toml
 from kata.device.journal import JournalEnd, JournalHeader, synthetic_journal
@@ -127,7 +127,7 @@ def fill(database: Database, patients: int, visits: int, hour_s: float, today: d
                 rows[AuditRow].append(clinic.audit_row(n, visits, random_source.choice(people)))
             _insert_rows(insert, rows)
         _insert_rows(insert, {StationHourRow: clinic.hours.rows()})
-    StatisticsUpkeep(database)
+    DerivedTablesHook(database)
     with database.write() as session:
         hour = _add_hour(session, people[0], hour_s)
     if not database.file:

@@ -1,5 +1,5 @@
 """Calculates the derived rows of an invented clinic's figures, because the bulk insertion does not run
-:mod:`kata.clinic.statistics.upkeep`.
+:mod:`kata.clinic.statistics.derived_tables`.
 """
 
 from collections import defaultdict
@@ -9,8 +9,8 @@ from datetime import datetime
 from typing import Any, Final
 from uuid import UUID
 
+from kata.clinic.statistics.derived_tables import hour_of
 from kata.clinic.statistics.measures import MEASURES
-from kata.clinic.statistics.upkeep import hour_of
 
 _HOUR_SUMS: Final = (
     "sessions", "playbacks", "stopped", "played_s", "repetitions", "compared", "rmse_sum_deg", "rmse_square_sum_deg2", "peak_deg",

@@ -202,7 +202,7 @@ def test_guessed_tokens_are_throttled_and_ended_ones_are_not(shared: Clinic) -> 
     assert good.get("/api/patients").status_code == 200
 
 
-def test_emergency_access_of_the_owner_opens_nothing_to_programs(shared: Clinic) -> None:
+def test_break_glass_access_of_the_owner_opens_nothing_to_programs(shared: Clinic) -> None:
     browser, programs = of_role(shared, "therapist")
     path = f"/api/patients/{browser.post('/api/patients', json=PATIENT | {'clinic_number': 'T-2'}).json()['id']}"
     shared.administrator.put(f"{path}/access", json={"restricted": True})

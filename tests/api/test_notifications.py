@@ -1,4 +1,4 @@
-"""Notifications by role: alarms for all users; erasures, emergency accesses and failed backups for administrators."""
+"""Notifications by role: alarms for all users; erasures, break-glass accesses and failed backups for administrators."""
 
 from datetime import timedelta
 from uuid import UUID, uuid4

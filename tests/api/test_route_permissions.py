@@ -737,7 +737,7 @@ def test_break_glass_needs_a_reason_and_lasts_four_hours(
     assert therapist.get(path).json()["code"] == "restricted"
 
 
-def test_user_cannot_review_their_own_emergency_access(
+def test_user_cannot_review_their_own_break_glass_access(
     service: TestClient, records: dict[str, dict[str, UUID]]
 ) -> None:
     administrator, account_id = _as(service, "administrator")

@@ -10,7 +10,7 @@ from benchmarks.stores import store
 from kata.clinic.episodes.tables import EpisodeRow
 from kata.clinic.patients.tables import PatientRow
 from kata.clinic.sessions.tables import SessionRow, SessionStopRow
-from kata.clinic.statistics import upkeep
+from kata.clinic.statistics import derived_tables
 from kata.clinic.statistics.tables import EpisodeOutcomeRow, StationHourRow
 from kata.database.base import Base
 from kata.database.engine import Database
@@ -87,7 +87,7 @@ def test_quickly_filled_figures_are_those_of_the_records(tmp_path: Path) -> None
         hours = {(row.station, row.hour) for row in session.scalars(select(StationHourRow))}
         for table in tables:
             session.execute(delete(table))
-        upkeep.refresh(session, hours, set(), set(session.scalars(select(EpisodeRow.id))))
+        derived_tables.refresh(session, hours, set(), set(session.scalars(select(EpisodeRow.id))))
         computed = [figures(session, table) for table in tables]
     assert all(made) and made == computed
 

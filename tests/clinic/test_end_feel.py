@@ -22,7 +22,7 @@ from tests.support.databases import SQLITE_FIRST
 from tests.support.end_feel_runs import CHOSEN_NM, NM_DEG, ONSET_DEG, SPEED_DEG_S, STATION, begin, ended, row_of
 from tests.support.fhir_bundle import exported, judged, of_kind
 from tests.support.imported_runs import STARTED, Clinic, pose
-from tests.support.reports import how
+from tests.support.reports import print_options
 
 TURNS_DEG = (68.0, 68.0, 68.0)
 
@@ -199,7 +199,7 @@ def test_session_report_has_figures_of_the_test(
     row = played(clinic, recording)
     with clinic.database.read() as session:
         content = session_report.read_content(session, session.query(SessionRow).one().id, UTC)
-    page = rendering.session_page(content, how(language)).html
+    page = rendering.session_page(content, print_options(language)).html
     assert words in page
     assert f"{row.range_deg:.1f} ± {row.interval_range_deg:.1f}" in page
     assert page.count("<circle") == 2

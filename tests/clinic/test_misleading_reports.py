@@ -16,7 +16,7 @@ from kata.reporting.content import EpisodeContent, PrintedSession, Rehabilitatio
 from kata.reporting.phrases import LANGUAGES, PHRASES, Language
 from kata.reporting.rendering import ReportPage
 from tests.support.paths import ROOT
-from tests.support.reports import contents, how
+from tests.support.reports import contents, print_options
 from tests.support.treatment import DAY, treat
 
 
@@ -37,16 +37,16 @@ def test_a_playback_with_reduced_range_only_was_played(treated: tuple[SessionCon
     visit, _ = treated
     run = replace(_without_comparison(visit.runs[0]), compared_percent=0.0, least_range_percent=60.0, partial=True)
     visit = replace(visit, runs=(run,))
-    text = text_of(rendering.session_page(visit, how()))
+    text = text_of(rendering.session_page(visit, print_options()))
     assert "The whole playback had a reduced range." in text
     assert "Nothing was played" not in text
-    assert "再生されていない" not in text_of(rendering.session_page(visit, how("ja")))
+    assert "再生されていない" not in text_of(rendering.session_page(visit, print_options("ja")))
 
 
 def test_a_playback_that_has_not_ended_is_not_called_unplayed(treated: tuple[SessionContent, EpisodeContent]) -> None:
     visit, _ = treated
     run = replace(_without_comparison(visit.runs[0]), ended_at=None, outcome="loaded", compared_percent=None)
-    text = text_of(rendering.session_page(replace(visit, runs=(run,)), how()))
+    text = text_of(rendering.session_page(replace(visit, runs=(run,)), print_options()))
     assert "This playback has not ended, so nothing has been compared yet." in text
     assert "Nothing was played" not in text
 
@@ -58,7 +58,7 @@ def test_a_time_of_another_day_names_the_day(treated: tuple[SessionContent, Epis
     after_midnight = began + timedelta(minutes=20)
     run = replace(visit.runs[0], started_at=after_midnight, ended_at=after_midnight)
     visit = replace(visit, started_at=began, ended_at=began + timedelta(hours=9), runs=(run,), checks=(), readings=())
-    text = text_of(rendering.session_page(visit, how()))
+    text = text_of(rendering.session_page(visit, print_options()))
     assert "23:50 to 3 Nov 2026 08:50, 540 min" in text
     assert "1 3 Nov 2026 00:10 Abduction to 90" in text
 
@@ -70,9 +70,12 @@ def test_reports_write_every_date_in_one_notation(
     """Narrow columns and times of another day once had dates such as 2026-11-03."""
     visit, care = treated
     overnight = replace(visit, ended_at=visit.started_at + timedelta(days=1))
-    pages = [rendering.session_page(overnight, how(language)), rendering.episode_page(care, how(language))]
+    pages = [
+        rendering.session_page(overnight, print_options(language)),
+        rendering.episode_page(care, print_options(language)),
+    ]
     if language == "ja":
-        pages.append(rendering.rehabilitation_plan_page(RehabilitationPlanContent(care, ()), how(language)))
+        pages.append(rendering.rehabilitation_plan_page(RehabilitationPlanContent(care, ()), print_options(language)))
     for page in pages:
         text = text_of(page)
         assert ("2026年11月" if language == "ja" else " Nov 2026") in text
@@ -85,7 +88,10 @@ def test_a_motions_number_is_not_taken_for_a_motor(
 ) -> None:
     """Motors and motions have numbers beside each other: motion 4 is moved by motor 3."""
     visit, care = treated
-    for page in (rendering.session_page(visit, how(language)), rendering.episode_page(care, how(language))):
+    for page in (
+        rendering.session_page(visit, print_options(language)),
+        rendering.episode_page(care, print_options(language)),
+    ):
         assert motion in text_of(page)
         assert not re.search(r">\s*[1-6] (Abduction|Flexion|External|Horizontal|Scapular|肩)", page.html)
 
@@ -112,8 +118,8 @@ def _read(database: Database, episode_id: UUID) -> EpisodeContent:
 
 def test_a_contraindication_of_an_earlier_episode_is_printed(sqlite: Database) -> None:
     care = _read(sqlite, _second_episode(sqlite, code="tumour"))
-    assert "Tumour of shoulder or arm Humeral head." in text_of(rendering.episode_page(care, how()))
-    plan = rendering.rehabilitation_plan_page(RehabilitationPlanContent(care, ()), how())
+    assert "Tumour of shoulder or arm Humeral head." in text_of(rendering.episode_page(care, print_options()))
+    plan = rendering.rehabilitation_plan_page(RehabilitationPlanContent(care, ()), print_options())
     assert "肩または腕の腫瘍：Humeral head." in text_of(plan)
 
 
@@ -124,13 +130,13 @@ def test_a_contraindication_that_ended_before_the_episode_is_not_printed(sqlite:
 
 def test_a_missing_permission_is_printed(sqlite: Database) -> None:
     missing = _read(sqlite, _second_episode(sqlite, code="recent_repair"))
-    assert "No doctor has allowed the treatment" in text_of(rendering.episode_page(missing, how()))
-    plan = rendering.rehabilitation_plan_page(RehabilitationPlanContent(missing, ()), how())
+    assert "No doctor has allowed the treatment" in text_of(rendering.episode_page(missing, print_options()))
+    plan = rendering.rehabilitation_plan_page(RehabilitationPlanContent(missing, ()), print_options())
     assert "2026年11月2日、Dr. Mori、医師の許可なし" in text_of(plan)
     given = {"signed_off_at": DAY + timedelta(days=366), "signed_off_by": "Dr. Abe"}
     allowed = _read(sqlite, _second_episode(sqlite, code="recent_repair", **given))
-    assert "No doctor" not in text_of(rendering.episode_page(allowed, how()))
-    plan = rendering.rehabilitation_plan_page(RehabilitationPlanContent(allowed, ()), how())
+    assert "No doctor" not in text_of(rendering.episode_page(allowed, print_options()))
+    plan = rendering.rehabilitation_plan_page(RehabilitationPlanContent(allowed, ()), print_options())
     assert "治療の許可：Dr. Abe、2027年11月3日" in text_of(plan)
 
 
@@ -141,7 +147,7 @@ def test_the_first_treatment_of_a_plan_moved_a_patient(treated: tuple[SessionCon
 
     def day_of(*sessions: PrintedSession) -> str:
         content = RehabilitationPlanContent(replace(care, sessions=sessions), ())
-        text = text_of(rendering.rehabilitation_plan_page(content, how()))
+        text = text_of(rendering.rehabilitation_plan_page(content, print_options()))
         return text.partition("装置による初回の治療日（記録）")[2].partition("併存疾患")[0].strip()
 
     assert day_of(first, second) == "2026年11月2日"

@@ -40,7 +40,7 @@ from kata.reporting import rehabilitation_plan, rendering
 from kata.reporting import session as session_report
 from kata.reporting.phrases import Language
 from tests.support.databases import SQLITE_FIRST
-from tests.support.reports import how
+from tests.support.reports import print_options
 
 MONDAY = datetime(2026, 11, 16, 9, 0, tzinfo=UTC)
 DAY = timedelta(days=1)
@@ -504,7 +504,7 @@ def test_reports_print_prescribed_and_counted_minutes(clinic: Clinic) -> None:
         "ja": ("終点の手前5°以内、1 Nm以上 2.0／処方4.0 2.0／処方12.0", "2.0／処方12.0"),
     }  # fmt: skip
     for language, (of_session, of_week) in said.items():
-        options = how(language)
+        options = print_options(language)
         assert of_session in text_of(rendering.session_page(visit, options).html)
         assert of_week in text_of(rendering.episode_page(care, options).html)
 
@@ -569,8 +569,8 @@ def test_prescribed_self_pace_is_exported_and_printed(clinic: Clinic) -> None:
     plan = next(resource for resource in resources if resource["resourceType"] == "CarePlan")
     assert plan["activity"][0]["detail"]["description"].endswith("smooth, pace set by the patient")
     assert item.self_paced and item.runs[0].self_paced and item.runs[0].changed == []
-    assert prescribed.prescriptions[0].items[0].how.self_paced
-    assert text_of(rendering.session_page(visit, how()).html).count("pace set by the patient") >= 2
+    assert prescribed.prescriptions[0].items[0].playback_settings.self_paced
+    assert text_of(rendering.session_page(visit, print_options()).html).count("pace set by the patient") >= 2
 
 
 @SQLITE_FIRST

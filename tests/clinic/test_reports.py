@@ -32,7 +32,7 @@ from kata.reporting.phrases import LANGUAGES, PHRASES, STOP_REASONS_JA, Language
 from kata.reporting.rendering import PrintOptions, ReportPage
 from tests.support.databases import SQLITE_FIRST
 from tests.support.paths import ROOT
-from tests.support.reports import AT, CLINIC, contents, how
+from tests.support.reports import AT, CLINIC, contents, print_options
 from tests.support.treatment import Texts, treat
 
 HOSTILE = (
@@ -98,7 +98,7 @@ class Parsed(HTMLParser):
 
 def test_session_report_matches_the_database_rows(signed: tuple[SessionContent, EpisodeContent]) -> None:
     visit, _ = signed
-    text = " ".join(Parsed(rendering.session_page(visit, how())).text.split())
+    text = " ".join(Parsed(rendering.session_page(visit, print_options())).text.split())
     for said in (
         "Yamada Hanako (ヤマダ ハナコ)", "12 Apr 1968 (58 years)", "09:30 to 10:11, 41 min", "Sato Ken", "Kata 1", "Left",
         "Went well. More range next time.", "Signed by Sato Ken, 2 Nov 2026 10:30", "Motor 3 does not answer.",
@@ -127,9 +127,9 @@ def test_partial_run_is_marked_beside_its_errors(signed: tuple[SessionContent, E
         work_j=3.21,
         mean_effort_nm=1.44,
         mean_pace_percent=61.4,
-        how=replace(visit.runs[0].how, self_paced=True),
+        playback_settings=replace(visit.runs[0].playback_settings, self_paced=True),
     )
-    text = " ".join(Parsed(rendering.session_page(replace(visit, runs=(run,)), how())).text.split())
+    text = " ".join(Parsed(rendering.session_page(replace(visit, runs=(run,)), print_options())).text.split())
     for said in (
         "(partial)", "compared: 8\u00a0% of the playing time, partial, real time ahead by up to 0.094\u00a0s",
         "pace set by the patient,", "mean pace 61\u00a0%, patient's mean effort 1.4\u00a0Nm, work 3.2\u00a0J (estimates)", "3.75 −12.25", "Change by settings is the requested minus the taught motion",
@@ -143,13 +143,13 @@ def test_report_has_the_patients_angle_with_its_uncertainty(signed: tuple[Sessio
     known = visit.runs[0].motions[0].patient_deg
     assert known
     low, high = known
-    text = " ".join(Parsed(rendering.session_page(visit, how())).text.split())
+    text = " ".join(Parsed(rendering.session_page(visit, print_options())).text.split())
     for said in (
         "Motion 4 Abduction / adduction 09:33 20.0 26.0 Sato Ken", "it lies within ± in 95 % of cases", "Patient's angle, °",
         f"{low.angle_deg:.0f}° ± {low.uncertainty_deg:.0f}° to {high.angle_deg:.0f}° ± {high.uncertainty_deg:.0f}°",
     ):  # fmt: skip
         assert said in text, said
-    japanese = " ".join(texts_of(rendering.session_pdf(visit, how("ja"))))
+    japanese = " ".join(texts_of(rendering.session_pdf(visit, print_options("ja"))))
     assert "患者の角度" in japanese and "角度計の測定値" in japanese
 
 
@@ -159,7 +159,8 @@ def test_report_has_end_range_time_only_where_it_was_counted(signed: tuple[Sessi
     held = replace(first.motions[0], end_range_s=92.4, end_range_limits=(5.0, 1.5))
     counted = replace(first, motions=(held, *first.motions[1:]))
     pages = [
-        Parsed(rendering.session_page(replace(visit, runs=(run, *others)), how())).text for run in (counted, first)
+        Parsed(rendering.session_page(replace(visit, runs=(run, *others)), print_options())).text
+        for run in (counted, first)
     ]
     assert [page.count("End-range time, s") for page in pages] == [1, 0]
     assert "92 (last 5°, at least 1.5 Nm)" in " ".join(pages[0].split())
@@ -170,13 +171,13 @@ def test_report_without_readings_names_only_the_apparatus_angle(signed: tuple[Se
     runs = tuple(
         replace(run, motions=tuple(replace(motion, patient_deg=None) for motion in run.motions)) for run in visit.runs
     )
-    text = Parsed(rendering.session_page(replace(visit, runs=runs, readings=()), how())).text
+    text = Parsed(rendering.session_page(replace(visit, runs=runs, readings=()), print_options())).text
     assert "Apparatus angle reached" in text
     assert "Patient's angle" not in text and "Goniometer" not in text
 
 
 def test_a_session_report_speaks_japanese(draft: SessionContent) -> None:
-    text = " ".join(texts_of(rendering.session_pdf(draft, how("ja"))))
+    text = " ".join(texts_of(rendering.session_pdf(draft, print_options("ja"))))
     for said in ("治療セッション報告書", "患者番号", "ヤマダ ハナコ", "2026年11月2日", "09:30〜10:11", "モータ3が応答しない", "最後まで再生",
                  "みどり整形外科", "宮城県仙台市青葉区", "未署名"):  # fmt: skip
         assert said in text, said
@@ -184,7 +185,7 @@ def test_a_session_report_speaks_japanese(draft: SessionContent) -> None:
 
 def test_episode_report_matches_the_database_rows(signed: tuple[SessionContent, EpisodeContent]) -> None:
     _, care = signed
-    text = " ".join(Parsed(rendering.episode_page(care, how())).text.split())
+    text = " ".join(Parsed(rendering.episode_page(care, print_options())).text.split())
     for said in (
         "Onset 1 Jun 2026", "Freezing 1 Jun 2026", "Frozen 20 Oct 2026", "Motion 4 Abduction / adduction – 95",
         "Highest resistance level: 12 of 25", "Highest speed: 35 °/s", "Set by Sato Ken", "Flexion Active 95 31 Oct 2026 116 11 Nov 2026 +21 141 (11 Nov 2026) 180",
@@ -195,7 +196,7 @@ def test_episode_report_matches_the_database_rows(signed: tuple[SessionContent, 
         "A change of 17 points or less may be chance (Tveita et al. 2008",
     ):  # fmt: skip
         assert said in text, said
-    japanese = " ".join(texts_of(rendering.episode_pdf(care, how("ja"))))
+    japanese = " ".join(texts_of(rendering.episode_pdf(care, print_options("ja"))))
     for said in ("治療経過報告書", "屈曲", "外旋", "外旋(1st)", "安静時", "禁忌", "発症日", "2026年6月1日", "推移"):
         assert said in japanese, said
 
@@ -205,7 +206,7 @@ def _plan(database: Database, texts: Texts | None = None) -> Parsed:
         episode_id = treat(writing, texts or Texts()).episode_id
     with database.read() as reading:
         content = rehabilitation_plan.read_content(reading, episode_id, UTC)
-    return Parsed(rendering.rehabilitation_plan_page(content, how()))
+    return Parsed(rendering.rehabilitation_plan_page(content, print_options()))
 
 
 def test_rehabilitation_plan_says_what_the_record_says(sqlite: Database) -> None:
@@ -230,8 +231,10 @@ def test_reports_print_limits_and_angles_without_rounding(
         max_speed_deg_s=7.5,
         rom=(replace(first, readings=angles, other=DatedValue(AT, 141.5)), *others),
     )
-    report = " ".join(Parsed(rendering.episode_page(care, how())).text.split())
-    plan = " ".join(Parsed(rendering.rehabilitation_plan_page(RehabilitationPlanContent(care, ()), how())).text.split())
+    report = " ".join(Parsed(rendering.episode_page(care, print_options())).text.split())
+    plan = " ".join(
+        Parsed(rendering.rehabilitation_plan_page(RehabilitationPlanContent(care, ()), print_options())).text.split()
+    )
     for said in ("−0.4 89.6", "7.5 °/s", "−22.5", "60.3", "+82.8", "141.5 (30 Nov 2026)"):
         assert said in report, said
     for said in ("−0.4°から89.6°まで", "7.5°/s", "60.3°", "141.5°"):
@@ -253,7 +256,7 @@ def test_session_of_both_shoulders_claims_neither(sqlite: Database) -> None:
     with sqlite.read() as reading:
         content = session.read_content(reading, treated.session_ids[0], UTC)
     assert content.side is None
-    text = " ".join(Parsed(rendering.session_page(content, how())).text.split())
+    text = " ".join(Parsed(rendering.session_page(content, print_options())).text.split())
     assert "Treated shoulder Not recorded" in text
     assert "Abduction to 90 (Left)" in text and "Lift (Right)" in text
 
@@ -261,14 +264,14 @@ def test_session_of_both_shoulders_claims_neither(sqlite: Database) -> None:
 def test_recording_of_the_other_shoulder_is_marked(signed: tuple[SessionContent, EpisodeContent]) -> None:
     visit, _ = signed
     runs = (replace(visit.runs[0], side="right"), visit.runs[1])
-    text = " ".join(Parsed(rendering.session_page(replace(visit, runs=runs), how())).text.split())
+    text = " ".join(Parsed(rendering.session_page(replace(visit, runs=runs), print_options())).text.split())
     assert text.count("Abduction to 90 (Right)") == 2 and "(Left)" not in text
 
 
 def test_printed_share_is_below_the_bound_of_a_partial_run(signed: tuple[SessionContent, EpisodeContent]) -> None:
     visit, _ = signed
     run = replace(visit.runs[0], compared_percent=89.97, partial=True)
-    text = Parsed(rendering.session_page(replace(visit, runs=(run,)), how())).text
+    text = Parsed(rendering.session_page(replace(visit, runs=(run,)), print_options())).text
     assert "compared: 89\u00a0% of the playing time" in text
 
 
@@ -304,7 +307,7 @@ def test_report_rates_every_questionnaire_by_its_own_limits(
         )
     ]
     answered = replace(care, questionnaires=tuple(episode._questionnaires(rows)))
-    text = " ".join(Parsed(rendering.episode_page(answered, how())).text.split())
+    text = " ".join(Parsed(rendering.episode_page(answered, print_options())).text.split())
     first, second = "30 Nov 2026", "7 Dec 2026"
     for said in (
         f"QuickDASH, 0 to 100 points, lower is better 50.0 {first} 36.4 {second} −13.6 improvement, possibly important, possibly chance",
@@ -315,8 +318,8 @@ def test_report_rates_every_questionnaire_by_its_own_limits(
     ):  # fmt: skip
         assert said in text, said
     # Only a value of two days or more has a trend.
-    assert len(Parsed(rendering.episode_page(answered, how())).all("svg")) == len(care.rom) // 2 + 1 + 2
-    japanese = Parsed(rendering.episode_page(answered, how("ja"))).text
+    assert len(Parsed(rendering.episode_page(answered, print_options())).all("svg")) == len(care.rom) // 2 + 1 + 2
+    japanese = Parsed(rendering.episode_page(answered, print_options("ja"))).text
     for said in (
         "QuickDASH（0〜100点、低いほど良好）",
         "意味のある改善の可能性（測定誤差の可能性あり）",
@@ -332,7 +335,7 @@ def test_an_episode_without_anything_yet_has_a_report_too(signed: tuple[SessionC
         limits_by="", stages=(),
         assessed_at=(), rom=(), pain=(), questionnaires=(), sessions=(), stops=(), closing_note="",
     )  # fmt: skip
-    text = Parsed(rendering.episode_page(bare, how())).text
+    text = Parsed(rendering.episode_page(bare, print_options())).text
     assert "There are no assessments yet." in text
     assert "There have been no sessions yet." in text
     assert "Trends" not in text
@@ -345,7 +348,7 @@ def test_run_with_damaged_samples_is_reported_without_curves(
     first = visit.runs[0]
     assert first.parts
     damaged = replace(first, parts=replace(first.parts, played=Series(b"nonsense"), downsampled=None))
-    page = Parsed(rendering.session_page(replace(visit, runs=(damaged, *visit.runs[1:])), how()))
+    page = Parsed(rendering.session_page(replace(visit, runs=(damaged, *visit.runs[1:])), print_options()))
     assert "The samples of this playback cannot be read" in page.text
     assert len(page.all("svg")) == 5 * (len(visit.runs) - 1)
 
@@ -379,14 +382,14 @@ def test_unsigned_reports_say_draft_on_every_page(
     draft: SessionContent, signed: tuple[SessionContent, EpisodeContent], language: Language
 ) -> None:
     mark = PHRASES["draft"][LANGUAGES.index(language)]
-    pages = texts_of(rendering.session_pdf(draft, how(language)))
+    pages = texts_of(rendering.session_pdf(draft, print_options(language)))
     assert len(pages) > 1
     assert all(mark in page for page in pages)
-    assert not any(mark in page for page in texts_of(rendering.session_pdf(signed[0], how(language))))
+    assert not any(mark in page for page in texts_of(rendering.session_pdf(signed[0], print_options(language))))
 
 
 def test_every_page_names_patient_page_and_print_time(draft: SessionContent) -> None:
-    pages = texts_of(rendering.session_pdf(draft, how()))
+    pages = texts_of(rendering.session_pdf(draft, print_options()))
     for number, page in enumerate(pages, start=1):
         assert f"{number} / {len(pages)}" in page
         assert f"Yamada Hanako, {draft.patient.clinic_number}" in page
@@ -397,7 +400,7 @@ def test_every_page_names_patient_page_and_print_time(draft: SessionContent) -> 
 def test_sixty_runs_fill_many_pages_with_repeated_table_heads(draft: SessionContent) -> None:
     run = draft.runs[0]
     many = replace(draft, runs=tuple(replace(run, number=number) for number in range(1, 61)))
-    pages = texts_of(rendering.session_pdf(many, how()))
+    pages = texts_of(rendering.session_pdf(many, print_options()))
     assert 14 <= len(pages) <= 24
     listed = [page for page in pages if "Settings Outcome" in page]
     assert len(listed) >= 2
@@ -406,7 +409,7 @@ def test_sixty_runs_fill_many_pages_with_repeated_table_heads(draft: SessionCont
 
 
 def test_a_pdf_carries_its_title_and_its_own_font(draft: SessionContent) -> None:
-    reader = PdfReader(io.BytesIO(rendering.session_pdf(draft, how("ja"))))
+    reader = PdfReader(io.BytesIO(rendering.session_pdf(draft, print_options("ja"))))
     assert reader.metadata
     assert reader.metadata.title == "治療セッション報告書、2026年11月2日"
     assert reader.metadata.author == CLINIC.name
@@ -428,7 +431,10 @@ def _fonts(reader: PdfReader) -> list[Any]:
 @pytest.mark.parametrize("language", LANGUAGES)
 def test_the_pages_are_sound(signed: tuple[SessionContent, EpisodeContent], language: Language) -> None:
     visit, care = signed
-    for page in (rendering.session_page(visit, how(language)), rendering.episode_page(care, how(language))):
+    for page in (
+        rendering.session_page(visit, print_options(language)),
+        rendering.episode_page(care, print_options(language)),
+    ):
         parsed = Parsed(page)
         assert parsed.all("html") == [{"lang": language}]
         assert len(parsed.all("h1")) == 1
@@ -440,7 +446,7 @@ def test_the_pages_are_sound(signed: tuple[SessionContent, EpisodeContent], lang
 
 
 def test_nothing_runs_and_nothing_is_fetched(signed: tuple[SessionContent, EpisodeContent]) -> None:
-    page = rendering.session_page(signed[0], how())
+    page = rendering.session_page(signed[0], print_options())
     parsed = Parsed(page)
     for tag, attributes in parsed.elements:
         assert tag not in ("script", "link", "iframe", "object", "embed", "form", "base", "a")
@@ -461,8 +467,8 @@ def test_whatever_people_write_is_only_text(sqlite: Database, language: Language
     letters = PrintOptions(Letterhead(HOSTILE, (HOSTILE,), HOSTILE), language, "Asia/Tokyo", AT)
     harmless, its_care = contents(sqlite)
     for page, plain in (
-        (rendering.session_page(visit, letters), rendering.session_page(harmless, how(language))),
-        (rendering.episode_page(care, letters), rendering.episode_page(its_care, how(language))),
+        (rendering.session_page(visit, letters), rendering.session_page(harmless, print_options(language))),
+        (rendering.episode_page(care, letters), rendering.episode_page(its_care, print_options(language))),
     ):
         parsed = Parsed(page)
         assert HOSTILE in parsed.text
@@ -477,7 +483,7 @@ def test_whatever_people_write_is_only_text(sqlite: Database, language: Language
 def test_a_name_of_a_hundred_letters_stays_on_the_page(sqlite: Database) -> None:
     long = Texts(name="W" * 100, recording="M" * 100, therapist="W" * 100, other="W" * 100)
     visit, _ = contents(sqlite, long)
-    text = "".join(texts_of(rendering.session_pdf(visit, how()))).replace(" ", "")
+    text = "".join(texts_of(rendering.session_pdf(visit, print_options()))).replace(" ", "")
     assert "W" * 100 in text
     assert "M" * 100 in text
 

@@ -29,7 +29,7 @@ from kata.reporting import session as session_report
 from kata.reporting.rendering import session_page
 from tests.support.databases import SQLITE_FIRST
 from tests.support.imported_runs import Clinic, pose
-from tests.support.reports import how
+from tests.support.reports import print_options
 
 LONG_AGO = datetime(2020, 1, 1, tzinfo=UTC)
 STATION = StationConfig(name="Station 1")
@@ -91,7 +91,7 @@ def test_session_run_report_and_bundle_have_the_mark(clinic: Clinic, tmp_path: P
         assert sessions.as_session(sessions.get(session, visit)).simulated is simulated
         (row,), _ = lists.find(session, SessionFilter(), 10, None)
         assert row.simulated is simulated
-        page = session_page(session_report.read_content(session, visit, UTC), how()).html
+        page = session_page(session_report.read_content(session, visit, UTC), print_options()).html
         assert ("SIMULATED APPARATUS" in page) is simulated
         bundle.write(
             session,

@@ -19,7 +19,7 @@ from kata.clinic.patients.tables import PatientRow
 from kata.clinic.programmes.tables import ProgrammeRow, ProgrammeVersionRow
 from kata.clinic.progress import service as progress
 from kata.clinic.sessions.tables import RunRow, SessionRow, SessionStopRow
-from kata.clinic.statistics import intervals, outcomes, upkeep, usage, worklist
+from kata.clinic.statistics import derived_tables, intervals, outcomes, usage, worklist
 from kata.clinic.statistics.intervals import SampleSums
 from kata.clinic.statistics.recent_days import recent_days
 from kata.clinic.statistics.schemas import LEAST_SHOWN
@@ -40,7 +40,7 @@ NO_PROGRAMMES = worklist.adherence([], DAYS)
 @pytest.fixture
 def database(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Database]:
     database = Database(upgraded_file(tmp_path_factory.mktemp("statistics") / "kata.db"))
-    upkeep.StatisticsUpkeep(database)
+    derived_tables.DerivedTablesHook(database)
     yield database
     database.close()
 
@@ -54,7 +54,7 @@ def test_hours_are_counted_with_the_commit_that_changes_them(database: Database)
     with database.write() as session:
         treat(session, sessions=2, runs=3)
     with database.read() as session:
-        first = upkeep.hour_of(DAY)
+        first = derived_tables.hour_of(DAY)
         assert hours(session) == {first: (1, 3, 1, 2), first + timedelta(days=3): (1, 3, 1, 2)}
         rmse = session.scalars(select(RunRow.worst_rmse_deg)).all()
         rows = session.scalars(select(StationHourRow)).all()
@@ -247,12 +247,12 @@ def test_a_station_drifts_when_its_error_rises(database: Database) -> None:
                 total, squares = 20 * mean, 20 * (mean**2 + 0.01)
                 rows.append(
                     {
-                        "hour": upkeep.hour_of(until - timedelta(days=days)), "station": station, "sessions": 10,
+                        "hour": derived_tables.hour_of(until - timedelta(days=days)), "station": station, "sessions": 10,
                         "playbacks": 20, "stopped": 0, "played_s": 60.0, "repetitions": 20, "compared": 20,
                         "rmse_sum_deg": total, "rmse_square_sum_deg2": squares, "peak_deg": 2.0,
                     }
                 )  # fmt: skip
-        upkeep.upsert(session, StationHourRow, rows)
+        derived_tables.upsert(session, StationHourRow, rows)
     with database.read() as session:
         found = usage.tracking(session, Span(until - timedelta(days=90), until))
     assert {station.station: station.drifting for station in found.drift} == {"Rising": True, "Steady": False}

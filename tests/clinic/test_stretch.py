@@ -19,7 +19,7 @@ from tests.support.databases import SQLITE_FIRST
 from tests.support.end_feel_runs import STATION, begin, ended, row_of, stretched
 from tests.support.fhir_bundle import exported, of_kind
 from tests.support.imported_runs import Clinic, pose
-from tests.support.reports import how
+from tests.support.reports import print_options
 
 
 @pytest.fixture
@@ -98,7 +98,7 @@ def test_session_report_states_the_held_time(clinic: Clinic, recording: UUID, la
     held(clinic, recording)
     with clinic.database.read() as session:
         content = session_report.read_content(session, session.query(SessionRow).one().id, UTC)
-    assert words in rendering.session_page(content, how(language)).html
+    assert words in rendering.session_page(content, print_options(language)).html
 
 
 def test_stretch_is_no_end_feel_observation(clinic: Clinic, recording: UUID, tmp_path: Path) -> None:

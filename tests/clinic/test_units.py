@@ -253,7 +253,7 @@ def test_columns_of_reports_have_units() -> None:
         for template in TEMPLATES.glob("*.html")
         for line in template.read_text().splitlines()
         if "heads([" in line or "<thead>" in line
-        for key in re.findall(r'w\("(\w+)"', line)
+        for key in re.findall(r'phrase\("(\w+)"', line)
     }
     assert len(heads) > 25
     assert not TEXT_HEADS & COUNTED_HEADS.keys()

@@ -191,7 +191,7 @@ def test_restricted_record_opens_in_an_emergency_and_is_reviewed_afterwards(
     write(hers, hers.get_by_label("Reason for opening it now"), "Acute pain, her therapist is away.")
     press(hers, hers.get_by_role("button", name="Open in an emergency"))
     expect(hers.get_by_role("heading", name="Sato Yui")).to_be_visible()
-    expect(hers.get_by_test_id("glass")).to_contain_text("in an emergency")
+    expect(hers.get_by_test_id("break-glass-access")).to_contain_text("in an emergency")
 
     press(page, page.get_by_role("link", name="Administration"))
     press(page, page.get_by_role("link", name="Emergency access"))

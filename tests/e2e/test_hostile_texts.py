@@ -24,7 +24,7 @@ from tests.support.hostile_texts import CALL, hostile
 from tests.support.paths import ROOT
 from tests.support.poisoned_clinic import PoisonedClinic
 from tests.support.poisoned_database import NOT_WRITTEN, text_columns
-from tests.support.reports import contents, how
+from tests.support.reports import contents, print_options
 from tests.support.text_fields import text_fields, texts_in
 
 _LIMIT_MS: Final = START_LIMIT_S * 1000
@@ -418,7 +418,10 @@ def test_a_hostile_translation_of_a_report_is_a_text(
     database.close()
     shown_of: set[str] = set()
     for language in phrases.LANGUAGES:
-        for made in (rendering.session_page(visit, how(language)), rendering.episode_page(care, how(language))):
+        for made in (
+            rendering.session_page(visit, print_options(language)),
+            rendering.episode_page(care, print_options(language)),
+        ):
             where = f"{poisoned.url}/translated"
             page.route(where, partial(_answer_with, made))
             page.goto(where)

@@ -23,6 +23,8 @@ BACKEND: Final = ROOT / "backend/kata"
 ENGLISH: Final[dict[str, str]] = json.loads((ROOT / "frontend/server-messages.json").read_text("utf-8"))
 RENAMED: Final = {
     "choose_load_level": "CHOOSE_RESISTANCE_LEVEL",
+    "emergency_access_not_found": "BREAK_GLASS_ACCESS_NOT_FOUND",
+    "emergency_access_reviewed": "BREAK_GLASS_ACCESS_REVIEWED",
     "item_above_load_level": "ITEM_ABOVE_RESISTANCE_LEVEL",
     "item_above_load_level_by": "ITEM_ABOVE_RESISTANCE_LEVEL_BY",
     "load_level_above_limit": "RESISTANCE_LEVEL_ABOVE_LIMIT",
@@ -30,6 +32,7 @@ RENAMED: Final = {
     "load_repeated": "RESISTANCE_REPEATED",
     "load_while_held": "RESISTANCE_WHILE_HELD",
     "not_playable_load_level": "NOT_PLAYABLE_RESISTANCE_LEVEL",
+    "own_emergency_access": "OWN_BREAK_GLASS_ACCESS",
     "way_leaves_limits": "PATH_LEAVES_LIMITS",
 }
 """Messages whose constant has another name than their code: the code is stored or published."""

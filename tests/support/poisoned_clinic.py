@@ -3,7 +3,7 @@
 from pathlib import Path
 
 from kata.audit.audit_log import AuditHook
-from kata.clinic.statistics.upkeep import StatisticsUpkeep
+from kata.clinic.statistics.derived_tables import DerivedTablesHook
 from kata.database.engine import Database
 from kata.database.upgrade import upgrade
 from tests.support.browser_clinic import Clinic
@@ -18,7 +18,7 @@ class PoisonedClinic(Clinic):
         poisoned_user = signed_in_at(folder, name=texts[0])
         database = Database(f"sqlite:///{folder / 'kata.db'}")
         upgrade(database)
-        StatisticsUpkeep(database)
+        DerivedTablesHook(database)
         AuditHook(database)
         with database.write() as session:
             self.poison: Poison = poison(session, texts)

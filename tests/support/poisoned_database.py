@@ -154,7 +154,7 @@ def _of_the_clinic(session: Session, first: Place) -> list[Base]:
     """Insert a row of each kind that is listed for all patients or belongs to none."""
     now = utc_now()
     account = session.scalars(select(AccountRow)).one()
-    glass = BreakGlassAccessRow(
+    break_glass_access = BreakGlassAccessRow(
         id=uuid4(), patient_id=first.patients, account_id=account.id, reason="", at=now, until=now, reviewed_at=now
     )
     backup = BackupRow(id=uuid4(), at=now, kind="asked", file="", bytes=1, tested_at=now)
@@ -163,10 +163,19 @@ def _of_the_clinic(session: Session, first: Place) -> list[Base]:
     token = AccessTokenRow(
         id=uuid4(), account_id=account.id, name="", secret_hash="0", created_at=now, expires_at=now + timedelta(days=1)
     )
-    session.add_all([glass, backup, station, known, token])
+    session.add_all([break_glass_access, backup, station, known, token])
     session.flush()
     patient = session.get_one(PatientRow, first.patients)
-    return [account, session.scalars(select(LoginSessionRow)).one(), patient, glass, backup, station, known, token]
+    return [
+        account,
+        session.scalars(select(LoginSessionRow)).one(),
+        patient,
+        break_glass_access,
+        backup,
+        station,
+        known,
+        token,
+    ]
 
 
 def _ids(session: Session, place: Place) -> dict[str, str]:

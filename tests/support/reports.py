@@ -17,7 +17,7 @@ CLINIC = Letterhead("みどり整形外科", ("宮城県仙台市青葉区1-2-3"
 AT = datetime(2026, 11, 30, 3, 4, tzinfo=UTC)
 
 
-def how(language: Language = "en") -> PrintOptions:
+def print_options(language: Language = "en") -> PrintOptions:
     return PrintOptions(CLINIC, language, "Asia/Tokyo", AT)
 
 

@@ -1,4 +1,4 @@
-"""Notifications for the user of a page: open erasures, emergency accesses without a review, failed backups, and recent alarms.
+"""Notifications for the user of a page: open erasures, break-glass accesses without a review, failed backups, and recent alarms.
 
 Pages ask at intervals. The answer has ids and times but no content of a record, so the audit trail records no view.
 """
@@ -40,7 +40,7 @@ class Notification(Schema):
     id: UUID
     at: Moment
     kind: Literal["erasure", "emergency_access", "failed_backup", "unrestorable_backup", "alarm"]
-    name: str = Field("", description="The user's name, for an emergency access.", examples=["Sato Ken"])
+    name: str = Field("", description="The user's name, for a break-glass access.", examples=["Sato Ken"])
     problem: str = Field("", description="Why the backup or its restore test failed.")
     station: str = Field("", description="Station of an alarm.", examples=["Station 1"])
     code: str = Field("", description="Cause of an alarm.", examples=["estop_pressed"])
@@ -61,7 +61,7 @@ class NotificationsRead(Schema):
 def list_notifications(database: TheDatabase, actor: TheActor) -> Page[Notification]:
     """Return your notifications, newest first, at most 50 of each kind. Every user gets the alarms of the last seven days.
 
-    Administrators also get undecided erasures, emergency accesses without a review, and backups since the last good one that failed or
+    Administrators also get undecided erasures, break-glass accesses without a review, and backups since the last good one that failed or
     did not pass their restore test.
     """
     with database.read() as session:
@@ -87,7 +87,7 @@ def _find(session: Session, actor: Actor) -> list[Notification]:
     """Return the user's notifications, newest first."""
     notifications = list(_alarms(session, actor, utc_now()))
     if "administer" in ROLE_PERMISSIONS[actor.role]:
-        notifications += [*_erasures(session, actor), *_accesses(session), *_failed_backups(session)]
+        notifications += [*_erasures(session, actor), *_break_glass_accesses(session), *_failed_backups(session)]
     read_query = select(ReadNotificationRow.notification_id).where(ReadNotificationRow.account_id == actor.account_id)
     read_ids = set(session.scalars(read_query))
     for notification in notifications:
@@ -108,7 +108,7 @@ def _erasures(session: Session, actor: Actor) -> Iterator[Notification]:
         yield Notification(id=row.id, at=row.asked_at, kind="erasure", patient_id=row.patient_id)
 
 
-def _accesses(session: Session) -> Iterator[Notification]:
+def _break_glass_accesses(session: Session) -> Iterator[Notification]:
     for access in restricted.break_glass_accesses(session, _MOST, None)[0]:
         if access.reviewed_at is None:
             yield Notification(id=access.id, at=access.at, kind="emergency_access", name=access.name)

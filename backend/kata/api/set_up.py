@@ -49,7 +49,7 @@ from kata.clinic.sessions import runs
 from kata.clinic.sessions.offline_cache import OfflineCache
 from kata.clinic.sessions.offline_sessions import OfflineSessions
 from kata.clinic.stations import service as station_service
-from kata.clinic.statistics.upkeep import StatisticsUpkeep
+from kata.clinic.statistics.derived_tables import DerivedTablesHook
 from kata.database.availability import AvailabilityMonitor
 from kata.database.base import utc_now
 from kata.database.engine import SERVICE_ANSWER_S, Database
@@ -207,8 +207,8 @@ def clinic_time_zone(settings: Settings, database: Database) -> tzinfo:
 async def set_up_storage(settings: Settings, stack: AsyncExitStack) -> Storage:
     """Open database, spool and audit log, and deliver the records that the previous service left in the spool.
 
-    ``StatisticsUpkeep`` and ``AuditLog`` register themselves as the database's hooks. From here on every write updates the clinic's figures
-    and gets its audit entries.
+    ``DerivedTablesHook`` and ``AuditLog`` register themselves as the database's hooks. From here on every write updates the clinic's
+    figures and gets its audit entries.
     """
     settings.journal.mkdir(parents=True, exist_ok=True)
     use_folder(clinic_folder(settings.data))
@@ -220,7 +220,7 @@ async def set_up_storage(settings: Settings, stack: AsyncExitStack) -> Storage:
     )
     stack.callback(database.close)
     database.monitor = AvailabilityMonitor(database.writer)
-    StatisticsUpkeep(database)
+    DerivedTablesHook(database)
     event_spool = await asyncio.to_thread(EventSpool, database, _station_name(settings), settings.spool)
     stack.push_async_callback(asyncio.to_thread, event_spool.close)
     anchor, copy = settings.effective_audit_anchor, settings.audit_anchor_copy

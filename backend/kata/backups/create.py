@@ -26,8 +26,8 @@ from kata.database.engine import Database, DatabaseError
 from kata.settings import Settings
 
 NOT_VERIFIED: Final = "The key is not on this computer, so the backup was not verified. On the computer with the key, run: kata restore FILE --verify --key KEY."
-KEEP_EVERY_BACKUP_DAYS: Final = 14
-"""Every backup of this many days is kept."""
+KEEP_ALL_BACKUPS_DAYS: Final = 14
+"""Days for which all backups are kept."""
 KEEP_MONTHLY_BACKUP_MONTHS: Final = 12
 """The first backup of each month is kept for this many months. A month counts 31 days."""
 _LONGEST_MONTH_DAYS: Final = 31
@@ -63,14 +63,15 @@ def create_backup(settings: Settings, kind: Kind) -> BackupRecord:
 def expired_backups(folder: Path, now: datetime) -> list[Path]:
     """Return the backups to delete.
 
-    Every backup of :data:`KEEP_EVERY_BACKUP_DAYS` and the first backup of each of :data:`KEEP_MONTHLY_BACKUP_MONTHS` are kept.
+    All backups of the last :data:`KEEP_ALL_BACKUPS_DAYS` days are kept, and the first of each month for
+    :data:`KEEP_MONTHLY_BACKUP_MONTHS` months.
     """
     months: set[tuple[int, int]] = set()
     expired: list[Path] = []
     for at, file in sorted(_list_backups(folder)):
         month = (at.year, at.month)
         first, months = month not in months, months | {month}
-        days = timedelta(days=_LONGEST_MONTH_DAYS * KEEP_MONTHLY_BACKUP_MONTHS if first else KEEP_EVERY_BACKUP_DAYS)
+        days = timedelta(days=_LONGEST_MONTH_DAYS * KEEP_MONTHLY_BACKUP_MONTHS if first else KEEP_ALL_BACKUPS_DAYS)
         if at < now - days:
             expired.append(file)
     return expired

@@ -33,7 +33,7 @@ from kata.clinic.recordings.tables import RecordingRow, TeachingRow
 from kata.clinic.sessions import runs
 from kata.clinic.sessions.tables import AddendumRow, RunRow, SessionRow, SessionStopRow
 from kata.clinic.stations import service as stations
-from kata.clinic.statistics.upkeep import StatisticsUpkeep
+from kata.clinic.statistics.derived_tables import DerivedTablesHook
 from kata.database.base import utc_now
 from kata.database.engine import Database, DatabaseError
 from kata.database.upgrade import upgrade
@@ -108,7 +108,7 @@ def fill(
     :raises SeedError: when the database has a patient, so that real and invented records are never mixed.
     """
     # It computes the clinic's figures at the commit.
-    StatisticsUpkeep(database)
+    DerivedTablesHook(database)
     with by_program("seed", STATIONS[0]), database.write() as session:
         if session.scalar(select(func.count()).select_from(PatientRow)):
             raise SeedError("This clinic has patients already. Invented patients are only added to an empty clinic.")

@@ -81,7 +81,7 @@ class Database:
         self.session_hook: SessionHook | None = None
         """Adds the audit trail's rows to every write. :class:`kata.audit.audit_log.AuditHook` registers itself here."""
         self.derived_hook: SessionHook | None = None
-        """Refreshes derived rows in every write. :class:`kata.clinic.statistics.upkeep.StatisticsUpkeep` registers itself here."""
+        """Refreshes derived rows in every write. :class:`kata.clinic.statistics.derived_tables.DerivedTablesHook` registers itself here."""
         self.monitor: AvailabilityMonitor | None = None
         """Knows whether the database answers. Only a service has a monitor; without one every failure reaches the caller."""
         self.on_waited: Callable[[float], None] = lambda waited_s: None
@@ -152,14 +152,13 @@ class Database:
         """Open a session that is committed when its block ends, and rolled back when the block raises.
 
         The clinic's figures and the audit trail are written here. In a service, ``derived_hook`` is
-        :class:`kata.clinic.statistics.upkeep.StatisticsUpkeep`, and ``session_hook`` is :class:`kata.audit.audit_log.AuditHook`. Each hook
-            collects the session's changes and adds its rows just before the commit, in the same transaction. The audit trail comes last.
-            Rows
-        stay readable after the commit.
+        :class:`kata.clinic.statistics.derived_tables.DerivedTablesHook`, and ``session_hook`` is :class:`kata.audit.audit_log.AuditHook`.
+        Each hook collects the session's changes and adds its rows just before the commit, in the same transaction. The audit trail comes
+        last. Rows stay readable after the commit.
 
         :raises DatabaseUnavailableError: as in :meth:`read`. If the connection is lost during the commit, the commit may have succeeded.
         """
-        # The hooks are StatisticsUpkeep and AuditHook.
+        # The hooks are DerivedTablesHook and AuditHook.
         hooks = [hook for hook in (self.derived_hook, self.session_hook) if hook]
         asked_s = time.monotonic()
         asking = self.monitor.asking(self.writer) if self.monitor else nullcontext()

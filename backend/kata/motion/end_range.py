@@ -144,7 +144,7 @@ class EndRangeCounter:
         times, angles, torques = (np.asarray(values, dtype=np.float64) for values in (times_s, angles_deg, torques_nm))
         if len(times) == 0 or not self._motors:
             return
-        at = _thinned(times)
+        at = _load_sample_indices(times)
         before = len(self._earlier[0])
         around = np.concatenate((self._earlier[0], times)), np.concatenate((self._earlier[1], angles))
         load = _load_nm(*around, at + before, self._load)
@@ -218,7 +218,7 @@ class _FrictionDirection:
         return directions
 
 
-def _thinned(times: Floats) -> _Indices:
+def _load_sample_indices(times: Floats) -> _Indices:
     """Return the indices of samples at least :data:`_LOAD_STEP_S` apart, with the last one."""
     step = np.floor((times - times[0]) / _LOAD_STEP_S)
     is_kept = np.diff(step, prepend=-1.0) > 0

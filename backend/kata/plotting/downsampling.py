@@ -1,7 +1,8 @@
 """Reduces samples to a number that can be drawn at once. Peaks are preserved.
 
-On a screen of two thousand pixels, five thousand points look the same as a thousand pairs of lowest and highest value. For a long recording
-or run the pairs are computed when it is stored, so that its full figure needs no samples.
+A line is divided into 499 sections and keeps the lowest and highest value of each. On a screen of two thousand pixels a section is about
+four pixels wide, so the line looks almost the same as with all samples. For a long recording or run these points are computed when it is
+stored, so that its full figure needs no samples.
 """
 
 from typing import Final
@@ -17,7 +18,7 @@ from kata.motion.edit import Motion
 from kata.motion.tracking import Comparison
 
 LINE_POINTS: Final = 1000
-"""Number of points of a line: lowest and highest value of 500 sections."""
+"""Number of points of a line: the lowest and highest value of 499 sections, and both ends."""
 _MINMAX: Final = MinMaxDownsampler()  # type: ignore[no-untyped-call]
 Lines = dict[str, Floats]
 """Lines by name. ``..._s`` and ``..._deg`` are ``(k, 5)``, with one column for each motor. Each column has its own points."""
@@ -49,13 +50,13 @@ def recording_lines(times_s: Floats, angles_deg: Floats) -> Lines:
     return {"taught_s": times_s[chosen], "taught_deg": np.take_along_axis(angles_deg, chosen, axis=0)}
 
 
-def run_lines(motion: Motion, path_s: Floats, played_deg: Floats, error_deg: Floats) -> Lines:
-    """Return the lines of the requested motion, of the playback at its places ``(m,)``, and of the error. The last two have
-    the same points.
+def run_lines(motion: Motion, clock_s: Floats, played_deg: Floats, error_deg: Floats) -> Lines:
+    """Return the lines of the requested motion, and those of the playback and of the error at the times ``clock_s`` ``(m,)``,
+    which are path times or wall times. Playback and error have the same points.
     """
     chosen = _chosen_points(played_deg, error_deg)
     return recording_lines(motion.times_s, motion.angles_deg) | {
-        "played_s": path_s[chosen],
+        "played_s": clock_s[chosen],
         "played_deg": np.take_along_axis(played_deg, chosen, axis=0),
         "error_deg": np.take_along_axis(error_deg, chosen, axis=0),
     }

@@ -205,7 +205,7 @@ def recording(parts: RecordingFigureSamples) -> str:
 
 def derived(before_series: Series, after_series: Series) -> str:
     """Return a derived recording and its original in common plots, one for each motor, as JSON of a Plotly figure."""
-    before, after = _thinned(unpack(before_series)), _thinned(unpack(after_series))
+    before, after = _lines_with_extremes(unpack(before_series)), _lines_with_extremes(unpack(after_series))
     traces, angles = [], []
     for axis, motor in enumerate(AXES):
         old, new = before["taught_deg"][:, axis], after["taught_deg"][:, axis]
@@ -310,11 +310,12 @@ def _recording_lines(parts: RecordingFigureSamples) -> downsampling.Lines:
         return decode(parts.downsampled)
     assert parts.taught is not None
     if parts.window is None:
-        return _thinned(unpack(parts.taught))
-    return _thinned(unpack_within(parts.taught, "time_s", *parts.window))
+        return _lines_with_extremes(unpack(parts.taught))
+    return _lines_with_extremes(unpack_within(parts.taught, "time_s", *parts.window))
 
 
-def _thinned(taught: dict[str, Floats]) -> downsampling.Lines:
+def _lines_with_extremes(taught: dict[str, Floats]) -> downsampling.Lines:
+    """Return the lines of these samples. Each section of a line keeps its lowest and highest value."""
     return downsampling.recording_lines(taught["time_s"], taught["angle_deg"])
 
 

@@ -216,7 +216,9 @@ def _small(name: str, duration_s: float, *curves: tuple[str, Floats, Floats]) ->
 
     lines = []
     for line, times, angles in curves:
-        positions = [(SMALL.x(min(time / duration_s, 1.0)), y(angle)) for time, angle in _thinned(times, angles)]
+        positions = [
+            (SMALL.x(min(time / duration_s, 1.0)), y(angle)) for time, angle in _section_extremes(times, angles)
+        ]
         lines.append(Curve(line, _points(positions)))
     return Chart(
         name,
@@ -227,7 +229,7 @@ def _small(name: str, duration_s: float, *curves: tuple[str, Floats, Floats]) ->
     )
 
 
-def _thinned(times: Floats, angles: Floats) -> list[tuple[float, float]]:
+def _section_extremes(times: Floats, angles: Floats) -> list[tuple[float, float]]:
     """Return the lowest and highest point of each section, in order."""
     if len(times) > 2 * _PLACES:
         points = MinMaxDownsampler().downsample(np.ascontiguousarray(angles), n_out=2 * _PLACES)  # type: ignore[no-untyped-call]

@@ -134,7 +134,7 @@ class RunContent:
     ended_at: datetime | None
     outcome: str
     stop: PrintedStop | None
-    how: PlaybackDescription
+    playback_settings: PlaybackDescription
     rate_hz: int | None
     reversals: int | None
     least_range_percent: float | None
@@ -162,7 +162,7 @@ class PlannedItem:
 
     position: int
     recording: str
-    how: PlaybackDescription
+    playback_settings: PlaybackDescription
     repetitions_done: int
     runs: tuple[tuple[int, str], ...]
 
@@ -386,10 +386,10 @@ class EpisodeContent:
 
 @dataclass(frozen=True)
 class PrescriptionItem:
-    """One recording of a prescription, and how it is played."""
+    """One recording of a prescription, and the settings of its playback."""
 
     recording: str
-    how: PlaybackDescription
+    playback_settings: PlaybackDescription
 
 
 @dataclass(frozen=True)

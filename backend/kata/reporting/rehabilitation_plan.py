@@ -54,5 +54,5 @@ def _item(row: ProgrammeItemRow) -> PrescriptionItem:
         pause_s=row.pause_s,
         range_percent=row.range_percent,
     )
-    how = PlaybackDescription(settings, row.resistance_level, row.method, row.self_paced)
-    return PrescriptionItem(row.recording.name, how)
+    playback_settings = PlaybackDescription(settings, row.resistance_level, row.method, row.self_paced)
+    return PrescriptionItem(row.recording.name, playback_settings)

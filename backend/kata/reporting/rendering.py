@@ -151,7 +151,7 @@ def _page(
         "printed": f"{phrases.moment(options.at)} {phrases.zone(options.at)}".strip(),
         "version": __version__,
         "phrases": phrases,
-        "w": phrases.text,
+        "phrase": phrases.text,
     }
     style = environment.get_template("style.css").render(values)
     html = environment.get_template(template).render(values, style=Markup(style), **template_values)  # noqa: S704 - css_string has escaped

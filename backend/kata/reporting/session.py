@@ -158,7 +158,7 @@ def _run(session: DatabaseSession, row: RunRow, number: int, angles: PatientAngl
         ended_at=row.ended_at,
         outcome=row.outcome,
         stop=PrintedStop(row.stop_code, row.stop_message or "", motor_of(row.stop_key)) if row.stop_code else None,
-        how=PlaybackDescription(runs.settings_of(row), row.resistance_level, row.method, row.self_paced),
+        playback_settings=PlaybackDescription(runs.settings_of(row), row.resistance_level, row.method, row.self_paced),
         rate_hz=row.rate_hz,
         reversals=row.reversals,
         least_range_percent=row.least_range_percent,

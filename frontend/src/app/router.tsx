@@ -190,12 +190,12 @@ const auditRoute = createRoute({
   component: lazyRouteComponent(() => import("../features/administration/AuditPage"), "AuditPage"),
   validateSearch: readAuditFilters,
 });
-const emergencyAccessRoute = createRoute({
+const breakGlassAccessesRoute = createRoute({
   getParentRoute: () => administrationRoute,
   path: "/emergency-access",
   component: lazyRouteComponent(
-    () => import("../features/administration/EmergencyAccessPage"),
-    "EmergencyAccessPage",
+    () => import("../features/administration/BreakGlassAccessesPage"),
+    "BreakGlassAccessesPage",
   ),
 });
 
@@ -243,7 +243,7 @@ export const router = createRouter({
       administrationIndexRoute,
       accountsRoute,
       auditRoute,
-      emergencyAccessRoute,
+      breakGlassAccessesRoute,
       backupsRoute,
       clinicRoute,
     ]),

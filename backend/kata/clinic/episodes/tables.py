@@ -28,6 +28,7 @@ class EpisodeRow(Base):
     limits: Mapped[list[dict[str, Any]]] = mapped_column(JSON, default=list)
     """The doctor's limits, at most one entry per motion of Table 2 (:class:`kata.clinic.episodes.schemas.MotionLimit`)."""
     max_resistance_level: Mapped[int | None] = mapped_column("max_load_level")
+    """Highest resistance level that the doctor allows, formerly named load level; None: no limit."""
     max_speed_deg_s: Mapped[float | None]
     """Highest speed of every motor, also during approach and return. None: the station's own limit."""
     self_paced_permitted: Mapped[bool] = mapped_column(default=False, server_default=false())

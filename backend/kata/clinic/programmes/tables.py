@@ -67,6 +67,7 @@ class ProgrammeItemRow(Base):
     pause_s: Mapped[float]
     range_percent: Mapped[float]
     resistance_level: Mapped[int] = mapped_column("load_level")
+    """Resistance level, formerly named load level."""
     method: Mapped[str] = mapped_column(String(16))
     duration_s: Mapped[float] = mapped_column(default=0.0)
     """Duration of all repetitions with pauses. It is computed when the version is made, because neither recording nor version changes."""

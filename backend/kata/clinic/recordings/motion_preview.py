@@ -9,8 +9,8 @@ from kata.motion.edit import Motion
 from kata.motion.linkage import Floats
 from kata.types import Schema, Side
 
-_STEP_S: Final = 0.05
-_MOST: Final = 3000
+_SAMPLE_PERIOD_S: Final = 0.05
+_MAX_SAMPLES: Final = 3000
 
 
 class MotionPreview(Schema):
@@ -23,14 +23,18 @@ class MotionPreview(Schema):
 
 def motion_preview(motion: Motion, side: Side) -> MotionPreview:
     """Return a motion with 20 samples a second, or fewer for a motion longer than two and a half minutes."""
-    times_s, angles_deg = thinned(motion.times_s, motion.angles_deg)
+    times_s, angles_deg = resampled(motion.times_s, motion.angles_deg)
     return MotionPreview(side=side, times_s=times_s, angles_deg=angles_deg)
 
 
-def thinned(times_s: Floats, angles_deg: Floats) -> tuple[list[float], list[list[float]]]:
-    """Return angles ``(n, 5)`` at times ``(n,)`` that begin at 0, with 20 samples a second and at most 3000 samples."""
+def resampled(times_s: Floats, angles_deg: Floats) -> tuple[list[float], list[list[float]]]:
+    """Return equally spaced times and the angles interpolated at them: 20 samples a second, at most 3000 samples.
+
+    :param times_s: ``(n,)``; the first is 0.
+    :param angles_deg: ``(n, 5)``.
+    """
     duration_s = float(times_s[-1])
-    count = int(np.clip(np.ceil(duration_s / _STEP_S) + 1, 2, _MOST))
+    count = int(np.clip(np.ceil(duration_s / _SAMPLE_PERIOD_S) + 1, 2, _MAX_SAMPLES))
     shown_s = np.linspace(0.0, duration_s, count)
     columns = [np.interp(shown_s, times_s, angles) for angles in angles_deg.T]
     return np.round(shown_s, 3).tolist(), np.round(np.stack(columns, axis=-1), 2).tolist()

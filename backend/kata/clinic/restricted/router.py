@@ -42,7 +42,7 @@ def change_record_access(
 def break_glass(database: TheDatabase, actor: TheActor, patient_id: UUID, body: BreakGlass) -> RecordAccess:
     """Open a restricted record for four hours in an emergency. Administrators see the access and its reason."""
     with database.write() as session:
-        service.break_glass(session, actor, patient_id, body.reason)
+        service.create_break_glass_access(session, actor, patient_id, body.reason)
         return service.access(session, actor, patient_id)
 
 
@@ -54,6 +54,7 @@ def list_break_glass_accesses(database: TheDatabase, limit: Limit = 50, after: A
         return Page[BreakGlassAccess](items=items, next=further)
 
 
+# ``glass_id`` is the id of the break-glass access. The public path keeps this name.
 @router.post(
     "/api/break-glass-accesses/{glass_id}/review",
     summary="Review a break-glass access",
@@ -62,4 +63,4 @@ def list_break_glass_accesses(database: TheDatabase, limit: Limit = 50, after: A
 def review_break_glass_access(database: TheDatabase, actor: TheActor, glass_id: UUID) -> BreakGlassAccess:
     """Mark a break-glass access as reviewed. You cannot review your own access."""
     with database.write() as session:
-        return service.review(session, actor, glass_id)
+        return service.review_break_glass_access(session, actor, glass_id)

@@ -23,7 +23,7 @@ from kata.pagination import Keyset
 log = logging.getLogger(__name__)
 
 BREAK_GLASS_DURATION: Final = timedelta(hours=4)
-"""Duration of an access: longer than a visit, shorter than a working day."""
+"""Duration of a break-glass access: longer than a visit, shorter than a working day."""
 _UNREVIEWED_FIRST: Final = Keyset(
     tuple[bool, datetime, UUID],
     BreakGlassAccessRow.reviewed_at.is_(None),
@@ -39,7 +39,7 @@ def hidden(actor: Actor) -> Select[UUID]:
     A break-glass access opens a record only to the person who gave the reason, not to that person's programs.
     """
     team = select(CareTeamRow.patient_id).where(CareTeamRow.account_id == actor.account_id)
-    opened = _valid_break_glass(actor).with_only_columns(BreakGlassAccessRow.patient_id)
+    opened = _valid_break_glass_accesses(actor).with_only_columns(BreakGlassAccessRow.patient_id)
     return select(PatientRow.id).where(PatientRow.restricted, ~or_(PatientRow.id.in_(team), PatientRow.id.in_(opened)))
 
 
@@ -67,7 +67,7 @@ def access(session: Session, actor: Actor, patient_id: UUID) -> RecordAccess:
         .order_by(AccountRow.name, AccountRow.id)
     )
     until = session.scalars(
-        _valid_break_glass(actor)
+        _valid_break_glass_accesses(actor)
         .where(BreakGlassAccessRow.patient_id == patient_id)
         .order_by(BreakGlassAccessRow.until.desc())
     ).first()
@@ -100,7 +100,7 @@ def change(session: Session, patient_id: UUID, access: RecordAccessChange) -> No
     session.flush()
 
 
-def break_glass(session: Session, actor: Actor, patient_id: UUID, reason: str) -> datetime:
+def create_break_glass_access(session: Session, actor: Actor, patient_id: UUID, reason: str) -> datetime:
     """Open a restricted record to the actor and return the time at which the access ends.
 
     :raises ProblemError: 404; 409 when the actor may already see the record.
@@ -136,27 +136,27 @@ def break_glass_accesses(session: Session, limit: int, after: str | None) -> tup
     rows, further = _UNREVIEWED_FIRST.cut(
         records, limit, lambda pair: (pair[0].reviewed_at is None, pair[0].at, pair[0].id)
     )
-    return [_as_access(row, name) for row, name in rows], further
+    return [_as_break_glass_access(row, name) for row, name in rows], further
 
 
-def review(session: Session, actor: Actor, glass_id: UUID) -> BreakGlassAccess:
-    """Mark an access as reviewed by an administrator.
+def review_break_glass_access(session: Session, actor: Actor, break_glass_access_id: UUID) -> BreakGlassAccess:
+    """Mark a break-glass access as reviewed by an administrator.
 
     :raises ProblemError: 404; 409 when it is the administrator's own access, or already reviewed.
     """
-    row = session.get(BreakGlassAccessRow, glass_id, with_for_update=True)
+    row = session.get(BreakGlassAccessRow, break_glass_access_id, with_for_update=True)
     account = session.get(AccountRow, row.account_id) if row else None
     if row is None or account is None:
-        raise not_found(texts.EMERGENCY_ACCESS_NOT_FOUND)
+        raise not_found(texts.BREAK_GLASS_ACCESS_NOT_FOUND)
     if row.account_id == actor.account_id:
-        raise ProblemError(409, "own_glass", texts.OWN_EMERGENCY_ACCESS(), texts.OTHER_ADMINISTRATOR_REVIEWS())
+        raise ProblemError(409, "own_glass", texts.OWN_BREAK_GLASS_ACCESS(), texts.OTHER_ADMINISTRATOR_REVIEWS())
     if row.reviewed_at:
-        raise ProblemError(409, "reviewed", texts.EMERGENCY_ACCESS_REVIEWED(), texts.RELOAD_LIST())
+        raise ProblemError(409, "reviewed", texts.BREAK_GLASS_ACCESS_REVIEWED(), texts.RELOAD_LIST())
     row.reviewed_at, row.reviewed_by = utc_now(), actor.name
-    return _as_access(row, account.name)
+    return _as_break_glass_access(row, account.name)
 
 
-def _as_access(row: BreakGlassAccessRow, name: str) -> BreakGlassAccess:
+def _as_break_glass_access(row: BreakGlassAccessRow, name: str) -> BreakGlassAccess:
     return BreakGlassAccess(
         id=row.id,
         patient_id=row.patient_id,
@@ -170,7 +170,7 @@ def _as_access(row: BreakGlassAccessRow, name: str) -> BreakGlassAccess:
     )
 
 
-def _valid_break_glass(actor: Actor) -> Select[datetime]:
+def _valid_break_glass_accesses(actor: Actor) -> Select[datetime]:
     opened = select(BreakGlassAccessRow.until).where(
         BreakGlassAccessRow.account_id == actor.account_id, BreakGlassAccessRow.until > utc_now()
     )

@@ -20,7 +20,7 @@ class CareTeamRow(Base):
 
 
 class BreakGlassAccessRow(Base):
-    """Break-glass access of an account to a restricted record, for a limited time."""
+    """Break-glass access of an account to a restricted record, for a limited time. The table keeps its former name."""
 
     __tablename__ = "broken_glass"
 

@@ -5,7 +5,7 @@ from pydantic import Field
 from sqlalchemy.orm import Session
 
 from kata.clinic import texts
-from kata.clinic.recordings.motion_preview import thinned
+from kata.clinic.recordings.motion_preview import resampled
 from kata.clinic.sessions import phases
 from kata.clinic.sessions.tables import RUN_SAMPLES, RunRow
 from kata.database.arrays import UnreadableError
@@ -42,8 +42,8 @@ def of_run(session: Session, row: RunRow) -> PlayedMotion:
         samples = unpack(series)
     except UnreadableError as error:
         raise figures.samples_damaged() from error
-    times_s, measured_deg = thinned(samples["time_s"], samples["measured_deg"])
-    _, setpoint_deg = thinned(samples["time_s"], samples["setpoint_deg"])
+    times_s, measured_deg = resampled(samples["time_s"], samples["measured_deg"])
+    _, setpoint_deg = resampled(samples["time_s"], samples["setpoint_deg"])
     reversed_at = samples["time_s"][phases.reversal_starts(samples["phase"])]
     return PlayedMotion(
         side=side_of(row.recording.side),

@@ -178,7 +178,7 @@ class RunRow(Base):
     """Code and parameters of the message; None in rows from before migration 0009."""
     rate_hz: Mapped[int | None]
     resistance_level: Mapped[int | None] = mapped_column("load_level")
-    """Resistance level; None for a run of a version without levels."""
+    """Resistance level, formerly named load level; None for a run of a version without levels."""
     speed_percent: Mapped[float] = mapped_column(default=100.0)
     repetitions: Mapped[int] = mapped_column(default=1)
     pause_s: Mapped[float] = mapped_column(default=0.0)

@@ -1,5 +1,5 @@
-"""Tables of sums and changes from which the clinic's figures are read. They are derived (:mod:`kata.clinic.statistics.upkeep`) and name
-no patient.
+"""Tables of sums and changes from which the clinic's figures are read. They are derived
+(:mod:`kata.clinic.statistics.derived_tables`) and name no patient.
 """
 
 from datetime import datetime

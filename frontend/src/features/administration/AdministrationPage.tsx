@@ -6,7 +6,7 @@ import { t } from "../../lib/i18n";
 import { useHasPermission } from "../auth/hooks";
 import { ADMINISTRATION_PAGES } from "./administrationPages";
 
-/** The administrator's pages: accounts, audit trail, emergency access, backups, clinic, and the link to the station's settings. */
+/** The administrator's pages: accounts, audit trail, break-glass accesses, backups, clinic, and the link to the station's settings. */
 export function AdministrationPage() {
   const canAdminister = useHasPermission("administer");
   return (

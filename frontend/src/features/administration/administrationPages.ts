@@ -9,7 +9,7 @@ export const ADMINISTRATION_PAGES = [
   { to: "/administration/audit", label: t("administration:audit.title"), needs: "administer" },
   {
     to: "/administration/emergency-access",
-    label: t("administration:emergencies.title"),
+    label: t("administration:breakGlassAccesses.title"),
     needs: "administer",
   },
   { to: "/administration/backups", label: t("administration:backups.title"), needs: "administer" },

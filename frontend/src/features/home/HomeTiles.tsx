@@ -4,8 +4,8 @@ import { useHasPermission } from "../auth/hooks";
 import classes from "./home.module.css";
 import {
   BackupTile,
+  BreakGlassAccessesTile,
   CommissioningTile,
-  EmergencyAccessTile,
   StopsTile,
   StorageTile,
   TrackingTile,
@@ -31,7 +31,7 @@ export function HomeTiles() {
         {canSeeOperation && <StopsTile />}
         {canSeeOperation && <TrackingTile />}
         {canAdminister && <UnsignedTile />}
-        {canAdminister && <EmergencyAccessTile />}
+        {canAdminister && <BreakGlassAccessesTile />}
         {canAdminister && <BackupTile />}
         {canSeeOperation && <CommissioningTile />}
         {canSeeOperation && <StorageTile />}

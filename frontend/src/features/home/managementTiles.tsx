@@ -111,7 +111,7 @@ export function UnsignedTile() {
   );
 }
 
-export function EmergencyAccessTile() {
+export function BreakGlassAccessesTile() {
   // Accesses that wait for a review come first. If the first page is full of them, there may be more.
   const { data, isError } = useQuery({
     queryKey: ["break-glass-accesses", "tile"],
@@ -122,10 +122,10 @@ export function EmergencyAccessTile() {
   return (
     <MetricLink
       to="/administration/emergency-access"
-      label={t("home:tiles.emergencies")}
-      value={data && (more ? t("home:tiles.emergenciesMore", { count: waiting }) : String(waiting))}
-      {...(!more && { unit: t("home:tiles.emergenciesUnit", { count: waiting }) })}
-      note={t("home:tiles.emergenciesDetail")}
+      label={t("home:tiles.breakGlassAccesses")}
+      value={data && (more ? t("home:tiles.breakGlassAccessesMore", { count: waiting }) : String(waiting))}
+      {...(!more && { unit: t("home:tiles.breakGlassAccessesUnit", { count: waiting }) })}
+      note={t("home:tiles.breakGlassAccessesDetail")}
       needsAttention={waiting > 0}
       failed={isError}
     />

@@ -15,7 +15,7 @@ import { PageTabs } from "../../ui/PageTabs";
 import { ProblemNote } from "../../ui/ProblemNote";
 import { RevealWhenLoaded } from "../../ui/RevealWhenLoaded";
 import { AssessmentsSection } from "../assessments/AssessmentsSection";
-import { BreakGlass, GlassBanner } from "../auth/BreakGlass";
+import { BreakGlassAccessBanner, BreakGlassAccessForm } from "../auth/BreakGlassAccess";
 import { useHasPermission } from "../auth/hooks";
 import { RecordAccess } from "../auth/RecordAccess";
 import { Episodes } from "../episodes/Episodes";
@@ -38,7 +38,7 @@ export function PatientPage() {
   const patient = useQuery({ queryKey: ["patient", patientId], queryFn: () => api.patient(patientId) });
   useTitle(patient.data?.name ?? t("patients:patient.title"));
   if (patient.error instanceof ProblemError && patient.error.code === "restricted") {
-    return <BreakGlass patientId={patientId} />;
+    return <BreakGlassAccessForm patientId={patientId} />;
   }
   if (patient.error) return <ProblemNote error={patient.error} />;
   if (!patient.data) return <Skeleton h={300} />;
@@ -47,7 +47,7 @@ export function PatientPage() {
   return (
     <RevealWhenLoaded>
       <Stack gap="sm">
-        {record.restricted && <GlassBanner patientId={patientId} />}
+        {record.restricted && <BreakGlassAccessBanner patientId={patientId} />}
         <PatientBanner patientId={patientId} name={record.name} heading more={<Facts patient={record} />} />
         <PageTabs
           label={t("patients:patient.title")}

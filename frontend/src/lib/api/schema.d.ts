@@ -3237,7 +3237,7 @@ export interface paths {
          * List notifications
          * @description Return your notifications, newest first, at most 50 of each kind. Every user gets the alarms of the last seven days.
          *
-         *     Administrators also get undecided erasures, emergency accesses without a review, and backups since the last good one that failed or
+         *     Administrators also get undecided erasures, break-glass accesses without a review, and backups since the last good one that failed or
          *     did not pass their restore test.
          */
         get: operations["list_notifications"];
@@ -7630,7 +7630,7 @@ export interface components {
             kind: "erasure" | "emergency_access" | "failed_backup" | "unrestorable_backup" | "alarm";
             /**
              * Name
-             * @description The user's name, for an emergency access.
+             * @description The user's name, for a break-glass access.
              * @default
              * @example Sato Ken
              */

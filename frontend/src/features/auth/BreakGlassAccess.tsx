@@ -12,8 +12,8 @@ import { useRecordAccess } from "./RecordAccess";
 /** Minimum length of a reason, so that the reviewer understands it. */
 const MIN_REASON_LENGTH = 10;
 
-/** Shown in place of a restricted record: a form for emergency access. */
-export function BreakGlass({ patientId }: { patientId: string }) {
+/** Shown in place of a restricted record: a form for a break-glass access, which the page calls emergency access. */
+export function BreakGlassAccessForm({ patientId }: { patientId: string }) {
   const queries = useQueryClient();
   const [reason, setReason] = useState("");
   const open = useMutation({
@@ -57,8 +57,8 @@ export function BreakGlass({ patientId }: { patientId: string }) {
   );
 }
 
-/** Says that the user sees the record through an emergency access. */
-export function GlassBanner({ patientId }: { patientId: string }) {
+/** Says that the user sees the record through a break-glass access. */
+export function BreakGlassAccessBanner({ patientId }: { patientId: string }) {
   const access = useRecordAccess(patientId);
   if (!access.data?.glass_until) return null;
   return (
@@ -67,7 +67,7 @@ export function GlassBanner({ patientId }: { patientId: string }) {
       variant="filled"
       icon={<IconLockExclamation />}
       title={t("auth:record.opened", { until: formatMoment(access.data.glass_until) })}
-      data-testid="glass"
+      data-testid="break-glass-access"
     >
       {t("auth:record.recorded")}
     </Alert>

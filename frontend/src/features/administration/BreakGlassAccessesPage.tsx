@@ -11,28 +11,28 @@ import { PageLink } from "../../ui/links";
 import { ProblemNote } from "../../ui/ProblemNote";
 import { useMe } from "../auth/hooks";
 
-/** Emergency accesses to restricted records. Another administrator reviews each one. */
-export function EmergencyAccessPage() {
-  useTitle(t("administration:emergencies.title"));
+/** Break-glass accesses to restricted records ("emergency access" on the page). Another administrator reviews each one. */
+export function BreakGlassAccessesPage() {
+  useTitle(t("administration:breakGlassAccesses.title"));
   const accesses = usePagedQuery(["break-glass-accesses"], api.breakGlassAccesses);
   return (
-    <Stack component="section" aria-label={t("administration:emergencies.title")}>
+    <Stack component="section" aria-label={t("administration:breakGlassAccesses.title")}>
       <Title order={2} size="h3">
-        {t("administration:emergencies.title")}
+        {t("administration:breakGlassAccesses.title")}
       </Title>
-      <Text>{t("administration:emergencies.description")}</Text>
+      <Text>{t("administration:breakGlassAccesses.description")}</Text>
       <ProblemNote error={accesses.error} />
       {accesses.isPending && <Skeleton h={160} />}
-      {accesses.items?.length === 0 && <Text>{t("administration:emergencies.none")}</Text>}
+      {accesses.items?.length === 0 && <Text>{t("administration:breakGlassAccesses.none")}</Text>}
       {accesses.items?.map((access) => (
-        <AccessCard key={access.id} access={access} />
+        <BreakGlassAccessCard key={access.id} access={access} />
       ))}
       <LoadMoreButton list={accesses} />
     </Stack>
   );
 }
 
-function AccessCard({ access }: { access: Schemas["BreakGlassAccess"] }) {
+function BreakGlassAccessCard({ access }: { access: Schemas["BreakGlassAccess"] }) {
   const me = useMe();
   const queries = useQueryClient();
   const review = useMutation({
@@ -44,18 +44,21 @@ function AccessCard({ access }: { access: Schemas["BreakGlassAccess"] }) {
       <Stack gap="xs">
         <Group justify="space-between">
           <Text fw={600}>
-            {t("administration:emergencies.opened", { name: access.name, moment: formatMoment(access.at) })}
+            {t("administration:breakGlassAccesses.opened", {
+              name: access.name,
+              moment: formatMoment(access.at),
+            })}
           </Text>
           {access.reviewed_at ? (
             <Badge color="gray" tt="none" size="lg">
-              {t("administration:emergencies.reviewed", {
+              {t("administration:breakGlassAccesses.reviewed", {
                 name: access.reviewed_by,
                 moment: formatMoment(access.reviewed_at),
               })}
             </Badge>
           ) : (
             <Badge color="grape" tt="none" size="lg">
-              {t("administration:emergencies.toReview")}
+              {t("administration:breakGlassAccesses.toReview")}
             </Badge>
           )}
         </Group>
@@ -65,15 +68,15 @@ function AccessCard({ access }: { access: Schemas["BreakGlassAccess"] }) {
             to="/administration/audit"
             search={{ patient_id: access.patient_id, account_id: access.account_id }}
           >
-            {t("administration:emergencies.actions")}
+            {t("administration:breakGlassAccesses.actions")}
           </PageLink>
           {!access.reviewed_at && access.account_id !== me?.account_id && (
             <Button variant="default" loading={review.isPending} onClick={() => review.mutate()}>
-              {t("administration:emergencies.review")}
+              {t("administration:breakGlassAccesses.review")}
             </Button>
           )}
           {!access.reviewed_at && access.account_id === me?.account_id && (
-            <Text>{t("administration:emergencies.own")}</Text>
+            <Text>{t("administration:breakGlassAccesses.own")}</Text>
           )}
         </Group>
         <ProblemNote error={review.error} />

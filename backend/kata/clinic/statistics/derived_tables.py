@@ -1,7 +1,7 @@
-"""Keep the derived tables up to date. Every commit that changes sessions, runs or assessments refreshes the rows that depend on them.
+"""Refreshes the derived tables. Every commit that changes sessions, runs or assessments refreshes the rows that depend on them.
 
-:meth:`kata.database.engine.Database.write` calls :class:`StatisticsUpkeep`. Every program that writes such records registers it: the
-    service in ``api/set_up.py``, and ``kata seed``.
+:meth:`kata.database.engine.Database.write` calls :class:`DerivedTablesHook`. Every program that writes such records registers it: the
+service in ``api/set_up.py``, and ``kata seed``.
 
 A row is computed from the records each time, so a repeated import changes nothing. A failure is logged and never fails the commit, because
 treatment records are more important than figures. The next change of the same hour or episode corrects the row.
@@ -42,8 +42,10 @@ class _Stale(TypedDict):
     episodes: set[UUID]
 
 
-class StatisticsUpkeep:
-    """Refreshes the derived rows in the transaction that makes them stale. Each :class:`Database` that writes records has one."""
+class DerivedTablesHook:
+    """Hook that refreshes the derived rows in the transaction that makes them stale. Each :class:`Database` that writes
+    records has one.
+    """
 
     def __init__(self, database: Database) -> None:
         """Register as the database's hook for derived rows."""
