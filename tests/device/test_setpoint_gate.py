@@ -1,7 +1,8 @@
 """The setpoint gate refuses no setpoint that the control program computes: at any rate, speed limit and turn."""
 
 from pathlib import Path
-from typing import Final
+from types import SimpleNamespace
+from typing import Final, cast
 
 import msgspec
 import numpy as np
@@ -11,13 +12,15 @@ from hypothesis import strategies as st
 
 from kata.device.config import StationConfig, simulated
 from kata.device.config_rules import REVERSAL_RAMP_S
+from kata.device.cycle_state import CycleState
 from kata.device.end_feel import TURN_BACK_RAMP_S
 from kata.device.ipc_messages import EndFeel, Load
 from kata.device.journal import JournalDisk, JournalWriter
 from kata.device.movement import RAMP_S, Movement
 from kata.device.references import Reference, build
 from kata.device.run import Run
-from kata.device.setpoint_gate import refused_setpoints
+from kata.device.setpoint_gate import SetpointGate, refused_setpoints
+from kata.device.state_machine import StateMachine
 from tests.support.examples import examples
 from tests.support.journals import HEADER
 from tests.support.stepped import REST_DEG
@@ -103,3 +106,59 @@ def test_no_turn_is_refused(
             movement.advance(1.0 / run.rate_hz)
         change(movement, event)
         run._yield_offset.offset_deg = np.full(5, offset_deg)
+
+
+ANYWHERE: Final = ((-90.0, 90.0),) * 5
+EVERY_MOTOR: Final = range(5)
+
+
+def test_acceleration_of_the_limit_passes_and_more_is_refused() -> None:
+    config = simulated("memory")
+    still = [(0.0,) * 5] * 2
+    assert [axis.max_acceleration_deg_s2 for axis in config.axes] == [4000.0] * 5
+    assert refused_setpoints(still, (0.4,) * 5, ANYWHERE, config, rate_hz=100) == []
+    too_fast = refused_setpoints(still, (0.41,) * 5, ANYWHERE, config, rate_hz=100)
+    assert too_fast == [("setpoint_acceleration", n) for n in EVERY_MOTOR]
+
+
+class Gate:
+    """The gate with a machine that has only what the gate reads."""
+
+    def __init__(self) -> None:
+        self.gate = SetpointGate()
+        self.refused: list[object] = []
+
+    def check(self, angle_deg: float, *, torque_on: bool = True, measured_deg: float = 0.0) -> None:
+        config = simulated("memory")
+        machine = SimpleNamespace(
+            torque_on=torque_on,
+            setpoint_due=True,
+            setpoint_deg=(angle_deg,) * 5,
+            limits_deg=ANYWHERE,
+            config=config,
+            rate_hz=config.rate_hz,
+            refused_pose=list,
+            abort=lambda state, faults: self.refused.extend(faults),
+        )
+        state = SimpleNamespace(measured_deg=(measured_deg,) * 5)
+        self.gate.check(cast(StateMachine, machine), cast(CycleState, state))
+
+
+def test_gate_compares_three_setpoints_in_a_row() -> None:
+    gate = Gate()
+    gate.check(0.0)
+    gate.check(0.0)
+    assert not gate.refused
+    gate.check(1.0)
+    assert gate.refused == [("setpoint_acceleration", n) for n in EVERY_MOTOR]
+
+
+def test_setpoints_before_torque_was_off_do_not_count() -> None:
+    """Without torque a hand moves the arm. The first setpoint afterwards is compared with the measured angles."""
+    gate = Gate()
+    gate.check(0.0)
+    gate.check(30.0, torque_on=False)
+    gate.check(30.0, measured_deg=30.0)
+    assert not gate.refused
+    gate.check(60.0, measured_deg=30.0)
+    assert gate.refused == [("setpoint_step", n) for n in EVERY_MOTOR]
