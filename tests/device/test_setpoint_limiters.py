@@ -5,7 +5,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from kata.device.setpoint_limiters import LimitedFeedForward
+from kata.device.movement import longest_step
+from kata.device.setpoint_limiters import LimitedFeedForward, longest_steps
 from kata.motion.linkage import Floats
 from tests.support.examples import examples
 
@@ -72,3 +73,14 @@ def test_steps_and_their_changes_stay_within_the_limits(targets_deg: list[float]
         last_deg, step_deg = last_deg + next_step, next_step
     assert last_deg == pytest.approx(targets_deg[-1], abs=1e-6)
     assert feed_forward.can_stop
+
+
+@examples(few=50, many=500)
+@given(st.integers(0, 30), st.floats(-0.2, 0.2), st.floats(1e-3, 1.0))
+def test_longest_step_uses_the_whole_distance(whole: int, beyond: float, second_difference_deg: float) -> None:
+    """Each step may be shorter than the one before by the second difference. ``beyond``: near a distance that whole steps fill."""
+    left_deg = max(0.0, whole * (whole + 1) / 2 + beyond) * second_difference_deg
+    step_deg = float(longest_steps(np.array([left_deg]), np.array([second_difference_deg]))[0])
+    stopping_deg = sum(max(0.0, step_deg - n * second_difference_deg) for n in range(whole + 3))
+    assert stopping_deg == pytest.approx(left_deg, abs=1e-9)
+    assert step_deg == pytest.approx(longest_step(left_deg, second_difference_deg), abs=1e-12)
