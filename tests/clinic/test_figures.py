@@ -207,6 +207,17 @@ def test_a_large_worker_is_replaced_after_its_tasks() -> None:
         worker.close()
 
 
+def test_no_task_is_lost_while_workers_are_replaced(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Every worker is replaced after its first task, while other threads submit theirs."""
+    monkeypatch.setattr(figures, "_LARGEST_WORKER_BYTES", 0)
+    worker = figures.FigureWorker()
+    try:
+        with ThreadPoolExecutor(4) as threads:
+            assert list(threads.map(partial(worker.build, max, 1), range(12))) == [max(1, n) for n in range(12)]
+    finally:
+        worker.close()
+
+
 def test_closing_does_not_wait_for_a_worker_warming_up(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(figures, "_warm_up", partial(time.sleep, 600))
     worker = figures.FigureWorker()
