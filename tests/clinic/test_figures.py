@@ -207,13 +207,22 @@ def test_a_large_worker_is_replaced_after_its_tasks() -> None:
         worker.close()
 
 
+class ThreadInsteadOfProcess(ThreadPoolExecutor):
+    """Starts in microseconds, so that thousands of workers can be replaced."""
+
+    def __init__(self, workers: int, **_: object) -> None:
+        super().__init__(workers)
+        self._processes = {os.getpid(): None}
+
+
 def test_no_task_is_lost_while_workers_are_replaced(monkeypatch: pytest.MonkeyPatch) -> None:
     """Every worker is replaced after its first task, while other threads submit theirs."""
+    monkeypatch.setattr(figures, "ProcessPoolExecutor", ThreadInsteadOfProcess)
     monkeypatch.setattr(figures, "_LARGEST_WORKER_BYTES", 0)
     worker = figures.FigureWorker()
     try:
-        with ThreadPoolExecutor(4) as threads:
-            assert list(threads.map(partial(worker.build, max, 1), range(12))) == [max(1, n) for n in range(12)]
+        with ThreadPoolExecutor(8) as threads:
+            assert list(threads.map(partial(worker.build, max, 1), range(1000))) == [1, 1, *range(2, 1000)]
     finally:
         worker.close()
 
