@@ -1,4 +1,4 @@
-"""The feed-forward follows its target without jumps."""
+"""The feed-forward follows its target without jumps, and the setpoint brakes before the limits."""
 
 import numpy as np
 import pytest
@@ -6,7 +6,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from kata.device.movement import longest_step
-from kata.device.setpoint_limiters import LimitedFeedForward, longest_steps
+from kata.device.setpoint_limiters import LimitedFeedForward, SetpointBrake, longest_steps
 from kata.motion.linkage import Floats
 from tests.support.examples import examples
 
@@ -73,6 +73,55 @@ def test_steps_and_their_changes_stay_within_the_limits(targets_deg: list[float]
         last_deg, step_deg = last_deg + next_step, next_step
     assert last_deg == pytest.approx(targets_deg[-1], abs=1e-6)
     assert feed_forward.can_stop
+
+
+def test_held_feed_forward_goes_on_from_where_it_is_held() -> None:
+    """A limit of the setpoints allowed no step. The next step begins at rest, and not with the step that was not made."""
+    feed_forward = LimitedFeedForward(np.array([LARGEST_DEG]), np.array([CLOSING_DEG]))
+    for _ in range(3):
+        before_deg = feed_forward.deg
+        feed_forward.follow(np.array([5.0]), np.array([SECOND_DIFFERENCE_DEG]))
+    assert feed_forward.deg - before_deg == pytest.approx([CLOSING_DEG])
+    feed_forward.hold(before_deg)
+    assert feed_forward.deg == pytest.approx(before_deg)
+    feed_forward.follow(np.array([5.0]), np.array([0.05]))
+    assert feed_forward.deg - before_deg == pytest.approx([0.05])
+
+
+LIMIT_DEG = 1.0
+
+
+@examples(few=50, many=1000)
+@given(st.lists(st.sampled_from([-1.0, -0.5, 0.0, 0.5, 1.0]), min_size=1, max_size=60), st.floats(0.01, 0.3))
+def test_brake_stops_at_the_limits_and_comes_back(shares: list[float], second_difference_deg: float) -> None:
+    """The wanted setpoint has allowed steps but goes on beyond the limits. ``shares``: of the largest change of its step."""
+    brake = SetpointBrake(np.array([second_difference_deg]))
+    limits_deg = np.array([-LIMIT_DEG]), np.array([LIMIT_DEG])
+    wanted_deg = step_deg = last_deg = last_step_deg = 0.0
+    for n in range(1000):
+        if n < len(shares):
+            step_deg += shares[n] * second_difference_deg
+        else:  # back to the middle, and rest
+            back_deg = -np.sign(wanted_deg) * longest_step(abs(wanted_deg), second_difference_deg)
+            step_deg += float(np.clip(back_deg - step_deg, -second_difference_deg, second_difference_deg))
+        wanted_deg += step_deg
+        setpoint_deg = float(brake.setpoint(np.array([wanted_deg]), *limits_deg)[0])
+        assert abs(setpoint_deg) <= LIMIT_DEG + 1e-9
+        assert abs(setpoint_deg - last_deg - last_step_deg) <= second_difference_deg + 1e-9
+        last_deg, last_step_deg = setpoint_deg, setpoint_deg - last_deg
+    assert wanted_deg == pytest.approx(0.0, abs=1e-6)
+    assert setpoint_deg == pytest.approx(0.0, abs=1e-6)
+
+
+@pytest.mark.parametrize("direction", [1.0, -1.0])
+def test_brake_lets_a_motion_within_the_limits_pass(direction: float) -> None:
+    brake = SetpointBrake(np.array([0.1]))
+    brake.start(np.array([direction * 0.2]))
+    wanted_deg = direction * (0.2 + 0.3 * (1 - np.cos(np.arange(50) / 5.0)))
+    held_deg = [
+        brake.setpoint(np.array([wanted]), np.array([-LIMIT_DEG]), np.array([LIMIT_DEG]))[0] for wanted in wanted_deg
+    ]
+    assert held_deg == wanted_deg.tolist()
 
 
 @examples(few=50, many=500)

@@ -77,7 +77,7 @@ class SetpointBrake:
     def start(self, here_deg: Floats) -> None:
         """Start at rest at ``here_deg``, ``(5,)``."""
         self._setpoint_deg = self._wanted_deg = here_deg
-        self._change_deg = np.zeros(len(here_deg))
+        self._change_deg = self._wanted_change_deg = np.zeros(len(here_deg))
 
     def setpoint(self, wanted_deg: Floats, lowest_deg: Floats, highest_deg: Floats) -> Floats:
         """Return the wanted setpoint ``(5,)``, or the nearest one from which the setpoint can still stop at the limits.
@@ -86,14 +86,17 @@ class SetpointBrake:
         jerks by itself is not smoothed: the setpoint gate refuses it.
         """
         last_deg, behind_deg = self._setpoint_deg, self._wanted_deg - self._setpoint_deg
-        second_difference = self._second_difference_deg
-        change_limit = np.where(behind_deg == 0.0, np.inf, second_difference)
+        second_difference, wanted_change_deg = self._second_difference_deg, wanted_deg - self._wanted_deg
+        # A wanted setpoint may pass a held one at any speed. Only a setpoint that has moved with it makes its next step unlimited.
+        together = (behind_deg == 0.0) & (self._change_deg == self._wanted_change_deg)
+        change_limit = np.where(together, np.inf, second_difference)
         left_deg = np.array([highest_deg - last_deg, last_deg - lowest_deg, np.abs(behind_deg)])
         up_deg, down_deg, caught_up_deg = longest_steps(np.maximum(left_deg, 0.0), second_difference)
         most_deg = np.minimum(up_deg, self._change_deg + change_limit)
         least_deg = np.maximum(-down_deg, self._change_deg - change_limit)
-        change_deg = wanted_deg - self._wanted_deg + clip(behind_deg, -caught_up_deg, caught_up_deg)
+        change_deg = wanted_change_deg + clip(behind_deg, -caught_up_deg, caught_up_deg)
         braked_deg = last_deg + clip(change_deg, least_deg, most_deg)
         setpoint_deg: Floats = np.where(np.abs(braked_deg - wanted_deg) < _ROUNDING_DEG, wanted_deg, braked_deg)
-        self._wanted_deg, self._setpoint_deg, self._change_deg = wanted_deg, setpoint_deg, setpoint_deg - last_deg
+        self._wanted_deg, self._setpoint_deg = wanted_deg, setpoint_deg
+        self._change_deg, self._wanted_change_deg = setpoint_deg - last_deg, wanted_change_deg
         return setpoint_deg
