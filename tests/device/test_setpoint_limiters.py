@@ -114,6 +114,17 @@ def test_brake_stops_at_the_limits_and_comes_back(shares: list[float], second_di
 
 
 @pytest.mark.parametrize("direction", [1.0, -1.0])
+def test_setpoint_beyond_a_limit_moves_inwards_only(direction: float) -> None:
+    """An arm may be picked up outside its limits."""
+    brake = SetpointBrake(np.array([0.1]))
+    brake.start(np.array([direction * 1.5]))
+    for further_deg, expected_deg in ((0.0, 1.5), (0.05, 1.5), (0.0, 1.5), (-0.05, 1.45), (-0.15, 1.35)):
+        wanted = np.array([direction * (1.5 + further_deg)])
+        setpoint = brake.setpoint(wanted, np.array([-LIMIT_DEG]), np.array([LIMIT_DEG]))
+        assert setpoint == pytest.approx([direction * expected_deg])
+
+
+@pytest.mark.parametrize("direction", [1.0, -1.0])
 def test_brake_lets_a_motion_within_the_limits_pass(direction: float) -> None:
     brake = SetpointBrake(np.array([0.1]))
     brake.start(np.array([direction * 0.2]))
