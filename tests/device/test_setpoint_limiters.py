@@ -110,7 +110,7 @@ def test_brake_stops_at_the_limits_and_comes_back(shares: list[float], second_di
         assert abs(setpoint_deg - last_deg - last_step_deg) <= second_difference_deg + 1e-9
         last_deg, last_step_deg = setpoint_deg, setpoint_deg - last_deg
     assert wanted_deg == pytest.approx(0.0, abs=1e-6)
-    assert setpoint_deg == pytest.approx(0.0, abs=1e-6)
+    assert setpoint_deg == wanted_deg, "not only nearly: its next steps are those of the wanted one"
 
 
 @pytest.mark.parametrize("direction", [1.0, -1.0])
