@@ -88,7 +88,7 @@ def test_held_feed_forward_goes_on_from_where_it_is_held() -> None:
     assert feed_forward.deg - before_deg == pytest.approx([0.05])
 
 
-LIMIT_DEG = 1.0
+LIMIT_DEG, REST_DEG = 1.0, 0.3
 
 
 @examples(few=50, many=1000)
@@ -101,16 +101,18 @@ def test_brake_stops_at_the_limits_and_comes_back(shares: list[float], second_di
     for n in range(1000):
         if n < len(shares):
             step_deg += shares[n] * second_difference_deg
-        else:  # back to the middle, and rest
-            back_deg = -np.sign(wanted_deg) * longest_step(abs(wanted_deg), second_difference_deg)
+        else:  # back, and rest
+            left_deg = REST_DEG - wanted_deg
+            back_deg = np.sign(left_deg) * longest_step(abs(left_deg), second_difference_deg)
             step_deg += float(np.clip(back_deg - step_deg, -second_difference_deg, second_difference_deg))
         wanted_deg += step_deg
         setpoint_deg = float(brake.setpoint(np.array([wanted_deg]), *limits_deg)[0])
         assert abs(setpoint_deg) <= LIMIT_DEG + 1e-9
         assert abs(setpoint_deg - last_deg - last_step_deg) <= second_difference_deg + 1e-9
+        assert setpoint_deg == wanted_deg or abs(setpoint_deg - wanted_deg) >= 1e-9, "not only nearly caught up"
         last_deg, last_step_deg = setpoint_deg, setpoint_deg - last_deg
-    assert wanted_deg == pytest.approx(0.0, abs=1e-6)
-    assert setpoint_deg == wanted_deg, "not only nearly: its next steps are those of the wanted one"
+    assert wanted_deg == pytest.approx(REST_DEG, abs=1e-6)
+    assert setpoint_deg == wanted_deg
 
 
 @pytest.mark.parametrize("direction", [1.0, -1.0])
