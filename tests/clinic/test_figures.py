@@ -212,7 +212,11 @@ class ThreadInsteadOfProcess(ThreadPoolExecutor):
 
     def __init__(self, workers: int, **_: object) -> None:
         super().__init__(workers)
-        self._processes = {os.getpid(): None}
+        self._processes: dict[int, None] | None = {os.getpid(): None}
+
+    def shutdown(self, wait: bool = True, *, cancel_futures: bool = False) -> None:
+        super().shutdown(wait, cancel_futures=cancel_futures)
+        self._processes = None
 
 
 def test_no_task_is_lost_while_workers_are_replaced(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -225,6 +229,15 @@ def test_no_task_is_lost_while_workers_are_replaced(monkeypatch: pytest.MonkeyPa
             assert list(threads.map(partial(worker.build, max, 1), range(1000))) == [1, 1, *range(2, 1000)]
     finally:
         worker.close()
+
+
+def test_pool_that_another_thread_has_ended_is_left_alone() -> None:
+    worker = figures.FigureWorker()
+    assert worker.build(max, 1, 2) == 2
+    assert worker._pool is not None
+    worker._pool.shutdown()
+    worker._replace_if_large()
+    worker.close()
 
 
 def test_closing_does_not_wait_for_a_worker_warming_up(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -137,7 +137,9 @@ class FigureWorker:
         The former worker finishes the tasks that wait for it, and ends.
         """
         pool = self._pool
-        if pool and any(_private_bytes(pid) > _LARGEST_WORKER_BYTES for pid in list(pool._processes)):
+        # A pool that another thread has ended has no processes.
+        processes = list(pool._processes or ()) if pool else []
+        if any(_private_bytes(pid) > _LARGEST_WORKER_BYTES for pid in processes):
             self._end_pool(wait=False)
             with suppress(RuntimeError):  # The service ends.
                 self.warm_up()
