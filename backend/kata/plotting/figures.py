@@ -141,7 +141,8 @@ class FigureWorker:
         processes = list(pool._processes or ()) if pool else []
         if any(_private_bytes(pid) > _LARGEST_WORKER_BYTES for pid in processes):
             self._end_pool(wait=False)
-            with suppress(RuntimeError):  # The service ends.
+            # The service ends, or the computer has no memory: the next task tries again.
+            with suppress(RuntimeError, OSError):
                 self.warm_up()
 
     def _submit(self, function: Callable[..., _Built], *parts: object) -> Future[_Built]:
