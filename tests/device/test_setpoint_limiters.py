@@ -94,7 +94,7 @@ LIMIT_DEG, REST_DEG = 1.0, 0.3
 @examples(few=50, many=1000)
 @given(st.lists(st.sampled_from([-1.0, -0.5, 0.0, 0.5, 1.0]), min_size=1, max_size=60), st.floats(0.01, 0.3))
 def test_brake_stops_at_the_limits_and_comes_back(shares: list[float], second_difference_deg: float) -> None:
-    """The wanted setpoint has allowed steps but goes on beyond the limits. ``shares``: of the largest change of its step."""
+    """The wanted setpoint leaves the limits, with steps that are allowed. ``shares``: each change of its step, in parts of the largest."""
     brake = SetpointBrake(np.array([second_difference_deg]))
     limits_deg = np.array([-LIMIT_DEG]), np.array([LIMIT_DEG])
     wanted_deg = step_deg = last_deg = last_step_deg = 0.0

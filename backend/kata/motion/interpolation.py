@@ -14,9 +14,8 @@ from kata.motion.linkage import Floats
 
 _STEEPEST_END: Final = 3.0
 """Largest slope at an end, in multiples of the first difference quotient, where the quotients change their sign (Fritsch and Carlson)."""
-
-
 _GOLDEN: Final = (math.sqrt(5.0) - 1.0) / 2.0
+"""Share of an interval that remains after a step of the golden-section search."""
 
 
 class MonotoneCubic:
