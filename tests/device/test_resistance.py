@@ -532,6 +532,57 @@ def test_push_that_caused_a_reversal_has_one_second_to_end(stepped: Stepped) -> 
     assert times_ns[felt_by.index(PUSHED)] == 1_100_000_000
 
 
+@pytest.mark.parametrize(
+    ("reversed_by_nm", "torque_nm", "counts"), [(None, 2.0, True), (2.0, 0.2, False), (2.0, -0.2, True)]
+)
+def test_only_the_push_of_the_reversal_may_end(
+    stepped: Stepped, reversed_by_nm: float | None, torque_nm: float, counts: bool
+) -> None:
+    monitor = ResistanceMonitor([0.1] * 5)
+    if reversed_by_nm is not None:
+        monitor.start_after_reversal(PUSHED, reversed_by_nm, 0)
+    state = stepped.loop._state_builder.build(0, None, stepped.loop._loop_context(0, 0.0))
+    torques = tuple(torque_nm if n == PUSHED else 0.0 for n in range(5))
+    along = [np.sign(torque_nm) * 5.0] * 5
+    for t_ns in (0, 100_000_000):
+        state = msgspec.structs.replace(state, t_ns=t_ns, torque_nm=torques)
+        felt_by = monitor.resisting_axis(state, along, moves_back=True)
+    assert felt_by == (PUSHED if counts else None)
+
+
+@pytest.mark.parametrize(
+    ("torque_nm", "offset_deg"),
+    # A fifth of the way to the measured angle in each hundredth of a second, and 0.06 deg for each Nm above the level.
+    [(0.999, 0.0), (1.0, -0.4), (1.5, -0.43), (-1.5, 0.03)],
+)
+def test_setpoint_yields_to_the_measured_angle_and_beyond(torque_nm: float, offset_deg: float) -> None:
+    giving = YieldOffset([1.0], 100, 15.0)
+    giving.yield_to(np.array([torque_nm]), np.array([12.0]), np.array([10.0]))
+    assert giving.offset_deg[0] == pytest.approx(offset_deg, abs=1e-9)
+
+
+@pytest.mark.parametrize(
+    ("offset_deg", "lowest_deg", "highest_deg", "kept_deg"),
+    [
+        (-3.0, -2.0, 4.0, -2.0),
+        (5.0, -2.0, 4.0, 4.0),
+        (1.0, -2.0, 4.0, 1.0),
+        # The path itself is beyond a limit: the offset does not push it farther, and need not bring it back.
+        (-3.0, 0.5, 4.0, 0.0),
+        (0.2, 0.5, 4.0, 0.2),
+        (3.0, -4.0, -0.5, 0.0),
+        (-0.2, -4.0, -0.5, -0.2),
+    ],
+)
+def test_an_offset_does_not_grow_beyond_a_limit(
+    offset_deg: float, lowest_deg: float, highest_deg: float, kept_deg: float
+) -> None:
+    giving = YieldOffset([1.0], 100, 15.0)
+    giving.offset_deg = np.array([offset_deg])
+    giving.keep_within(np.array([lowest_deg]), np.array([highest_deg]))
+    assert giving.offset_deg[0] == kept_deg
+
+
 def a_run(folder: Path, trajectory: Trajectory, level: int = 25, **settings: object) -> Run:
     config = msgspec.structs.replace(StationConfig(), **settings)
     header = msgspec.convert(

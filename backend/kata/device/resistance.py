@@ -40,13 +40,13 @@ class ResistanceMonitor:
         """``thresholds_nm``: the level's torque of each axis."""
         self._thresholds_nm = thresholds_nm
         self._since_ns: list[int | None] = [None] * len(thresholds_nm)
-        self._last_reversal = (0, 0.0, 0)
-        """Axis and torque of the push that caused the last reversal, and the time until which it may end."""
+        self._last_push: tuple[int, float, int] | None = None
+        """Axis and direction of the push that caused the last reversal, and the time until which it may end."""
 
     def start_after_reversal(self, axis: int, torque_nm: float, t_ns: int) -> None:
         """Restart after a reversal. The push that caused it does not count again until :data:`PUSH_END_LIMIT_NS` has passed."""
         self._since_ns = [None] * len(self._thresholds_nm)
-        self._last_reversal = (axis, torque_nm, t_ns + PUSH_END_LIMIT_NS)
+        self._last_push = (axis, np.sign(torque_nm), t_ns + PUSH_END_LIMIT_NS)
 
     def resisting_axis(self, state: CycleState, speed_deg_s: Sequence[float], *, moves_back: bool) -> int | None:
         """Return the first axis that meets resistance in this cycle, else None.
@@ -73,8 +73,10 @@ class ResistanceMonitor:
 
     def _is_subsiding(self, n: int, state: CycleState) -> bool:
         """Return True while the push that caused the last reversal still has time to end."""
-        axis, torque_nm, until_ns = self._last_reversal
-        return n == axis and state.torque_nm[n] * torque_nm > 0 and state.t_ns < until_ns
+        if self._last_push is None:
+            return False
+        axis, sign, until_ns = self._last_push
+        return n == axis and bool(np.sign(state.torque_nm[n]) == sign) and state.t_ns < until_ns
 
 
 def _pushes(torque_nm: float, speed_deg_s: float, ahead_deg: float) -> bool:
@@ -106,11 +108,10 @@ class YieldOffset:
         All parameters are ``(5,)``. A torque below the level changes nothing.
         """
         sign = np.sign(torque_nm)
-        excess_nm = np.maximum(np.abs(torque_nm) - self._thresholds_nm, 0.0)
+        excess_nm = np.abs(torque_nm) - self._thresholds_nm
         ahead_deg = np.maximum((setpoint_deg - measured_deg) * sign, 0.0)
         change = self._share * ahead_deg + self._retreat_deg_nm * excess_nm
-        over = np.abs(torque_nm) >= self._thresholds_nm
-        self.offset_deg = np.clip(self.offset_deg - np.where(over, sign * change, 0.0), -MAX_YIELD_DEG, MAX_YIELD_DEG)
+        self.retreat(np.where(excess_nm >= 0.0, -sign * change, 0.0))
 
     def retreat(self, change_deg: Floats) -> None:
         """Change the offset for one setpoint, ``(5,)``."""
