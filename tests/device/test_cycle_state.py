@@ -9,6 +9,7 @@ import pytest
 from kata.device.bus.interface import BusSample, DriveSample, DriveStatus, InputSample
 from kata.device.config import Inputs, StationConfig
 from kata.device.cycle_state import CycleState, CycleStateBuilder, LoopContext
+from kata.device.ipc_messages import TorqueState
 from tests.support.stepped import REST_DEG
 
 MS = 1_000_000
@@ -162,6 +163,13 @@ def test_drive_status_is_reported(watched: Watched) -> None:
     assert state.hardware_error == (0, 1, 2, 3, 4)
     assert state.watchdog_tripped == (False, False, False, True, False)
     assert state.torque_reported == (False, True, False, False, False)
+
+
+@pytest.mark.parametrize(("age_ms", "torque"), [(1000, "off"), (1001, "unknown")])
+def test_a_torque_report_counts_for_one_second(watched: Watched, age_ms: int, torque: TorqueState) -> None:
+    watched.hear(0, watched.reading(0))
+    state = watched.hear(age_ms, msgspec.structs.replace(watched.reading(age_ms), statuses=()))
+    assert state.torque == (torque,) * 5
 
 
 def test_drive_status_does_not_outlive_the_bus(watched: Watched) -> None:

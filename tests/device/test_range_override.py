@@ -159,7 +159,19 @@ def test_reduction_adds_no_more_than_an_approachs_speed() -> None:
     less.reduce()
     angles = np.array([150.0, *(less.apply(standing(less, 150.0), 1.0, 0.01).angles_deg[MOVING] for _ in range(300))])
     assert angles[-1] == pytest.approx(135.0, abs=0.01)
-    assert np.abs(np.diff(angles)).max() / 0.01 <= 15.1
+    assert np.abs(np.diff(angles)).max() / 0.01 == pytest.approx(15.0, abs=0.05)
+
+
+def test_share_changes_by_at_most_a_quarter_each_second() -> None:
+    less = comfort()
+    less.reduce()
+    less.reduce()
+    shares = [1.0]
+    for _ in range(200):
+        less.apply(standing(less, 10.0), 1.0, 0.01)
+        shares.append(less.share)
+    assert shares[-1] == pytest.approx(0.8)
+    assert np.abs(np.diff(shares)).max() / 0.01 == pytest.approx(0.25)
 
 
 def test_motor_at_its_highest_speed_is_not_accelerated() -> None:

@@ -38,7 +38,7 @@ class Movement:
     """Highest speed override."""
     ramp_s: float = RAMP_S
     """Time from rest to full speed, and from full speed to rest."""
-    shortest_ramp_s: float = 0.0
+    shortest_ramp_s: float = RAMP_S
     """Shortest ramp that the axes' acceleration limits allow. It replaces a shorter :attr:`ramp_s`."""
     creep: float = CREEP
     """The speed override at which the path's end is reached."""
