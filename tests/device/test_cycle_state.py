@@ -165,6 +165,19 @@ def test_drive_status_is_reported(watched: Watched) -> None:
     assert state.torque_reported == (False, True, False, False, False)
 
 
+def test_settings_stay_lost_until_the_drive_is_verified_again(watched: Watched) -> None:
+    unverified = DriveStatus(START_NS, TURNING, False, 0, False, verified=False)
+    wrong = msgspec.structs.replace(unverified, mismatch="torque_limit")
+    again = msgspec.structs.replace(unverified, verified=True)
+    said = [unverified, wrong, unverified, again, unverified]
+    lost = [
+        watched.hear(n, msgspec.structs.replace(watched.reading(n), statuses=(status,))).settings_lost
+        for n, status in enumerate(said)
+    ]
+    assert [state[TURNING] for state in lost] == [False, True, True, False, False]
+    assert not any(state[n] for state in lost for n in range(5) if n != TURNING)
+
+
 @pytest.mark.parametrize(("age_ms", "torque"), [(1000, "off"), (1001, "unknown")])
 def test_a_torque_report_counts_for_one_second(watched: Watched, age_ms: int, torque: TorqueState) -> None:
     watched.hear(0, watched.reading(0))
