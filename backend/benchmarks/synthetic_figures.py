@@ -9,11 +9,11 @@ from datetime import datetime
 from typing import Any, Final
 from uuid import UUID
 
-from kata.clinic.statistics.derived_tables import hour_of
+from kata.clinic.statistics import parts
 from kata.clinic.statistics.measures import MEASURES
 
 _HOUR_SUMS: Final = (
-    "sessions", "playbacks", "stopped", "played_s", "repetitions", "compared", "rmse_sum_deg", "rmse_square_sum_deg2", "peak_deg",
+    "sessions", "playbacks", "stopped", "played_s", "repetitions", "compared", "left_out", "rmse_sum_deg", "rmse_square_sum_deg2", "peak_deg",
 )  # fmt: skip
 
 
@@ -29,7 +29,7 @@ class StationHours:
 
     def add(self, began: datetime, station: str, runs: Sequence[dict[str, Any]]) -> None:
         """Add a session with its rows of runs. All its runs were played."""
-        sums = self._sums[hour_of(began), station]
+        sums = self._sums[parts.begin_of(began), station]
         sums["sessions"] += 1
         for run in runs:
             rmse_deg = run["worst_rmse_deg"]

@@ -266,7 +266,10 @@ def test_partial_run_has_no_error_but_its_compared_share(database: Database, tmp
     for run in runs:
         assert "valueQuantity" not in run
         assert run["dataAbsentReason"]["coding"][0]["code"] == "unknown"
-        assert run["dataAbsentReason"]["text"] == "Less than 90 % of the playing time was compared"
+        assert (
+            run["dataAbsentReason"]["text"]
+            == "Less than 90 % of the playing time or no complete repetition was compared"
+        )
         shares = {
             part["code"]["coding"][0]["code"]: part["valueQuantity"]["value"]
             for part in run["component"]

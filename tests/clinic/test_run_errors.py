@@ -4,6 +4,7 @@ import json
 from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
+from typing import Literal
 
 import numpy as np
 import pytest
@@ -113,6 +114,39 @@ def test_run_reduced_for_a_moment_is_a_whole_figure(clinic: Clinic) -> None:
 def test_run_reduced_at_once_says_that_nothing_was_compared(clinic: Clinic) -> None:
     run = lifted(clinic)(reduced_from(0))
     assert (run.comparison, run.compared_percent, run.partial) == (None, 0.0, True)
+
+
+def ended_after(seconds: float, reason: Literal["stopped", "returned"]) -> Callable[[Journal, Floats], Journal]:
+    """End the playback early."""
+
+    def change(journal: Journal, _: Floats) -> Journal:
+        count = round(seconds * 100)
+        names = ("t_ns", "phase", "path_s", "setpoint_deg", "measured_deg", "torque_nm")
+        shorter = {name: getattr(journal, name)[:count] for name in names}
+        return replace(journal, **shorter, end=JournalEnd(reason=reason))
+
+    return change
+
+
+@SQLITE_FIRST
+@pytest.mark.parametrize("reason", ["stopped", "returned"])
+def test_playback_ended_in_its_first_repetition_is_partial(
+    clinic: Clinic, reason: Literal["stopped", "returned"]
+) -> None:
+    """All its time is compared, but the error of two seconds once counted like that of the whole motion."""
+    play = lifted(clinic)
+    short = play(ended_after(2.0, reason), PlaybackSettings(repetitions=2))
+    whole = play(ended_after(5.0, reason), PlaybackSettings(repetitions=2))
+    assert (short.compared_percent, whole.compared_percent) == (100.0, 100.0)
+    assert (short.repetitions_done, whole.repetitions_done) == (0, 1)
+    assert (short.partial, whole.partial) == (True, False)
+    with clinic.database.read() as session:
+        assert session.get_one(RunRow, short.id).worst_rmse_deg is None
+        assert session.get_one(RunRow, whole.id).worst_rmse_deg is not None
+        episode_id = session.get_one(SessionRow, short.session_id).episode_id
+        assert episode_id
+        (tracked,) = progress.tracked(session, progress.timeline_of(session, episode_id))
+        assert tracked.playbacks == 1
 
 
 def test_former_run_with_reduced_range_is_partial(clinic: Clinic) -> None:

@@ -5,7 +5,7 @@ from datetime import UTC, date, datetime, timedelta
 from math import isclose
 from typing import Literal
 from uuid import UUID, uuid4
-from zoneinfo import ZoneInfo
+from zoneinfo import ZoneInfo, available_timezones
 
 import pytest
 from sqlalchemy import func, select
@@ -18,8 +18,9 @@ from kata.clinic.events.tables import DeviceEventRow
 from kata.clinic.patients.tables import PatientRow
 from kata.clinic.programmes.tables import ProgrammeRow, ProgrammeVersionRow
 from kata.clinic.progress import service as progress
+from kata.clinic.sessions import runs
 from kata.clinic.sessions.tables import RunRow, SessionRow, SessionStopRow
-from kata.clinic.statistics import derived_tables, intervals, outcomes, usage, worklist
+from kata.clinic.statistics import derived_tables, intervals, outcomes, parts, usage, worklist
 from kata.clinic.statistics.intervals import SampleSums
 from kata.clinic.statistics.recent_days import recent_days
 from kata.clinic.statistics.schemas import LEAST_SHOWN
@@ -54,7 +55,7 @@ def test_hours_are_counted_with_the_commit_that_changes_them(database: Database)
     with database.write() as session:
         treat(session, sessions=2, runs=3)
     with database.read() as session:
-        first = derived_tables.hour_of(DAY)
+        first = parts.begin_of(DAY)
         assert hours(session) == {first: (1, 3, 1, 2), first + timedelta(days=3): (1, 3, 1, 2)}
         rmse = session.scalars(select(RunRow.worst_rmse_deg)).all()
         rows = session.scalars(select(StationHourRow)).all()
@@ -122,6 +123,56 @@ def test_days_begin_at_the_clinics_midnight(database: Database) -> None:
         (week,) = usage.usage(session, Span(ALL_TIME.since, ALL_TIME.until, CHICAGO), "week").rows
     assert days == {TOKYO: date(2026, 11, 2), CHICAGO: date(2026, 11, 1)}
     assert week.begins_on == date(2026, 10, 26)
+
+
+@pytest.mark.parametrize(
+    ("zone", "last"),
+    [
+        ("Asia/Kolkata", datetime(2026, 11, 2, 18, 29, 59, tzinfo=UTC)),
+        ("Asia/Kathmandu", datetime(2026, 11, 2, 18, 14, 59, tzinfo=UTC)),
+        # Before and in summer time, which begins on 4 October. On Lord Howe it is half an hour.
+        ("Australia/Adelaide", datetime(2026, 10, 2, 14, 29, 59, tzinfo=UTC)),
+        ("Australia/Adelaide", datetime(2026, 11, 2, 13, 29, 59, tzinfo=UTC)),
+        ("Australia/Lord_Howe", datetime(2026, 10, 2, 13, 29, 59, tzinfo=UTC)),
+        ("Australia/Lord_Howe", datetime(2026, 11, 2, 12, 59, 59, tzinfo=UTC)),
+        ("Pacific/Chatham", datetime(2026, 11, 2, 10, 14, 59, tzinfo=UTC)),
+        ("America/St_Johns", datetime(2026, 11, 2, 3, 29, 59, tzinfo=UTC)),
+    ],
+)
+def test_midnight_divides_an_hour_in_some_zones(database: Database, zone: str, last: datetime) -> None:
+    """The last session of a day was counted on the next day, or the other way round: hours of UTC were summed."""
+    local = ZoneInfo(zone)
+    moments = (last, last + timedelta(seconds=1), last + timedelta(minutes=20))
+    with database.write() as session:
+        treat(session, sessions=3, runs=1)
+        for visit, at in zip(session.scalars(select(SessionRow)), moments, strict=True):
+            visit.started_at = at
+    day = last.astimezone(local).date()
+    with database.read() as session:
+        days = usage.usage(session, Span(ALL_TIME.since, ALL_TIME.until, local), "day").rows
+        second = usage.usage(session, Span(last + timedelta(seconds=1), ALL_TIME.until, local), "day").rows
+    assert [(row.begins_on, row.sessions) for row in days] == [(day, 1), (day + timedelta(days=1), 2)]
+    assert [(row.begins_on, row.sessions) for row in second] == [(day + timedelta(days=1), 2)]
+
+
+def test_parts_end_at_the_midnights_of_every_zone() -> None:
+    midnights = {local_midnight(name, day) for name in available_timezones() for day in range(0, 14 * 365, 20)}
+    assert [at for at in sorted(midnights) if at != parts.begin_of(at)] == []
+
+
+def local_midnight(zone: str, day: int) -> datetime:
+    """Return the time of UTC, on one day, at which a day begins with the offset that the zone has so many days after 2023."""
+    offset = (datetime(2024, 1, 1, tzinfo=UTC) + timedelta(days=day)).astimezone(ZoneInfo(zone)).utcoffset()
+    assert offset is not None
+    return datetime(2024, 1, 1, *divmod(-round(offset.total_seconds() / 60) % 1440, 60), tzinfo=UTC)
+
+
+def test_parts_follow_each_other_without_a_gap() -> None:
+    begin = datetime(2026, 11, 2, tzinfo=UTC)
+    while begin < datetime(2026, 11, 3, tzinfo=UTC):
+        end = parts.end_of(begin)
+        assert parts.begin_of(end - timedelta(microseconds=1)) == parts.begin_of(begin) == begin
+        begin = end
 
 
 @pytest.mark.parametrize(("station", "sessions"), [(None, 2), ("Kata 1", 2), ("Kata 2", 0), ("", 0)])
@@ -247,7 +298,7 @@ def test_a_station_drifts_when_its_error_rises(database: Database) -> None:
                 total, squares = 20 * mean, 20 * (mean**2 + 0.01)
                 rows.append(
                     {
-                        "hour": derived_tables.hour_of(until - timedelta(days=days)), "station": station, "sessions": 10,
+                        "hour": parts.begin_of(until - timedelta(days=days)), "station": station, "sessions": 10,
                         "playbacks": 20, "stopped": 0, "played_s": 60.0, "repetitions": 20, "compared": 20,
                         "rmse_sum_deg": total, "rmse_square_sum_deg2": squares, "peak_deg": 2.0,
                     }
@@ -259,15 +310,25 @@ def test_a_station_drifts_when_its_error_rises(database: Database) -> None:
 
 
 def test_tracking_counts_the_playbacks_that_progress_counts(database: Database) -> None:
-    """A partial playback has no error of the whole run, so neither counts it. A stopped one whose playing time was compared counts."""
+    """A partial playback has no error of the whole motion, so neither counts it. One that was stopped after a repetition counts."""
     with database.write() as session:
-        made = treat(session, sessions=1, runs=3)
-        partial = session.scalars(select(RunRow).where(RunRow.outcome == "completed").order_by(RunRow.started_at)).all()
-        partial[0].compared_percent, partial[0].worst_rmse_deg, partial[0].worst_peak_deg = 41.5, None, None
+        made = treat(session, sessions=1, runs=4)
+        played = session.scalars(select(RunRow).order_by(RunRow.started_at)).all()
+        played[0].compared_percent = 41.5
+        played[1].least_range_percent, played[1].repetitions_done = None, 1
+        played[2].least_range_percent = None
+        # A stopped test of one second, with an error that would be the largest.
+        played[3].least_range_percent, played[3].repetitions_done, played[3].outcome = None, 0, "stopped"
+        played[3].samples, played[3].played_s, played[3].tracking[0].rmse_deg = 100, 1.0, 30.0
+        for run in played:
+            run.worst_rmse_deg, run.worst_peak_deg = None, None
+            runs.store_worst_errors(run)
     with database.read() as session:
-        (station,) = usage.tracking(session, ALL_TIME).rows
+        found = usage.tracking(session, ALL_TIME)
         charts = progress.tracked(session, progress.timeline_of(session, made.episode_id))
         counted = session.scalars(select(RunRow).where(RunRow.worst_rmse_deg.is_not(None))).all()
+    (station,) = found.rows
+    assert found.left_out == 2
     assert {run.outcome for run in counted} == {"completed", "stopped"}
     assert station.playbacks == sum(one.playbacks for one in charts) == 2
     mean = sum(one.rmse_deg * one.playbacks for one in charts) / station.playbacks

@@ -1,10 +1,10 @@
-"""Worklist and outcomes of random clinics agree with plain loops over all records."""
+"""Worklist and figures of random clinics agree with plain loops over all records."""
 
 import random
 from collections import defaultdict
 from collections.abc import Iterator
 from contextlib import ExitStack, closing
-from datetime import UTC, datetime, timedelta
+from datetime import UTC, date, datetime, timedelta
 from typing import Any
 from uuid import UUID
 from zoneinfo import ZoneInfo
@@ -19,9 +19,11 @@ from kata.clinic.episodes.tables import EpisodeRow, StageRow
 from kata.clinic.events.tables import DeviceEventRow
 from kata.clinic.patients.tables import PatientRow
 from kata.clinic.programmes.tables import ProgrammeRow, ProgrammeVersionRow
+from kata.clinic.recordings.tables import RecordingRow
 from kata.clinic.restricted import service as restricted
-from kata.clinic.sessions.tables import SessionRow, SessionStopRow
-from kata.clinic.statistics import outcomes, usage, worklist
+from kata.clinic.sessions import runs
+from kata.clinic.sessions.tables import MotorTrackingRow, RunRow, SessionRow, SessionStopRow
+from kata.clinic.statistics import derived_tables, outcomes, usage, worklist
 from kata.clinic.statistics.recent_days import recent_days
 from kata.clinic.statistics.schemas import LEAST_SHOWN
 from kata.clinic.statistics.tables import EpisodeOutcomeRow
@@ -40,6 +42,12 @@ THERAPISTS = ("Sato", "Ito")
 STATIONS = ("Kata 1", "Kata 2")
 CODES = ("estop_pressed", "bus_lost", "load_repeated")
 ACTOR = Actor(UUID(int=1), UUID(int=2), "Sato", "therapist", frozenset())
+ZONES = (
+    "Asia/Tokyo", "America/Chicago", "Asia/Kolkata", "Asia/Kathmandu", "Australia/Adelaide", "Australia/Lord_Howe", "Pacific/Chatham",
+    "America/St_Johns", "Pacific/Marquesas",
+)  # fmt: skip
+"""Zones with and without whole hours, most with a change of the offset in the time of the records."""
+REPETITION_S = 10.0
 NO_PROGRAMMES = worklist.adherence([], DAYS)
 
 
@@ -62,6 +70,13 @@ class RandomClinic:
         )  # fmt: skip
         session.add(patient)
         session.flush()
+        recording = RecordingRow(
+            id=self._id(), patient_id=patient.id, name="Lift", side="left", station=STATIONS[0], taught_at=NOW, taught_by="",
+            duration_s=REPETITION_S, rate_hz=100, samples=1000, note="",
+        )  # fmt: skip
+        session.add(recording)
+        session.flush()
+        self._recording = recording
         for side in ("left", "right")[: self.random.choice((1, 1, 2))]:
             self._episode(session, patient.id, side)
 
@@ -122,6 +137,8 @@ class RandomClinic:
             )
         )  # fmt: skip
         session.flush()
+        for _ in range(session.get_one(SessionRow, id_).run_count):
+            self._run(session, id_, at)
         for code in self.random.sample(CODES, self.random.randrange(3)):
             session.add(SessionStopRow(session_id=id_, code=code, started_at=at, station=station))
         for kind in ("alarm", "event"):
@@ -130,6 +147,37 @@ class RandomClinic:
                     id=self._id(), station=station, at=at, kind=kind, code=self.random.choice(CODES), message="", session_id=id_
                 )
             )  # fmt: skip
+
+    def _run(self, session: Session, session_id: UUID, at: datetime) -> None:
+        """Add a run that was played to its end, ended early, played with reduced range, never played, or is being played."""
+        outcome = self.random.choice(
+            ("completed", "completed", "stopped", "returned", "interrupted", "unloaded", "loaded")
+        )
+        run = RunRow(
+            id=self._id(),
+            session_id=session_id,
+            recording=self._recording,
+            started_at=at,
+            outcome=outcome,
+            repetitions=3,
+        )
+        if outcome not in ("unloaded", "loaded"):
+            played = 3.0 if outcome == "completed" else self.random.uniform(0, 3)
+            reduced = self.random.choice((0.0, 0.0, 0.05, 0.4, 1.0))
+            run.repetitions_done, run.played_s, run.rate_hz = int(played), played * REPETITION_S, 100
+            run.compared_percent = 100 * (1 - reduced)
+            run.least_range_percent = 60.0 if reduced else None
+            if reduced < 1:
+                # An error is larger in a short part of the motion, or smaller.
+                spread = 1.0 if played >= 1 else self.random.choice((0.1, 20.0))
+                run.samples = round(played * 1000 * (1 - reduced))
+                run.tracking = [self._errors(motor, spread) for motor in (1, 3)]
+        runs.store_worst_errors(run)
+        session.add(run)
+
+    def _errors(self, motor: int, spread: float) -> MotorTrackingRow:
+        rmse = spread * self.random.uniform(0.5, 1.5)
+        return MotorTrackingRow(motor=motor, peak_deg=-2 * rmse, peak_at_s=0.5, rmse_deg=rmse, start_deg=0.0)
 
     def _id(self) -> UUID:
         return UUID(int=self.random.getrandbits(128), version=4)
@@ -149,6 +197,7 @@ def session(request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFac
             url = stack.enter_context(emptied_afterwards(request.getfixturevalue("postgresql_url")))
         database = stack.enter_context(closing(Database(url)))
         upgrade(database)
+        derived_tables.DerivedTablesHook(database)
         with database.write() as writing:
             RandomClinic(seed=len(request.param)).fill(writing, 150)
         with database.read() as reading:
@@ -259,6 +308,73 @@ def test_stops(session: Session, days: int, station: str | None) -> None:
     answer = usage.stops(session, span)
     assert {(row.code, row.station): [row.sessions, row.alarms] for row in answer.rows} == counts
     assert answer.stopped_sessions == len(stopped)
+
+
+def span_of(zone: str, station: str | None) -> Span:
+    """Return seven weeks of a zone that begin on a Monday."""
+    local = ZoneInfo(zone)
+    since, until = (datetime(2026, month, day, tzinfo=local).astimezone(UTC) for month, day in ((9, 28), (11, 16)))
+    return Span(since, until, local, station)
+
+
+def sessions_of(session: Session, span: Span) -> list[tuple[date, str, list[Any]]]:
+    """Return the day and station of each session of a span, with the runs that were played."""
+    played = defaultdict(list)
+    for run in rows(session, RunRow):
+        if run.outcome not in ("loaded", "unloaded"):
+            played[run.session_id].append(run)
+    return [
+        (row.started_at.astimezone(span.zone).date(), row.station, played[row.id])
+        for row in rows(session, SessionRow)
+        if row.run_count and span.since <= row.started_at < span.until and span.station in (None, row.station)
+    ]
+
+
+@pytest.mark.parametrize("station", [None, "Kata 2"])
+@pytest.mark.parametrize("zone", ZONES)
+def test_use_of_the_stations(session: Session, zone: str, station: str | None) -> None:
+    """Sums of whole hours of UTC once moved sessions to another day."""
+    span = span_of(zone, station)
+    used: dict[tuple[date, str], list[float]] = defaultdict(lambda: [0, 0, 0, 0, 0])
+    for day, name, played in sessions_of(session, span):
+        sums = used[day, name]
+        sums[0] += 1
+        for run in played:
+            for place, more in enumerate((1, run.outcome == "stopped", run.played_s / 3600, run.repetitions_done), 1):
+                sums[place] += more
+    found = {
+        (row.begins_on, row.station): [row.sessions, row.playbacks, row.stopped, row.hours, row.repetitions]
+        for row in usage.usage(session, span, "day").rows
+    }
+    assert found.keys() == used.keys()
+    for key, sums in found.items():
+        assert sums == pytest.approx(used[key])
+
+
+@pytest.mark.parametrize("station", [None, "Kata 2"])
+@pytest.mark.parametrize("zone", ZONES)
+def test_tracking_error_of_the_stations(session: Session, zone: str, station: str | None) -> None:
+    """A playback that was stopped after a second once counted like a whole one."""
+    span = span_of(zone, station)
+    errors: dict[tuple[date, str], list[tuple[float, float]]] = defaultdict(list)
+    left_out = 0
+    for day, name, played in sessions_of(session, span):
+        for run in played:
+            if run.played_s < REPETITION_S or run.compared_percent < 90:
+                left_out += 1
+            else:
+                motors = [(motor.rmse_deg, abs(motor.peak_deg)) for motor in run.tracking]
+                errors[day - timedelta(days=day.weekday()), name].append(max(motors))
+    quality = usage.tracking(session, span)
+    assert left_out > 10
+    assert quality.left_out == left_out
+    assert {(row.begins_on, row.station): row.playbacks for row in quality.rows} == {
+        week: len(of) for week, of in errors.items()
+    }
+    for row in quality.rows:
+        of = errors[row.begins_on, row.station]
+        assert row.rmse_deg == pytest.approx(np.mean([rmse for rmse, _ in of]))
+        assert row.peak_deg == max(peak for _, peak in of)
 
 
 @pytest.mark.parametrize("days", [60, 300])

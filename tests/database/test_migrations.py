@@ -25,7 +25,9 @@ from kata.clinic.patients.schemas import PatientCreate
 from kata.clinic.recordings.tables import RECORDING_COLUMNS, RECORDING_SAMPLES
 from kata.clinic.sessions import correction_learning
 from kata.clinic.sessions.tables import RUN_COLUMNS, RUN_SAMPLES
+from kata.clinic.statistics import derived_tables
 from kata.database.arrays import decode, encode
+from kata.database.base import UtcDateTime
 from kata.database.engine import Database, DatabaseError
 from kata.database.series import pack, unpack
 from kata.database.upgrade import migrations, upgrade
@@ -197,6 +199,33 @@ def test_upgrade_takes_errors_with_reduced_range_out_of_charts(empty: Database) 
     assert [row["peak_deg"] for row in contents(empty)["motor_tracking"]] == [-2.5, -2.5]
     at_version(empty, "0010", command.downgrade)
     assert contents(empty) == before
+
+
+def test_upgrade_sums_whole_motions_between_the_midnights_of_zones(empty: Database) -> None:
+    """The sums of 0036 are hours and include a playback that was stopped in its first repetition."""
+    filled(empty, "0004")
+    at_version(empty, "0036")
+    with empty.writer.begin() as connection:
+        connection.exec_driver_sql("UPDATE sessions SET station = 'Kata 1'")
+        connection.exec_driver_sql("UPDATE runs SET worst_rmse_deg = 0.75, worst_peak_deg = 2.5")
+        connection.exec_driver_sql("UPDATE runs SET repetitions_done = 0 WHERE outcome = 'stopped'")
+        sessions = sa.table("sessions", sa.column("id", sa.Uuid()), sa.column("started_at", UtcDateTime()))
+        for n, minute in ((11, 20), (12, 40)):
+            at = datetime(2025, 4, 1, 18, minute, tzinfo=UTC)
+            connection.execute(sa.update(sessions).where(sessions.c.id == key(n)).values(started_at=at))
+    upgrade(empty)
+    found = [(str(row["hour"])[11:16], row["compared"], row["left_out"]) for row in station_hours(empty)]
+    assert found == [("18:15", 0, 1), ("18:30", 1, 0)]
+    with empty.write() as session:
+        derived_tables.refresh(session, set(), {key(11), key(12)}, set())
+    assert [(str(row["hour"])[11:16], row["compared"], row["left_out"]) for row in station_hours(empty)] == found
+    at_version(empty, "0036", command.downgrade)
+    assert [(str(row["hour"])[11:16], row["compared"]) for row in station_hours(empty)] == [("18:00", 2)]
+    assert [row["worst_rmse_deg"] for row in contents(empty)["runs"]] == [0.75, 0.75]
+
+
+def station_hours(database: Database) -> list[Row]:
+    return sorted(contents(database)["station_hours"], key=lambda row: str(row["hour"]))
 
 
 def test_stopped_session_is_stored_beside_its_cause(empty: Database) -> None:

@@ -16,7 +16,7 @@ from kata.clinic.assessments.tables import AssessmentRow
 from kata.clinic.episodes.tables import EpisodeRow
 from kata.clinic.patients.tables import PatientRow
 from kata.clinic.programmes.tables import ProgrammeRow, ProgrammeVersionRow
-from kata.clinic.statistics import derived_tables
+from kata.clinic.statistics import derived_tables, parts
 from kata.clinic.statistics.schemas import LEAST_SHOWN
 from kata.clinic.statistics.tables import StationHourRow
 from kata.database.base import utc_now
@@ -82,7 +82,7 @@ def _let_drift(session: Session, now: datetime) -> None:
     """Let the tracking error of a station grow in the last weeks."""
     rows = [
         {
-            "hour": derived_tables.hour_of(now - timedelta(days=days)), "station": _DRIFTING, "sessions": 10, "playbacks": 20,
+            "hour": parts.begin_of(now - timedelta(days=days)), "station": _DRIFTING, "sessions": 10, "playbacks": 20,
             "stopped": 0, "played_s": 60.0, "repetitions": 20, "compared": 20, "rmse_sum_deg": 20 * mean_deg,
             # A standard deviation of 0.1 deg.
             "rmse_square_sum_deg2": 20 * (mean_deg**2 + 0.01), "peak_deg": 2.0,

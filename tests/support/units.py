@@ -43,7 +43,7 @@ DECLARED: Final[dict[str, str]] = {
             "sessions", "sessions_prescribed", "sessions_per_week", "repetitions", "repetitions_planned", "repetitions_done", "runs", "stops",
             "run_count", "stop_count", "samples", "reversals", "takes", "cycles", "overruns", "bus_errors", "drive_errors",
             "telemetry_dropped", "waiting", "audit_rows", "digits", "programmes", "overdue", "prescribed", "held", "playbacks", "stopped", "stopped_sessions",
-            "alarms", "due_count", "left_out_further", "patients", "shoulders", "least_patients", "presses", "passes", "repetitions_left", "unsigned_count", "count",
+            "alarms", "due_count", "left_out", "left_out_further", "patients", "shoulders", "least_patients", "presses", "passes", "repetitions_left", "unsigned_count", "count",
         ),
         COUNT,
     ),

@@ -35,6 +35,7 @@ from kata.motion.axes import BASIC_MOTIONS
 _EXAM = concept(f"{HL7}observation-category", "exam", "Exam")
 _SURVEY = concept(f"{HL7}observation-category", "survey", "Survey")
 _THERAPY = concept(f"{HL7}observation-category", "therapy", "Therapy")
+_PARTIAL = f"Less than {MIN_COMPARED_PERCENT:g} % of the playing time or no complete repetition was compared"
 _PAINS = ("rest", "active", "passive", "average")
 _END_OF: Final = {"completed": "completed", "shortened": "stopped", "stopped": "stopped", "patient_request": "stopped"}
 """Status of a Procedure by the reason why the session ended. The reason "other" does not say whether the session was completed."""
@@ -151,7 +152,7 @@ def run_tracking(row: RunRow, patient_id: UUID) -> Resource:
     absent = ("unknown", "Unknown") if row.partial else ("not-performed", "Not Performed")
     if row.ended_at is None:
         absent = ("temp-unknown", "Temporarily Unknown")
-    why = f"Less than {MIN_COMPARED_PERCENT:g} % of the playing time was compared" if row.partial else ""
+    why = _PARTIAL if row.partial else ""
     return without_empty(
         {
             "resourceType": "Observation",

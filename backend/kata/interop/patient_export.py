@@ -42,7 +42,8 @@ recordings/       samples: time and the five motors' angles (Apache Parquet; uni
 goniometer.csv    goniometer readings: patient_deg beside apparatus_deg, the apparatus angle of the same motion at that moment
 runs.csv          playbacks and end-feel tests: one line each, with the name of the file of its samples
                   worst_peak_deg and worst_rmse_deg are tracking errors: played minus requested motion.
-                  They are empty where compared_percent, the share of the playing time that was compared, is below 90
+                  They are empty where compared_percent, the share of the playing time that was compared, is below 90, and where
+                  the playback ended before its first repetition was complete
                   change_by_settings_deg is requested minus taught: what range and Reduce range changed, not an error
                   end_feel is empty for a playback. For an end-feel test it is test or baseline; the figures are in end-feel.csv.
                   A baseline moves a weight, not the patient

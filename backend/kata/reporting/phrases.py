@@ -176,8 +176,9 @@ PHRASES: Final[dict[str, tuple[str, str]]] = {
     "worst_peak": ("Peak, °", "最大誤差°"),
     "worst_of": (
         "Tracking error: playback minus the requested motion, without the start, of the motor with the largest error. "
-        "Partial: less than 90\u00a0% of the playing time was compared. A dash means that nothing was compared.",
-        "追従誤差は「再生−要求した動作」（開始時を除く）。5個のモータのうち最大のものを示す。「部分的」は再生時間の90%未満の比較。"
+        "Partial: less than 90\u00a0% of the playing time was compared, or the playback ended before its first repetition was complete. "
+        "A dash means that nothing was compared.",
+        "追従誤差は「再生−要求した動作」（開始時を除く）。5個のモータのうち最大のものを示す。「部分的」は再生時間の90%未満の比較、または最初の反復の完了前に終わった再生。"
         "「–」は比較なし。",
     ),
     "speed": ("speed {percent}\u00a0%", "速度{percent}%"),

@@ -250,11 +250,16 @@ def _store_results(session: DatabaseSession, row: RunRow, results: PlaybackResul
         setattr(row, name, value)
     row.tracking = [MotorTrackingRow(**columns) for columns in results.motors]
     row.motions = [MotionTrackingRow(**columns) for columns in results.motions]
+    store_worst_errors(row)
+    if results.correction:
+        session.add(RunCorrectionRow(run_id=row.id, station=config.name, data=results.correction))
+
+
+def store_worst_errors(row: RunRow) -> None:
+    """Store the errors of the worst motor for lists, progress and the clinic's figures. A partial run has none."""
     if row.tracking and not row.partial:
         row.worst_rmse_deg = max(motor.rmse_deg for motor in row.tracking)
         row.worst_peak_deg = max(abs(motor.peak_deg) for motor in row.tracking)
-    if results.correction:
-        session.add(RunCorrectionRow(run_id=row.id, station=config.name, data=results.correction))
 
 
 def _complete_end_feel(session: DatabaseSession, row: RunRow, journal: Journal) -> None:

@@ -283,7 +283,8 @@ class Run(PlaybackSettings):
     )
     partial: bool = Field(
         False,
-        description="True if less than 90 % of the playing time was compared. Progress charts then ignore the errors.",
+        description="True if less than 90 % of the playing time was compared, or if the playback ended before its first repetition "
+        "was complete. Progress charts and the clinic's figures then ignore the errors.",
     )
     clock_offset_s: float | None = Field(
         None,

@@ -242,10 +242,13 @@ class RunRow(Base):
 
     @property
     def partial(self) -> bool:
-        """True if too little of the playing time was compared for a figure of the whole run.
+        """True if too little was compared for a figure of the whole motion: of the playing time, or because the playback was ended before
+        its first repetition was complete. Its error may lack the hardest part of the motion.
 
         A row from before migration 0011 does not contain the share. Such a run is partial if its range was reduced.
         """
+        if self.samples is not None and self.outcome != "completed" and not self.repetitions_done:
+            return True
         if self.compared_percent is None:
             return self.least_range_percent is not None
         return self.compared_percent < MIN_COMPARED_PERCENT

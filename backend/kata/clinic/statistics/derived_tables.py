@@ -9,7 +9,7 @@ treatment records are more important than figures. The next change of the same h
 
 import logging
 from collections.abc import Iterator, Mapping
-from datetime import datetime, timedelta
+from datetime import datetime
 from typing import Any, Final, TypedDict
 from uuid import UUID
 
@@ -22,6 +22,7 @@ from kata.clinic.assessments.tables import AssessmentRow, RomRow
 from kata.clinic.episodes.tables import EpisodeRow
 from kata.clinic.questionnaires.changes import as_shown
 from kata.clinic.sessions.tables import RunRow, SessionRow
+from kata.clinic.statistics import parts
 from kata.clinic.statistics.measures import MEASURES
 from kata.clinic.statistics.tables import EpisodeOutcomeRow, StationHourRow
 from kata.database.base import Base
@@ -29,7 +30,6 @@ from kata.database.engine import Database
 
 log = logging.getLogger(__name__)
 
-HOUR: Final = timedelta(hours=1)
 _STALE: Final = "statistics"
 """Key of the changed records in ``Session.info``."""
 _NOT_PLAYED: Final = ("loaded", "unloaded", "running")
@@ -84,21 +84,16 @@ def _collect(session: Session, _: object) -> None:
 
 
 def refresh(session: Session, hours: set[tuple[str, datetime]], sessions: set[UUID], episodes: set[UUID]) -> None:
-    """Compute the rows of these station hours, of the hours of these sessions, and of these episodes. The caller commits."""
+    """Compute the rows of these stations and parts of hours, of those of these sessions, and of these episodes. The caller commits."""
     if sessions:
         starts = select(SessionRow.station, SessionRow.started_at).where(SessionRow.id.in_(sessions))
-        hours = hours | {(station, hour_of(at)) for station, at in session.execute(starts)}
+        hours = hours | {(station, parts.begin_of(at)) for station, at in session.execute(starts)}
     # Rows are written in a fixed order, so that two services do not wait for each other's rows.
     for station, hour in sorted(hours):
         if station:
             upsert(session, StationHourRow, [dict(_sums_of(session, station, hour))])
     for episode_id in sorted(episodes, key=str):
         _refresh_episode(session, episode_id)
-
-
-def hour_of(at: datetime) -> datetime:
-    """Return the beginning of the hour in UTC."""
-    return at.replace(minute=0, second=0, microsecond=0)
 
 
 def upsert(session: Session, table: type[Base], rows: list[dict[str, Any]]) -> None:
@@ -121,6 +116,7 @@ def _sums_of(session: Session, station: str, hour: datetime) -> Mapping[str, Any
 def _sums(station: str, hour: datetime) -> Select[Any]:
     played = RunRow.outcome.not_in(_NOT_PLAYED)
     rmse = case((played, RunRow.worst_rmse_deg))
+    moved = RunRow.samples.is_not(None) | RunRow.compared_percent.is_not(None)
     return (
         select(
             func.count(SessionRow.id.distinct()).label("sessions"),
@@ -129,13 +125,14 @@ def _sums(station: str, hour: datetime) -> Select[Any]:
             func.coalesce(func.sum(case((played, RunRow.played_s))), 0.0).label("played_s"),
             func.coalesce(func.sum(case((played, RunRow.repetitions_done))), 0).label("repetitions"),
             func.count(rmse).label("compared"),
+            func.count(case((played & moved & RunRow.worst_rmse_deg.is_(None), RunRow.id))).label("left_out"),
             func.coalesce(func.sum(rmse), 0.0).label("rmse_sum_deg"),
             func.coalesce(func.sum(rmse * rmse), 0.0).label("rmse_square_sum_deg2"),
             func.max(case((played, RunRow.worst_peak_deg))).label("peak_deg"),
         )
         .select_from(SessionRow)
         .outerjoin(RunRow, RunRow.session_id == SessionRow.id)
-        .where(SessionRow.station == station, SessionRow.started_at >= hour, SessionRow.started_at < hour + HOUR)
+        .where(SessionRow.station == station, SessionRow.started_at >= hour, SessionRow.started_at < parts.end_of(hour))
         .where(SessionRow.run_count > 0)
     )
 
@@ -192,4 +189,4 @@ def _hours_of(row: SessionRow) -> Iterator[tuple[str, datetime]]:
     attributes = inspect(row).attrs
     stations = {row.station, *(attributes.station.history.deleted or ())}
     for moment in {row.started_at, *(attributes.started_at.history.deleted or ())}:
-        yield from ((station, hour_of(moment)) for station in stations if station)
+        yield from ((station, parts.begin_of(moment)) for station in stations if station)

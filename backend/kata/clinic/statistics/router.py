@@ -71,7 +71,7 @@ def get_usage(
 ) -> Usage:
     """Return sessions, playbacks, hours and repetitions of each station by day or week.
 
-    A session is counted at the station and in the hour in which it began. Restricted records are counted, because no patient is named.
+    A session is counted at the station and on the day on which it began. Restricted records are counted, because no patient is named.
     """
     with database.read() as session:
         return usage.usage(session, span, by)
@@ -82,6 +82,7 @@ def get_tracking_quality(database: TheDatabase, span: TheSpan) -> TrackingQualit
     """Return the mean tracking error of each station by week, and its change in the last four weeks of the time.
 
     The change is relative to the twelve weeks before, with Welch's 95 % confidence interval. It also depends on which motions were played.
+    Playbacks whose error is partial are left out: their range was reduced, or they ended before their first repetition was complete.
     """
     with database.read() as session:
         return usage.tracking(session, span)

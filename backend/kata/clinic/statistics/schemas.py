@@ -117,6 +117,10 @@ class TrackingQuality(Schema):
 
     rows: list[StationTracking] = Field(description="In chronological order.")
     drift: list[StationDrift] = Field(description="Change of each station.")
+    left_out: int = Field(
+        ge=0,
+        description="Number of playbacks in the time that all these figures leave out, because their error is partial (`partial` of a run).",
+    )
 
 
 class StopCount(Schema):

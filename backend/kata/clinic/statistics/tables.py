@@ -12,11 +12,12 @@ from kata.database.base import Base, UtcDateTime
 
 
 class StationHourRow(Base):
-    """The use of one station in the sessions that began within one hour (UTC)."""
+    """The use of one station in the sessions that began within one part of an hour (:mod:`kata.clinic.statistics.parts`)."""
 
     __tablename__ = "station_hours"
 
     hour: Mapped[datetime] = mapped_column(UtcDateTime, primary_key=True)
+    """Beginning of the part."""
     station: Mapped[str] = mapped_column(String(100), primary_key=True)
     sessions: Mapped[int]
     playbacks: Mapped[int]
@@ -26,12 +27,14 @@ class StationHourRow(Base):
     """Seconds on the path, summed over all playbacks."""
     repetitions: Mapped[int]
     compared: Mapped[int]
-    """Number of playbacks with a tracking error."""
+    """Number of playbacks with a tracking error of the whole motion."""
+    left_out: Mapped[int] = mapped_column(default=0, server_default="0")
+    """Number of playbacks whose tracking error is partial (:attr:`kata.clinic.sessions.tables.RunRow.partial`). The sums leave them out."""
     rmse_sum_deg: Mapped[float]
     rmse_square_sum_deg2: Mapped[float]
-    """Sums of the worst motor's RMSE of these playbacks and of its square. They give mean and spread without reading the runs."""
+    """Sums of the worst motor's RMSE of the compared playbacks and of its square. They give mean and spread without reading the runs."""
     peak_deg: Mapped[float | None]
-    """Largest error of these playbacks."""
+    """Largest error of the compared playbacks."""
 
 
 class EpisodeOutcomeRow(Base):

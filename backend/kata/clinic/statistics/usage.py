@@ -1,5 +1,5 @@
-"""Use and tracking error of the stations, computed from the sums of each hour. Restricted records are counted, because no patient is
-named.
+"""Use and tracking error of the stations, computed from the sums of each hour or part of an hour. Restricted records are counted, because
+no patient is named.
 """
 
 from collections import defaultdict
@@ -13,7 +13,7 @@ from sqlalchemy.orm import InstrumentedAttribute, Session
 
 from kata.clinic.events.tables import DeviceEventRow
 from kata.clinic.sessions.tables import SessionStopRow
-from kata.clinic.statistics import intervals
+from kata.clinic.statistics import intervals, parts
 from kata.clinic.statistics.intervals import SampleSums
 from kata.clinic.statistics.local_days import local_day, local_week
 from kata.clinic.statistics.schemas import (
@@ -33,7 +33,6 @@ BEFORE: Final = timedelta(weeks=12)
 """The last four weeks are compared with this time before them. It contains some dozen playbacks, and is short enough to notice a drift
 early.
 """
-_HOUR: Final = timedelta(hours=1)
 _COUNT_DEG: Final = 360 / 4096
 """One encoder count of a drive in degrees. The apparatus cannot measure a smaller change."""
 
@@ -45,7 +44,7 @@ _USE: Final = (
     StationHourRow.played_s,
     StationHourRow.repetitions,
 )
-_ERROR: Final = (StationHourRow.compared, StationHourRow.rmse_sum_deg)
+_ERROR: Final = (StationHourRow.compared, StationHourRow.left_out, StationHourRow.rmse_sum_deg)
 
 
 @dataclass(frozen=True)
@@ -83,6 +82,7 @@ def usage(session: Session, span: Span, by: Period) -> Usage:
 
 def tracking(session: Session, span: Span) -> TrackingQuality:
     """Return the tracking error of each station by week, and its change at the end of the period."""
+    sums = list(_sums(session, span, "week", _ERROR))
     rows = [
         StationTracking(
             begins_on=row.begins_on,
@@ -91,13 +91,14 @@ def tracking(session: Session, span: Span) -> TrackingQuality:
             rmse_deg=row.rmse_sum_deg / row.compared,
             peak_deg=row.peak_deg,
         )
-        for row in _sums(session, span, "week", _ERROR)
+        for row in sums
         if row.compared
     ]
     recent = _samples(session, span, span.until - RECENT, span.until)
     before = _samples(session, span, span.until - RECENT - BEFORE, span.until - RECENT)
     stations = sorted(recent.keys() | before.keys())
-    return TrackingQuality(rows=rows, drift=[_drift(name, recent.get(name), before.get(name)) for name in stations])
+    drift = [_drift(name, recent.get(name), before.get(name)) for name in stations]
+    return TrackingQuality(rows=rows, drift=drift, left_out=sum(row.left_out for row in sums))
 
 
 def stops(session: Session, span: Span) -> Stops:
@@ -139,7 +140,7 @@ def _sums(session: Session, span: Span, by: Period, columns: Sequence[Instrument
     # SQLite reads an index's end for one of both, but the whole index for both at once.
     first, last = (session.scalar(select(end(hour))) for end in (func.min, func.max))
     since = max(span.since, first) if first else span.since
-    until = min(span.until, last + _HOUR) if first else span.since
+    until = min(span.until, last + parts.LONGEST) if first else span.since
     begin = local_day if by == "day" else local_week
     begins_on = begin(hour, since, until, span.zone).label("begins_on")
     sums = [func.sum(column).label(column.key) for column in columns]

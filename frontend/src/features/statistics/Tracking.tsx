@@ -17,6 +17,7 @@ export function Tracking({ search }: { search: FiguresSearch }) {
   const tracking = useQuery({ queryKey: ["tracking", span], queryFn: () => api.trackingQuality(span) });
   const rows = tracking.data?.rows ?? [];
   const drift = tracking.data?.drift ?? [];
+  const leftOut = tracking.data?.left_out ?? 0;
   return (
     <Stack>
       <ProblemNote error={tracking.error} />
@@ -37,6 +38,7 @@ export function Tracking({ search }: { search: FiguresSearch }) {
           />
         </>
       )}
+      {leftOut > 0 && <Text size="sm">{t("statistics:figures.leftOut", { count: leftOut })}</Text>}
     </Stack>
   );
 }

@@ -2199,7 +2199,7 @@ export interface paths {
          * Get the use of the stations
          * @description Return sessions, playbacks, hours and repetitions of each station by day or week.
          *
-         *     A session is counted at the station and in the hour in which it began. Restricted records are counted, because no patient is named.
+         *     A session is counted at the station and on the day on which it began. Restricted records are counted, because no patient is named.
          */
         get: operations["get_usage"];
         put?: never;
@@ -2222,6 +2222,7 @@ export interface paths {
          * @description Return the mean tracking error of each station by week, and its change in the last four weeks of the time.
          *
          *     The change is relative to the twelve weeks before, with Welch's 95 % confidence interval. It also depends on which motions were played.
+         *     Playbacks whose error is partial are left out: their range was reduced, or they ended before their first repetition was complete.
          */
         get: operations["get_tracking_quality"];
         put?: never;
@@ -10283,7 +10284,7 @@ export interface components {
             compared_percent?: number | null;
             /**
              * Partial
-             * @description True if less than 90 % of the playing time was compared. Progress charts then ignore the errors.
+             * @description True if less than 90 % of the playing time was compared, or if the playback ended before its first repetition was complete. Progress charts and the clinic's figures then ignore the errors.
              * @default false
              */
             partial: boolean;
@@ -12172,6 +12173,11 @@ export interface components {
              * @description Change of each station.
              */
             drift: components["schemas"]["StationDrift"][];
+            /**
+             * Left Out
+             * @description Number of playbacks in the time that all these figures leave out, because their error is partial (`partial` of a run).
+             */
+            left_out: number;
         };
         /**
          * Trim
