@@ -165,6 +165,34 @@ def test_drive_status_is_reported(watched: Watched) -> None:
     assert state.torque_reported == (False, True, False, False, False)
 
 
+def test_contacts_disagree_from_the_first_cycle_until_they_agree(watched: Watched) -> None:
+    found = []
+    for n, disagree in enumerate([False, True, True, False, True]):
+        inputs = InputSample(START_NS + 10 * n * MS, estop_open=False, pedal_down=False, contacts_disagree=disagree)
+        reading = msgspec.structs.replace(watched.reading(10 * n), inputs=inputs)
+        found.append(watched.hear(10 * n, reading).contacts_disagree_ms)
+    assert found == [0.0, 0.0, 10.0, 0.0, 0.0]
+
+
+def test_a_missing_answer_breaks_the_chain_since_the_status(watched: Watched) -> None:
+    def unbroken(at_ms: int, answered: bool, status_ms: int | None) -> bool:
+        reading = watched.reading(at_ms)
+        drives = list(reading.drives)
+        if not answered:
+            drives[TURNING] = None
+        statuses = [] if status_ms is None else [watched.reading(status_ms).statuses[TURNING]]
+        received = msgspec.structs.replace(reading, drives=tuple(drives), statuses=tuple(statuses))
+        return watched.hear(at_ms, received).unbroken[TURNING]
+
+    assert not unbroken(0, True, None)
+    assert unbroken(10, True, 10)
+    assert unbroken(20, True, None)
+    assert not unbroken(30, False, None)
+    # A status that is as old as the missing answer does not show what the drive had after it.
+    assert not unbroken(40, True, 30)
+    assert unbroken(50, True, 31)
+
+
 def test_settings_stay_lost_until_the_drive_is_verified_again(watched: Watched) -> None:
     unverified = DriveStatus(START_NS, TURNING, False, 0, False, verified=False)
     wrong = msgspec.structs.replace(unverified, mismatch="torque_limit")
