@@ -24,7 +24,7 @@ from kata.clinic.assessments.schemas import AssessmentCreate
 from kata.clinic.assessments.tables import AssessmentRow
 from kata.clinic.episodes.tables import EpisodeRow
 from kata.clinic.questionnaires import definitions, service
-from kata.clinic.questionnaires.changes import SHOWN_DIGITS, certain_above, meaning_of
+from kata.clinic.questionnaires.changes import certain_above, meaning_of
 from kata.clinic.questionnaires.definitions import DEFINITIONS, SPADI, read_definition, use_folder
 from kata.clinic.questionnaires.licensed_texts import read_texts
 from kata.clinic.questionnaires.tables import QuestionnaireTextsRow
@@ -177,7 +177,7 @@ def test_verdict_never_contradicts_the_change_as_shown(code: str, certain: bool,
     """Changes close to a limit occur, because answers may be missing and T-scores have decimals."""
     definition = DEFINITIONS[code]
     change = beyond + (certain_above(definition) if certain else definition.important.points)
-    shown = float(f"{change:.{SHOWN_DIGITS}f}")
+    shown = float(f"{change:.1f}")
     meaning = meaning_of(definition, change)
     assert (meaning == "none") is (shown < definition.important.points)
     assert (meaning in ("better", "worse")) is (shown > certain_above(definition))

@@ -513,7 +513,7 @@ def test_every_stop_and_outcome_has_a_text() -> None:
 
 @pytest.mark.parametrize(
     ("value", "digits", "sign", "text"),
-    [(-0.004, 2, False, "0.00"), (-1.25, 1, False, "−1.2"), (3.0, 0, True, "+3"), (None, 1, False, "–"), (0.0, 0, True, "0")],
+    [(-0.004, 2, False, "0.00"), (-1.25, 1, False, "−1.3"), (3.0, 0, True, "+3"), (None, 1, False, "–"), (0.0, 0, True, "0")],
 )  # fmt: skip
 def test_numbers_use_a_real_minus_and_zero_has_none(value: float | None, digits: int, sign: bool, text: str) -> None:
     assert Phrases("en", "").number(value, digits, sign=sign) == text

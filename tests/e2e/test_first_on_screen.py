@@ -1,35 +1,91 @@
 """What a therapist needs next is on the screen without scrolling."""
 
 import re
+from typing import Final
 
 import pytest
 from playwright.sync_api import Locator, Page, ViewportSize, expect
 
 from tests.support.browser_clinic import LONG_MS, Clinic
+from tests.support.shown_pages import SIZES
 from tests.support.shown_station import ShownStation
+from tests.support.stop_in_reach import untouchable
 
 pytestmark = pytest.mark.shared_clinic("invented")
 
+_CONTROLS: Final = {
+    "Pain after": ("Worst pain during the session: 0", "Pain after: 10", "Skip: not asked"),
+    "Checklist": ("Skip to pain score",),
+    "Pain before": ("Pain before: 0", "Pain before: 10", "Skip: not asked"),
+    "Note and signature": ("End the session",),
+}
+"""Buttons of each step of a session whose checklist is open."""
 
-def test_the_next_step_of_a_session_is_on_the_screen(tab: Page, clinic: Clinic) -> None:
-    """At 1280 x 800 the buttons that end the checklist, the pain after and the note were once below the screen."""
-    tab.set_viewport_size(ViewportSize(width=1280, height=800))
+
+@pytest.mark.parametrize("size", ["desktop", "tablet"])
+def test_step_and_live_view_are_on_the_screen(tab: Page, clinic: Clinic, size: str) -> None:
+    """A step that was opened once took the live view off the screen. After a reload the step was below the screen."""
+    width, height = SIZES[size]
+    tab.set_viewport_size(ViewportSize(width=width, height=height))
     with ShownStation(clinic) as station:
         session, _ = station.begin_session("DEMO-001")
         tab.goto(f"{clinic.url}/station?patient={session['patient']['id']}")
         wizard = tab.get_by_role("region", name="Session")
         try:
-            for step, button in (
-                ("Pain after", "Skip: not asked"),
-                ("Checklist", "Skip to pain score"),
-                ("Pain before", "Skip: not asked"),
-                ("Note and signature", "End the session"),
-            ):
+            for step, controls in _CONTROLS.items():
                 _open(wizard, step)
-                expect(wizard.get_by_role("button", name=button)).to_be_in_viewport(ratio=1, timeout=LONG_MS)
-            expect(wizard.get_by_role("textbox")).to_be_in_viewport(ratio=1)
+                _assert_on_screen(tab, wizard, step, controls)
+            _open(wizard, "Checklist")
+            opened_at = wizard.bounding_box()
+            tab.reload()
+            _assert_on_screen(tab, wizard, "Checklist", _CONTROLS["Checklist"])
+            assert wizard.bounding_box() == opened_at
+            expect(tab.locator("body")).to_be_focused()
         finally:
             station.end_session(session)
+
+
+@pytest.mark.parametrize("size", [(768, 1024), SIZES["tablet"]])
+def test_pause_stays_on_a_scrolled_tablet(tab: Page, clinic: Clinic, size: tuple[int, int]) -> None:
+    """A loaded motion moves its controls above the live view. On a page that a step had scrolled, Pause was once above the screen."""
+    tab.set_viewport_size(ViewportSize(width=size[0], height=size[1]))
+    with ShownStation(clinic) as station:
+        # The other patient stays due: a later test reads the list.
+        session, recording = station.begin_session("DEMO-002")
+        # The checks of a session are made before its first playback.
+        station.play(session, recording)
+        station.press_estop()
+        station.release_estop()
+        tab.goto(f"{clinic.url}/station?patient={session['patient']['id']}")
+        wizard = tab.get_by_role("region", name="Session")
+        try:
+            _open(wizard, "Pain after")
+            station.play(session, recording)
+            pause = wizard.get_by_role("button", name="Pause")
+            expect(pause).to_be_in_viewport(ratio=1, timeout=LONG_MS)
+            assert untouchable(pause) == ""
+        finally:
+            station.press_estop()
+            station.release_estop()
+            station.end_session(session)
+
+
+def _assert_on_screen(tab: Page, wizard: Locator, step: str, controls: tuple[str, ...]) -> None:
+    """Assert that a finger reaches the step's controls and Stop, and that nothing covers the live view and the state."""
+    current = wizard.get_by_role("navigation").get_by_role("button", name=re.compile(step))
+    expect(current).to_have_attribute("aria-current", "step", timeout=LONG_MS)
+    parts = [
+        current,
+        *(wizard.get_by_role("button", name=name) for name in controls),
+        *(tab.get_by_role("region", name=name) for name in ("Arm and apparatus", "Angles")),
+        *(tab.locator("header").get_by_test_id(name) for name in ("estop", "mode")),
+        tab.get_by_role("button", name="Stop", exact=True),
+    ]
+    if step.startswith("Note"):
+        parts.append(wizard.get_by_role("textbox"))
+    for part in parts:
+        expect(part, step).to_be_in_viewport(ratio=1, timeout=LONG_MS)
+    assert {str(part): why for part in parts if (why := untouchable(part))} == {}, step
 
 
 def _open(wizard: Locator, step: str) -> None:

@@ -20,6 +20,7 @@ from kata.clinic.programmes import adherence
 from kata.clinic.programmes.tables import ProgrammeItemRow
 from kata.clinic.questionnaires.changes import meaning_of
 from kata.clinic.questionnaires.definitions import DEFINITIONS, SPADI, Definition, Threshold, score
+from kata.clinic.rounding import change_as_shown
 from kata.clinic.sessions.tables import RunRow, SessionRow
 from kata.errors import not_found
 from kata.reporting.content import (
@@ -171,7 +172,7 @@ def _questionnaires(assessments: Sequence[AssessmentRow]) -> Iterator[Questionna
 
 
 def _questionnaire(definition: Definition, readings: tuple[DatedValue, ...]) -> QuestionnaireSeries:
-    change = readings[-1].value - readings[0].value
+    change = change_as_shown(readings[0].value, readings[-1].value)
     return QuestionnaireSeries(
         title=definition.title,
         lowest=definition.lowest_total,

@@ -5,6 +5,7 @@ from typing import Final, Literal
 
 from kata.clinic.assessments import rom
 from kata.clinic.local_time import zone_of
+from kata.clinic.rounding import as_shown, change_as_shown
 from kata.device.ipc_messages import RESISTANCE_LEVELS
 
 Language = Literal["en", "ja"]
@@ -531,8 +532,13 @@ class Phrases:
         """Return a number with a typographic minus, or a dash if there is no number."""
         if value is None:
             return "–"
-        text = f"{value:+.{digits}f}" if sign else f"{value:.{digits}f}"
-        return f"{0:.{digits}f}" if float(text) == 0 else text.replace("-", "−")
+        shown = as_shown(value, digits)
+        text = f"{shown:+.{digits}f}" if sign else f"{shown:.{digits}f}"
+        return f"{0:.{digits}f}" if shown == 0 else text.replace("-", "−")
+
+    def change(self, first: float, last: float, digits: int) -> str:
+        """Return the change between two printed numbers with its sign. Called by the template ``parts.html``."""
+        return self.number(change_as_shown(first, last, digits), digits, sign=True)
 
     def entered(self, value: float | None, *, sign: bool = False) -> str:
         """Return an entered number, or the difference of two, with all its decimals: a limit of 89.6° is not printed as 90°."""

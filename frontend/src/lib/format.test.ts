@@ -1,5 +1,12 @@
 import { expect, it } from "vitest";
-import { formatAfter, formatChange, formatMeasured, formatMoment, formatShortDays } from "./format";
+import {
+  changeAsShown,
+  formatAfter,
+  formatChange,
+  formatMeasured,
+  formatMoment,
+  formatShortDays,
+} from "./format";
 
 it("shows only the time for a later moment that day", () => {
   const began = new Date(2026, 10, 22, 23, 30).toISOString();
@@ -18,6 +25,16 @@ it("leaves the year out of short days only within one year", () => {
 
 it("rounds no measured value to a whole one", () => {
   expect([122.5, 45, -17.25, 7.96, null].map(formatMeasured)).toEqual(["122.5", "45", "−17.3", "8", "–"]);
+});
+
+it.each([
+  [79.769, 44.14, 1, -35.7],
+  [44.25, 52.25, 1, 8],
+  [0.04, 0.06, 1, 0.1],
+  [1.204, 1.206, 2, 0.01],
+  [3, 3, 0, 0],
+])("shows the change from %s to %s as the difference of the shown numbers", (before, now, digits, change) => {
+  expect(changeAsShown(before, now, digits)).toBe(change);
 });
 
 it("gives a change no sign if it is shown as none", () => {

@@ -58,11 +58,22 @@ export const formatMeasured = (value: number | null | undefined) =>
 export const formatChange = (change: number) =>
   `${roundToTenths(change) > 0 ? "+" : ""}${formatMeasured(change)}`;
 
-/** Return a tracking error in degrees, with two decimals on every page as in the reports. */
-export const formatError = (error: number | null | undefined) => formatDeg(error, 2);
+/** Decimals of a tracking error on every page, as in the reports. */
+export const ERROR_DIGITS = 2;
+/** Return a tracking error in degrees. */
+export const formatError = (error: number | null | undefined) => formatDeg(error, ERROR_DIGITS);
+
+const roundTo = (value: number, digits: number) => Number(value.toFixed(digits));
 
 /** Return a number as it is shown. Limits are compared with this number. */
-export const roundToTenths = (value: number) => Number(value.toFixed(1));
+export const roundToTenths = (value: number) => roundTo(value, 1);
+
+/**
+ * Return the change from one number to another: the difference of the numbers as they are shown, so that a reader who
+ * subtracts them finds the same. The service's rule is the same (backend/kata/clinic/rounding.py).
+ */
+export const changeAsShown = (before: number, now: number, digits = 1) =>
+  roundTo(roundTo(now, digits) - roundTo(before, digits), digits);
 
 /** Return degrees with the unit. */
 export const formatDegrees = (value: number | null, digits = 1): string => `${formatDeg(value, digits)}°`;

@@ -21,6 +21,7 @@ from kata.clinic.progress.series import (
 )
 from kata.clinic.questionnaires.changes import Meaning, meaning_of
 from kata.clinic.questionnaires.definitions import SPADI, Definition
+from kata.clinic.rounding import change_as_shown
 from kata.plotting import texts as plotting_texts
 
 Cell = str | float | datetime | None
@@ -58,7 +59,7 @@ def rom(panels: Sequence[RomPanel]) -> NumberTable:
             KINDS[line.kind],
             point.at,
             point.value,
-            point.value - line.points[0].value,
+            change_as_shown(line.points[0].value, point.value),
             line.other_side_deg,
             panel.measure.reference_deg,
         ]
@@ -76,7 +77,7 @@ def rom(panels: Sequence[RomPanel]) -> NumberTable:
         _text(texts.FIGURE_MOTION()),
         _text(texts.FIGURE_KIND()),
         _moment(texts.FIGURE_ASSESSED()),
-        *(_number(name) for name in numbers),
+        *(_number(name, digits=1) for name in numbers),
     ]
     return NumberTable(columns=columns, rows=rows)
 
@@ -99,7 +100,7 @@ def spadi(points: Sequence[SpadiPoint]) -> NumberTable:
     baseline = next((point.total for point in points if point.total is not None), None)
     rows: list[list[Cell]] = []
     for point in points:
-        change = None if point.total is None or baseline is None else point.total - baseline
+        change = None if point.total is None or baseline is None else change_as_shown(baseline, point.total)
         rows.append([point.at, point.total, point.pain, point.disability, change, verdict(SPADI, change)])
     scores = (texts.FIGURE_SPADI(), texts.FIGURE_PAIN(), texts.FIGURE_DISABILITY())
     columns = [
@@ -117,7 +118,7 @@ def questionnaires(panels: Sequence[QuestionnairePanel]) -> NumberTable:
     for panel in panels:
         baseline = next((point.total for point in panel.points if point.total is not None), None)
         for point in panel.points:
-            change = None if point.total is None or baseline is None else point.total - baseline
+            change = None if point.total is None or baseline is None else change_as_shown(baseline, point.total)
             rows.append([point.at, panel.definition.title, point.total, change, verdict(panel.definition, change)])
     columns = [
         _moment(texts.FIGURE_ASSESSED()),

@@ -1,19 +1,12 @@
 """Meaning of a change of a questionnaire's total: important to patients, larger than chance, or neither."""
 
-from typing import Final, Literal
+from typing import Literal
 
 from kata.clinic.questionnaires.definitions import Definition
+from kata.clinic.rounding import as_shown
 
 Meaning = Literal["none", "perhaps_better", "perhaps_worse", "better", "worse"]
 """``none``: smaller than what patients call important. ``perhaps_…``: important, but it may be chance."""
-
-SHOWN_DIGITS: Final = 1
-"""Decimals of a total and of its change on every page and in every report."""
-
-
-def as_shown(change: float) -> float:
-    """Return a change as it is shown. A change is compared with a limit in this form, so that no verdict contradicts the number beside it."""
-    return round(change, SHOWN_DIGITS)
 
 
 def certain_above(definition: Definition) -> float:
@@ -23,7 +16,10 @@ def certain_above(definition: Definition) -> float:
 
 
 def meaning_of(definition: Definition, change_points: float) -> Meaning:
-    """Return what a change of the total means. ``change_points``: the later total minus the earlier one."""
+    """Return what a change of the total means. ``change_points``: the later total minus the earlier one.
+
+    The change is compared with a limit as it is shown, so that no verdict contradicts the number beside it.
+    """
     size = abs(as_shown(change_points))
     if size < definition.important.points:
         return "none"

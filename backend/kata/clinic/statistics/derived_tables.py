@@ -20,7 +20,7 @@ from sqlalchemy.orm import Session
 
 from kata.clinic.assessments.tables import AssessmentRow, RomRow
 from kata.clinic.episodes.tables import EpisodeRow
-from kata.clinic.questionnaires.changes import as_shown
+from kata.clinic.rounding import as_shown
 from kata.clinic.sessions.tables import RunRow, SessionRow
 from kata.clinic.statistics import parts
 from kata.clinic.statistics.measures import MEASURES

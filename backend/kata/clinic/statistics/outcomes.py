@@ -16,7 +16,7 @@ from sqlalchemy.orm import InstrumentedAttribute, Session
 
 from kata.clinic.episodes.tables import EpisodeRow, StageRow
 from kata.clinic.programmes.tables import ProgrammeRow
-from kata.clinic.questionnaires.changes import as_shown
+from kata.clinic.rounding import as_shown
 from kata.clinic.statistics import intervals
 from kata.clinic.statistics.intervals import SampleSums
 from kata.clinic.statistics.measures import MEASURES

@@ -1,5 +1,5 @@
 import type { Assessment, Schemas } from "../../lib/api/client";
-import { formatDeg, formatMeasured, roundToTenths } from "../../lib/format";
+import { changeAsShown, formatDeg, formatMeasured } from "../../lib/format";
 import { t } from "../../lib/i18n";
 import { angleKey, PAIN_NAMES, type Side } from "./draft";
 import { formatScore, measureName } from "./messages";
@@ -7,7 +7,7 @@ import { formatScore, measureName } from "./messages";
 /** Return 3 as "+3" and -3 as "−3", followed by `unit`; empty without a baseline. */
 function formatChange(value: number, first: number | null | undefined, unit = ""): string {
   if (first === null || first === undefined) return "";
-  const change = roundToTenths(value - first);
+  const change = changeAsShown(first, value);
   if (change === 0) return t("assessments:found.unchanged");
   return change > 0
     ? t("assessments:found.more", { by: formatMeasured(change), unit })
@@ -78,13 +78,13 @@ export function describeSpadi(
     pain: painText,
     disability,
     changed: formatChange(total, first),
-    verdict: rateSpadiChange(total - first, form),
+    verdict: rateSpadiChange(changeAsShown(first, total), form),
   });
 }
 
-/** Rate a change of the SPADI as it is shown; a lower score is better. */
+/** Rate a shown change of the SPADI; a lower score is better. */
 export function rateSpadiChange(change: number, form: Schemas["AssessmentForm"]): string {
-  const size = Math.abs(roundToTenths(change));
+  const size = Math.abs(change);
   if (size < form.spadi_mcid_lower) return t("assessments:found.unimportant");
   const limits = {
     least: form.spadi_mcid_lower,

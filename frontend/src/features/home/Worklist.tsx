@@ -5,12 +5,12 @@ import { useNavigate, useSearch } from "@tanstack/react-router";
 import type { ReactNode } from "react";
 import { api, type Schemas } from "../../lib/api/client";
 import {
+  changeAsShown,
   formatChange,
   formatDayOf,
   formatMeasured,
   formatMoment,
   formatSide,
-  roundToTenths,
 } from "../../lib/format";
 import { t } from "../../lib/i18n";
 import { ButtonLink, PageLink } from "../../ui/links";
@@ -159,8 +159,8 @@ function SessionLine({ session, open }: { session: Schemas["SessionSummary"]; op
 function ChangeLine({ change }: { change: Schemas["PatientChange"] }) {
   const { before, now, measure } = change;
   // The change is not judged, because a small change is within the error of measurement.
-  const difference = now - before;
-  const words = roundToTenths(difference) === 0 ? t("home:unchanged") : formatChange(difference);
+  const difference = changeAsShown(before, now);
+  const words = difference === 0 ? t("home:unchanged") : formatChange(difference);
   return (
     <li className={classes.line ?? ""}>
       <div>

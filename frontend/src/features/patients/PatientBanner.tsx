@@ -7,9 +7,12 @@ import { formatDay, formatList, formatSide } from "../../lib/format";
 import { t } from "../../lib/i18n";
 import { translateServerText } from "../../lib/serverText";
 import { PageLink } from "../../ui/links";
+import { storeHeight } from "../../ui/storeHeight";
 import classes from "./patients.module.css";
 
 type Contraindication = Schemas["Contraindication"];
+
+const storeBannerHeight = storeHeight("--kata-patient");
 
 /** Interval between requests, because another user may record a contraindication while the page is open. */
 const REFETCH_MS = 60_000;
@@ -43,6 +46,7 @@ export function PatientBanner(props: {
   if (patientId === undefined || (restricted && !heading)) return null;
   return (
     <section
+      ref={storeBannerHeight}
       className={data ? classes.banner : `${classes.banner} ${classes.loading}`}
       aria-label={t("patients:banner.title")}
       data-testid="patient-banner"

@@ -1,5 +1,5 @@
 import type { Run, Session } from "../../lib/api/client";
-import { formatDeg, formatError, formatRange } from "../../lib/format";
+import { changeAsShown, ERROR_DIGITS, formatDeg, formatRange } from "../../lib/format";
 import { t } from "../../lib/i18n";
 import { translateServerText } from "../../lib/serverText";
 
@@ -7,8 +7,6 @@ import { translateServerText } from "../../lib/serverText";
 export type Line = { measure: string; other: string; here: string; change: string };
 /** A group of values with the recording as its title. The group of pain scores has no title. */
 export type Part = { key: string; title: string; lines: Line[] };
-
-const formatWhole = (value: number | null | undefined) => formatDeg(value, 0);
 
 type ComparedSession = Pick<Session, "pain_before" | "pain_during" | "pain_after" | "runs">;
 
@@ -46,8 +44,8 @@ function lastOf(runs: Run[], recordingId: string): Run | undefined {
 }
 
 function ofRecording(other: Run | undefined, here: Run | undefined): Line[] {
-  const numbersOf = (measure: string, of: (run: Run) => number | null | undefined, format = formatWhole) =>
-    numbers(measure, other && of(other), here && of(here), format);
+  const numbersOf = (measure: string, of: (run: Run) => number | null | undefined, digits = 0) =>
+    numbers(measure, other && of(other), here && of(here), digits);
   const motions = here?.comparison?.motions ?? other?.comparison?.motions ?? [];
   return [
     numbersOf(t("sessions:comparison.repetitions"), (run) => run.repetitions_done),
@@ -55,8 +53,8 @@ function ofRecording(other: Run | undefined, here: Run | undefined): Line[] {
     numbersOf(t("sessions:comparison.smallestRange"), (run) => run.least_range_percent),
     numbersOf(t("sessions:comparison.level"), (run) => run.resistance_level),
     numbersOf(t("sessions:comparison.takenBack"), (run) => run.reversals),
-    numbersOf(t("sessions:comparison.rmse"), (run) => worst(run, "rmse_deg"), formatError),
-    numbersOf(t("sessions:comparison.peak"), (run) => worst(run, "peak_deg"), formatError),
+    numbersOf(t("sessions:comparison.rmse"), (run) => worst(run, "rmse_deg"), ERROR_DIGITS),
+    numbersOf(t("sessions:comparison.peak"), (run) => worst(run, "peak_deg"), ERROR_DIGITS),
     ...motions.map((motion) => {
       const reached = (run: Run | undefined) => {
         const same = run?.comparison?.motions.find((compared) => compared.motion === motion.motion);
@@ -83,16 +81,15 @@ function numbers(
   measure: string,
   other: number | null | undefined,
   here: number | null | undefined,
-  format = formatWhole,
+  digits = 0,
 ): Line {
-  const change = typeof other === "number" && typeof here === "number" ? here - other : null;
-  const changed = change === null ? "" : format(change);
-  // A change that is shown as 0 has no sign.
-  const sign = change !== null && change > 0 && changed !== format(0) ? "+" : "";
+  const isKnown = typeof other === "number" && typeof here === "number";
+  const change = isKnown ? changeAsShown(other, here, digits) : null;
+  const sign = change !== null && change > 0 ? "+" : "";
   return {
     measure,
-    other: format(other),
-    here: format(here),
-    change: sign + changed,
+    other: formatDeg(other, digits),
+    here: formatDeg(here, digits),
+    change: change === null ? "" : sign + formatDeg(change, digits),
   };
 }

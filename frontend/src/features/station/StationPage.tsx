@@ -8,6 +8,7 @@ import { useLive, useStation } from "../../lib/live/hooks";
 import { useDatabaseUnavailable, useReadyPatients } from "../../lib/offline";
 import { ProblemNote } from "../../ui/ProblemNote";
 import { RevealWhenLoaded } from "../../ui/RevealWhenLoaded";
+import { storeHeight } from "../../ui/storeHeight";
 import { useHasPermission, useMayOperate, useMe, worksAt } from "../auth/hooks";
 import { CommissioningState } from "../commissioning/CommissioningState";
 import { LiveApparatus } from "../digital-twin/lazyViews";
@@ -26,6 +27,8 @@ import { RecentEvents } from "./RecentEvents";
 import { SimulatorPanel } from "./SimulatorPanel";
 import classes from "./station.module.css";
 import { WorkPanels } from "./WorkPanels";
+
+const storeLiveHeight = storeHeight("--kata-live-view");
 
 /**
  * The therapist's page with patient, teaching, playback and the live apparatus. The simulated hand is below
@@ -53,28 +56,24 @@ export function StationPage() {
       {canReadRecords && patientId && <PatientBanner patientId={patientId} {...(name && { name })} />}
       <RevealWhenLoaded waits={!station} now={run !== null || teaching !== null || stop !== null}>
         <div className={classes.page} data-stopped={stop !== null} data-loaded={run !== null}>
-          <div className={classes.controls}>
-            {/* During a stop the panels are hidden instead of unmounted, so that input is not lost. */}
-            <div hidden={stop !== null}>
-              <Stack gap="xs">
-                <PatientColumn />
-              </Stack>
-            </div>
-            {diagnoses && station?.simulated && <SimulatorPanel />}
-          </div>
-          <div className={classes.apparatus}>
-            <div className={classes.live}>
-              <LiveApparatus />
-              <Angles />
-            </div>
-            <Stack className={classes.facts ?? ""}>
-              {canReadRecords && onApparatus && <LiveRhythm patientId={onApparatus.id} />}
-              <CommissioningState link />
-              <RecentEvents />
-              <DriveHealth />
-              <LoopHealth />
+          {/* During a stop the panels are hidden instead of unmounted, so that input is not lost. */}
+          <div hidden={stop !== null}>
+            <Stack gap="xs">
+              <PatientColumn />
             </Stack>
           </div>
+          <div className={classes.live} ref={storeLiveHeight}>
+            <LiveApparatus />
+            <Angles />
+          </div>
+          {diagnoses && station?.simulated && <SimulatorPanel />}
+          <Stack className={classes.facts ?? ""}>
+            {canReadRecords && onApparatus && <LiveRhythm patientId={onApparatus.id} />}
+            <CommissioningState link />
+            <RecentEvents />
+            <DriveHealth />
+            <LoopHealth />
+          </Stack>
         </div>
       </RevealWhenLoaded>
     </Stack>

@@ -3,7 +3,14 @@ import type { Session } from "../../lib/api/client";
 import { type FirstStep, firstStep } from "./firstSteps";
 
 const CHECKS = ["identity", "side", "fixtures", "belt"].map((check) => ({ check })) as Session["checks"];
-const begun = { ended_at: null, checks: [], pain_before: null, pain_after: null, runs: [] };
+const begun = {
+  ended_at: null,
+  checks: [],
+  pain_before: null,
+  pain_during: null,
+  pain_after: null,
+  runs: [],
+};
 const checked = { ...begun, checks: CHECKS };
 const asked = { ...checked, pain_before: 4 };
 const run = (ended_at: string | null) => [{ ended_at }] as Session["runs"];

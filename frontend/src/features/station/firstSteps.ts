@@ -9,7 +9,10 @@ type Progress = {
   patients: number;
   chosen: boolean;
   recordings: number;
-  session: Pick<Session, "ended_at" | "checks" | "pain_before" | "pain_after" | "runs"> | null;
+  session: Pick<
+    Session,
+    "ended_at" | "checks" | "pain_before" | "pain_during" | "pain_after" | "runs"
+  > | null;
 };
 
 /**

@@ -1,7 +1,7 @@
 import { Text, Title } from "@mantine/core";
 import { IconArrowDown, IconArrowRight, IconArrowUp } from "@tabler/icons-react";
 import type { Schemas } from "../../../lib/api/client";
-import { formatChange, formatDayOf, formatMeasured, formatSide, roundToTenths } from "../../../lib/format";
+import { formatChange, formatDayOf, formatMeasured, formatSide } from "../../../lib/format";
 import { t } from "../../../lib/i18n";
 import { Metric, Metrics } from "../../../ui/Metric";
 import { rateSpadiChange } from "../../assessments/describeFindings";
@@ -89,8 +89,8 @@ const describePoint = (change: string, count: number) => t("patients:summary.poi
 
 /** Shows the change with an arrow in the direction of the number. `words` adds the unit. */
 function ChangeWords(props: { of: Change; words: (change: string, size: number) => string }) {
-  if (props.of.change === null) return null;
-  const change = roundToTenths(props.of.change);
+  const { change } = props.of;
+  if (change === null) return null;
   const Icon = change > 0 ? IconArrowUp : change < 0 ? IconArrowDown : IconArrowRight;
   const words =
     change === 0 ? t("patients:summary.unchanged") : props.words(formatChange(change), Math.abs(change));

@@ -1,4 +1,5 @@
 import type { Assessment, Schemas } from "../../../lib/api/client";
+import { changeAsShown } from "../../../lib/format";
 import { angleKey } from "../../assessments/draft";
 
 /**
@@ -55,5 +56,5 @@ export function spadiChange({ newest, before }: Compared): Change | null {
 
 function changeOf(value: number | null | undefined, before: number | null | undefined): Change | null {
   if (value === null || value === undefined) return null;
-  return { value, change: before === null || before === undefined ? null : value - before };
+  return { value, change: before === null || before === undefined ? null : changeAsShown(before, value) };
 }

@@ -1,7 +1,7 @@
 import { Button, Card, Group, Stack, Text, UnstyledButton } from "@mantine/core";
 import { IconCircleCheckFilled } from "@tabler/icons-react";
 import { useMutation } from "@tanstack/react-query";
-import { useEffect, useRef, useState } from "react";
+import { type RefObject, useEffect, useLayoutEffect, useRef, useState } from "react";
 import { api, type Session } from "../../../lib/api/client";
 import { t } from "../../../lib/i18n";
 import { useLive } from "../../../lib/live/hooks";
@@ -10,6 +10,7 @@ import { useSetSessionCache } from "../../../lib/useSetSessionCache";
 import type { HelpTopic } from "../../../ui/HelpLink";
 import { PageLink } from "../../../ui/links";
 import { ProblemNote } from "../../../ui/ProblemNote";
+import { useRevealed } from "../../../ui/RevealWhenLoaded";
 import { CARD_OF_STEP, StepActions } from "../../../ui/StepActions";
 import { TitleWithHelp } from "../../../ui/TitleWithHelp";
 import { NoteCard } from "../../sessions/NoteCard";
@@ -106,11 +107,34 @@ function useStep(session: Session | null, known: boolean, playing: boolean) {
     if (focusHeading.current && step === openedStep) {
       focusHeading.current = false;
       heading.current?.focus({ preventScroll: step !== "play" });
-      if (step !== "play") heading.current?.closest("section")?.scrollIntoView({ block: "start" });
+      if (step !== "play") scrollToSteps(heading.current);
     }
   }, [step, openedStep]);
+  // A motion that is loaded moves the steps up, so on a scrolled page Pause would be above the screen.
+  useLayoutEffect(() => {
+    if (playing) scrollToSteps(heading.current, "nearest");
+  }, [playing]);
+  useScrollWhenRevealed(heading, known && step !== "begin" && step !== "play");
   return { step, go, reset: () => setOpenedStep(null), heading };
 }
+
+/**
+ * Scroll to the steps when the page is revealed, as after a reload, if `needed`. A page that is already visible
+ * does not move. The focus stays.
+ */
+function useScrollWhenRevealed(heading: RefObject<HTMLHeadingElement | null>, needed: boolean) {
+  const revealed = useRevealed();
+  const wasRevealed = useRef(false);
+  useLayoutEffect(() => {
+    if (!revealed || wasRevealed.current) return;
+    wasRevealed.current = true;
+    if (needed) scrollToSteps(heading.current);
+  }, [revealed, needed, heading]);
+}
+
+/** Move the steps to the top of the screen; with "nearest", only as far as all of them are on the screen. */
+const scrollToSteps = (heading: HTMLElement | null, block: "start" | "nearest" = "start") =>
+  heading?.closest("section")?.scrollIntoView({ block });
 
 function LastSigned({ sessionId }: { sessionId: string }) {
   return (

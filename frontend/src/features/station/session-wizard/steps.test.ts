@@ -4,7 +4,14 @@ import { canGoTo, type Item, isDone, nextItem, type Step, stepAfter, stepOf } fr
 type Seen = NonNullable<Parameters<typeof stepOf>[0]>;
 const answer = (check: Seen["checks"][number]["check"]) => ({ check, subject: "", at: "", by: "Ito Mai" });
 const CHECKED = (["identity", "side", "fixtures", "belt"] as const).map(answer);
-const FRESH: Seen = { ended_at: null, checks: [], pain_before: null, pain_after: null, runs: [] };
+const FRESH: Seen = {
+  ended_at: null,
+  checks: [],
+  pain_before: null,
+  pain_during: null,
+  pain_after: null,
+  runs: [],
+};
 const RUN = { programme_position: 1, outcome: "completed" } as Seen["runs"][number];
 const item = (position: number) => ({ position, recording_id: `r${position}` }) as Item;
 
@@ -16,6 +23,7 @@ describe("the current step", () => {
     ["everything is in order", { ...FRESH, checks: CHECKED }, "pain_before"],
     ["pain before is known, also none at all", { ...FRESH, checks: CHECKED, pain_before: 0 }, "play"],
     ["something was played, whatever was left out before", { ...FRESH, runs: [RUN] }, "play"],
+    ["the worst pain is known", { ...FRESH, runs: [RUN], pain_during: 0 }, "pain_after"],
     ["pain after is known", { ...FRESH, runs: [RUN], pain_after: 0 }, "note"],
     ["it has ended", { ...FRESH, ended_at: "2026-11-21T09:30:00Z" }, "note"],
   ])("follows from the record when %s", (_, session, step) => {

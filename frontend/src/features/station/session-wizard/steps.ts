@@ -3,7 +3,10 @@ import type { Schemas, Session } from "../../../lib/api/client";
 export const STEPS = ["begin", "checklist", "pain_before", "play", "pain_after", "note"] as const;
 export type Step = (typeof STEPS)[number];
 
-type SessionState = Pick<Session, "ended_at" | "checks" | "pain_before" | "pain_after" | "runs">;
+type SessionState = Pick<
+  Session,
+  "ended_at" | "checks" | "pain_before" | "pain_during" | "pain_after" | "runs"
+>;
 
 /**
  * Return the session's current step from its record, so that a reload or another computer continues at that
@@ -13,6 +16,7 @@ export function stepOf(session: SessionState | null): Step {
   if (session === null) return "begin";
   if (session.ended_at) return "note";
   if (session.pain_after !== null) return "note";
+  if (session.pain_during !== null) return "pain_after";
   if (session.runs.length > 0) return "play";
   if (
     !["identity", "side", "fixtures", "belt"].every((name) =>

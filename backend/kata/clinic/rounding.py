@@ -1,0 +1,16 @@
+"""Numbers as pages and reports show them, and their changes."""
+
+from decimal import ROUND_HALF_UP, Decimal
+
+
+def as_shown(value: float, digits: int = 1) -> float:
+    """Return a number with these decimals. Half a step is rounded up as in a browser: 44.25 is 44.3, where Python's formats show 44.2."""
+    return float(Decimal(value).quantize(Decimal(1).scaleb(-digits), ROUND_HALF_UP))
+
+
+def change_as_shown(first: float, last: float, digits: int = 1) -> float:
+    """Return the change from one number to another: the difference of the numbers as they are shown.
+
+    A reader who subtracts 79.8 from 44.1 expects −35.7, although the exact difference may be −35.62.
+    """
+    return as_shown(as_shown(last, digits) - as_shown(first, digits), digits)
