@@ -123,7 +123,10 @@ def test_setpoint_beyond_the_pose_limits_is_a_fault(tmp_path: Path, monkeypatch:
     monkeypatch.setattr(PoseGate, "held", lambda self, angles, *rest: angles)
     stepped.send(Play())
     stepped.until("stopped", 60.0)
-    assert "setpoint_limit" in stepped.causes()
+    stop = stepped.snapshot.stop
+    assert stop is not None
+    # The fault of a pose names motor 4.
+    assert ("setpoint_limit", 4) in [(cause.code, cause.axis) for cause in stop.causes]
 
 
 # -- properties -------------------------------------------------------------------------------------------------------

@@ -211,6 +211,29 @@ def test_arm_returns_through_the_start_if_no_path_is_straight(
     assert np.abs(np.diff(back, axis=0)).max() * playing.config.rate_hz < 1.1 * playing.config.approach_speed_deg_s
 
 
+@pytest.mark.counted
+def test_returning_arm_looks_for_a_straight_path_ten_times_a_second(
+    playing: Stepped, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    answers = repeat(False)
+    looked_at = []
+
+    def looked() -> Iterator[bool]:
+        for answer in answers:
+            looked_at.append(len(playing.apparatus.written))
+            yield answer
+
+    answer_straight(monkeypatch, looked())
+    playing.forward(1.0)
+    assert playing.send(Pause()) is None
+    playing.until("paused")
+    assert playing.send(Return()) is None
+    playing.forward(1.0)
+    assert playing.mode == "returning"
+    # The first look is that of the command.
+    assert set(np.diff(looked_at[1:])) == {playing.config.rate_hz // 10}
+
+
 # -- along the recording ------------------------------------------------------------------------------------------
 
 _AROUND_A_CORNER_SEED = 2
