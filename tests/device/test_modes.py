@@ -215,6 +215,11 @@ def test_stop_ramps_down_while_torque_is_on_and_cuts_it(stepped: Stepped, mode: 
     assert steps_deg.max() < 0.6
 
 
+def test_stops_loads_and_reversals_are_counted_from_zero(stepped: Stepped) -> None:
+    machine = stepped.loop._machine
+    assert (machine.stops_latched, machine.loaded_runs_and_reversals) == (0, 0)
+
+
 def test_a_stop_in_idle_latches_nothing_and_counts(stepped: Stepped) -> None:
     before = stepped.snapshot.stops
     stepped.link.request_stop()

@@ -125,7 +125,7 @@ class StateMachineBase:
         self._pending_faults: list[FaultKey] = []
         """Faults that a step detected. The next cycle latches them."""
         self._period_s = 1.0 / config.cycle_hz
-        self._cycles_between_return_checks = max(1, config.cycle_hz // _STRAIGHT_RETURN_CHECK_HZ)
+        self._cycles_between_return_checks = config.cycle_hz // _STRAIGHT_RETURN_CHECK_HZ
         self._cycles_on_path: int
         """Cycles since torque was switched on. With the zero-order hold: cycles since play began."""
         self._mechanism_deg = config.mechanism_deg
