@@ -13,6 +13,8 @@ from kata.device.journal import JournalDisk, JournalWriter
 from kata.device.references import Reference, build
 from kata.device.run import Run
 from kata.device.setpoint_gate import refused_setpoints
+from kata.device.state_machine import StateMachine
+from kata.motion import scapula_fit
 from kata.motion.axes import N_AXES, Side
 from kata.motion.linkage import Floats, motor_angles_deg, pose_deg
 from kata.motion.pose_gate import PoseGate
@@ -115,6 +117,14 @@ def test_arm_outside_of_the_pose_limits_is_only_moved_inside(tmp_path: Path) -> 
     stepped.send(Play())
     stepped.until("idle", 60.0)
     assert stepped.causes() == []
+
+
+def test_polynomials_of_the_pose_are_fitted_before_the_first_cycle() -> None:
+    scapula_fit.horner_coefficients.cache_clear()
+    StateMachine(StationConfig(), lambda header: pytest.fail("no journal is opened"), lambda event: None)
+    fitted = scapula_fit.horner_coefficients.cache_info()
+    PoseGate("right", None, 0.15).beyond_deg((0.0,) * 5)
+    assert scapula_fit.horner_coefficients.cache_info().misses == fitted.misses == 1
 
 
 def test_setpoint_beyond_the_pose_limits_is_a_fault(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -28,7 +28,7 @@ from kata.device.teaching import Teaching
 from kata.messages import key_of
 from kata.motion.approach import MinimumJerkMove
 from kata.motion.path import Path
-from kata.motion.pose_gate import PoseGate
+from kata.motion.scapula_fit import horner_coefficients
 
 log = logging.getLogger(__name__)
 
@@ -129,8 +129,8 @@ class StateMachineBase:
         self._cycles_on_path: int
         """Cycles since torque was switched on. With the zero-order hold: cycles since play began."""
         self._mechanism_deg = config.mechanism_deg
-        # Compute the gate's polynomials before the loop runs; they are cached.
-        PoseGate(config.side, None, config.pose_tolerance_deg).beyond_deg((0.0,) * len(config.axes))
+        # Fit the pose gate's polynomials before the loop runs.
+        horner_coefficients()
 
     def pedal(self, state: CycleState) -> PedalState:
         """Return the debounced pedal state."""

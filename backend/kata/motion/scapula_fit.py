@@ -68,7 +68,7 @@ def scapula_at(motor_1_deg: float, motor_2_deg: float) -> tuple[float, float, fl
     u = (motor_1_deg - _MIDDLE_DEG[0]) / _WIDTH_DEG[0]
     v = (motor_2_deg - _MIDDLE_DEG[1]) / _WIDTH_DEG[1]
     totals = []
-    for rows in _rows():
+    for rows in horner_coefficients():
         total = 0.0
         for row in rows:
             inner = 0.0
@@ -97,8 +97,10 @@ def coefficients() -> Floats:
 
 
 @cache
-def _rows() -> tuple[tuple[tuple[float, ...], ...], ...]:
-    """Return the coefficients for Horner's scheme: the highest power first, without the zeros."""
+def horner_coefficients() -> tuple[tuple[tuple[float, ...], ...], ...]:
+    """Return the coefficients for Horner's scheme: the highest power first, without the zeros. The first call fits them, which takes
+    longer than a control cycle.
+    """
     return tuple(
         tuple(tuple(row[: _DEGREE + 1 - i][::-1].tolist()) for i, row in reversed(list(enumerate(table))))
         for table in coefficients()
