@@ -16,10 +16,10 @@ interface KeyFigure {
   failed?: boolean;
 }
 
-/** One number with its name, its unit, and what it means or how it changed. */
-export function Metric({ testid, ...figure }: KeyFigure & { testid?: string }) {
+/** One number with its name, its unit, and what it means or how it changed. `wide`: where there is room, it is as wide as two. */
+export function Metric({ testid, wide, ...figure }: KeyFigure & { testid?: string; wide?: true }) {
   return (
-    <div className={classes.metric} data-testid={testid}>
+    <div className={classes.metric} data-testid={testid} data-wide={wide}>
       <Content {...figure} />
     </div>
   );

@@ -77,6 +77,7 @@ export function ResultMetrics({ session }: { session: Session }) {
         label={t("sessions:result.range")}
         value={widest ? describeRange(widest.reached) : "–"}
         testid="result-range"
+        wide
         note={
           widest && (
             <>
