@@ -24,7 +24,7 @@ from tests.support.journals import HEADER
 from tests.support.playback import sent, station
 from tests.support.poses import random_limits, random_poses, true_beyond_deg
 from tests.support.stepped import Stepped
-from tests.support.trajectories import LOAD
+from tests.support.trajectories import LOAD, a_trajectory
 
 log = logging.getLogger(__name__)
 
@@ -117,6 +117,17 @@ def test_arm_outside_of_the_pose_limits_is_only_moved_inside(tmp_path: Path) -> 
     stepped.send(Play())
     stepped.until("idle", 60.0)
     assert stepped.causes() == []
+
+
+@pytest.mark.parametrize(("beyond_deg", "refused"), [(0.1, []), (0.1001, [("setpoint_limit", 3)])])
+def test_last_check_of_a_pose_tolerates_a_tenth_of_a_degree(
+    stepped: Stepped, monkeypatch: pytest.MonkeyPatch, beyond_deg: float, refused: list[tuple[str, int]]
+) -> None:
+    machine = stepped.loop._machine
+    assert machine.refused_pose() == []  # Without a run there are no limits of the pose.
+    assert stepped.send(LOAD, a_trajectory()) is None
+    monkeypatch.setattr(Run, "pose_beyond_deg", lambda run, setpoint_deg: beyond_deg)
+    assert machine.refused_pose() == refused
 
 
 def test_polynomials_of_the_pose_are_fitted_before_the_first_cycle() -> None:

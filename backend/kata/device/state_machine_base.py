@@ -164,8 +164,9 @@ class StateMachineBase:
 
     def refused_pose(self) -> list[FaultKey]:
         """Return the fault if the setpoint's pose is beyond the run's limits. This is the last check before the setpoint is sent."""
-        beyond_deg = self._run.pose_beyond_deg(self.setpoint_deg) if self._run else 0.0
-        return [] if beyond_deg <= _POSE_TOLERANCE_DEG else [("setpoint_limit", _MOTOR_4)]
+        if self._run is None or self._run.pose_beyond_deg(self.setpoint_deg) <= _POSE_TOLERANCE_DEG:
+            return []
+        return [("setpoint_limit", _MOTOR_4)]
 
     @property
     def config(self) -> StationConfig:
