@@ -16,7 +16,9 @@ from kata.device import state_machine_base
 from kata.device.approach_and_return import straight_return_path
 from kata.device.config import simulated
 from kata.device.ipc_messages import Approach, Load, Pause, Play, ReduceRange, Refusal, Return
+from kata.device.movement import Movement
 from kata.device.references import Reference, build
+from kata.device.run import Run
 from kata.device.run_limits import RunLimits
 from kata.motion.approach import MinimumJerkMove, PathSequence
 from kata.motion.linkage import Floats, motor_angles_deg, pose_deg
@@ -211,27 +213,78 @@ def test_arm_returns_through_the_start_if_no_path_is_straight(
     assert np.abs(np.diff(back, axis=0)).max() * playing.config.rate_hz < 1.1 * playing.config.approach_speed_deg_s
 
 
+def _returning(station: Stepped) -> Movement:
+    """Pause a second after the start, and return. Return the movement along the recording."""
+    station.forward(1.0)
+    assert station.send(Pause()) is None
+    station.until("paused")
+    assert station.send(Return()) is None
+    movement = station.loop._machine._movement
+    assert movement is not None
+    return movement
+
+
 @pytest.mark.counted
 def test_returning_arm_looks_for_a_straight_path_ten_times_a_second(
     playing: Stepped, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    answers = repeat(False)
-    looked_at = []
+    looked_at: list[int] = []
 
     def looked() -> Iterator[bool]:
-        for answer in answers:
-            looked_at.append(len(playing.apparatus.written))
-            yield answer
+        while True:
+            looked_at.append(playing.loop._machine._cycles_on_path)
+            yield False
 
     answer_straight(monkeypatch, looked())
+    _returning(playing)
+    playing.forward(1.0)
+    assert playing.mode == "returning"
+    # The first look is that of the command. The others are in cycles with a setpoint at every rate.
+    assert set(np.diff(looked_at[1:])) == {10}
+    assert {cycles % 10 for cycles in looked_at[1:]} == {0}
+
+
+@pytest.mark.counted
+def test_returning_arm_rests_before_it_leaves_the_recording(playing: Stepped, monkeypatch: pytest.MonkeyPatch) -> None:
+    answer_straight(monkeypatch, chain([False, False], repeat(True)))
+    movement = _returning(playing)
+    before = len(playing.apparatus.written)
+    playing.until("idle", 60.0)
+    assert movement.direction == 0
+    assert movement.at_rest
+    # A full stop within one setpoint would be 15 deg/s in 0.01 s, 1,500 deg/s2.
+    accelerations = np.diff(np.array(playing.apparatus.written[before:]), 2, axis=0) * playing.config.rate_hz**2
+    assert np.abs(accelerations).max() < 300.0
+
+
+@pytest.mark.counted
+def test_arm_leaves_no_path_while_its_setpoint_leads(playing: Stepped, monkeypatch: pytest.MonkeyPatch) -> None:
+    answer_straight(monkeypatch, chain([False], repeat(True)))
     playing.forward(1.0)
     assert playing.send(Pause()) is None
     playing.until("paused")
-    assert playing.send(Return()) is None
-    playing.forward(1.0)
-    assert playing.mode == "returning"
-    # The first look is that of the command.
-    assert set(np.diff(looked_at[1:])) == {playing.config.rate_hz // 10}
+    with monkeypatch.context() as leading:
+        leading.setattr(Run, "may_leave_path", False)
+        assert playing.send(Return()) is None
+        movement = playing.loop._machine._movement
+        assert movement is not None
+        # It moves back without waiting, and rests where the straight path is free.
+        assert movement.direction == -1
+        playing.forward(2.0)
+        assert movement.at_rest
+        assert playing.loop._machine._movement is movement
+    playing.cycle()
+    assert playing.loop._machine._movement is not movement
+
+
+@pytest.mark.counted
+def test_arm_leaves_no_start_while_its_setpoint_leads(playing: Stepped, monkeypatch: pytest.MonkeyPatch) -> None:
+    answer_straight(monkeypatch, repeat(False))
+    movement = _returning(playing)
+    monkeypatch.setattr(Run, "may_leave_path", False)
+    playing.forward(20.0)
+    assert movement.ended
+    assert playing.loop._machine._movement is movement
 
 
 # -- along the recording ------------------------------------------------------------------------------------------

@@ -244,18 +244,19 @@ class StateMachineBase:
                 self._cut_torque()
                 self._end_run(JournalEnd(reason="completed" if run.played_to_end else "returned"))
                 self._enter("idle")
-        elif (movement.ended or movement.at_rest) and not run.may_leave_path:
             return
-        elif movement.ended or movement.at_rest or self._cycles_on_path % self._cycles_between_return_checks == 0:
-            path = straight_return_path(run, self.setpoint_deg)
-            if movement.ended:
-                self._leave_recording(run, path or return_path_via_start(run, self.setpoint_deg))
-            elif path and movement.at_rest:
-                self._leave_recording(run, path)
-            elif path:
-                movement.direction = 0
-            elif movement.at_rest:
-                reverse_along_recording(run, movement)
+        rests = movement.ended or movement.at_rest
+        if not (run.may_leave_path if rests else self._cycles_on_path % self._cycles_between_return_checks == 0):
+            return
+        path = straight_return_path(run, self.setpoint_deg)
+        if movement.ended:
+            self._leave_recording(run, path or return_path_via_start(run, self.setpoint_deg))
+        elif path and movement.at_rest:
+            self._leave_recording(run, path)
+        elif path:
+            movement.direction = 0
+        elif movement.at_rest:
+            reverse_along_recording(run, movement)
 
     def _leave_recording(self, run: Run, path: Path) -> None:
         run.start_path(np.array(self.setpoint_deg))
