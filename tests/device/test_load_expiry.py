@@ -69,6 +69,23 @@ def test_suspension_of_the_computer_counts(tmp_path: Path) -> None:
     assert stepped.mode == "idle"
 
 
+@pytest.mark.parametrize(("left_ns", "mode"), [(1, "ready"), (0, "idle")])
+def test_recording_expires_exactly_at_its_time(tmp_path: Path, left_ns: int, mode: str) -> None:
+    stepped = loaded(tmp_path)
+    machine = stepped.loop._machine
+    stepped._t_ns = machine._ready_until_ns - 1_000_000_000 // stepped.config.cycle_hz - left_ns
+    stepped.cycle()
+    assert stepped.mode == mode
+
+
+@pytest.mark.parametrize(("late_ms", "counted_ms"), [(250.0, 0.0), (250.5, 250.5)])
+def test_only_lateness_of_a_suspension_counts_as_waiting(tmp_path: Path, late_ms: float, counted_ms: float) -> None:
+    stepped = loaded(tmp_path)
+    before_ns = stepped.loop._machine._ready_until_ns
+    stepped.cycle(late_ms=late_ms)
+    assert before_ns - stepped.loop._machine._ready_until_ns == counted_ms * 1e6
+
+
 @given(
     st.lists(
         st.tuples(st.sampled_from([1.0, 300.0, 599.0, 601.0, 7200.0]), st.booleans(), st.booleans()),

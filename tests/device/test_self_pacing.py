@@ -283,6 +283,13 @@ def test_resistance_moves_a_self_paced_arm_back(self_paced: Stepped) -> None:
     self_paced.until("returning")
 
 
+def test_return_after_the_end_has_no_pace_of_the_patient(self_paced: Stepped) -> None:
+    helped(self_paced, 1.0, 3.0)
+    assert pacing(self_paced).pace_percent == 100.0
+    self_paced.until("returning")
+    assert pacing(self_paced).pace_percent == 0.0
+
+
 def reversals(stepped: Stepped) -> int:
     run = stepped.snapshot.run
     assert run is not None
