@@ -1,5 +1,6 @@
 """Limits of setpoints and measured angles: the tighter of mechanism and patient, and the way from the arm's position."""
 
+from collections.abc import Sequence
 from itertools import product
 
 import msgspec
@@ -332,3 +333,63 @@ def test_limits_do_not_tighten_before_a_setpoint_still_outside() -> None:
 )
 def test_arm_within_a_quarter_of_the_tolerance_is_inside(arm_deg: float, settles: bool) -> None:
     assert settling().settle(arm(40.0), arm(arm_deg), 0.0) is settles
+
+
+# -- limits of the pose -----------------------------------------------------------------------------------------------
+
+
+class Slope(PoseGate):
+    """A gate whose pose is beyond the limits by as much as the moving axis exceeds 40 deg. It records the poses that it was asked for."""
+
+    def __init__(self) -> None:
+        super().__init__("right", None, 0.0)
+        self.asked: list[Sequence[float]] = []
+
+    def beyond_deg(self, motors_deg: Sequence[float]) -> float:
+        self.asked.append(motors_deg)
+        return motors_deg[MOVING] - 40.0
+
+
+def pose(angle_deg: float) -> Floats:
+    here_deg = np.array(REST_DEG)
+    here_deg[MOVING] = angle_deg
+    return here_deg
+
+
+def sloped() -> tuple[RunLimits, Slope]:
+    gate = Slope()
+    return RunLimits(((-180.0, 180.0),) * 5, (), 4.0, gate), gate
+
+
+@pytest.mark.parametrize(("angle_deg", "beyond_deg"), [(40.8, 0.8), (38.0, 0.0)])
+def test_pose_limits_are_widened_by_no_more_than_the_arm_needs(angle_deg: float, beyond_deg: float) -> None:
+    of_pose, _ = sloped()
+    assert of_pose.beyond_deg == 0.0
+    of_pose.widen(pose(angle_deg).tolist())
+    assert of_pose.beyond_deg == pytest.approx(beyond_deg)
+
+
+def test_widened_pose_limits_only_move_inwards() -> None:
+    of_pose, gate = sloped()
+    of_pose.widen(pose(40.8).tolist())
+    levels = []
+    for setpoint_deg, measured_deg in [(40.3, 40.5), (40.7, 40.2), (40.2, 40.1), (39.0, 39.5)]:
+        of_pose.tighten(pose(setpoint_deg).tolist(), pose(measured_deg).tolist())
+        levels.append(of_pose.beyond_deg)
+    assert levels == pytest.approx([0.5, 0.5, 0.2, 0.0])
+    gate.asked.clear()
+    of_pose.tighten(pose(39.0).tolist(), pose(39.0).tolist())
+    assert gate.asked == []  # Tight limits need no calculation in the cycle.
+
+
+def test_path_that_leads_only_inwards_exceeds_nothing() -> None:
+    of_pose, gate = sloped()
+    assert of_pose.path_excess_deg(pose(45.0), pose(30.0)) == 0.0
+    # Every degree is looked at.
+    assert np.diff([asked[MOVING] for asked in gate.asked]) == pytest.approx(np.full(15, -1.0))
+    assert of_pose.path_excess_deg(pose(45.0), pose(38.0), pose(43.0)) == pytest.approx(3.0)
+
+
+def test_return_ends_at_the_first_pose_inside_the_limits() -> None:
+    of_pose, _ = sloped()
+    assert of_pose.entry_deg(pose(50.0), pose(20.0))[MOVING] == pytest.approx(40.0)
