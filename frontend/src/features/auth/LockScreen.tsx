@@ -97,12 +97,13 @@ function ApparatusState() {
   const mode = useLive("mode");
   const stop = useLive("stop");
   const run = useLive("run");
+  const torque = useLive("torque");
   if (!alive || !mode) return null;
   const moving = mode === "approaching" || mode === "playing" || mode === "paused" || mode === "returning";
   return (
     <Stack align="center" gap={0} data-testid="going-on">
       <Text fz={40} fw={700}>
-        {describeMode({ mode, stop, run })}
+        {describeMode({ mode, torque, stop, run })}
       </Text>
       {moving && run && <Text fz={28}>{t("auth:locked.left", { span: formatSpan(run.left_s) })}</Text>}
     </Stack>

@@ -15,7 +15,7 @@ export function describeActivity(state: State): string {
   if (state.device !== "running") return t("fleet:stations.restarting");
   const stop = state.causes.length > 0 ? { arm_held: state.arm_held, causes: [] } : null;
   const run = state.progress ? ({ reversing: state.progress.reversing } as Schemas["RunLive"]) : null;
-  return describeMode({ mode: state.mode, stop, run });
+  return describeMode({ mode: state.mode, torque: state.torque, stop, run });
 }
 
 /** Return the progress of a playback or a take, or an empty text. */
