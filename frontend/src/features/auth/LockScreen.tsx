@@ -4,7 +4,7 @@ import { useMutation } from "@tanstack/react-query";
 import { type FormEvent, useState } from "react";
 import { useTitle } from "../../app/title";
 import { api, type Me } from "../../lib/api/client";
-import { formatSpan } from "../../lib/format";
+import { formatDuration } from "../../lib/format";
 import { t } from "../../lib/i18n";
 import { useAlive, useLive } from "../../lib/live/hooks";
 import { AppFrame } from "../../safety/AppFrame";
@@ -105,7 +105,7 @@ function ApparatusState() {
       <Text fz={40} fw={700}>
         {describeMode({ mode, torque, stop, run })}
       </Text>
-      {moving && run && <Text fz={28}>{t("auth:locked.left", { span: formatSpan(run.left_s) })}</Text>}
+      {moving && run && <Text fz={28}>{t("auth:locked.left", { span: formatDuration(run.left_s) })}</Text>}
     </Stack>
   );
 }

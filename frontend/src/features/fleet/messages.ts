@@ -1,5 +1,5 @@
 import type { Schemas } from "../../lib/api/client";
-import { formatMoment, formatSpan } from "../../lib/format";
+import { formatMoment, formatDuration } from "../../lib/format";
 import { t } from "../../lib/i18n";
 import { describeMode } from "../../safety/modes";
 
@@ -20,8 +20,8 @@ export function describeActivity(state: State): string {
 
 /** Return the progress of a playback or a take, or an empty text. */
 export function describeProgress(state: State): string {
-  if (state.progress) return t("fleet:stations.left", { span: formatSpan(state.progress.left_s) });
-  return state.take_s === null ? "" : t("fleet:stations.take", { span: formatSpan(state.take_s) });
+  if (state.progress) return t("fleet:stations.left", { span: formatDuration(state.progress.left_s) });
+  return state.take_s === null ? "" : t("fleet:stations.take", { span: formatDuration(state.take_s) });
 }
 
 export const operatedBy = (name: string) => t("fleet:stations.operatedBy", { name });

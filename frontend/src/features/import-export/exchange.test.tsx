@@ -59,7 +59,7 @@ describe("a motion from a CSV file", () => {
     give("lift.csv");
     const text = await screen.findByTestId("understood");
     expect(text.textContent).toContain(
-      "Angles of the arm, 401 rows at 100\u00a0Hz, length 0:04, for the left shoulder.",
+      "Angles of the arm, 401 rows at 100\u00a0Hz, length 4\u00a0s, for the left shoulder.",
     );
     expect(text.textContent).toContain("Ignored columns: remark.");
     expect(text.textContent).toContain(
