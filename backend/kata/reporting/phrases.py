@@ -381,9 +381,9 @@ PHRASES: Final[dict[str, tuple[str, str]]] = {
     "reference": ("Reference", "参考"),
     "pain_scores": ("Pain, 0 (none) to 10", "痛み（0：なし〜10）"),
     "pain.rest": ("At rest", "安静時"),
-    "pain.active": ("Active movement", "自動運動時"),
-    "pain.passive": ("Passive movement", "他動運動時"),
-    "pain.average": ("Average of the week", "1週間の平均"),
+    "pain.active": ("On active movement", "自動運動時"),
+    "pain.passive": ("On passive movement", "他動運動時"),
+    "pain.average": ("Average over the last week", "この1週間の平均"),
     "questionnaire_scores": ("Questionnaires, total in points", "質問票（合計、点）"),
     "questionnaire": ("Questionnaire", "質問票"),
     "scale.lower": (
