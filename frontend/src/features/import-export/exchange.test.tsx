@@ -1,6 +1,6 @@
 import { MantineProvider } from "@mantine/core";
 import { QueryClient, QueryClientProvider } from "@tanstack/react-query";
-import { cleanup, fireEvent, render, screen, waitFor } from "@testing-library/react";
+import { cleanup, fireEvent, render, screen, waitFor, within } from "@testing-library/react";
 import type { ReactElement } from "react";
 import { afterEach, describe, expect, it, vi } from "vitest";
 import { TestRouter } from "../../app/TestRouter";
@@ -134,7 +134,8 @@ describe("erasure", () => {
     vi.spyOn(api, "erasures").mockResolvedValue({ items: [], next: null });
     const note = vi.spyOn(api, "requestErasure").mockResolvedValue(ERASURE);
     show(<ErasureRequests patient={PATIENT} />);
-    fireEvent.click(await screen.findByRole("button", { name: "Record an erasure request" }));
+    const section = await screen.findByRole("region", { name: "Erasure of the record" });
+    fireEvent.click(within(section).getByRole("button", { name: "Record an erasure request" }));
     await screen.findByRole("dialog");
     type("How and why it was requested", "By letter");
     press("Record request");
