@@ -161,7 +161,7 @@ ITEM_ABOVE_RESISTANCE_LEVEL_BY: Final = message(
 CHOOSE_LOWER_LEVEL: Final = message(
     "choose_lower_level", "Choose a lower level, or ask the doctor to change the limit."
 )
-TIMER_OVER: Final = message("timer_over", "The time limit of this programme ({minutes:g} minutes) is over.")
+TIMER_OVER: Final = message("timer_over", "The timer of this programme ({minutes:g} minutes) has run out.")
 GO_ON_TO_PAIN_AFTER: Final = message(
     "go_on_to_pain_after", "Continue with the pain score; the remaining recordings can be played without the programme."
 )

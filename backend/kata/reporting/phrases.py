@@ -150,11 +150,12 @@ PHRASES: Final[dict[str, tuple[str, str]]] = {
     "programme": ("Programme: planned and done", "プログラム：予定と実施"),
     "programme_version": ("{name}, version {version}", "{name}（第{version}版）"),
     "prescribed_by": ("prescribed by {name}", "処方：{name}"),
-    "timer": ("time limit {minutes} min", "制限時間 {minutes}分"),
+    "timer": ("timer {minutes} min", "タイマー {minutes}分"),
     "planned": ("Planned", "予定"),
     "done": ("Done", "実施"),
     "not_done": ("Not done", "未実施"),
     "done_of": ("{done} of {planned} repetitions", "{planned}回中{done}回"),
+    "done_of_one": ("{done} of {planned} repetition", "{planned}回中{done}回"),
     "run_number": ("playback {number}", "再生{number}"),
     "besides": ("Playbacks outside the programme: {numbers}", "プログラム外の再生：{numbers}"),
     "no_programme": (
@@ -434,6 +435,7 @@ PHRASES: Final[dict[str, tuple[str, str]]] = {
         "セッション前（実線）後（破線）の痛み（0〜10）",
     ),
     "sessions": ("Sessions", "セッション一覧"),
+    "sessions_count_one": ("{count} session, {first}.", "{count}回（{first}）。"),
     "sessions_count": ("{count} sessions, {first} to {last}.", "{count}回（{first}〜{last}）。"),
     "planned_done": (
         "Planned repetitions that were completed: {done} of {planned}.",
