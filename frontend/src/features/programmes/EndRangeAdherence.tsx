@@ -90,7 +90,8 @@ function DoneRow(props: { done: Done; bold?: boolean; children: React.ReactNode 
 }
 
 /** Return whole minutes and seconds. A started second does not count yet. */
-const describeTime = (seconds: number | null) => (seconds === null ? "–" : formatDuration(Math.floor(seconds)));
+const describeTime = (seconds: number | null) =>
+  seconds === null ? "–" : formatDuration(Math.floor(seconds));
 
 /** Return the counted time beside the prescribed one, in minutes and seconds. */
 export const describeEndRangeTime = (counted_s: number | null, prescribed_s: number | null): string =>

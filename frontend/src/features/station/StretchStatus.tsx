@@ -10,7 +10,9 @@ export function StretchStatus({ stretch }: { stretch: Schemas["StretchLive"] }) 
     <Stack gap={4} role="group" aria-label={t("station:stretch.title")} data-testid="stretch">
       <Group justify="space-between">
         <Text size="lg" fw={600}>
-          {t(`station:stretch.phases.${stretch.phase}`, { left: formatDuration(Math.ceil(stretch.hold_left_s)) })}
+          {t(`station:stretch.phases.${stretch.phase}`, {
+            left: formatDuration(Math.ceil(stretch.hold_left_s)),
+          })}
         </Text>
         <Text size="lg" fw={600}>
           {t("station:stretch.torque", {

@@ -44,9 +44,9 @@ describe("the apparatus state", () => {
 
   it("distinguishes playing from taking the arm back", () => {
     expect(describeMode({ mode: "playing", torque: "on", stop: null, run })).toBe("Playing");
-    expect(describeMode({ mode: "playing", torque: "on", stop: null, run: { ...run, reversing: true } })).toBe(
-      "Moving back after resistance",
-    );
+    expect(
+      describeMode({ mode: "playing", torque: "on", stop: null, run: { ...run, reversing: true } }),
+    ).toBe("Moving back after resistance");
   });
 });
 

@@ -10,8 +10,7 @@ type Event = Schemas["EventLive"];
  */
 export function describeEvents(events: Event[]): { event: Event; text: string }[] {
   return events.flatMap((event, index) => {
-    const text =
-      event.code === "mode" ? describeAcknowledgement(events.slice(index)) : describeEvent(event);
+    const text = event.code === "mode" ? describeAcknowledgement(events.slice(index)) : describeEvent(event);
     return text === null ? [] : [{ event, text }];
   });
 }
