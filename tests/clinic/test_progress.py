@@ -168,17 +168,17 @@ def test_assessment_pain_and_session_pain_are_separate(database: Database, fill:
     lines: list[LineSeries] = read_timeline(database, fill(how), service.pain_lines)
     assert traces(drawn(figures.pain(lines))) == {
         "At rest": ([0.25], [4]),
-        "Average of the week": ([0.25], [7]),
+        "Average over the last week": ([0.25], [7]),
         "Before the session": ([0, 1], [6, 4]),
         "During the session": ([1], [5]),
         "After the session": ([0, 1], [5, 3]),
     }
     dashes = {trace.name: trace.line.dash for trace in drawn(figures.pain(lines)).data}
-    assert [name for name, dash in dashes.items() if dash == "solid"] == ["At rest", "Average of the week"]
+    assert [name for name, dash in dashes.items() if dash == "solid"] == ["At rest", "Average over the last week"]
     assert len({*dashes.values()}) == 4
     table = numbers.pain(lines)
     assert names(table) == [
-        "When", "At rest, 0 to 10", "Average of the week, 0 to 10", "Before the session, 0 to 10", "During the session, 0 to 10",
+        "When", "At rest, 0 to 10", "Average over the last week, 0 to 10", "Before the session, 0 to 10", "During the session, 0 to 10",
         "After the session, 0 to 10",
     ]  # fmt: skip
     assert table.rows[0] == [DAY, None, None, 6, None, 5]

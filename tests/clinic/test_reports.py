@@ -102,7 +102,7 @@ def test_session_report_matches_the_database_rows(signed: tuple[SessionContent, 
     for said in (
         "Yamada Hanako (ヤマダ ハナコ)", "12 Apr 1968 (58 years)", "09:30 to 10:11, 41 min", "Sato Ken", "Kata 1", "Left",
         "Went well. More range next time.", "Signed by Sato Ken, 2 Nov 2026 10:30", "Motor 3 does not answer.",
-        "pin is in: Left 09:32 Sato Ken", "are closed: arm fixer 2, elbow fixer 2 09:32", "released today 09:32 detected by the apparatus", "Frozen shoulder, version 2, prescribed by Sato Ken, time limit 30 min",
+        "pin is in: Left 09:32 Sato Ken", "are closed: arm fixer 2, elbow fixer 2 09:32", "released today 09:32 detected by the apparatus", "Frozen shoulder, version 2, prescribed by Sato Ken, timer 30 min",
         "1 of 3 repetitions playback 1: Played to its end", "0 of 3 repetitions playback 2: Stopped", "Playbacks outside the programme: 3", "Completed as planned",
         "moved back by resistance: 2", "smallest range 80 %", "4.5 to 85.5", "5.0 to 84.9", "Before During After 7 6 5",
     ):  # fmt: skip
@@ -181,6 +181,18 @@ def test_a_session_report_speaks_japanese(draft: SessionContent) -> None:
     for said in ("治療セッション報告書", "患者番号", "ヤマダ ハナコ", "2026年11月2日", "09:30〜10:11", "モータ3が応答しない", "最後まで再生",
                  "みどり整形外科", "宮城県仙台市青葉区", "未署名"):  # fmt: skip
         assert said in text, said
+
+
+def test_one_repetition_and_one_session_are_singular(signed: tuple[SessionContent, EpisodeContent]) -> None:
+    visit, care = signed
+    assert visit.plan
+    item = visit.plan.items[0]
+    once = replace(item.playback_settings, asked=replace(item.playback_settings.asked, repetitions=1))
+    plan = replace(visit.plan, items=(replace(item, playback_settings=once, repetitions_done=1),))
+    text = Parsed(rendering.session_page(replace(visit, plan=plan), print_options())).text
+    assert re.search(r"1 of 1 repetition\b", text)
+    text = Parsed(rendering.episode_page(replace(care, sessions=care.sessions[:1]), print_options())).text
+    assert "1 session, 2 Nov 2026." in text
 
 
 def test_episode_report_matches_the_database_rows(signed: tuple[SessionContent, EpisodeContent]) -> None:

@@ -378,13 +378,13 @@ TEXT_NUMBERS: Final[dict[str, str]] = {
     # End-range time, stretches, end-feel tests, self-paced playbacks and the clinic's figures.
     **dict.fromkeys(("band", "half", "onset", "uncertainty", "end", "largest"), r"{} ?°"), "stiffness": r"{} ?Nm/°", "work": r"{} ?J",
     **dict.fromkeys(("torque", "effort", "threshold", "target"), r"{}\s?Nm|{}(?: of |／)\{\{target\}\} ?Nm"),
-    "selected": r"rows?\b|件", "hold": r"{} ?(?:s|秒)", "shortest": r"{}(?: to |〜)\{\{seconds\}\} ?(?:s|秒)", "hours": r"{} ?(?:h\b|時間)|hours: {}|時間：{}",
-    "days": r"{} ?(?:days|日)|^{}[.。]", "goal": r"{} ?(?:min|分)|{}（分:秒）", "median": r"{} ?(?:weeks|週)", "limit_points": r"{} ?(?:points|点)", "now": r"100|10",
+    "category": r"(?:category |カテゴリ){}", "selected": r"rows?\b|件", "hold": r"{} ?(?:s|秒)", "shortest": r"{}(?: to |〜)\{\{seconds\}\} ?(?:s|秒)", "hours": r"{} ?(?:h\b|時間)|hours: {}|時間：{}",
+    "days": r"{} ?(?:days|日)|^{}[.。]", "median": r"{} ?(?:weeks|週)", "limit_points": r"{} ?(?:points|点)", "now": r"100|10",
     **dict.fromkeys(("low", "high"), r"(?:to|〜)\s?\{\{high\}\} ?(?:%|°|weeks|週)|95"), "highestTotal": r"{} ?(?:points|点)",
     **dict.fromkeys(("held", "prescribed", "overdue", "programmes", "presses", "stopped"), r"sessions|programmes|instructions|回|件|セッション|プログラム|指示"),
 }  # fmt: skip
 """Numbers in the texts of the page by their parameter, and the pattern of the text; ``{}`` is the number."""
-FORMATTED: Final = {"duration", "lasts", "left", "span", "played", "before", "after", "from", "to", "value", "at", "done", "week", "min", "max",
+FORMATTED: Final = {"duration", "fault", "goal", "lasts", "left", "span", "played", "before", "after", "from", "to", "value", "at", "done", "week", "min", "max",
                     "of", "missed", "runs", "items", "given", "changed", "change", "lead", "elevation", "scapula", "size", "values", "ratio",
                     "deviation", "pains", "settings", "drift", "differences", "verdict"}  # fmt: skip
 """Parameters that hold a text, or a number that a text of this list formats with its unit (``programmes:played.percent``), and the ratio of

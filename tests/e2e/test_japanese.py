@@ -17,7 +17,7 @@ from tests.support.page_dialogs import DIALOGS, opened_dialogs
 from tests.support.units import bare_numbers
 
 IDLE: Final = "待機中・トルク切"
-STOPPED: Final = "停止"
+STOPPED: Final = "停止・"
 OURS: Final = frozenset(
     {
         "Kata",
@@ -96,8 +96,8 @@ def browser_context_args(browser_context_args: dict[str, Any]) -> dict[str, Any]
 def wait_until_idle(page: Page) -> None:
     """Wait until the apparatus is idle. Acknowledge a stop: on a busy computer the device misses answers."""
     mode = page.get_by_test_id("mode")
-    expect(mode).to_have_text(re.compile(f"^({IDLE}|{STOPPED})$"), timeout=START_LIMIT_S * 1000)
-    if mode.inner_text() == STOPPED:
+    expect(mode).to_have_text(re.compile(f"^({IDLE}|{STOPPED}.+)$"), timeout=START_LIMIT_S * 1000)
+    if mode.inner_text().startswith(STOPPED):
         acknowledge(page, name="確認")
     expect(mode).to_have_text(IDLE, timeout=START_LIMIT_S * 1000)
 

@@ -1,6 +1,7 @@
 """A patient answers a questionnaire on a tablet: one question a page and nothing else. A password leads back to the record."""
 
 import re
+from collections import Counter
 from collections.abc import Iterator
 from typing import Final
 
@@ -15,6 +16,10 @@ from tests.support.databases import upgraded_file
 from tests.support.page_accounts import PASSWORD, sign_in_new_account
 from tests.support.page_actions import sign_up
 from tests.support.questionnaires import PROMIS, promis_file, store_words
+from tests.support.shown_pages import SIZES
+
+FINGER_PX: Final = 44
+"""Least width and height of a target for a finger."""
 
 WORDS: Final = {
     "en": {
@@ -56,6 +61,15 @@ def sign_in_therapist(page: Page, clinic: Clinic, name: str, username: str) -> N
     expect(page.get_by_role("button", name=f"Signed in as {name}")).to_be_visible(timeout=LONG_MS)
 
 
+def rows_of_answers(page: Page, size: str) -> list[int]:
+    """Return the number of answers in each row on a screen of this size. Each answer is large enough for a finger."""
+    width, height = SIZES[size]
+    page.set_viewport_size({"width": width, "height": height})
+    boxes = [button.bounding_box() for button in page.get_by_role("radio").all()]
+    assert all(box and min(box["width"], box["height"]) >= FINGER_PX for box in boxes)
+    return list(Counter(box["y"] for box in boxes if box).values())
+
+
 @pytest.mark.parametrize("language", [pytest.param("en", marks=pytest.mark.campaign), "ja"])
 def test_patient_answers_alone_and_the_password_leads_back(page: Page, clinic: Clinic, language: str) -> None:
     sign_in_therapist(page, clinic, "Ito Mai", f"ito-{language}")
@@ -76,6 +90,8 @@ def test_patient_answers_alone_and_the_password_leads_back(page: Page, clinic: C
     expect(mode.get_by_text(words["place"])).to_be_visible(timeout=LONG_MS)
     expect(page.get_by_text("Yamada Hanako")).to_have_count(0)
     assert wrong(page) == []
+    assert rows_of_answers(page, "telephone") == [6, 5]
+    assert rows_of_answers(page, "tablet") == [11]
     # Neither an address nor a reload leaves the patient mode.
     page.goto(record)
     expect(mode.get_by_text(words["place"])).to_be_visible(timeout=LONG_MS)

@@ -176,7 +176,7 @@ def test_telephone_scrolls_past_a_stop(tab: Page, clinic: Clinic, name: str) -> 
         assert untouchable_stop(tab) == ""
         tab.evaluate(bottom)
         expect(banner).not_to_be_in_viewport()
-        expect(tab.get_by_test_id("mode")).to_have_text("Stopped")
+        expect(tab.get_by_test_id("mode")).to_have_text("Stopped, torque off")
         assert untouchable_stop(tab) == ""
         station.release_estop()
     expect(banner).to_be_hidden()
@@ -372,7 +372,7 @@ def test_moving_arm_stops_beside_an_open_dialog(finger: Page, clinic: Clinic, wa
             else:
                 tab_to_stop(finger, presses=_MOST_CONTROLS)
                 finger.keyboard.press("Enter")
-            expect(mode, way).to_have_text("Stopped", timeout=LONG_MS)
+            expect(mode, way).to_have_text("Stopped, torque off", timeout=LONG_MS)
             station.make_idle()
             expect(mode).to_have_text("Idle, torque off", timeout=LONG_MS)
             if finger.get_by_role("dialog").is_visible():
@@ -384,6 +384,6 @@ def test_moving_arm_stops_beside_an_open_dialog(finger: Page, clinic: Clinic, wa
         finger.keyboard.press("Escape")
         expect(finger.get_by_test_id("stop-answer")).to_contain_text("Confirmed by the device")
         expect(finger.get_by_test_id("stop-banner")).to_contain_text("Stopped by the operator.")
-        expect(mode).to_have_text("Stopped")
+        expect(mode).to_have_text("Stopped, torque off")
         station.make_idle()
         station.end_session(session)

@@ -164,8 +164,8 @@ def acknowledge(page: Page, press: Press = click, name: str = "Acknowledge") -> 
 def wait_until_idle(page: Page) -> None:
     """Wait until the apparatus is idle. Acknowledge a stop: on a busy computer the device misses answers while the service starts."""
     mode = page.get_by_test_id("mode")
-    expect(mode).to_have_text(re.compile("^(Idle, torque off|Stopped)$"), timeout=START_LIMIT_S * 1000)
-    if mode.inner_text() == "Stopped":
+    expect(mode).to_have_text(re.compile("^(Idle, torque off|Stopped, .+)$"), timeout=START_LIMIT_S * 1000)
+    if mode.inner_text().startswith("Stopped"):
         acknowledge(page)
     expect(mode).to_have_text("Idle, torque off")
 

@@ -161,7 +161,7 @@ ITEM_ABOVE_RESISTANCE_LEVEL_BY: Final = message(
 CHOOSE_LOWER_LEVEL: Final = message(
     "choose_lower_level", "Choose a lower level, or ask the doctor to change the limit."
 )
-TIMER_OVER: Final = message("timer_over", "The time limit of this programme ({minutes:g} minutes) is over.")
+TIMER_OVER: Final = message("timer_over", "The timer of this programme ({minutes:g} minutes) has run out.")
 GO_ON_TO_PAIN_AFTER: Final = message(
     "go_on_to_pain_after", "Continue with the pain score; the remaining recordings can be played without the programme."
 )
@@ -405,9 +405,9 @@ FIGURE_DAY_FORMAT: Final = message("figure_day_format", "%d %b")
 FIGURE_SESSIONS: Final = message("figure_sessions", "Sessions")
 FIGURE_AS_PRESCRIBED: Final = message("figure_as_prescribed", "As prescribed")
 FIGURE_PAIN_AT_REST: Final = message("figure_pain_at_rest", "At rest")
-FIGURE_PAIN_MOVING: Final = message("figure_pain_moving", "Moving the arm")
-FIGURE_PAIN_MOVED: Final = message("figure_pain_moved", "Being moved")
-FIGURE_PAIN_AVERAGE: Final = message("figure_pain_average", "Average of the week")
+FIGURE_PAIN_MOVING: Final = message("figure_pain_moving", "On active movement")
+FIGURE_PAIN_MOVED: Final = message("figure_pain_moved", "On passive movement")
+FIGURE_PAIN_AVERAGE: Final = message("figure_pain_average", "Average over the last week")
 FIGURE_PAIN_BEFORE: Final = message("figure_pain_before", "Before the session")
 FIGURE_PAIN_DURING: Final = message("figure_pain_during", "During the session")
 FIGURE_PAIN_AFTER: Final = message("figure_pain_after", "After the session")

@@ -5,7 +5,7 @@ import { describe, expect, it } from "vitest";
 import { SCENE_COLOURS } from "../features/digital-twin/colours";
 import { DARK_COLOURS } from "../ui/plotColours";
 import { contrast } from "../ui/testContrast";
-import { STALE, TRACES } from "./theme";
+import { CONTROL_EDGE, STALE, TRACES } from "./theme";
 
 /** Return the hue in degrees and the chroma (0 for grey, 1 for a pure colour). */
 function hueOf(colour: string): { hue: number; chroma: number } {
@@ -76,5 +76,20 @@ describe("outdated words", () => {
     ["dark", dark[6]],
   ] as const)("are readable in the %s scheme on %s", (scheme, background) => {
     expect(contrast(STALE[scheme], background)).toBeGreaterThanOrEqual(4.5);
+  });
+});
+
+describe("the edge of a control", () => {
+  const { dark, gray } = DEFAULT_THEME.colors;
+
+  // The page, a card, and the inside of a field.
+  it.each([
+    ["light", "#ffffff"],
+    ["light", gray[1]],
+    ["dark", dark[7]],
+    ["dark", dark[6]],
+    ["dark", dark[5]],
+  ] as const)("is visible in the %s scheme on %s", (scheme, background) => {
+    expect(contrast(CONTROL_EDGE[scheme], background)).toBeGreaterThanOrEqual(3);
   });
 });

@@ -57,6 +57,7 @@ export const variables: CSSVariablesResolver = (mantineTheme) => ({
     "--kata-quiet": mantineTheme.colors.gray[2],
     "--kata-limb": mantineTheme.colors.gray[5],
     "--kata-stale": STALE.light,
+    "--kata-control-edge": CONTROL_EDGE.light,
     "--kata-shadow": "0 0 0",
     "--kata-stage-1": mantineTheme.colors.gray[2],
     "--kata-stage-2": mantineTheme.colors.gray[4],
@@ -84,6 +85,7 @@ export const variables: CSSVariablesResolver = (mantineTheme) => ({
     "--kata-quiet": mantineTheme.colors.dark[5],
     "--kata-limb": mantineTheme.colors.dark[2],
     "--kata-stale": STALE.dark,
+    "--kata-control-edge": CONTROL_EDGE.dark,
     "--kata-shadow": "255 255 255",
     "--kata-stage-1": mantineTheme.colors.dark[5],
     "--kata-stage-2": mantineTheme.colors.dark[4],
@@ -92,6 +94,9 @@ export const variables: CSSVariablesResolver = (mantineTheme) => ({
     "--kata-measured": TRACES.dark.measured,
   },
 });
+
+/** Colours of the edge of fields, check boxes and radio buttons, at least 3:1 (WCAG 1.4.11). page.css uses them. */
+export const CONTROL_EDGE = { light: "#767d84", dark: "#909090" } as const;
 
 /** Colours of outdated words, at least 4.5:1 on the page and on a card (WCAG 1.4.3). */
 export const STALE = { light: "#666d74", dark: "#9a9a9a" } as const;

@@ -30,10 +30,17 @@ export const formatAfter = (iso: string, since: string) =>
   formatDayOf(iso) === formatDayOf(since) ? time(new Date(iso)) : formatMoment(iso);
 export const formatClock = (moment: number | Date) => clock(moment);
 
-/** Return 75.2 as 1:16. It is rounded up, so that 0:00 means finished. */
-export function formatSpan(seconds: number): string {
-  const wholeSeconds = Math.max(0, Math.ceil(seconds));
-  return `${Math.floor(wholeSeconds / 60)}:${String(wholeSeconds % 60).padStart(2, "0")}`;
+/**
+ * Return 75.2 as 1 min 16 s. Its units distinguish it from a time of day and from hours. It is rounded up, so that
+ * 0 s means finished.
+ */
+export function formatDuration(duration_s: number): string {
+  const wholeSeconds = Math.max(0, Math.ceil(duration_s));
+  const minutes = Math.floor(wholeSeconds / 60);
+  const seconds = wholeSeconds % 60;
+  if (minutes === 0) return t("common:format.seconds", { seconds });
+  if (seconds === 0) return t("common:format.minutes", { minutes });
+  return t("common:format.minutesAndSeconds", { minutes, seconds });
 }
 
 /** Return a range of angles, or a dash if it is unknown. */

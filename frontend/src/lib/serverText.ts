@@ -76,4 +76,6 @@ function formatParameter(value: unknown, type: string): string {
 }
 
 /** Return a nested text without its full stop. */
-const nested = (text: Nested) => translateServerText(text.text, text).replace(/[.。]$/, "");
+const nested = (text: Nested) => withoutFullStop(translateServerText(text.text, text));
+
+export const withoutFullStop = (text: string) => text.replace(/[.。]$/, "");

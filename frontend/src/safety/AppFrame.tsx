@@ -76,6 +76,7 @@ function ModeBadge() {
   const mode = useLive("mode");
   const stop = useLive("stop");
   const run = useLive("run");
+  const torque = useLive("torque");
   return (
     <Badge
       size="xl"
@@ -85,7 +86,7 @@ function ModeBadge() {
       tt="none"
       data-testid="mode"
     >
-      {alive && mode ? describeMode({ mode, stop, run }) : t("common:shell.modeUnknown")}
+      {alive && mode ? describeMode({ mode, torque, stop, run }) : t("common:shell.modeUnknown")}
     </Badge>
   );
 }

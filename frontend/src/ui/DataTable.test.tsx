@@ -74,6 +74,22 @@ it("adds up the rows shown, and says that there are more", () => {
   expect(screen.getByText(/^3 rows are shown; there are more/)).toBeTruthy();
 });
 
+it("shows a dash for a sum that would mislead, and says why", () => {
+  cleanup();
+  const noTotal = "Sessions have no total.";
+  const sessions: Column<Row> = { key: "sessions", head: "Sessions", right: true, noTotal, cell: () => 1 };
+  const table = (columns: Column<Row>[]) => (
+    <MantineProvider env="test">
+      <DataTable name="stops" label="Stops" columns={columns} rows={ROWS} rowKey={({ name }) => name} />
+    </MantineProvider>
+  );
+  const { rerender } = render(table([...COLUMNS, sessions]));
+  expect(screen.getByRole("row", { name: "Total 12 –" })).toBeTruthy();
+  expect(screen.getByText(noTotal)).toBeTruthy();
+  rerender(table(COLUMNS));
+  expect(screen.queryByText(noTotal)).toBeNull();
+});
+
 it("saves the columns and the order that are shown, and remembers hidden columns", () => {
   const saved = vi.spyOn(csv, "saveFile").mockImplementation(() => undefined);
   fireEvent.click(screen.getByRole("button", { name: "Name" }));

@@ -106,6 +106,7 @@ export function DataTable<Row>(props: DataTableProps<Row>) {
           <Totals columns={shown} rows={rows} selectable={selectable} />
         </Table>
       </ScrolledTable>
+      <MissingTotals columns={shown} rows={rows} />
     </Stack>
   );
 }
@@ -175,13 +176,30 @@ function Head<Row>(props: { column: Column<Row>; sorting: Sorting; onSort: () =>
   );
 }
 
+const hasTotals = <Row,>(columns: Column<Row>[], rows: Row[]) =>
+  rows.length > 1 && columns.some(({ total }) => total);
+
+/** Says why columns have no total. */
+function MissingTotals<Row>({ columns, rows }: { columns: Column<Row>[]; rows: Row[] }) {
+  if (!hasTotals(columns, rows)) return null;
+  return columns.map(
+    ({ key, noTotal }) =>
+      noTotal && (
+        <Text key={key} size="sm">
+          {noTotal}
+        </Text>
+      ),
+  );
+}
+
 /** Shows the sums over the shown rows, for the columns that have a sum. */
 function Totals<Row>(props: { columns: Column<Row>[]; rows: Row[]; selectable: boolean }) {
   const { columns, rows, selectable } = props;
-  if (rows.length < 2 || !columns.some(({ total }) => total)) return null;
+  if (!hasTotals(columns, rows)) return null;
   const cell = (column: Column<Row>, place: number): ReactNode => {
     if (typeof column.total === "function") return column.total(rows);
     if (column.total) return rows.reduce((sum, row) => sum + Number(column.value?.(row) ?? 0), 0);
+    if (column.noTotal) return "–";
     return place === 0 ? t("ui:table.total") : null;
   };
   return (

@@ -14,6 +14,8 @@ export interface Column<Row> {
   right?: boolean;
   /** True if the table shows the sum of the column, or what it shows for these rows instead. */
   total?: boolean | ((rows: Row[]) => string);
+  /** The reason why the table shows no sum of this column of numbers. */
+  noTotal?: string;
   /** True if the user cannot hide the column. */
   always?: boolean;
 }

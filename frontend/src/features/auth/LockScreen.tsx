@@ -4,7 +4,7 @@ import { useMutation } from "@tanstack/react-query";
 import { type FormEvent, useState } from "react";
 import { useTitle } from "../../app/title";
 import { api, type Me } from "../../lib/api/client";
-import { formatSpan } from "../../lib/format";
+import { formatDuration } from "../../lib/format";
 import { t } from "../../lib/i18n";
 import { useAlive, useLive } from "../../lib/live/hooks";
 import { AppFrame } from "../../safety/AppFrame";
@@ -97,14 +97,15 @@ function ApparatusState() {
   const mode = useLive("mode");
   const stop = useLive("stop");
   const run = useLive("run");
+  const torque = useLive("torque");
   if (!alive || !mode) return null;
   const moving = mode === "approaching" || mode === "playing" || mode === "paused" || mode === "returning";
   return (
     <Stack align="center" gap={0} data-testid="going-on">
       <Text fz={40} fw={700}>
-        {describeMode({ mode, stop, run })}
+        {describeMode({ mode, torque, stop, run })}
       </Text>
-      {moving && run && <Text fz={28}>{t("auth:locked.left", { span: formatSpan(run.left_s) })}</Text>}
+      {moving && run && <Text fz={28}>{t("auth:locked.left", { span: formatDuration(run.left_s) })}</Text>}
     </Stack>
   );
 }

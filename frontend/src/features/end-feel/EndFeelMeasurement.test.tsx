@@ -137,7 +137,7 @@ it("says for how long a stretch was held", async () => {
     }),
   ]);
   expect((await screen.findByTestId("stretch-last")).textContent).toContain(
-    "Held for 1:24 with at least 60\u00a0% of 1.2\u00a0Nm",
+    "Held for 1\u00a0min 24\u00a0s with at least 60\u00a0% of 1.2\u00a0Nm",
   );
 });
 

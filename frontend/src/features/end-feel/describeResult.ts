@@ -1,6 +1,6 @@
 import "./catalogue";
 import type { Schemas } from "../../lib/api/client";
-import { formatDeg, formatSpan } from "../../lib/format";
+import { formatDeg, formatDuration } from "../../lib/format";
 import { t } from "../../lib/i18n";
 
 /** Return the result of a test in words: range, onset and stiffness with their intervals, or why there are none. */
@@ -21,7 +21,7 @@ export function describeResult(test: Schemas["EndFeelRecord"]): string {
 export function describeStretch(stretch: NonNullable<Schemas["EndFeelRecord"]["stretch"]>): string {
   if (stretch.held_s === null || stretch.target_nm === null) return t("endFeel:stretch.running");
   return t("endFeel:stretch.result", {
-    time: formatSpan(Math.round(stretch.held_s)),
+    time: formatDuration(Math.round(stretch.held_s)),
     torque: formatDeg(stretch.target_nm, 1),
     repetitions: stretch.repetitions,
     hold: formatDeg(stretch.hold_s, 0),

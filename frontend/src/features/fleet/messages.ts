@@ -1,5 +1,5 @@
 import type { Schemas } from "../../lib/api/client";
-import { formatMoment, formatSpan } from "../../lib/format";
+import { formatMoment, formatDuration } from "../../lib/format";
 import { t } from "../../lib/i18n";
 import { describeMode } from "../../safety/modes";
 
@@ -15,13 +15,13 @@ export function describeActivity(state: State): string {
   if (state.device !== "running") return t("fleet:stations.restarting");
   const stop = state.causes.length > 0 ? { arm_held: state.arm_held, causes: [] } : null;
   const run = state.progress ? ({ reversing: state.progress.reversing } as Schemas["RunLive"]) : null;
-  return describeMode({ mode: state.mode, stop, run });
+  return describeMode({ mode: state.mode, torque: state.torque, stop, run });
 }
 
 /** Return the progress of a playback or a take, or an empty text. */
 export function describeProgress(state: State): string {
-  if (state.progress) return t("fleet:stations.left", { span: formatSpan(state.progress.left_s) });
-  return state.take_s === null ? "" : t("fleet:stations.take", { span: formatSpan(state.take_s) });
+  if (state.progress) return t("fleet:stations.left", { span: formatDuration(state.progress.left_s) });
+  return state.take_s === null ? "" : t("fleet:stations.take", { span: formatDuration(state.take_s) });
 }
 
 export const operatedBy = (name: string) => t("fleet:stations.operatedBy", { name });

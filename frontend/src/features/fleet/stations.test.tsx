@@ -46,7 +46,7 @@ describe("a tile", () => {
       "Yamada Hanako",
       "Flexion",
       "Playing",
-      "0:30 left",
+      "30 s left",
       "E-stop ready",
       "Operated by Sato",
     ]) {
@@ -98,7 +98,7 @@ describe("words", () => {
   });
 
   it("describe the length of a take", () => {
-    expect(describeProgress({ ...state, progress: null, take_s: 61 })).toBe("Take: 1:01");
+    expect(describeProgress({ ...state, progress: null, take_s: 61 })).toBe("Take: 1\u00a0min 1\u00a0s");
     expect(describeProgress({ ...state, progress: null })).toBe("");
   });
 });

@@ -19,37 +19,39 @@ export function DataSection({ patientId }: { patientId: string }) {
   if (!patient.data) return null;
   const who = patient.data;
   return (
-    <Stack gap="xs" component="section" aria-label={t("import-export:data.title")}>
-      <Title order={2} size="h3">
-        {t("import-export:data.title")}
-      </Title>
-      {who.erased_at ? (
-        <Text>{t("import-export:data.erased")}</Text>
-      ) : (
-        <Group>
-          <Button
-            component="a"
-            variant="default"
-            href={`/api/patients/${patientId}/export.zip`}
-            leftSection={<IconDownload size={20} />}
-          >
-            {t("import-export:data.everything")}
-          </Button>
-          <Button
-            component="a"
-            variant="default"
-            href={`/api/patients/${patientId}/fhir`}
-            leftSection={<IconDownload size={20} />}
-          >
-            {t("import-export:data.otherSystems")}
-          </Button>
-          {writes && !who.archived_at && (
-            <Button variant="default" leftSection={<IconFileImport size={20} />} onClick={dialog.open}>
-              {t("import-export:data.motion")}
+    <Stack gap="xl">
+      <Stack gap="xs" component="section" aria-label={t("import-export:data.title")}>
+        <Title order={2} size="h3">
+          {t("import-export:data.title")}
+        </Title>
+        {who.erased_at ? (
+          <Text>{t("import-export:data.erased")}</Text>
+        ) : (
+          <Group>
+            <Button
+              component="a"
+              variant="default"
+              href={`/api/patients/${patientId}/export.zip`}
+              leftSection={<IconDownload size={20} />}
+            >
+              {t("import-export:data.everything")}
             </Button>
-          )}
-        </Group>
-      )}
+            <Button
+              component="a"
+              variant="default"
+              href={`/api/patients/${patientId}/fhir`}
+              leftSection={<IconDownload size={20} />}
+            >
+              {t("import-export:data.otherSystems")}
+            </Button>
+            {writes && !who.archived_at && (
+              <Button variant="default" leftSection={<IconFileImport size={20} />} onClick={dialog.open}>
+                {t("import-export:data.motion")}
+              </Button>
+            )}
+          </Group>
+        )}
+      </Stack>
       <ErasureRequests patient={who} />
       <Modal opened={importing} onClose={dialog.close} title={t("import-export:data.motion")} size="xl">
         <ImportMotion

@@ -1,5 +1,5 @@
 import "./catalogue";
-import { Button, Group, Modal, Stack, Text, Textarea, TextInput } from "@mantine/core";
+import { Button, Group, Modal, Stack, Text, Textarea, TextInput, Title } from "@mantine/core";
 import { useDisclosure } from "@mantine/hooks";
 import { useMutation, useQuery, useQueryClient } from "@tanstack/react-query";
 import { useState } from "react";
@@ -23,8 +23,13 @@ export function ErasureRequests({ patient }: { patient: Patient }) {
   });
   const items = requests.data?.items ?? [];
   const open = items.find((request) => request.decision === null);
+  const adds = !open && writes && !patient.erased_at && requests.data !== undefined;
+  if (items.length === 0 && !adds) return <ProblemNote error={requests.error} />;
   return (
-    <Stack gap="xs">
+    <Stack gap="xs" component="section" aria-label={t("import-export:erasure.title")}>
+      <Title order={2} size="h3">
+        {t("import-export:erasure.title")}
+      </Title>
       <ProblemNote error={requests.error} />
       {items.map((request) => (
         <Text key={request.id} data-testid="erasure">
@@ -34,7 +39,7 @@ export function ErasureRequests({ patient }: { patient: Patient }) {
       <Group>
         {open && decides && <Button onClick={decision.open}>{t("import-export:erasure.decide")}</Button>}
         {open && !decides && <Text>{t("import-export:erasure.administratorDecides")}</Text>}
-        {!open && writes && !patient.erased_at && requests.data && (
+        {adds && (
           <Button variant="default" onClick={dialog.open}>
             {t("import-export:erasure.add")}
           </Button>

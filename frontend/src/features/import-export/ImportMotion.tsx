@@ -4,7 +4,7 @@ import { IconFileImport } from "@tabler/icons-react";
 import { useMutation, useQueryClient } from "@tanstack/react-query";
 import { useState } from "react";
 import { api, type Schemas } from "../../lib/api/client";
-import { formatSpan } from "../../lib/format";
+import { formatDuration } from "../../lib/format";
 import { t } from "../../lib/i18n";
 import { MotorRanges } from "../../ui/MotorRanges";
 import { ReachMargin } from "../../ui/ReachMargin";
@@ -100,7 +100,7 @@ function MotionSummary({ motion }: { motion: Schemas["UnderstoodMotion"] }) {
         {t(`import-export:motion.summary.${motion.layout}.${motion.side}`, {
           rows: motion.samples,
           hz: motion.rate_hz,
-          duration: formatSpan(motion.duration_s),
+          duration: formatDuration(motion.duration_s),
         })}
         {motion.left_alone.length > 0 && t("import-export:motion.ignored", { columns: motion.left_alone })}
       </Text>

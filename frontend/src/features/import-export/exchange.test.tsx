@@ -1,6 +1,6 @@
 import { MantineProvider } from "@mantine/core";
 import { QueryClient, QueryClientProvider } from "@tanstack/react-query";
-import { cleanup, fireEvent, render, screen, waitFor } from "@testing-library/react";
+import { cleanup, fireEvent, render, screen, waitFor, within } from "@testing-library/react";
 import type { ReactElement } from "react";
 import { afterEach, describe, expect, it, vi } from "vitest";
 import { TestRouter } from "../../app/TestRouter";
@@ -59,7 +59,7 @@ describe("a motion from a CSV file", () => {
     give("lift.csv");
     const text = await screen.findByTestId("understood");
     expect(text.textContent).toContain(
-      "Angles of the arm, 401 rows at 100\u00a0Hz, length 0:04, for the left shoulder.",
+      "Angles of the arm, 401 rows at 100\u00a0Hz, length 4\u00a0s, for the left shoulder.",
     );
     expect(text.textContent).toContain("Ignored columns: remark.");
     expect(text.textContent).toContain(
@@ -134,7 +134,8 @@ describe("erasure", () => {
     vi.spyOn(api, "erasures").mockResolvedValue({ items: [], next: null });
     const note = vi.spyOn(api, "requestErasure").mockResolvedValue(ERASURE);
     show(<ErasureRequests patient={PATIENT} />);
-    fireEvent.click(await screen.findByRole("button", { name: "Record an erasure request" }));
+    const section = await screen.findByRole("region", { name: "Erasure of the record" });
+    fireEvent.click(within(section).getByRole("button", { name: "Record an erasure request" }));
     await screen.findByRole("dialog");
     type("How and why it was requested", "By letter");
     press("Record request");

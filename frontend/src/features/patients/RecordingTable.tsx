@@ -1,6 +1,6 @@
 import { Stack, Text, Title } from "@mantine/core";
 import type { Recording } from "../../lib/api/client";
-import { formatMoment, formatSide, formatSpan } from "../../lib/format";
+import { formatMoment, formatSide, formatDuration } from "../../lib/format";
 import { t } from "../../lib/i18n";
 import { useRecordings } from "../../lib/patientQueries";
 import { DataTable } from "../../ui/DataTable";
@@ -77,6 +77,6 @@ const columnsOf = (items: Recording[]): Column<Recording>[] => [
     head: t("patients:recordings.length"),
     right: true,
     value: ({ duration_s }) => duration_s,
-    cell: ({ duration_s }) => formatSpan(duration_s),
+    cell: ({ duration_s }) => formatDuration(duration_s),
   },
 ];

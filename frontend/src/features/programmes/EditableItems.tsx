@@ -2,7 +2,7 @@ import { ActionIcon, Button, Group, Table, Text, VisuallyHidden } from "@mantine
 import { IconAdjustments, IconArrowDown, IconArrowUp, IconTrash } from "@tabler/icons-react";
 import { useEffect, useRef, useState } from "react";
 import type { Schemas } from "../../lib/api/client";
-import { formatSpan } from "../../lib/format";
+import { formatDuration } from "../../lib/format";
 import { t } from "../../lib/i18n";
 import { translateServerText } from "../../lib/serverText";
 import { describePrescription } from "./describeProgramme";
@@ -146,7 +146,7 @@ function ItemRow(
           </Text>
         )}
       </Table.Td>
-      <Table.Td ta="right">{typeof lasts === "number" ? formatSpan(lasts) : "–"}</Table.Td>
+      <Table.Td ta="right">{typeof lasts === "number" ? formatDuration(lasts) : "–"}</Table.Td>
       <Table.Td>
         <Group gap="xs" wrap="nowrap" justify="end">
           <Button

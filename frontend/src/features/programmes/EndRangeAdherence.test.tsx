@@ -39,13 +39,13 @@ it("compares this week's time with the prescription and lists sessions", () => {
       </TestRouter>
     </MantineProvider>,
   );
-  expect(screen.getByTestId("end-range").textContent).toContain("2:05 of 15:00\u00a0min");
+  expect(screen.getByTestId("end-range").textContent).toContain("2\u00a0min 5\u00a0s of 15\u00a0min");
   fireEvent.click(screen.getByRole("button", { expanded: false }));
   const rows = screen.getAllByRole("row").map((row) => row.textContent);
   expect(rows).toHaveLength(4);
-  expect(rows[1]).toContain("2:0515:00");
-  expect(rows[2]).toContain("–5:00");
-  expect(rows[3]).toContain("1:00–");
+  expect(rows[1]).toContain("2\u00a0min 5\u00a0s15\u00a0min");
+  expect(rows[2]).toContain("–5\u00a0min");
+  expect(rows[3]).toContain("1\u00a0min–");
 });
 
 it("is not shown where no end-range time is prescribed or counted", () => {

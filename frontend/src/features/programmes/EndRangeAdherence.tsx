@@ -2,7 +2,7 @@ import { Button, Group, Stack, Table, Text } from "@mantine/core";
 import { useDisclosure } from "@mantine/hooks";
 import { IconTable } from "@tabler/icons-react";
 import type { Schemas } from "../../lib/api/client";
-import { formatDay, formatMoment, formatSpan } from "../../lib/format";
+import { formatDay, formatMoment, formatDuration } from "../../lib/format";
 import { t } from "../../lib/i18n";
 import { translateServerText } from "../../lib/serverText";
 import { PageLink } from "../../ui/links";
@@ -90,13 +90,14 @@ function DoneRow(props: { done: Done; bold?: boolean; children: React.ReactNode 
 }
 
 /** Return whole minutes and seconds. A started second does not count yet. */
-const describeTime = (seconds: number | null) => (seconds === null ? "–" : formatSpan(Math.floor(seconds)));
+const describeTime = (seconds: number | null) =>
+  seconds === null ? "–" : formatDuration(Math.floor(seconds));
 
 /** Return the counted time beside the prescribed one, in minutes and seconds. */
 export const describeEndRangeTime = (counted_s: number | null, prescribed_s: number | null): string =>
   prescribed_s === null
     ? describeTime(counted_s)
-    : t("programmes:endRange.of", { time: describeTime(counted_s), goal: formatSpan(prescribed_s) });
+    : t("programmes:endRange.of", { time: describeTime(counted_s), goal: formatDuration(prescribed_s) });
 
 const describeMotionTime = (done: Done): string =>
   t("programmes:endRange.motionDone", {

@@ -1,6 +1,6 @@
 import { Table, Text } from "@mantine/core";
 import type { ProgrammeVersion } from "../../lib/api/client";
-import { formatSpan } from "../../lib/format";
+import { formatDuration } from "../../lib/format";
 import { t } from "../../lib/i18n";
 import { PageLink } from "../../ui/links";
 import { describePrescription } from "./describeProgramme";
@@ -28,7 +28,7 @@ export function ItemTable({ version }: { version: ProgrammeVersion }) {
               {item.recording_archived && <Text size="sm">{t("programmes:items.archived")}</Text>}
             </Table.Td>
             <Table.Td>{describePrescription(item)}</Table.Td>
-            <Table.Td ta="right">{formatSpan(item.duration_s)}</Table.Td>
+            <Table.Td ta="right">{formatDuration(item.duration_s)}</Table.Td>
           </Table.Tr>
         ))}
       </Table.Tbody>

@@ -58,8 +58,8 @@ it("asks for the episode and offers its shoulder's recordings", async () => {
   expect(screen.queryByLabelText(/Name of the programme/)).toBeNull();
   fireEvent.click(screen.getByLabelText("Right shoulder: no diagnosis noted"));
   fireEvent.change(await screen.findByLabelText(/Name of the programme/), { target: { value: "Morning" } });
-  await add("Lift right · 0:30");
-  expect(screen.queryByText("Lift left · 0:30")).toBeNull();
+  await add("Lift right · 30 s");
+  expect(screen.queryByText("Lift left · 30 s")).toBeNull();
   fireEvent.click(screen.getByText("Save the programme"));
   await waitFor(() => expect(onSaved).toHaveBeenCalled());
   expect(create.mock.calls[0]?.[1]).toMatchObject({
@@ -77,7 +77,7 @@ it("is impossible without an open episode", async () => {
 it("is saved only after choosing a resistance level", async () => {
   show([{ ...LEFT, max_resistance_level: 12 } as Episode]);
   fireEvent.change(await screen.findByLabelText(/Name of the programme/), { target: { value: "Morning" } });
-  await add("Lift left · 0:30", false);
+  await add("Lift left · 30 s", false);
   const save = screen.getByText("Save the programme").closest("button") as HTMLButtonElement;
   expect(save.disabled).toBe(true);
   expect(screen.getByText("Resistance level not chosen yet: Lift left")).toBeTruthy();

@@ -1,7 +1,7 @@
 import { Stack, Table, Text, Title } from "@mantine/core";
 import { useQuery } from "@tanstack/react-query";
 import { api, type Schemas } from "../../lib/api/client";
-import { formatSpan } from "../../lib/format";
+import { formatDuration } from "../../lib/format";
 import { t } from "../../lib/i18n";
 import { PageLink } from "../../ui/links";
 import { ProblemNote } from "../../ui/ProblemNote";
@@ -36,7 +36,7 @@ export function PlannedAndDone({ sessionId }: { sessionId: string }) {
       {timer && (
         <Text data-testid="timer">
           {t(timer.left_s === 0 ? "programmes:plan.timeIsUp" : "programmes:plan.timer", {
-            played: formatSpan(timer.played_s),
+            played: formatDuration(timer.played_s),
             count: timer.minutes,
           })}
         </Text>

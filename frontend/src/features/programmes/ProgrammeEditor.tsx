@@ -15,7 +15,7 @@ import { useMutation, useQuery } from "@tanstack/react-query";
 import { type ReactNode, useState } from "react";
 import { api, ProblemError, type Schemas } from "../../lib/api/client";
 import { forgetDrafts, useDraft } from "../../lib/draft";
-import { formatSpan } from "../../lib/format";
+import { formatDuration } from "../../lib/format";
 import { t } from "../../lib/i18n";
 import { useMaxResistanceLevel, useRecordings, useSelfPacedPermitted } from "../../lib/patientQueries";
 import { translateServerText } from "../../lib/serverText";
@@ -182,7 +182,7 @@ function TotalTime({ draft, preview }: { draft: Draft; preview: ReturnType<typeo
   return (
     <Text size="lg" fw={600} data-testid="whole">
       {preview.result
-        ? t("programmes:editor.total", { duration: formatSpan(preview.result.duration_s) })
+        ? t("programmes:editor.total", { duration: formatDuration(preview.result.duration_s) })
         : withoutLevel.length > 0
           ? t("programmes:editor.levelMissing", {
               recordings: withoutLevel.map((item) => item.recording_name),
@@ -340,7 +340,7 @@ function AddRecording(props: {
           value: recording.id,
           label: t("programmes:editor.choice", {
             recording: recording.name,
-            duration: formatSpan(recording.duration_s),
+            duration: formatDuration(recording.duration_s),
           }),
         }))}
         value={null}

@@ -154,7 +154,7 @@ describe("a programme", { timeout: 30_000 }, () => {
     show();
     press("Change");
     expect((await screen.findByRole("alert")).textContent).toContain("motor 3 is too fast");
-    expect(screen.getByTestId("whole").textContent).toBe("Total playing time 0:30");
+    expect(screen.getByTestId("whole").textContent).toBe("Total playing time 30\u00a0s");
     expect(screen.getByRole("button", { name: "Save as version 2" }).hasAttribute("disabled")).toBe(true);
   });
 

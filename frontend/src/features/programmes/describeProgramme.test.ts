@@ -34,10 +34,10 @@ describe("the description of a programme", () => {
       describeItem(item("Lift", { range_percent: 80, repetitions: 10, pause_s: 2, resistance_level: 5 })),
     ).toBe("80\u00a0% of the range, 10 repetitions, pause of 2\u00a0s at each end; resistance level 5 of 25");
     expect(describeItem({ ...item("Lift"), resistance_level: null, method: null })).toBe("As taught, once");
-    expect(describeVersion(version([item("Lift")]))).toBe("1 recording, playing time 1:30");
+    expect(describeVersion(version([item("Lift")]))).toBe("1 recording, playing time 1\u00a0min 30\u00a0s");
     const more = { timer_minutes: 20, sessions_per_week: 3 };
     expect(describeVersion(version([item("Lift"), item("Turn")], more))).toBe(
-      "2 recordings, playing time 3:00, timer 20 minutes, 3 sessions per week",
+      "2 recordings, playing time 3\u00a0min, timer 20 minutes, 3 sessions per week",
     );
   });
 
@@ -45,7 +45,7 @@ describe("the description of a programme", () => {
     expect(describeTimer(null, 5000)).toBeNull();
     expect(describeTimer(2, 120)).toBeNull();
     expect(describeTimer(1, 120)).toContain(
-      "Playing takes 2:00. After 1 minute of playing no further recording",
+      "Playing takes 2\u00a0min. After 1 minute of playing no further recording",
     );
   });
 });

@@ -1,5 +1,5 @@
 import type { ProgrammeItem, ProgrammeVersion, Schemas } from "../../lib/api/client";
-import { formatSpan } from "../../lib/format";
+import { formatDuration } from "../../lib/format";
 import { t } from "../../lib/i18n";
 import { shoulderMotionName } from "../episodes/messages";
 import { describeSettings } from "../station/playSettingsModel";
@@ -61,7 +61,7 @@ export const describePrescription = (item: PlayedSettings & Pick<ProgrammeItem, 
 export function describeVersion(version: ProgrammeVersion): string {
   let words: string = t("programmes:played.total", {
     count: version.items.length,
-    duration: formatSpan(version.duration_s),
+    duration: formatDuration(version.duration_s),
   });
   if (version.timer_minutes !== null)
     words = t("programmes:played.withTimer", { words, count: version.timer_minutes });
@@ -73,7 +73,7 @@ export function describeVersion(version: ProgrammeVersion): string {
 /** Return the warning that the timer ends the programme early, or null if it does not. */
 export function describeTimer(timerMinutes: number | null, durationS: number): string | null {
   if (timerMinutes === null || durationS <= 60 * timerMinutes) return null;
-  return t("programmes:played.exceedsTimer", { duration: formatSpan(durationS), count: timerMinutes });
+  return t("programmes:played.exceedsTimer", { duration: formatDuration(durationS), count: timerMinutes });
 }
 
 /** Return the differences from the plan or the previous version, such as "speed 80 % instead of 100 %". */

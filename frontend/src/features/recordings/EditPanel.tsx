@@ -4,7 +4,7 @@ import { IconChartLine, IconDeviceFloppy } from "@tabler/icons-react";
 import { useMutation } from "@tanstack/react-query";
 import { useState } from "react";
 import { api, type Edit, type Recording, type Schemas } from "../../lib/api/client";
-import { formatMoment, formatSpan } from "../../lib/format";
+import { formatMoment, formatDuration } from "../../lib/format";
 import { t } from "../../lib/i18n";
 import { useRecordings } from "../../lib/patientQueries";
 import { Plot } from "../../ui/Plot";
@@ -169,7 +169,7 @@ function NewPartChoice(props: {
           allowDeselect={false}
           data={(others ?? []).map((other) => ({
             value: other.id,
-            label: `${other.name}, ${formatSpan(other.duration_s)}, ${formatMoment(other.taught_at)}`,
+            label: `${other.name}, ${formatDuration(other.duration_s)}, ${formatMoment(other.taught_at)}`,
           }))}
           value={props.chosen}
           onChange={props.onChange}

@@ -7,7 +7,7 @@ import { useNavigate, useParams } from "@tanstack/react-router";
 import { useState } from "react";
 import { useTitle } from "../../app/title";
 import { api, type Schemas } from "../../lib/api/client";
-import { formatList, formatMoment, formatSpan } from "../../lib/format";
+import { formatList, formatMoment, formatDuration } from "../../lib/format";
 import { t } from "../../lib/i18n";
 import { replaceData } from "../../lib/replaceData";
 import { offerRestore } from "../../ui/archive";
@@ -222,11 +222,11 @@ function Facts({ recording }: { recording: Detail }) {
       <Text>
         {recording.parent_id
           ? t("recordings:recording.length", {
-              lasts: formatSpan(recording.duration_s),
+              lasts: formatDuration(recording.duration_s),
               samples: recording.samples,
             })
           : t("recordings:recording.lengthAt", {
-              lasts: formatSpan(recording.duration_s),
+              lasts: formatDuration(recording.duration_s),
               samples: recording.samples,
               hz: recording.rate_hz,
             })}

@@ -1,4 +1,4 @@
-import { Alert, Button, Card, Group, Select, Stack, Text, Textarea, Title } from "@mantine/core";
+import { Alert, Button, Card, Group, Loader, Select, Stack, Text, Textarea, Title } from "@mantine/core";
 import { useDebouncedCallback } from "@mantine/hooks";
 import { useMutation, useQuery } from "@tanstack/react-query";
 import { useEffect, useRef, useState } from "react";
@@ -78,6 +78,8 @@ function NoteEditor({ session }: { session: Session }) {
   });
   const [typed, setTyped] = useState<string | null>(null);
   const text = typed ?? (session.note || (draft.data?.text ?? ""));
+  // The field takes no text that the draft would replace. After a failed attempt it does not wait any longer.
+  const drafting = typed === null && !session.note && draft.isPending && draft.failureCount === 0;
   const saving = useNoteSaving(session);
   const change = (changed: string) => {
     setTyped(changed);
@@ -91,15 +93,20 @@ function NoteEditor({ session }: { session: Session }) {
         autosize
         minRows={4}
         value={text}
+        readOnly={drafting}
+        aria-busy={drafting}
         onChange={(event) => change(event.currentTarget.value)}
       />
       <Group>
+        {drafting && <Loader size="xs" />}
         <Text size="sm" role="status">
-          {typed === null && !session.note
-            ? draft.data && t("sessions:note.drafted")
-            : text === session.note
-              ? t("sessions:note.saved")
-              : t("sessions:note.notSaved")}
+          {drafting
+            ? t("sessions:note.drafting")
+            : typed === null && !session.note
+              ? draft.data && t("sessions:note.drafted")
+              : text === session.note
+                ? t("sessions:note.saved")
+                : t("sessions:note.notSaved")}
         </Text>
         {draft.data && text !== draft.data.text && (
           <Button variant="subtle" onClick={() => change(draft.data.text)}>

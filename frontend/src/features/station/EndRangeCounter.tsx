@@ -1,6 +1,6 @@
 import { Group, Progress, Stack, Text } from "@mantine/core";
 import type { Schemas, Session } from "../../lib/api/client";
-import { formatSpan } from "../../lib/format";
+import { formatDuration } from "../../lib/format";
 import { t } from "../../lib/i18n";
 import { useNewestSession } from "../../lib/patientQueries";
 import { translateServerText } from "../../lib/serverText";
@@ -23,8 +23,8 @@ export function EndRangeCounter({ run }: { run: Schemas["RunLive"] }) {
         <Text size="lg">{t("station:endRange.motion", { motion })}</Text>
         <Text size="lg" fw={600}>
           {t("station:endRange.of", {
-            time: formatSpan(Math.floor(total_s)),
-            goal: formatSpan(live.prescribed_s),
+            time: formatDuration(Math.floor(total_s)),
+            goal: formatDuration(live.prescribed_s),
           })}
         </Text>
       </Group>

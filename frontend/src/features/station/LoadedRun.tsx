@@ -7,7 +7,7 @@ import {
   IconTargetArrow,
 } from "@tabler/icons-react";
 import { api, type Live, type Schemas } from "../../lib/api/client";
-import { formatList, formatSpan } from "../../lib/format";
+import { formatList, formatDuration } from "../../lib/format";
 import { t } from "../../lib/i18n";
 import { useAlive, useLive } from "../../lib/live/hooks";
 import { store } from "../../lib/live/store";
@@ -45,12 +45,12 @@ export function LoadedRun({ run }: { run: Schemas["RunLive"] }) {
       {mode === "ready" && <MoveToStart />}
       {mode === "approaching" && (
         <Text fz={28} fw={700} role="status">
-          {t("station:play.approaching", { left: formatSpan(run.left_s) })}
+          {t("station:play.approaching", { left: formatDuration(run.left_s) })}
         </Text>
       )}
       {mode === "returning" && (
         <Text fz={28} fw={700} role="status">
-          {t("station:play.returning", { left: formatSpan(run.left_s) })}
+          {t("station:play.returning", { left: formatDuration(run.left_s) })}
         </Text>
       )}
       {(mode === "playing" || mode === "paused") && <RunningPlayback mode={mode} run={run} />}
@@ -94,7 +94,7 @@ function RunningPlayback({ mode, run }: RunState) {
         </Text>
         {!run.self_pacing && (
           <Text fz={28} data-testid="left">
-            {t("station:play.remaining", { left: formatSpan(run.left_s) })}
+            {t("station:play.remaining", { left: formatDuration(run.left_s) })}
           </Text>
         )}
       </Group>

@@ -2,7 +2,7 @@ import { Select, Text } from "@mantine/core";
 import { useQuery, useQueryClient } from "@tanstack/react-query";
 import { useState } from "react";
 import { api, type Schemas, type Session } from "../../lib/api/client";
-import { formatSide, formatSpan } from "../../lib/format";
+import { formatSide, formatDuration } from "../../lib/format";
 import { t } from "../../lib/i18n";
 import { useLive } from "../../lib/live/hooks";
 import { useMaxResistanceLevel, useRecordings, useSelfPacedPermitted } from "../../lib/patientQueries";
@@ -47,7 +47,7 @@ function options({ planned, recorded, session, side }: Options) {
     label: t("station:play.recordingOption", {
       name: recording.name,
       side: formatSide(recording.side),
-      lasts: formatSpan(recording.duration_s),
+      lasts: formatDuration(recording.duration_s),
     }),
     disabled: recording.side !== side,
   }));

@@ -25,9 +25,9 @@ function show(given: Partial<Schemas["StretchLive"]>) {
 
 it("shows the phase, the torque and the counted time", () => {
   show({});
-  expect(screen.getByText("Held, 0:12 left")).toBeTruthy();
+  expect(screen.getByText("Held, 12 s left")).toBeTruthy();
   expect(screen.getByText("1.8 of 2.0 Nm")).toBeTruthy();
-  expect(screen.getByText(/Held for 0:34 so far/)).toBeTruthy();
+  expect(screen.getByText(/Held for 34 s so far/)).toBeTruthy();
 });
 
 it("shows no torque below zero", () => {

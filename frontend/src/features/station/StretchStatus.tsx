@@ -1,6 +1,6 @@
 import { Group, Progress, Stack, Text } from "@mantine/core";
 import type { Schemas } from "../../lib/api/client";
-import { formatDeg, formatSpan } from "../../lib/format";
+import { formatDeg, formatDuration } from "../../lib/format";
 import { t } from "../../lib/i18n";
 
 /** Phase, torque and counted time of a stretch. */
@@ -10,7 +10,9 @@ export function StretchStatus({ stretch }: { stretch: Schemas["StretchLive"] }) 
     <Stack gap={4} role="group" aria-label={t("station:stretch.title")} data-testid="stretch">
       <Group justify="space-between">
         <Text size="lg" fw={600}>
-          {t(`station:stretch.phases.${stretch.phase}`, { left: formatSpan(Math.ceil(stretch.hold_left_s)) })}
+          {t(`station:stretch.phases.${stretch.phase}`, {
+            left: formatDuration(Math.ceil(stretch.hold_left_s)),
+          })}
         </Text>
         <Text size="lg" fw={600}>
           {t("station:stretch.torque", {
@@ -27,7 +29,7 @@ export function StretchStatus({ stretch }: { stretch: Schemas["StretchLive"] }) 
       />
       <Text size="sm">
         {t("station:stretch.held", {
-          time: formatSpan(Math.floor(stretch.held_s)),
+          time: formatDuration(Math.floor(stretch.held_s)),
           left: stretch.repetitions_left,
         })}
       </Text>

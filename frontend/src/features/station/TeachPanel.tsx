@@ -3,7 +3,7 @@ import { IconHandGrab, IconPlayerRecordFilled, IconShoe } from "@tabler/icons-re
 import { useQueryClient } from "@tanstack/react-query";
 import { useEffect, useRef, useState } from "react";
 import { api, type Schemas } from "../../lib/api/client";
-import { formatSpan } from "../../lib/format";
+import { formatDuration } from "../../lib/format";
 import { t } from "../../lib/i18n";
 import { useAlive, useLive } from "../../lib/live/hooks";
 import { store } from "../../lib/live/store";
@@ -62,7 +62,7 @@ export function TeachPanel({ patientId }: { patientId: string }) {
               <List.Item key={recording.id}>
                 <InlineSlot
                   words={(name) =>
-                    t("station:teach.saved", { name, lasts: formatSpan(recording.duration_s) })
+                    t("station:teach.saved", { name, lasts: formatDuration(recording.duration_s) })
                   }
                 >
                   <PageLink to="/recordings/$recordingId" params={{ recordingId: recording.id }}>

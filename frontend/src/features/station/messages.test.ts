@@ -29,18 +29,24 @@ describe("the state on the path", () => {
 });
 
 describe("the apparatus state", () => {
-  it("distinguishes a stop with the arm held", () => {
-    expect(describeMode({ mode: "stopped", stop, run: null })).toBe("Stopped");
-    expect(describeMode({ mode: "stopped", stop: { ...stop, arm_held: true }, run })).toBe(
-      "Stopped, holding the arm",
-    );
+  it.each([
+    ["off", false, "Stopped, torque off"],
+    // The drives report torque off some cycles after the stop.
+    ["on", false, "Stopped, torque on"],
+    ["on", true, "Stopped, holding the arm"],
+    // The arm counts as held, because the motors may hold it.
+    ["unknown", true, "Stopped, torque unknown"],
+    ["unknown", false, "Stopped, torque unknown"],
+    [null, false, "Stopped, torque unknown"],
+  ] as const)("after a stop with torque %s and held %s", (torque, arm_held, words) => {
+    expect(describeMode({ mode: "stopped", torque, stop: { ...stop, arm_held }, run: null })).toBe(words);
   });
 
   it("distinguishes playing from taking the arm back", () => {
-    expect(describeMode({ mode: "playing", stop: null, run })).toBe("Playing");
-    expect(describeMode({ mode: "playing", stop: null, run: { ...run, reversing: true } })).toBe(
-      "Moving back after resistance",
-    );
+    expect(describeMode({ mode: "playing", torque: "on", stop: null, run })).toBe("Playing");
+    expect(
+      describeMode({ mode: "playing", torque: "on", stop: null, run: { ...run, reversing: true } }),
+    ).toBe("Moving back after resistance");
   });
 });
 

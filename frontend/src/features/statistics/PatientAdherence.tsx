@@ -89,6 +89,7 @@ const COLUMNS: Column<Row>[] = [
     key: "held",
     head: t("statistics:figures.held"),
     right: true,
+    noTotal: t("statistics:figures.noTotalHeld"),
     value: ({ held }) => held,
     cell: ({ held }) => held,
   },

@@ -50,6 +50,7 @@ const COUNTS: Column<Row>[] = [
     key: "sessions",
     head: t("statistics:figures.counted.sessions"),
     right: true,
+    noTotal: t("statistics:figures.noTotalStopped"),
     value: ({ sessions }) => sessions,
     cell: ({ sessions }) => sessions,
   },

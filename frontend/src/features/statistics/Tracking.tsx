@@ -1,7 +1,7 @@
 import { Badge, Skeleton, Stack, Text } from "@mantine/core";
 import { useQuery } from "@tanstack/react-query";
 import { api, type Schemas } from "../../lib/api/client";
-import { formatError } from "../../lib/format";
+import { changeAsShown, ERROR_DIGITS, formatError } from "../../lib/format";
 import { t } from "../../lib/i18n";
 import { DataTable } from "../../ui/DataTable";
 import { ProblemNote } from "../../ui/ProblemNote";
@@ -101,12 +101,12 @@ const DRIFT_COLUMNS: Column<Station>[] = [
     key: "change",
     head: t("statistics:figures.driftChange"),
     right: true,
-    value: ({ change_deg }) => change_deg?.value ?? null,
-    cell: ({ change_deg }) => describeChange(change_deg),
+    value: shownChange,
+    cell: describeChange,
   },
   {
     key: "playbacks",
-    head: t("statistics:figures.playbacks"),
+    head: t("statistics:figures.recentPlaybacks"),
     right: true,
     value: ({ playbacks }) => playbacks,
     cell: ({ playbacks }) => playbacks,
@@ -118,8 +118,15 @@ function describeState(station: Station): string {
   return station.change_deg ? t("statistics:figures.steady") : t("statistics:figures.unknown");
 }
 
-function describeChange(change: Schemas["Estimate"] | null): string {
-  if (!change) return "–";
-  const range = t("common:format.range", { from: formatError(change.low), to: formatError(change.high) });
-  return `${formatError(change.value)} (${range})`;
+/** Return the difference of the two means as the table shows them. */
+function shownChange({ before_deg, rmse_deg, change_deg }: Station): number | null {
+  if (!change_deg || before_deg === null || rmse_deg === null) return null;
+  return changeAsShown(before_deg, rmse_deg, ERROR_DIGITS);
+}
+
+function describeChange(station: Station): string {
+  if (!station.change_deg) return "–";
+  const { low, high } = station.change_deg;
+  const range = t("common:format.range", { from: formatError(low), to: formatError(high) });
+  return `${formatError(shownChange(station))} (${range})`;
 }

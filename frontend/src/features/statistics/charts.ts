@@ -1,4 +1,5 @@
 import type { Schemas } from "../../lib/api/client";
+import { addDays } from "../../lib/days";
 import { t } from "../../lib/i18n";
 import { describeStop } from "../sessions/describeStop";
 import { causesOf, countOf } from "./causes";
@@ -111,13 +112,21 @@ export function usageTable(rows: Schemas["StationUse"][]): Table {
   };
 }
 
+/** Return the weeks of one station with a week without a value in each gap. Plotly breaks the line there. */
+const withGaps = (rows: Schemas["StationTracking"][]) =>
+  rows.flatMap(({ begins_on, rmse_deg }, place) => {
+    const expected = place > 0 ? addDays(rows[place - 1]?.begins_on ?? begins_on, 7) : begins_on;
+    const week = { begins_on, rmse_deg };
+    return begins_on > expected ? [{ begins_on: expected, rmse_deg: null }, week] : [week];
+  });
+
 /** Return a line for each station by week. */
 export function trackingFigure(rows: Schemas["StationTracking"][]): Figure {
   const traces = byStation(rows, (own, place) => ({
     type: "scatter",
     mode: "lines+markers",
-    x: own.map((row) => row.begins_on),
-    y: own.map((row) => row.rmse_deg),
+    x: withGaps(own).map((week) => week.begins_on),
+    y: withGaps(own).map((week) => week.rmse_deg),
     ...lineLook(place),
     hovertemplate: "%{x}: %{y:.2f}°",
   }));

@@ -3,7 +3,7 @@ import { mkdtempSync, readFileSync } from "node:fs";
 import { tmpdir } from "node:os";
 import { join } from "node:path";
 import { afterEach, describe, expect, it, vi } from "vitest";
-import { formatDeg, formatSpan } from "../format";
+import { formatDeg, formatDuration } from "../format";
 import { api, ProblemError } from "./client";
 
 afterEach(() => vi.unstubAllGlobals());
@@ -76,8 +76,9 @@ describe("numbers", () => {
   });
 
   it("rounds the remaining time up", () => {
-    expect(formatSpan(75.2)).toBe("1:16");
-    expect(formatSpan(0.1)).toBe("0:01");
-    expect(formatSpan(0)).toBe("0:00");
+    expect(formatDuration(75.2)).toBe("1\u00a0min 16\u00a0s");
+    expect(formatDuration(0.1)).toBe("1\u00a0s");
+    expect(formatDuration(0)).toBe("0\u00a0s");
+    expect(formatDuration(120)).toBe("2\u00a0min");
   });
 });

@@ -19,7 +19,7 @@ export function SinceLastMonth(props: {
 }) {
   const { compared, side, form } = props;
   const { newest, before } = compared;
-  const pain = painChange(compared, "pain_average") ?? painChange(compared, "pain_active");
+  const pain = painChange(compared);
   const spadi = spadiChange(compared);
   const title = t("patients:summary.better");
   return (
@@ -56,7 +56,7 @@ export function SinceLastMonth(props: {
           })}
         {pain && (
           <Metric
-            label={t("patients:summary.pain")}
+            label={t(`patients:summary.pains.${pain.name}`)}
             value={formatMeasured(pain.value)}
             unit={t("patients:summary.of10")}
             note={<ChangeWords of={pain} words={describePoint} />}

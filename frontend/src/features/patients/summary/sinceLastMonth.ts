@@ -42,12 +42,13 @@ export function angleChange(
   return changeOf(angle(newest), angle(before));
 }
 
-/** Return one of the pain scores and its change. */
-export function painChange(
-  { newest, before }: Compared,
-  name: "pain_average" | "pain_active",
-): Change | null {
-  return changeOf(newest[name], before?.[name]);
+/** Return the average pain, or else the pain on active movement, with its name and change. */
+export function painChange({ newest, before }: Compared) {
+  for (const name of ["pain_average", "pain_active"] as const) {
+    const change = changeOf(newest[name], before?.[name]);
+    if (change) return { name, ...change };
+  }
+  return null;
 }
 
 export function spadiChange({ newest, before }: Compared): Change | null {

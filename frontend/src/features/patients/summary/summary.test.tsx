@@ -69,7 +69,7 @@ describe("last month", () => {
     show(<SinceLastMonth compared={{ newest: NEWEST, before }} side="left" form={FORM} />);
     const words = screen.getByTestId("since-last-month").textContent;
     expect(words).toContain("Left: Flexion, active105° +15°");
-    expect(words).toContain("Pain, 0 to 105 of 10 −1 point");
+    expect(words).toContain("Pain, average over the last week5 of 10 −1 point");
     expect(words).toContain("SPADI, 0 to 10045 of 100 −25 points Important improvement");
   });
 

@@ -212,7 +212,7 @@ describe("the note", () => {
     expect(update).toHaveBeenCalledWith("s", { note: "Edited.", updated_at: SESSION.updated_at });
   });
 
-  it("says that it is drafted only when the draft is there", async () => {
+  it("takes no text while the draft is loading", async () => {
     let answer = (_: Awaited<ReturnType<typeof api.draft>>) => {};
     vi.spyOn(api, "draft").mockReturnValue(
       new Promise((resolve) => {
@@ -220,10 +220,21 @@ describe("the note", () => {
       }),
     );
     show(<NoteCard session={SESSION} />);
-    expect((await screen.findByRole("status")).textContent).toBe("");
+    const field = await screen.findByRole<HTMLTextAreaElement>("textbox", { name: "Note of this session" });
+    expect(screen.getByRole("status").textContent).toBe("Drafting the note from the measurements …");
+    expect(field.readOnly).toBe(true);
     answer({ text: "Left shoulder. Done.", end_reason: "completed" });
     await screen.findByDisplayValue("Left shoulder. Done.");
+    expect(field.readOnly).toBe(false);
     expect(screen.getByRole("status").textContent).toContain("Drafted from the measurements.");
+  });
+
+  it("takes text when the draft fails", async () => {
+    vi.spyOn(api, "draft").mockRejectedValue(new Error("failed"));
+    show(<NoteCard session={SESSION} />);
+    const field = await screen.findByRole<HTMLTextAreaElement>("textbox", { name: "Note of this session" });
+    await waitFor(() => expect(field.readOnly).toBe(false));
+    expect(screen.getByRole("status").textContent).toBe("");
   });
 
   it("is drafted in the language of papers", async () => {
