@@ -18,5 +18,5 @@ it("says why it cannot sign in without the provider's reply", async () => {
     </MantineProvider>,
   );
   expect(await screen.findByText(/received no reply from the sign-in provider/)).toBeTruthy();
-  expect(screen.getByRole("button", { name: "Back to the page" })).toBeTruthy();
+  expect(screen.getByRole("button", { name: "Back to sign-in" })).toBeTruthy();
 });
