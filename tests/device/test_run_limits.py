@@ -15,7 +15,7 @@ from kata.device.setpoint_gate import largest_step_deg
 from kata.motion.linkage import Floats
 from kata.motion.method import Method, reference
 from kata.motion.pose_gate import PoseGate
-from kata.motion.reach import reachable_set
+from kata.motion.reach import POSE_ROUNDING_DEG, reachable_set
 from kata.motion.trajectory import Trajectory
 from tests.support.examples import examples
 from tests.support.playback import station
@@ -329,7 +329,8 @@ def test_limits_do_not_tighten_before_a_setpoint_still_outside() -> None:
 
 
 @pytest.mark.parametrize(
-    ("arm_deg", "settles"), [(42.9, True), (43.1, False), (4.1, True), (3.9, False), (42.0, True), (5.0, True)]
+    ("arm_deg", "settles"),
+    [(42.9, True), (43.0, True), (43.1, False), (4.1, True), (4.0, True), (3.9, False), (42.0, True), (5.0, True)],
 )
 def test_arm_within_a_quarter_of_the_tolerance_is_inside(arm_deg: float, settles: bool) -> None:
     assert settling().settle(arm(40.0), arm(arm_deg), 0.0) is settles
@@ -388,6 +389,20 @@ def test_path_that_leads_only_inwards_exceeds_nothing() -> None:
     # Every degree is looked at.
     assert np.diff([asked[MOVING] for asked in gate.asked]) == pytest.approx(np.full(15, -1.0))
     assert of_pose.path_excess_deg(pose(45.0), pose(38.0), pose(43.0)) == pytest.approx(3.0)
+
+
+@pytest.mark.parametrize("length_deg", [0.0, 0.5, 1.0])
+def test_short_path_is_looked_at_where_it_begins_and_ends(length_deg: float) -> None:
+    of_pose, gate = sloped()
+    of_pose.path_excess_deg(pose(30.0), pose(30.0 + length_deg))
+    assert [asked[MOVING] for asked in gate.asked] == [30.0, 30.0 + length_deg]
+
+
+@pytest.mark.parametrize(("share", "settles"), [(1.0, True), (1.001, False)])
+def test_a_pose_may_exceed_the_limits_by_rounding(monkeypatch: pytest.MonkeyPatch, share: float, settles: bool) -> None:
+    of_pose, gate = sloped()
+    monkeypatch.setattr(gate, "beyond_deg", lambda motors_deg: share * POSE_ROUNDING_DEG)
+    assert of_pose.settle(REST_DEG, REST_DEG, SETTLE_S) is settles
 
 
 def test_return_ends_at_the_first_pose_inside_the_limits() -> None:
