@@ -110,12 +110,14 @@ const COLUMNS: Column<Account>[] = [
   },
   {
     key: "stations",
+    onWide: true,
     head: t("administration:accounts.stations"),
     value: describeStation,
     cell: describeStation,
   },
   {
     key: "signsInWith",
+    onWide: true,
     head: t("administration:accounts.signsInWith"),
     value: signsInWith,
     cell: signsInWith,

@@ -88,7 +88,7 @@ it("shows done, changed and omitted items", async () => {
   const cells = (row: number) =>
     within(rows[row] as HTMLElement)
       .getAllByRole("cell")
-      .slice(3)
+      .filter((_, place) => place === 2 || place === 4)
       .map((cell) => cell.textContent);
   expect(cells(1)).toEqual(["10 of 10", "–"]);
   expect(cells(2)).toEqual([
