@@ -168,7 +168,12 @@ function Head<Row>(props: { column: Column<Row>; sorting: Sorting; onSort: () =>
   }
   return (
     <Table.Th aria-sort={direction ?? "none"} {...numbers(column)}>
-      <UnstyledButton className={classes.head ?? ""} data-right={column.right} onClick={props.onSort}>
+      <UnstyledButton
+        className={classes.head ?? ""}
+        data-right={column.right}
+        data-sorted={direction !== null}
+        onClick={props.onSort}
+      >
         {column.head}
         <Icon size={16} aria-hidden style={{ visibility: direction ? "visible" : "hidden" }} />
       </UnstyledButton>

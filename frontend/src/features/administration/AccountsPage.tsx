@@ -104,6 +104,7 @@ const COLUMNS: Column<Account>[] = [
   },
   {
     key: "role",
+    onWide: true,
     head: t("administration:accounts.role"),
     value: ({ role }) => t(`auth:roles.${role}.name`),
     cell: ({ role }) => t(`auth:roles.${role}.name`),
