@@ -6,6 +6,8 @@ import classes from "./ui.module.css";
 
 /** A longer value, such as a range of angles, has smaller letters in a narrow tile. */
 const LONG = 10;
+/** A value of so many characters, such as −7.2 to 70.3°, fits on one line of a narrow tile. */
+const LONGEST_LINE = 13;
 
 interface KeyFigure {
   label: string;
@@ -61,7 +63,7 @@ function Content({ label, value, unit, note, needsAttention, failed }: KeyFigure
           {...(needsAttention && { c: "grape" })}
         >
           {/* In a narrow tile the line breaks before the unit, not within the value. */}
-          {shown}
+          <span style={{ whiteSpace: shown.length <= LONGEST_LINE ? "nowrap" : "normal" }}>{shown}</span>
           {unit && shown === value && (
             <>
               {" "}

@@ -100,7 +100,7 @@ it("shows done, changed and omitted items", async () => {
   expect(screen.getByTestId("besides").textContent).toBe(
     "Played outside the programme: Reach (10 repetitions).",
   );
-  expect(screen.getByTestId("timer").textContent).toContain("1:01 of 1 minute played: the time is over");
+  expect(screen.getByTestId("timer").textContent).toContain("1:01 of 1\u00a0minute played: the time is over");
 });
 
 it("does not call pending items omitted", async () => {
