@@ -261,16 +261,19 @@ def test_patient_at_another_station_is_named_only_to_permitted_users(service: Te
     def named(role: Role) -> Any:
         assert service.portal
         service.portal.call(app.state.services.fleet.take, answer)
-        state = seen_by(service, role)["Station 2"]["state"]
+        seen = seen_by(service, role)["Station 2"]
+        state = seen["state"]
         assert state["mode"] == "ready"
-        return (state["patient"] and state["patient"]["name"]), state["recording_name"]
+        return (state["patient"] and state["patient"]["name"]), state["recording_name"], seen["patient_hidden"]
 
-    hers = ("Yamada Hanako", "Hers")
+    hers = ("Yamada Hanako", "Hers", False)
     assert {role: named(role) for role in ("viewer", "therapist", "technician")} == {
         "viewer": hers,
         "therapist": hers,
-        "technician": (None, None),
+        "technician": (None, None, True),
     }
     with app.state.services.database.write() as session:
         session.execute(update(PatientRow).values(restricted=True))
-    assert named("therapist") == (None, None)
+    assert named("therapist") == (None, None, True)
+    answer = answer.model_copy(update={"patient": None, "recording_name": None})
+    assert named("technician") == (None, None, False), "a free apparatus"

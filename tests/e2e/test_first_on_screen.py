@@ -15,7 +15,7 @@ pytestmark = pytest.mark.shared_clinic("invented")
 
 _CONTROLS: Final = {
     "Pain after": ("Worst pain during the session: 0", "Pain after: 10", "Skip: not asked"),
-    "Checklist": ("Skip to pain score",),
+    "Checklist": ("Confirm all", "Skip to pain score"),
     "Pain before": ("Pain before: 0", "Pain before: 10", "Skip: not asked"),
     "Note and signature": ("End the session",),
 }
@@ -43,6 +43,15 @@ def test_step_and_live_view_are_on_the_screen(tab: Page, clinic: Clinic, size: s
             expect(tab.locator("body")).to_be_focused()
         finally:
             station.end_session(session)
+
+
+@pytest.mark.parametrize("size", ["desktop", "tablet", "telephone"])
+def test_station_page_names_its_station(tab: Page, clinic: Clinic, size: str) -> None:
+    """The heading was once outside the screen."""
+    width, height = SIZES[size]
+    tab.set_viewport_size(ViewportSize(width=width, height=height))
+    tab.goto(f"{clinic.url}/station")
+    expect(tab.get_by_role("heading", level=1, name="Station 1")).to_be_in_viewport(ratio=1, timeout=LONG_MS)
 
 
 @pytest.mark.parametrize("size", [(768, 1024), SIZES["tablet"]])

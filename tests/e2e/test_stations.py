@@ -92,7 +92,7 @@ def test_station_list_shows_patients_and_marks_silent_stations(
             expect(technicians.get_by_text(words)).to_have_count(0)
         # A technician sees no name, and no statement that the station is free.
         expect(
-            tile(technicians, "Station 2").get_by_text("There is no patient on the apparatus whom you may see.")
+            tile(technicians, "Station 2").get_by_text("A patient whose record you may not see is on the apparatus.")
         ).to_be_visible()
 
         for pressed, words in ((True, "E-stop pressed"), (False, "E-stop released")):

@@ -78,7 +78,7 @@ class _Redactions:
         if status.state is None or patient is None or await self._may_see(status.name, patient.id):
             return status
         state = status.state.model_copy(update={"patient": None, "recording_name": None})
-        return status.model_copy(update={"state": state})
+        return status.model_copy(update={"state": state, "patient_hidden": True})
 
     async def _may_see(self, station: str, patient_id: Any) -> bool:
         try:

@@ -66,6 +66,34 @@ describe("the alarm colours", () => {
   });
 });
 
+describe("the edge of a cut table", () => {
+  it("keeps the contrast of the text above it", () => {
+    const strengths = [
+      ...readFileSync("src/app/page.css", "utf8").matchAll(
+        /--kata-shadow\) \/ calc\(var\(--kata-cut-\w+\) \* (\d+)%\)\), transparent/g,
+      ),
+    ];
+    expect(strengths).toHaveLength(2);
+    const { dark, indigo } = DEFAULT_THEME.colors;
+    for (const [, strength] of strengths) {
+      const share = Number(strength) / 100;
+      expect(contrast(indigo[8], mixed("#ffffff", "#000000", share))).toBeGreaterThanOrEqual(4.5);
+      expect(contrast(indigo[3], mixed(dark[7], "#ffffff", share))).toBeGreaterThanOrEqual(4.5);
+    }
+  });
+});
+
+/** Return the colour of a layer over a background. */
+function mixed(background: string, layer: string, share: number): string {
+  const parts = [1, 3, 5].map((at) => {
+    const [under, over] = [background, layer].map((colour) =>
+      Number.parseInt(colour.slice(at, at + 2), 16),
+    ) as [number, number];
+    return Math.round(under + (over - under) * share);
+  });
+  return `#${parts.map((part) => part.toString(16).padStart(2, "0")).join("")}`;
+}
+
 describe("outdated words", () => {
   const { dark, gray } = DEFAULT_THEME.colors;
 

@@ -5,9 +5,10 @@ import { joinUnits } from "./joinUnits";
 it.each([
   ["90 % of the range", "90\u00a0% of the range"],
   ["53 to 82 %.", "53 to 82\u00a0%."],
+  ["timer 30 minutes, 2 sessions per week", "timer 30\u00a0minutes, 2\u00a0sessions per week"],
   ["at 100 Hz, 2.5 Nm", "at 100\u00a0Hz, 2.5\u00a0Nm"],
   ["0.3 Nmの誤差", "0.3\u00a0Nmの誤差"],
-  ["3 sessions, 2 minutes, 4 hours", "3 sessions, 2 minutes, 4 hours"],
+  ["3 sessions, 4 hours", "3 sessions, 4 hours"],
   ["5 Flexion", "5 Flexion"],
 ])("joins the numbers of %s with their units", (text, joined) => {
   expect(joinUnits(text)).toBe(joined);

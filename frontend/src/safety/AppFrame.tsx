@@ -31,6 +31,7 @@ export function AppFrame(props: { children: ReactNode; top?: ReactNode; fullPage
               )}
             </Group>
             <Group className={classes.state ?? ""}>
+              <StationName />
               <EstopBadge />
               <ModeBadge />
               <ConnectionBadge />
@@ -69,6 +70,16 @@ function storeBannersHeight(banners: HTMLDivElement | null) {
   observer.observe(banners);
   observer.observe(alarms);
   return () => observer.disconnect();
+}
+
+/** Names the station whose state is beside it. A smaller screen has no room for it. */
+function StationName() {
+  const station = useStation();
+  return (
+    <Text fw={600} visibleFrom="md" data-testid="station-name">
+      {station?.name}
+    </Text>
+  );
 }
 
 function ModeBadge() {

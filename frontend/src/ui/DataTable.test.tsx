@@ -2,7 +2,7 @@ import { MantineProvider } from "@mantine/core";
 import { QueryClient, QueryClientProvider } from "@tanstack/react-query";
 import { cleanup, fireEvent, render, screen } from "@testing-library/react";
 import type { ComponentProps } from "react";
-import { afterEach, beforeEach, expect, it, vi } from "vitest";
+import { afterEach, beforeEach, describe, expect, it, vi } from "vitest";
 import * as csv from "../lib/csv";
 import { DataTable } from "./DataTable";
 import type { Column } from "./tableRows";
@@ -22,6 +22,7 @@ const COLUMNS: Column<Row>[] = [
     total: true,
     value: ({ stops }) => stops,
     cell: ({ stops }) => stops ?? "–",
+    onWide: true,
   },
   { key: "open", head: "Open", always: true, cell: ({ name }) => <button type="button">Open {name}</button> },
 ];
@@ -102,6 +103,38 @@ it("saves the columns and the order that are shown, and remembers hidden columns
   expect(localStorage.getItem("kata.columns.stops")).toContain("stops");
   // The column that identifies a row cannot be hidden.
   expect(screen.queryByRole("checkbox", { name: "Name" })).toBeNull();
+});
+
+describe("on a telephone", () => {
+  const heads = () => screen.getAllByRole("columnheader").map((head) => head.textContent);
+  const table = ofAll({ rows: ROWS });
+
+  beforeEach(() => {
+    cleanup();
+    localStorage.clear();
+    const { matchMedia } = window;
+    vi.spyOn(window, "matchMedia").mockImplementation((query) => ({
+      ...matchMedia(query),
+      matches: query === "(max-width: 47.99em)",
+    }));
+  });
+
+  it("hides the columns of a wide screen until the user chooses", () => {
+    const { unmount } = render(table);
+    expect(heads()).toEqual(["Name", "Open"]);
+    fireEvent.click(screen.getByRole("button", { name: "Columns" }));
+    fireEvent.click(screen.getByRole("checkbox", { name: "Stops" }));
+    expect(heads()).toEqual(["Name", "Stops", "Open"]);
+    unmount();
+    render(table);
+    expect(heads()).toEqual(["Name", "Stops", "Open"]);
+  });
+
+  it("has its own choice", () => {
+    localStorage.setItem("kata.columns.stops", "[]");
+    render(table);
+    expect(heads()).toEqual(["Name", "Open"]);
+  });
 });
 
 it("does not sort by a column of buttons, and leaves it out of the file", () => {

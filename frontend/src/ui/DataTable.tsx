@@ -1,5 +1,4 @@
 import { Button, Checkbox, Group, Popover, Stack, Table, Text, UnstyledButton } from "@mantine/core";
-import { useLocalStorage } from "@mantine/hooks";
 import { IconArrowDown, IconArrowUp, IconColumns } from "@tabler/icons-react";
 import { useMutation } from "@tanstack/react-query";
 import { type ReactNode, useState } from "react";
@@ -12,8 +11,10 @@ import { ScrolledTable } from "./ScrolledTable";
 import { SelectAll, type Selection, SelectRow, useSelection } from "./selection";
 import { type Column, type Sorting, shownTable, sortedRows, turned } from "./tableRows";
 import classes from "./ui.module.css";
+import { useHiddenColumns } from "./useHiddenColumns";
 
-const COLUMN_PX = 120;
+/** The smallest width of a column. Four columns fit beside each other on a telephone. */
+const COLUMN_PX = 72;
 /** The width of a table on an upright tablet. A table with more columns scrolls sideways on a telephone only. */
 const TABLET_PX = 736;
 
@@ -42,7 +43,7 @@ interface DataTableProps<Row> {
 export function DataTable<Row>(props: DataTableProps<Row>) {
   const { name, label, columns, rowKey, rowName, more = false, fetchAll, isDimmed, dense = false } = props;
   const [sorting, setSorting] = useState<Sorting>(null);
-  const [hidden, setHidden] = useLocalStorage<string[]>({ key: `kata.columns.${name}`, defaultValue: [] });
+  const { hidden, setHidden } = useHiddenColumns(name, columns);
   const shown = columns.filter(({ key, always }) => always || !hidden.includes(key));
   const rows = sortedRows(props.rows, columns, sorting);
   const selection = useSelection(rows.map(rowKey));
@@ -168,7 +169,12 @@ function Head<Row>(props: { column: Column<Row>; sorting: Sorting; onSort: () =>
   }
   return (
     <Table.Th aria-sort={direction ?? "none"} {...numbers(column)}>
-      <UnstyledButton className={classes.head ?? ""} data-right={column.right} onClick={props.onSort}>
+      <UnstyledButton
+        className={classes.head ?? ""}
+        data-right={column.right}
+        data-sorted={direction !== null}
+        onClick={props.onSort}
+      >
         {column.head}
         <Icon size={16} aria-hidden style={{ visibility: direction ? "visible" : "hidden" }} />
       </UnstyledButton>

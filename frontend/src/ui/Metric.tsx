@@ -4,6 +4,11 @@ import { type ComponentPropsWithoutRef, forwardRef, type ReactNode } from "react
 import { t } from "../lib/i18n";
 import classes from "./ui.module.css";
 
+/** A longer value, such as a range of angles, has smaller letters in a narrow tile. */
+const LONG = 10;
+/** A value of so many characters, such as −7.2 to 70.3°, fits on one line of a narrow tile. */
+const LONGEST_LINE = 13;
+
 interface KeyFigure {
   label: string;
   /** Undefined while the value loads. */
@@ -51,9 +56,14 @@ function Content({ label, value, unit, note, needsAttention, failed }: KeyFigure
       {shown === undefined ? (
         <Skeleton h={32} my={4} w="60%" />
       ) : (
-        <Text component="div" className={classes.value ?? ""} {...(needsAttention && { c: "grape" })}>
+        <Text
+          component="div"
+          className={classes.value ?? ""}
+          data-long={shown.length > LONG}
+          {...(needsAttention && { c: "grape" })}
+        >
           {/* In a narrow tile the line breaks before the unit, not within the value. */}
-          {shown}
+          <span style={{ whiteSpace: shown.length <= LONGEST_LINE ? "nowrap" : "normal" }}>{shown}</span>
           {unit && shown === value && (
             <>
               {" "}

@@ -1,18 +1,21 @@
-import { Table, type TableProps } from "@mantine/core";
+import { Table, type TableProps, Text } from "@mantine/core";
+import { useId } from "react";
 import { ScrolledTable } from "./ScrolledTable";
-import classes from "./ui.module.css";
 
-/** A table that scrolls sideways if it is wider than the screen. Its caption stays in view. */
+/** A table that scrolls sideways if it is wider than the screen. Its caption is above the scrolling area. */
 export function WideTable(props: TableProps & { minWidth: number; caption: string }) {
   const { minWidth, caption, children, ...table } = props;
+  const id = useId();
   return (
-    <ScrolledTable minWidth={minWidth} className={classes.wide ?? ""}>
-      <Table withTableBorder captionSide="top" verticalSpacing="xs" horizontalSpacing={6} {...table}>
-        <Table.Caption ta="start" mb="xs">
-          <span className={classes.caption}>{caption}</span>
-        </Table.Caption>
-        {children}
-      </Table>
-    </ScrolledTable>
+    <div>
+      <Text id={id} size="sm" c="dimmed" mb="xs">
+        {caption}
+      </Text>
+      <ScrolledTable minWidth={minWidth}>
+        <Table withTableBorder verticalSpacing="xs" horizontalSpacing={6} aria-labelledby={id} {...table}>
+          {children}
+        </Table>
+      </ScrolledTable>
+    </div>
   );
 }

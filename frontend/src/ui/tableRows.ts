@@ -18,6 +18,8 @@ export interface Column<Row> {
   noTotal?: string;
   /** True if the user cannot hide the column. */
   always?: boolean;
+  /** True if a telephone hides the column until the user chooses it. */
+  onWide?: boolean;
 }
 
 /** How the rows are sorted. Null: in the order of the service. */

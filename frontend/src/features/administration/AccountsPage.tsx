@@ -104,18 +104,21 @@ const COLUMNS: Column<Account>[] = [
   },
   {
     key: "role",
+    onWide: true,
     head: t("administration:accounts.role"),
     value: ({ role }) => t(`auth:roles.${role}.name`),
     cell: ({ role }) => t(`auth:roles.${role}.name`),
   },
   {
     key: "stations",
+    onWide: true,
     head: t("administration:accounts.stations"),
     value: describeStation,
     cell: describeStation,
   },
   {
     key: "signsInWith",
+    onWide: true,
     head: t("administration:accounts.signsInWith"),
     value: signsInWith,
     cell: signsInWith,

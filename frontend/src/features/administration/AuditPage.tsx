@@ -122,7 +122,7 @@ const NUMBER_AND_TIME: Column<Entry>[] = [
     key: "number",
     head: t("administration:audit.number"),
     right: true,
-    always: true,
+    onWide: true,
     value: ({ number }) => number,
     cell: ({ number }) => number,
   },
@@ -131,9 +131,10 @@ const NUMBER_AND_TIME: Column<Entry>[] = [
     head: t("administration:audit.time"),
     value: ({ at }) => at,
     cell: ({ at }) => (
-      <span style={{ whiteSpace: "nowrap" }}>
-        {formatDayOf(at)} {formatClock(new Date(at))}
-      </span>
+      <>
+        <span style={{ whiteSpace: "nowrap" }}>{formatDayOf(at)}</span>{" "}
+        <span style={{ whiteSpace: "nowrap" }}>{formatClock(new Date(at))}</span>
+      </>
     ),
   },
 ];
@@ -173,6 +174,7 @@ const ACTION_TO_SOURCE: Column<Entry>[] = [
   },
   {
     key: "subject",
+    onWide: true,
     head: t("administration:audit.subject"),
     value: ({ subject }) => describeSubject(subject) || null,
     cell: ({ patient_id, subject }) => (
@@ -190,6 +192,7 @@ const ACTION_TO_SOURCE: Column<Entry>[] = [
   },
   {
     key: "source",
+    onWide: true,
     head: t("administration:audit.source"),
     value: ({ station, address }) => joined([station, address]),
     cell: ({ station, address }) => (

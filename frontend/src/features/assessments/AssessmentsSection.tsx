@@ -190,7 +190,7 @@ function Angles({ rows, affected }: { rows: ReturnType<typeof describeRom>; affe
   if (rows.length === 0) return null;
   return (
     <ScrolledTable minWidth={320}>
-      <Table verticalSpacing={6} horizontalSpacing="xs" aria-label={t("patients:summary.rom")}>
+      <Table verticalSpacing={6} horizontalSpacing={6} aria-label={t("patients:summary.rom")}>
         <Table.Thead>
           <Table.Tr>
             <Table.Th>{t("patients:summary.motion")}</Table.Th>
@@ -208,12 +208,7 @@ function Angles({ rows, affected }: { rows: ReturnType<typeof describeRom>; affe
             <Table.Tr key={motion}>
               <Table.Td>{motion}</Table.Td>
               {columns.map(({ place, shoulder }) => (
-                <Table.Td
-                  key={place}
-                  ta="right"
-                  style={{ whiteSpace: "nowrap" }}
-                  {...(shoulder === "affected" && { fw: 600 })}
-                >
+                <Table.Td key={place} ta="right" {...(shoulder === "affected" && { fw: 600 })}>
                   {angles[place] || "–"}
                 </Table.Td>
               ))}

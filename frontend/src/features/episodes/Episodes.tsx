@@ -8,8 +8,9 @@ import { useEpisodes } from "../../lib/patientQueries";
 import { ProblemNote } from "../../ui/ProblemNote";
 import { useHasPermission } from "../auth/hooks";
 import { ReportLinks } from "../reports/ReportLinks";
+import { DoctorsLimits } from "./DoctorsLimits";
 import { EpisodeForm } from "./EpisodeForm";
-import { describeDiagnosis, describeLimit } from "./messages";
+import { describeDiagnosis } from "./messages";
 import { Stages } from "./Stages";
 
 /** The patient's open and closed episodes of care. */
@@ -132,7 +133,7 @@ export function EpisodeCard(props: { episode: Episode; archived?: boolean; onSav
             {t("episodes:care.contraindications", { contraindications: episode.contraindications })}
           </Text>
         )}
-        {episode.limits_by && <DoctorsLimits episode={episode} />}
+        <DoctorsLimits episode={episode} />
         {episode.closing_note && (
           <Text style={{ whiteSpace: "pre-wrap" }}>
             {t("episodes:care.closingNote", { note: episode.closing_note })}
@@ -178,24 +179,6 @@ function EpisodeActions(props: {
         {t("episodes:care.close")}
       </Button>
     </Group>
-  );
-}
-
-function DoctorsLimits({ episode }: { episode: Episode }) {
-  return (
-    <div data-testid="limits">
-      <Text fw={500}>{t("episodes:care.allowedBy", { doctor: episode.limits_by })}</Text>
-      {episode.limits.map((limit) => (
-        <Text key={limit.motion}>{describeLimit(limit)}</Text>
-      ))}
-      {episode.max_resistance_level !== null && (
-        <Text>{t("episodes:care.levelAtMost", { level: episode.max_resistance_level })}</Text>
-      )}
-      {episode.max_speed_deg_s !== null && (
-        <Text>{t("episodes:care.speedAtMost", { degPerSecond: episode.max_speed_deg_s })}</Text>
-      )}
-      {episode.self_paced_permitted && <Text>{t("episodes:care.selfPaced")}</Text>}
-    </div>
   );
 }
 

@@ -45,7 +45,11 @@ export function StationTile({ station, children }: { station: Shown; children?: 
             {t("fleet:stations.duplicateName")}
           </Alert>
         )}
-        {state ? <Doing state={state} /> : <Silent heardAt={station.heard_at} />}
+        {state ? (
+          <Doing state={state} hidden={station.patient_hidden} />
+        ) : (
+          <Silent heardAt={station.heard_at} />
+        )}
         {children}
       </Stack>
     </Card>
@@ -64,7 +68,7 @@ function Silent({ heardAt }: { heardAt: string | null }) {
   );
 }
 
-function Doing({ state }: { state: State }) {
+function Doing({ state, hidden }: { state: State; hidden: boolean }) {
   const progress = describeProgress(state);
   const alive = state.device === "running";
   return (
@@ -87,7 +91,7 @@ function Doing({ state }: { state: State }) {
         <Text fw={600}>{state.patient.name}</Text>
       ) : (
         <Text size="sm" c="dimmed">
-          {t("fleet:stations.noPatient")}
+          {t(hidden ? "fleet:stations.patientHidden" : "fleet:stations.noPatient")}
         </Text>
       )}
       {state.recording_name && <Text size="sm">{state.recording_name}</Text>}

@@ -28,6 +28,7 @@ const shown: Shown = {
   heard_at: "2026-03-01T09:00:00Z",
   silent: false,
   doubled: false,
+  patient_hidden: false,
   state,
 };
 const show = (station: Shown) =>
@@ -52,6 +53,16 @@ describe("a tile", () => {
     ]) {
       expect(screen.getByText(words)).toBeDefined();
     }
+  });
+
+  it("distinguishes a free apparatus from a hidden patient", () => {
+    const nameless = { ...shown, state: { ...state, patient: null } };
+    show(nameless);
+    expect(screen.getByText("No patient is on the apparatus.")).toBeDefined();
+    cleanup();
+    show({ ...nameless, patient_hidden: true });
+    expect(screen.getByText("A patient whose record you may not see is on the apparatus.")).toBeDefined();
+    expect(screen.queryByText("No patient is on the apparatus.")).toBeNull();
   });
 
   it("of a silent station shows only since when", () => {

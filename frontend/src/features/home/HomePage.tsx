@@ -8,13 +8,13 @@ import { useDatabaseUnavailable } from "../../lib/offline";
 import { HelpLink } from "../../ui/HelpLink";
 import { ButtonLink, PageLink } from "../../ui/links";
 import { RevealWhenLoaded } from "../../ui/RevealWhenLoaded";
+import { useOnTelephone } from "../../ui/useOnTelephone";
 import { AlarmFrame } from "../alarms/Alarms";
 import { useHasPermission } from "../auth/hooks";
 import { StationTile } from "../fleet/StationTile";
 import { stations } from "../fleet/store";
 import { HomeTiles } from "./HomeTiles";
 import classes from "./home.module.css";
-import { useOnTelephone } from "./useOnTelephone";
 import { Worklist } from "./Worklist";
 
 /**

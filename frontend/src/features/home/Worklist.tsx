@@ -15,9 +15,9 @@ import {
 import { t } from "../../lib/i18n";
 import { ButtonLink, PageLink } from "../../ui/links";
 import { ProblemNote } from "../../ui/ProblemNote";
+import { useOnTelephone } from "../../ui/useOnTelephone";
 import { useHasPermission, useMayOperate, useUserName } from "../auth/hooks";
 import classes from "./home.module.css";
-import { useOnTelephone } from "./useOnTelephone";
 
 const REFETCH_MS = 60_000;
 const FEW = 6;

@@ -55,8 +55,8 @@ function PlanTable({ items, ended }: { items: Schemas["ItemDone"][]; ended: bool
           <Table.Tr>
             <Table.Th w={40}>{t("programmes:plan.number")}</Table.Th>
             <Table.Th>{t("programmes:plan.recording")}</Table.Th>
+            <Table.Th>{t("programmes:plan.repetitions")}</Table.Th>
             <Table.Th>{t("programmes:plan.planned")}</Table.Th>
-            <Table.Th ta="right">{t("programmes:plan.repetitions")}</Table.Th>
             <Table.Th>{t("programmes:plan.differences")}</Table.Th>
           </Table.Tr>
         </Table.Thead>
@@ -65,8 +65,7 @@ function PlanTable({ items, ended }: { items: Schemas["ItemDone"][]; ended: bool
             <Table.Tr key={item.position}>
               <Table.Td>{item.position}</Table.Td>
               <Table.Td>{item.recording_name}</Table.Td>
-              <Table.Td>{describePrescription(item)}</Table.Td>
-              <Table.Td ta="right">
+              <Table.Td>
                 {t("programmes:plan.repeated", { done: item.repetitions_done, planned: item.repetitions })}
                 {item.end_range && (
                   <Text>
@@ -76,6 +75,7 @@ function PlanTable({ items, ended }: { items: Schemas["ItemDone"][]; ended: bool
                   </Text>
                 )}
               </Table.Td>
+              <Table.Td>{describePrescription(item)}</Table.Td>
               <Table.Td>{describeDifferences(item, ended)}</Table.Td>
             </Table.Tr>
           ))}

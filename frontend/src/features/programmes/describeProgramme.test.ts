@@ -37,7 +37,7 @@ describe("the description of a programme", () => {
     expect(describeVersion(version([item("Lift")]))).toBe("1 recording, playing time 1\u00a0min 30\u00a0s");
     const more = { timer_minutes: 20, sessions_per_week: 3 };
     expect(describeVersion(version([item("Lift"), item("Turn")], more))).toBe(
-      "2 recordings, playing time 3\u00a0min, timer 20 minutes, 3 sessions per week",
+      "2 recordings, playing time 3\u00a0min, timer 20\u00a0minutes, 3\u00a0sessions per week",
     );
   });
 
@@ -45,7 +45,7 @@ describe("the description of a programme", () => {
     expect(describeTimer(null, 5000)).toBeNull();
     expect(describeTimer(2, 120)).toBeNull();
     expect(describeTimer(1, 120)).toContain(
-      "Playing takes 2\u00a0min. After 1 minute of playing no further recording",
+      "Playing takes 2\u00a0min. After 1\u00a0minute of playing no further recording",
     );
   });
 });
@@ -95,11 +95,11 @@ describe("the changes between two versions", () => {
     expect(changes(before, after)).toEqual([
       "Turn: playback method learned instead of smooth",
       "Order changed",
-      "Timer of 20 minutes removed",
-      "Goal set to 1 session per week",
+      "Timer of 20\u00a0minutes removed",
+      "Goal set to 1\u00a0session per week",
     ]);
     expect(changes(version([], { timer_minutes: 20 }), version([], { timer_minutes: 15 }))).toEqual([
-      "Timer 15 minutes instead of 20",
+      "Timer 15\u00a0minutes instead of 20",
     ]);
   });
 

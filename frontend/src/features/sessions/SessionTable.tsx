@@ -25,7 +25,11 @@ export function SessionTable(props: {
     <DataTable
       name="sessions"
       label={t("sessions:sessions.title")}
-      columns={props.withPatient ? [STARTED, PATIENT, ...AFTER_PATIENT] : [STARTED, ...AFTER_PATIENT]}
+      columns={
+        props.withPatient
+          ? [STARTED, PATIENT, ...AFTER_PATIENT, { ...ENDED, onWide: true }, SIGNED]
+          : [STARTED, ...AFTER_PATIENT, ENDED, SIGNED]
+      }
       rows={props.items}
       rowKey={({ id }) => id}
       rowName={({ patient, started_at }) => `${patient.name}, ${formatMoment(started_at)}`}
@@ -74,22 +78,25 @@ const PATIENT: Column<Session> = {
 const AFTER_PATIENT: Column<Session>[] = [
   {
     key: "therapist",
+    onWide: true,
     head: t("sessions:sessions.therapist"),
     value: ({ therapist }) => therapist || null,
     cell: ({ therapist }) => therapist || "–",
   },
   {
     key: "station",
+    onWide: true,
     head: t("sessions:sessions.station"),
     value: ({ station }) => station || null,
     cell: ({ station, simulated }) => (
       <>
-        {station || "–"} <SimulatedBadge simulated={simulated} />
+        {station || "–"} <SimulatedBadge simulated={simulated} short />
       </>
     ),
   },
   {
     key: "playbacks",
+    onWide: true,
     head: t("sessions:sessions.playbacks"),
     right: true,
     total: true,
@@ -104,18 +111,20 @@ const AFTER_PATIENT: Column<Session>[] = [
     value: ({ stops }) => stops,
     cell: ({ stops }) => stops,
   },
-  {
-    key: "ended",
-    head: t("sessions:sessions.ended"),
-    value: ({ ended_at }) => ended_at,
-    cell: ({ ended_at, started_at }) =>
-      ended_at ? formatAfter(ended_at, started_at) : t("sessions:sessions.open"),
-  },
-  {
-    key: "signed",
-    head: t("sessions:sessions.signed"),
-    value: ({ signed_at }) => signed_at,
-    cell: ({ signed_at, started_at }) =>
-      signed_at ? formatAfter(signed_at, started_at) : t("sessions:sessions.notSigned"),
-  },
 ];
+
+const ENDED: Column<Session> = {
+  key: "ended",
+  head: t("sessions:sessions.ended"),
+  value: ({ ended_at }) => ended_at,
+  cell: ({ ended_at, started_at }) =>
+    ended_at ? formatAfter(ended_at, started_at) : t("sessions:sessions.open"),
+};
+
+const SIGNED: Column<Session> = {
+  key: "signed",
+  head: t("sessions:sessions.signed"),
+  value: ({ signed_at }) => signed_at,
+  cell: ({ signed_at, started_at }) =>
+    signed_at ? formatAfter(signed_at, started_at) : t("sessions:sessions.notSigned"),
+};

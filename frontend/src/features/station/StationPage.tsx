@@ -50,7 +50,7 @@ export function StationPage() {
   useTitle(title);
   return (
     <Stack gap="sm">
-      <Title order={1} size="h2" style={{ position: "absolute", left: -9999 }}>
+      <Title order={1} className={classes.stationName ?? ""}>
         {title}
       </Title>
       {canReadRecords && patientId && <PatientBanner patientId={patientId} {...(name && { name })} />}

@@ -87,6 +87,7 @@ const COLUMNS: Column<Row>[] = [
   },
   {
     key: "held",
+    onWide: true,
     head: t("statistics:figures.held"),
     right: true,
     noTotal: t("statistics:figures.noTotalHeld"),
@@ -103,6 +104,7 @@ const COLUMNS: Column<Row>[] = [
   },
   {
     key: "last",
+    onWide: true,
     head: t("statistics:figures.lastSession"),
     value: ({ last_session_at }) => last_session_at,
     cell: ({ last_session_at }) => (last_session_at ? formatDayOf(last_session_at) : "–"),
@@ -115,6 +117,7 @@ const COLUMNS: Column<Row>[] = [
   },
   {
     key: "therapist",
+    onWide: true,
     head: t("sessions:sessions.therapist"),
     value: ({ therapist }) => therapist,
     cell: ({ therapist }) => therapist || "–",

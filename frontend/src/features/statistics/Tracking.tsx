@@ -85,6 +85,7 @@ const DRIFT_COLUMNS: Column<Station>[] = [
   },
   {
     key: "before",
+    onWide: true,
     head: t("statistics:figures.before"),
     right: true,
     value: ({ before_deg }) => before_deg,
@@ -106,6 +107,7 @@ const DRIFT_COLUMNS: Column<Station>[] = [
   },
   {
     key: "playbacks",
+    onWide: true,
     head: t("statistics:figures.recentPlaybacks"),
     right: true,
     value: ({ playbacks }) => playbacks,

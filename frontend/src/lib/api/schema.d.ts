@@ -11629,6 +11629,12 @@ export interface components {
             doubled: boolean;
             /** @description Null while it is silent. */
             state: components["schemas"]["StationReport"] | null;
+            /**
+             * Patient Hidden
+             * @description A patient is on the apparatus whose record the user may not see.
+             * @default false
+             */
+            patient_hidden: boolean;
         };
         /**
          * StationTracking

@@ -69,8 +69,8 @@ describe("last month", () => {
     show(<SinceLastMonth compared={{ newest: NEWEST, before }} side="left" form={FORM} />);
     const words = screen.getByTestId("since-last-month").textContent;
     expect(words).toContain("Left: Flexion, active105° +15°");
-    expect(words).toContain("Pain, average over the last week5 of 10 −1 point");
-    expect(words).toContain("SPADI, 0 to 10045 of 100 −25 points Important improvement");
+    expect(words).toContain("Pain, average over the last week5 of 10 −1\u00a0point");
+    expect(words).toContain("SPADI, 0\u00a0to\u00a010045 of 100 −25\u00a0points Important improvement");
   });
 
   it("claims no change without an earlier assessment", () => {
@@ -129,7 +129,7 @@ describe("the range of motion", () => {
 it("trends say in words what they draw, oldest first", () => {
   const rows = [assessed("2026-11-20", { pain_average: 2 }), assessed("2026-10-20", { pain_average: 7 })];
   show(<Trends assessments={rows} side="left" />);
-  const pain = within(screen.getByRole("region", { name: "Left shoulder: Pain, 0 to 10" }));
+  const pain = within(screen.getByRole("region", { name: "Left shoulder: Pain, 0\u00a0to\u00a010" }));
   expect(pain.getByRole("img").getAttribute("aria-label")).toContain("from 7 to 2 in 2 assessments");
   fireEvent.click(screen.getByRole("button", { name: "Show numbers" }));
   const table = within(screen.getByRole("table", { name: "Numbers: Left shoulder: Pain and SPADI" }));

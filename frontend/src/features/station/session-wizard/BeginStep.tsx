@@ -1,19 +1,30 @@
 import { Button, Group, Select, Stack, Text } from "@mantine/core";
 import { useMutation, useQuery } from "@tanstack/react-query";
 import { useState } from "react";
-import { api, type ReadyPatient, type Schemas, type Session } from "../../../lib/api/client";
+import {
+  api,
+  type ProgrammeItem,
+  type ReadyPatient,
+  type Schemas,
+  type Session,
+} from "../../../lib/api/client";
 import { t } from "../../../lib/i18n";
 import { useDatabaseUnavailable, withOfflineCopy } from "../../../lib/offline";
+import { useEpisodes } from "../../../lib/patientQueries";
 import { useSetSessionCache } from "../../../lib/useSetSessionCache";
 import { ProblemNote } from "../../../ui/ProblemNote";
 import { useUserName } from "../../auth/hooks";
-import { describeSettings } from "../playSettingsModel";
+import { DoctorsLimits } from "../../episodes/DoctorsLimits";
+import { describePrescription, lower } from "../../programmes/describeProgramme";
 
 const NONE = "none";
 
 /** The newest version of a programme. */
-type Version = { id: string; name: string; number: number; items: SessionItem[] };
-type SessionItem = Omit<Schemas["SessionItem"], "recording_id">;
+type Version = Pick<Schemas["SessionProgramme"], "id" | "name" | "number" | "timer_minutes"> & {
+  items: PlannedItem[];
+};
+/** An item as it is prescribed. Without the database its end-range time is not known. */
+type PlannedItem = Omit<Schemas["SessionItem"], "recording_id"> & Partial<Pick<ProgrammeItem, "end_range">>;
 
 async function newestVersions(patientId: string): Promise<Version[]> {
   const { items } = await api.programmes(patientId);
@@ -23,9 +34,7 @@ async function newestVersions(patientId: string): Promise<Version[]> {
 }
 
 const offlineVersion = ({ programme }: ReadyPatient): Version[] =>
-  programme
-    ? [{ id: programme.version_id, name: programme.name, number: programme.number, items: programme.items }]
-    : [];
+  programme ? [{ ...programme, id: programme.version_id }] : [];
 
 const optionOf = (
   id: string,
@@ -51,7 +60,7 @@ export function BeginStep(props: { patientId: string; session: Session | null; o
   // The newest programme is preselected.
   const chosen = given ?? planned ?? (session ? NONE : (choices[0]?.id ?? NONE));
   const version = choices.find(({ id }) => id === chosen);
-  const items = version?.items ?? (chosen === planned ? (session?.programme?.items ?? []) : []);
+  const plan = version ?? (chosen === planned ? session?.programme : null) ?? null;
   const options = choices.map((choice) => optionOf(choice.id, choice));
   if (session?.programme && planned && !version && chosen === planned)
     options.push(optionOf(planned, session.programme));
@@ -94,19 +103,40 @@ export function BeginStep(props: { patientId: string; session: Session | null; o
       </Group>
       <ProblemNote error={programmes.error ?? begin.error} />
       {/* The items are below the button, so that a long programme does not push the button off the screen. */}
-      <PlannedItems items={items} />
+      {plan && <Plan items={plan.items} timerMinutes={plan.timer_minutes} />}
+      <LimitsInForce patientId={patientId} session={session} />
     </Stack>
   );
 }
 
-function PlannedItems({ items }: { items: SessionItem[] }) {
-  return items.map((item) => (
-    <Text key={item.position} size="sm">
-      {t("station:wizard.item", {
-        position: item.position,
-        name: item.recording_name,
-        settings: describeSettings(item) ?? t("station:wizard.asTaught"),
-      })}
-    </Text>
-  ));
+function Plan({ items, timerMinutes }: { items: PlannedItem[]; timerMinutes: number | null }) {
+  return (
+    <>
+      {items.map((item) => (
+        <Text key={item.position} size="sm">
+          {t("station:wizard.item", {
+            position: item.position,
+            name: item.recording_name,
+            settings: lower(describePrescription({ ...item, end_range: item.end_range ?? null })),
+          })}
+        </Text>
+      ))}
+      {timerMinutes !== null && <Text size="sm">{t("station:wizard.timer", { count: timerMinutes })}</Text>}
+    </>
+  );
+}
+
+/** Shows the doctor's limits of the session's episode, or of the patient's open episode before a session. */
+function LimitsInForce({ patientId, session }: { patientId: string; session: Session | null }) {
+  const databaseUnavailable = useDatabaseUnavailable();
+  const patient = useQuery({
+    queryKey: ["patient", patientId],
+    queryFn: () => api.patient(patientId),
+    enabled: !databaseUnavailable,
+  });
+  const episodes = useEpisodes(patientId);
+  const episodeId = session?.episode_id ?? patient.data?.episode_id;
+  const episode = episodes.data?.items.find(({ id }) => id === episodeId);
+  if (!episode) return databaseUnavailable ? null : <ProblemNote error={episodes.error} />;
+  return <DoctorsLimits episode={episode} size="sm" />;
 }

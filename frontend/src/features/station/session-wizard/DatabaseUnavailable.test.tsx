@@ -115,7 +115,7 @@ describe("while the database is unavailable", () => {
     const create = vi.spyOn(api, "createSession").mockResolvedValue(SESSION);
     const onDone = vi.fn();
     show(<BeginStep patientId="p" session={null} onDone={onDone} />);
-    await screen.findByText("1. Flexion: as taught, once");
+    await screen.findByText("1. Flexion: as taught, once; resistance level 25 of 25");
     expect(screen.queryByText(/choose each recording/)).toBeNull();
     fireEvent.click(screen.getByRole("button", { name: "Begin the session" }));
     await waitFor(() => expect(onDone).toHaveBeenCalled());

@@ -46,7 +46,8 @@ export function IdentityChoice(props: {
             styles={{
               body: { minHeight: 44, alignItems: "center" },
               labelWrapper: { alignSelf: "stretch" },
-              label: { minHeight: 44, display: "flex", alignItems: "center" },
+              // A Japanese name is not cut within itself.
+              label: { minHeight: 44, display: "flex", alignItems: "center", wordBreak: "keep-all" },
             }}
           />
         ))}

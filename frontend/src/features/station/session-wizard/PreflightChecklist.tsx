@@ -49,7 +49,7 @@ export function PreflightChecklist(props: {
   onlyOpen?: boolean;
   /** Called after the press that completes the checklist. */
   onComplete?: () => void;
-  /** The button that leads to the next step. */
+  /** The button that leads to the next step, beside the number of confirmed checks. */
   next?: ReactNode;
 }) {
   const { sessionId, recordingId, onlyOpen = false, onComplete, next } = props;
@@ -120,14 +120,33 @@ export function PreflightChecklist(props: {
         </CheckLine>
       ))}
       <ProblemNote error={checklist.error ?? confirm.error} />
-      {/* After the checks, so that a user sees all of them before the confirmation. */}
-      {toConfirm.length > 1 && (
-        <Button size="lg" ml="auto" disabled={confirm.isPending} onClick={() => confirm.mutate(toConfirm)}>
-          {t("station:wizard.confirmAll", { count: toConfirm.length })}
-        </Button>
-      )}
-      {next && <StepActions>{next}</StepActions>}
+      <Actions staysVisible={next !== undefined}>
+        {next && <ConfirmedCount checks={checklist.data?.checks} />}
+        {next}
+        {toConfirm.length > 1 && (
+          <Button size="lg" ml="auto" disabled={confirm.isPending} onClick={() => confirm.mutate(toConfirm)}>
+            {t("station:wizard.confirmAll", { count: toConfirm.length })}
+          </Button>
+        )}
+      </Actions>
     </Stack>
+  );
+}
+
+/** The buttons after the checks. In a step of a session they stay at the lower edge of the screen. */
+function Actions({ staysVisible, children }: { staysVisible: boolean; children: ReactNode }) {
+  return staysVisible ? <StepActions>{children}</StepActions> : <Group>{children}</Group>;
+}
+
+function ConfirmedCount({ checks }: { checks: Check[] | undefined }) {
+  if (!checks) return null;
+  return (
+    <Text fw={600} role="status">
+      {t("station:wizard.confirmedOf", {
+        confirmed: checks.filter(({ given }) => given).length,
+        count: checks.length,
+      })}
+    </Text>
   );
 }
 

@@ -1,12 +1,13 @@
 import { MantineProvider } from "@mantine/core";
 import { QueryClient, QueryClientProvider } from "@tanstack/react-query";
-import { cleanup, fireEvent, render, screen, waitFor } from "@testing-library/react";
+import { cleanup, fireEvent, render, screen, waitFor, within } from "@testing-library/react";
 import type { ReactNode } from "react";
 import { afterEach, beforeEach, describe, expect, it, vi } from "vitest";
 import { api, type Check, ProblemError, type Session } from "../../../lib/api/client";
 import { authStore } from "../../auth/authState";
 import { VIEWER } from "../../auth/testUsers";
 import { NoteCard } from "../../sessions/NoteCard";
+import { BeginStep } from "./BeginStep";
 import { PATIENT } from "./examples";
 import { NrsScale } from "./NrsScale";
 import { PreflightChecklist } from "./PreflightChecklist";
@@ -106,6 +107,20 @@ describe("the checklist", () => {
     expect(tick.mock.calls.map(([, name]) => name)).toEqual(["side", "fixtures", "belt"]);
   });
 
+  it("counts confirmed checks beside the buttons of a step", async () => {
+    vi.spyOn(api, "checklist").mockResolvedValue({
+      patient: PATIENT,
+      checks: [check("side", false), check("belt", false), check("pedal", true, true)],
+      complete: false,
+    });
+    show(<PreflightChecklist sessionId="s" recordingId="r" next={<button type="button">Skip</button>} />);
+    const bar = (await screen.findByText("1 of 3 confirmed")).parentElement as HTMLElement;
+    const names = within(bar)
+      .getAllByRole("button")
+      .map(({ textContent }) => textContent);
+    expect(names).toEqual(["Skip", "Confirm all 2 checks"]);
+  });
+
   it("stops at a refused check and shows why", async () => {
     const open = [check("side", false), check("fixtures", false)];
     vi.spyOn(api, "checklist").mockResolvedValue({ patient: PATIENT, checks: open, complete: false });
@@ -181,6 +196,33 @@ describe("the checklist", () => {
     show(<PreflightChecklist sessionId="s" recordingId={null} />);
     await screen.findByText("About the belt.");
     expect(screen.queryByRole("button")).toBeNull();
+  });
+});
+
+describe("before a session", () => {
+  it("shows resistance, timer and the limits in force", async () => {
+    const item = {
+      recording_name: "Flexion",
+      ...{ position: 1, speed_percent: 100, repetitions: 1, pause_s: 0, range_percent: 90 },
+      ...{ resistance_level: 18, method: "smooth", self_paced: false, end_range: null },
+    };
+    const version = { id: "v", number: 2, timer_minutes: 30, items: [item] };
+    const episode = { limits_by: "Dr Abe", limits: [], max_resistance_level: 20, max_speed_deg_s: null };
+    vi.spyOn(api, "programmes").mockResolvedValue({
+      items: [{ name: "Morning", archived_at: null, current: version }],
+    } as never);
+    vi.spyOn(api, "patient").mockResolvedValue({ id: "p", episode_id: "e" } as never);
+    vi.spyOn(api, "episodes").mockResolvedValue({
+      items: [
+        { id: "older", ...episode, max_resistance_level: 25 },
+        { id: "e", ...episode },
+      ],
+    } as never);
+    show(<BeginStep patientId="p" session={null} onDone={() => {}} />);
+    await screen.findByText("1. Flexion: 90 % of the range; resistance level 18 of 25");
+    expect(screen.getByText("Timer: 30 minutes")).toBeTruthy();
+    const limits = (await screen.findByTestId("limits")).textContent;
+    expect(limits).toBe("Limits set by Dr AbeResistance level: at most 20 of 25");
   });
 });
 

@@ -216,7 +216,7 @@ function ChecklistStep({ session, onDone }: { session: Session; onDone: () => vo
         recordingId={recordingId}
         onComplete={onDone}
         next={
-          <Button size="lg" variant={complete ? "filled" : "default"} onClick={onDone}>
+          <Button size={complete ? "lg" : "md"} variant={complete ? "filled" : "subtle"} onClick={onDone}>
             {complete ? t("station:wizard.toPain") : t("station:wizard.skipToPain")}
           </Button>
         }
