@@ -69,7 +69,9 @@ class StationStatus(_Schema):
     silent: bool = Field(description="No report for seconds: its state is unknown.")
     doubled: bool = Field(description="Two services use this name: one of them needs another name.")
     state: StationReport | None = Field(description="Null while it is silent.")
-    patient_hidden: bool = Field(default=False, description="A patient is on the apparatus whose record the user may not see.")
+    patient_hidden: bool = Field(
+        default=False, description="A patient is on the apparatus whose record the user may not see."
+    )
 
 
 def state_of(info: StationInfo, live: Live, service: UUID) -> StationReport:
