@@ -381,7 +381,7 @@ TEXT_NUMBERS: Final[dict[str, str]] = {
     "category": r"(?:category |カテゴリ){}", "selected": r"rows?\b|件", "hold": r"{} ?(?:s|秒)", "shortest": r"{}(?: to |〜)\{\{seconds\}\} ?(?:s|秒)", "hours": r"{} ?(?:h\b|時間)|hours: {}|時間：{}",
     "days": r"{} ?(?:days|日)|^{}[.。]", "median": r"{} ?(?:weeks|週)", "limit_points": r"{} ?(?:points|点)", "now": r"100|10",
     **dict.fromkeys(("low", "high"), r"(?:to|〜)\s?\{\{high\}\} ?(?:%|°|weeks|週)|95"), "highestTotal": r"{} ?(?:points|点)",
-    **dict.fromkeys(("held", "prescribed", "overdue", "programmes", "presses", "stopped"), r"sessions|programmes|instructions|回|件|セッション|プログラム|指示"),
+    **dict.fromkeys(("held", "prescribed", "overdue", "programmes", "presses", "stopped", "confirmed"), r"sessions|programmes|instructions|confirmed|回|件|項目|セッション|プログラム|指示"),
 }  # fmt: skip
 """Numbers in the texts of the page by their parameter, and the pattern of the text; ``{}`` is the number."""
 FORMATTED: Final = {"duration", "fault", "goal", "lasts", "left", "span", "played", "before", "after", "from", "to", "value", "at", "done", "week", "min", "max",

@@ -47,7 +47,7 @@ def test_only_torque_from_before_the_port_was_opened_is_released(
 
 
 @pytest.mark.parametrize(("excess_deg", "refused"), [(0.05, False), (0.0501, True)])
-def test_an_approach_may_exceed_limits_by_the_tolerance_of_a_path(
+def test_approach_may_exceed_limits_by_the_tolerance(
     state: CycleState, monkeypatch: pytest.MonkeyPatch, excess_deg: float, refused: bool
 ) -> None:
     monkeypatch.setattr(refusals, "approach_path", lambda run, here_deg: (None, excess_deg))

@@ -225,9 +225,7 @@ def _returning(station: Stepped) -> Movement:
 
 
 @pytest.mark.counted
-def test_returning_arm_looks_for_a_straight_path_ten_times_a_second(
-    playing: Stepped, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_returning_arm_looks_for_a_straight_path_regularly(playing: Stepped, monkeypatch: pytest.MonkeyPatch) -> None:
     looked_at: list[int] = []
 
     def looked() -> Iterator[bool]:

@@ -363,7 +363,7 @@ def sloped() -> tuple[RunLimits, Slope]:
 
 
 @pytest.mark.parametrize(("angle_deg", "beyond_deg"), [(40.8, 0.8), (38.0, 0.0)])
-def test_pose_limits_are_widened_by_no_more_than_the_arm_needs(angle_deg: float, beyond_deg: float) -> None:
+def test_pose_limits_are_widened_as_the_arm_needs(angle_deg: float, beyond_deg: float) -> None:
     of_pose, _ = sloped()
     assert of_pose.beyond_deg == 0.0
     of_pose.widen(pose(angle_deg).tolist())
