@@ -120,22 +120,20 @@ export function PreflightChecklist(props: {
         </CheckLine>
       ))}
       <ProblemNote error={checklist.error ?? confirm.error} />
-      <Actions staysVisible={next !== undefined}>
-        {next && <ConfirmedCount checks={checklist.data?.checks} />}
-        {next}
-        {toConfirm.length > 1 && (
-          <Button size="lg" ml="auto" disabled={confirm.isPending} onClick={() => confirm.mutate(toConfirm)}>
-            {t("station:wizard.confirmAll", { count: toConfirm.length })}
-          </Button>
-        )}
-      </Actions>
+      {/* After the checks, so that a user sees all of them before the confirmation. */}
+      {toConfirm.length > 1 && (
+        <Button size="lg" ml="auto" disabled={confirm.isPending} onClick={() => confirm.mutate(toConfirm)}>
+          {t("station:wizard.confirmAll", { count: toConfirm.length })}
+        </Button>
+      )}
+      {next && (
+        <StepActions>
+          <ConfirmedCount checks={checklist.data?.checks} />
+          {next}
+        </StepActions>
+      )}
     </Stack>
   );
-}
-
-/** The buttons after the checks. In a step of a session they stay at the lower edge of the screen. */
-function Actions({ staysVisible, children }: { staysVisible: boolean; children: ReactNode }) {
-  return staysVisible ? <StepActions>{children}</StepActions> : <Group>{children}</Group>;
 }
 
 function ConfirmedCount({ checks }: { checks: Check[] | undefined }) {
