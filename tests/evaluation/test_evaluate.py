@@ -16,7 +16,7 @@ from kata.cli.main import app
 from kata.commissioning.direct_station import PlaybackError
 from kata.device import config
 from kata.device.ipc_messages import Load
-from kata.evaluation import commands
+from kata.evaluation import commands, run
 from kata.evaluation.cases import REPOSITIONING_ERROR_DEG, Case, paper_cases, recorded_cases
 from kata.evaluation.goals import GOALS
 from kata.evaluation.outcome import CaseResult, as_json
@@ -30,6 +30,7 @@ from kata.motion.method import Method
 from kata.motion.taught import Taught, TaughtError
 from kata.simulator.independent.patients import PATIENTS
 from kata.simulator.independent.plant import IndependentPlant
+from kata.simulator.mechanics import MakeMechanics
 from tests.support.kata_command import kata, kata_here
 from tests.support.motions import write_csv
 
@@ -157,6 +158,7 @@ def test_playback_on_the_independent_plant_meets_the_goals(short: Taught) -> Non
 def test_identified_rotors_are_not_much_heavier_than_the_plants() -> None:
     """A heavy rotor in the model makes the feed-forward of a fast start too large: the arm went ahead by 0.39 deg."""
     station = _config(MUJOCO, 2)
+    assert isinstance(station, config.StationConfig)
     rotors_kg_m2 = IndependentPlant(2).parameters.rotor_kg_m2
     for axis, rotor_kg_m2 in zip(station.axes, rotors_kg_m2, strict=True):
         assert axis.inertia_nm_s2_deg < 2.5 * np.radians(rotor_kg_m2)
@@ -188,6 +190,23 @@ def test_arm_that_is_too_heavy_is_refused_before_it_starts() -> None:
     assert re.search(r"motor 3 would need \d\.\d Nm at \d\.\d s", outcome.problem)
     report = as_json([outcome], simulated=True)
     assert report["problems"][0]["refused"] is True
+
+
+def test_station_that_cannot_be_identified_starts_no_play(short: Taught, monkeypatch: pytest.MonkeyPatch) -> None:
+    tried: list[int | None] = []
+
+    def too_heavy(station: config.StationConfig, seed: int | None, _: MakeMechanics) -> config.StationConfig:
+        tried.append(seed)
+        raise PlaybackError("Motor 2 met resistance at 8.6 s.")
+
+    monkeypatch.setattr(run, "identified", too_heavy)
+    _config.cache_clear()
+    for side in ("left", "right"):
+        (refused,) = play(Job(Case("short", side, short, AXES), "smooth", 1, 3, MechanicsChoice("mujoco")))
+        assert refused.problem == "The station cannot be identified. Motor 2 met resistance at 8.6 s."
+        assert refused.refused
+    assert tried == [3]
+    _config.cache_clear()
 
 
 @pytest.mark.campaign

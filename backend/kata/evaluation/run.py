@@ -119,6 +119,8 @@ def play(job: Job) -> list[CaseResult]:
     began_ns = 0
     try:
         config = _config(job.judge, job.seed)
+        if isinstance(config, PlaybackError):
+            raise RefusedPlayError(f"The station cannot be identified. {config}")
         station = VirtualStation(config, job.seed, case.side, make_mechanics=job.judge.make_mechanics)
         began_ns = station.t_ns
         taught = _recorded(station, station.teach(case.motion))
@@ -143,15 +145,20 @@ def play(job: Job) -> list[CaseResult]:
 
 
 @cache
-def _config(judge: MechanicsChoice, seed: int | None) -> StationConfig:
+def _config(judge: MechanicsChoice, seed: int | None) -> StationConfig | PlaybackError:
     """Return the station's configuration. On the independent plant, drives and load are first identified with a healthy arm, as in
-    commissioning.
+    commissioning. Return the error, which is cached too, if the drives cannot carry this arm in any movement of the identification.
 
     The stored lags of the simple plant are not used on the independent plant.
     """
     config = simulated("virtual")
     healthy = replace(judge, patient="healthy")
-    return config if judge.plant == "simple" else identified(config, seed, healthy.make_mechanics)
+    if judge.plant == "simple":
+        return config
+    try:
+        return identified(config, seed, healthy.make_mechanics)
+    except PlaybackError as error:
+        return error
 
 
 def _recorded(station: VirtualStation, teaching: Journal) -> TaughtRecording:
