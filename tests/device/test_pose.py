@@ -119,6 +119,7 @@ def test_arm_outside_of_the_pose_limits_is_only_moved_inside(tmp_path: Path) -> 
     assert stepped.causes() == []
 
 
+@pytest.mark.counted
 @pytest.mark.parametrize(("beyond_deg", "refused"), [(0.1, []), (0.1001, [("setpoint_limit", 3)])])
 def test_last_check_of_a_pose_tolerates_a_tenth_degree(
     stepped: Stepped, monkeypatch: pytest.MonkeyPatch, beyond_deg: float, refused: list[tuple[str, int]]

@@ -532,6 +532,7 @@ def test_push_that_caused_a_reversal_has_one_second_to_end(stepped: Stepped) -> 
     assert times_ns[felt_by.index(PUSHED)] == 1_100_000_000
 
 
+@pytest.mark.counted
 @pytest.mark.parametrize(
     ("reversed_by_nm", "torque_nm", "counts"), [(None, 2.0, True), (2.0, 0.2, False), (2.0, -0.2, True)]
 )
