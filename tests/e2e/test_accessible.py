@@ -114,7 +114,8 @@ def test_walk_finds_a_number_without_a_unit(browser: Browser) -> None:
         <table><thead><tr><th>Motion</th><th>Angle, °</th><th>Result</th></tr></thead>
         <tbody><tr><th>Lift</th><td>97</td><td>98</td></tr><tr><th>Play, °</th><td></td><td>90</td></tr></tbody></table>
         <div role="group" aria-labelledby="level"><b id="level">Resistance level</b><div>89</div></div>
-        <ol><li>Lift to 94</li></ol><nav><button><b>1</b> Play</button>Angle 93</nav><p>Playbacks that were stopped: 0.</p><h3>Pain, 0 to 10</h3><table><tbody><tr><td>4</td></tr></tbody></table>
+        <ol><li>Lift to 94</li></ol><nav><button><b>1</b> Play</button>Angle 93</nav><p>Playbacks that were stopped: 0.</p><h3>Pain, 0&nbsp;to&nbsp;10</h3><table><tbody><tr><td>4</td></tr></tbody></table>
+        <p id="caption">Angles, °</p><table aria-labelledby="caption"><tbody><tr><td>5</td></tr></tbody></table>
         <figure><figcaption>Motor 1, ° over s</figcaption><svg width="9" height="9"><text y="9">15</text></svg></figure>
         <figure><figcaption>Motor 1</figcaption><svg width="9" height="9"><text y="9">16</text></svg></figure>
         <div class="js-plotly-plot"><span class="xtick">17</span><span class="ytitle">Angle, °</span></div>

@@ -20,6 +20,7 @@ export default (words) => {
     const inContext = new RegExp('(?<![A-Za-z])(?:' + words.units_after + ')|' + words.scales);
     const countedHead = new RegExp(any(words.count_heads));
     const found = [];
+    const withSpaces = (text) => text.replaceAll('\u00a0', ' ');
     const headingBefore = (one) => document.evaluate(
         'preceding::*[self::h2 or self::h3][1]', one, null, XPathResult.FIRST_ORDERED_NODE_TYPE).singleNodeValue;
 
@@ -54,7 +55,7 @@ export default (words) => {
             if (/^\d+$/.test(node.data.trim()) && element.closest('ol > li, nav button')) continue;
             const cell = element.closest('td, th');
             const block = cell ?? element.closest('p, li, button, label, h1, h2, h3, h4, caption, legend, [role=status], a, text:not(a text), div') ?? element;
-            const text = (block.innerText ?? block.textContent).replace(moment, ' ');
+            const text = withSpaces(block.innerText ?? block.textContent).replace(moment, ' ');
             let context = (block.getAttribute('aria-label') ?? '') + ' ' + (element.closest('figure')?.querySelector('figcaption')?.textContent ?? '');
             const group = element.closest('[role=radiogroup], fieldset, [role=group], section');
             for (const id of (group?.getAttribute('aria-labelledby') ?? '').split(' '))
@@ -77,7 +78,9 @@ export default (words) => {
                 context += ' ' + (rows[0]?.children[0]?.textContent ?? '');
                 context += ' ' + (headingBefore(table)?.textContent ?? '');
                 context += ' ' + (table.querySelector('caption')?.textContent ?? '') + ' ' + (table.getAttribute('aria-label') ?? '');
+                context += ' ' + (document.getElementById(table.getAttribute('aria-labelledby'))?.textContent ?? '');
             }
+            context = withSpaces(context);
             for (const match of text.matchAll(number)) {
                 if (!node.data.includes(match[0])) continue;
                 const rest = text.slice(match.index + match[0].length);
