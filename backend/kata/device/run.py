@@ -82,7 +82,7 @@ class Run:
         self.cycles_per_setpoint = self.config.cycle_hz // self.rate_hz
         """Number of cycles for each setpoint."""
         # A setpoint applies until the next one. It therefore aims at the middle of this period.
-        self._lead_s = 0.5 / self.rate_hz + self.config.setpoint_delay_s
+        self._lead_s = 0.0 if self.zero_order_hold else 0.5 / self.rate_hz + self.config.setpoint_delay_s
         self._feed_forward = FeedForward(self.config.servo_model, 1.0 / self.rate_hz)
         acceleration = np.array([axis.max_acceleration_deg_s2 for axis in self.config.axes])
         self._feed_forward_second_difference_deg = FEED_FORWARD_SHARE * acceleration / self.rate_hz**2
