@@ -1,10 +1,8 @@
 /** Name of the post-processor of texts. */
 export const UNITS = "units";
 
-const BEFORE_UNIT = /(\d) (?=(?:%|s|ms|min|h|Nm|N|J|Hz|A|mA|V|W|°C|mm|kg|kB|MB|GB)(?![A-Za-z\d]))/g;
-
-const BEFORE_COUNTED = /(\d) (?=(?:minutes?|sessions? per week)\b)/g;
+const BEFORE_UNIT =
+  /(\d) (?=(?:%|s|ms|min|h|Nm|N|J|Hz|A|mA|V|W|°C|mm|kg|kB|MB|GB|minutes?|sessions? per week)(?![A-Za-z\d]))/g;
 
 /** Return a text in which no line breaks between a number and its unit. */
-export const joinUnits = (text: string): string =>
-  text.replace(BEFORE_UNIT, "$1\u00a0").replace(BEFORE_COUNTED, "$1\u00a0");
+export const joinUnits = (text: string): string => text.replace(BEFORE_UNIT, "$1\u00a0");

@@ -22,6 +22,10 @@ export function useRecordings(patientId: string | null) {
   });
 }
 
+/** The query of a patient's record. */
+export const patientOf = (patientId: string) =>
+  queryOptions({ queryKey: ["patient", patientId], queryFn: () => api.patient(patientId) });
+
 /** Query all episodes of care of a patient, including closed ones. */
 export function useEpisodes(patientId: string) {
   return useQuery({ queryKey: ["episodes", patientId], queryFn: () => api.episodes(patientId) });

@@ -13,10 +13,10 @@ import {
 import { IconChartLine, IconPlus } from "@tabler/icons-react";
 import { useQuery } from "@tanstack/react-query";
 import { useState } from "react";
-import { type Assessment, api, type Schemas } from "../../lib/api/client";
+import type { Assessment, Schemas } from "../../lib/api/client";
 import { formatMoment, formatSide } from "../../lib/format";
 import { t } from "../../lib/i18n";
-import { ASSESSMENT_FORM, useAssessments } from "../../lib/patientQueries";
+import { ASSESSMENT_FORM, patientOf, useAssessments } from "../../lib/patientQueries";
 import { LoadMoreButton } from "../../ui/LoadMoreButton";
 import { ButtonLink } from "../../ui/links";
 import { ProblemNote } from "../../ui/ProblemNote";
@@ -39,7 +39,7 @@ import type { Side } from "./draft";
  * The newest findings compared with the first ones, with actions to enter, change and withdraw assessments.
  */
 export function AssessmentsSection({ patientId }: { patientId: string }) {
-  const patient = useQuery({ queryKey: ["patient", patientId], queryFn: () => api.patient(patientId) });
+  const patient = useQuery(patientOf(patientId));
   const episodeId = patient.data?.episode_id;
   const affected = patient.data?.affected_side;
   if (!episodeId || !affected) return null;

@@ -4,8 +4,8 @@ import { useDisclosure } from "@mantine/hooks";
 import { IconDownload, IconFileImport } from "@tabler/icons-react";
 import { useQuery } from "@tanstack/react-query";
 import { useNavigate } from "@tanstack/react-router";
-import { api } from "../../lib/api/client";
 import { t } from "../../lib/i18n";
+import { patientOf } from "../../lib/patientQueries";
 import { useHasPermission } from "../auth/hooks";
 import { ErasureRequests } from "./ErasureRequests";
 import { ImportMotion } from "./ImportMotion";
@@ -15,7 +15,7 @@ export function DataSection({ patientId }: { patientId: string }) {
   const writes = useHasPermission("write_records");
   const navigate = useNavigate();
   const [importing, dialog] = useDisclosure(false);
-  const patient = useQuery({ queryKey: ["patient", patientId], queryFn: () => api.patient(patientId) });
+  const patient = useQuery(patientOf(patientId));
   if (!patient.data) return null;
   const who = patient.data;
   return (

@@ -6,6 +6,7 @@ import { useNavigate, useParams, useSearch } from "@tanstack/react-router";
 import { useTitle } from "../../app/title";
 import { api, type Patient, ProblemError } from "../../lib/api/client";
 import { t } from "../../lib/i18n";
+import { patientOf } from "../../lib/patientQueries";
 import { replaceData } from "../../lib/replaceData";
 import { usePagedQuery } from "../../lib/usePagedQuery";
 import { useArchive } from "../../ui/archive";
@@ -35,7 +36,7 @@ export function PatientPage() {
   const { tab = "summary" } = useSearch({ from: "/patients/$patientId" });
   const navigate = useNavigate({ from: "/patients/$patientId" });
   const [editing, form] = useDisclosure(false);
-  const patient = useQuery({ queryKey: ["patient", patientId], queryFn: () => api.patient(patientId) });
+  const patient = useQuery(patientOf(patientId));
   useTitle(patient.data?.name ?? t("patients:patient.title"));
   if (patient.error instanceof ProblemError && patient.error.code === "restricted") {
     return <BreakGlassAccessForm patientId={patientId} />;

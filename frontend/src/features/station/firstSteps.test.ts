@@ -1,17 +1,10 @@
 import { describe, expect, it } from "vitest";
 import type { Session } from "../../lib/api/client";
 import { type FirstStep, firstStep } from "./firstSteps";
+import { FRESH } from "./session-wizard/examples";
 
 const CHECKS = ["identity", "side", "fixtures", "belt"].map((check) => ({ check })) as Session["checks"];
-const begun = {
-  ended_at: null,
-  checks: [],
-  pain_before: null,
-  pain_during: null,
-  pain_after: null,
-  runs: [],
-};
-const checked = { ...begun, checks: CHECKS };
+const checked = { ...FRESH, checks: CHECKS };
 const asked = { ...checked, pain_before: 4 };
 const run = (ended_at: string | null) => [{ ended_at }] as Session["runs"];
 const playing = { ...asked, runs: run(null) };
@@ -23,9 +16,9 @@ describe("a new user of the simulated apparatus", () => {
     ["choose", 1, false, 0, null],
     ["teach", 1, true, 0, null],
     // A session can start before any teaching.
-    ["teach", 1, true, 0, begun],
+    ["teach", 1, true, 0, FRESH],
     ["begin", 1, true, 1, null],
-    ["begin", 1, true, 1, begun],
+    ["begin", 1, true, 1, FRESH],
     ["begin", 1, true, 1, checked],
     ["play", 1, true, 1, asked],
     ["play", 1, true, 1, playing],

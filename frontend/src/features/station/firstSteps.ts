@@ -1,5 +1,4 @@
-import type { Session } from "../../lib/api/client";
-import { stepOf } from "./session-wizard/steps";
+import { type SessionState, stepOf } from "./session-wizard/steps";
 
 export const FIRST_STEPS = ["sign_up", "choose", "teach", "begin", "play", "look"] as const;
 export type FirstStep = (typeof FIRST_STEPS)[number];
@@ -9,10 +8,7 @@ type Progress = {
   patients: number;
   chosen: boolean;
   recordings: number;
-  session: Pick<
-    Session,
-    "ended_at" | "checks" | "pain_before" | "pain_during" | "pain_after" | "runs"
-  > | null;
+  session: SessionState | null;
 };
 
 /**

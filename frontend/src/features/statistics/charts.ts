@@ -122,14 +122,17 @@ const withGaps = (rows: Schemas["StationTracking"][]) =>
 
 /** Return a line for each station by week. */
 export function trackingFigure(rows: Schemas["StationTracking"][]): Figure {
-  const traces = byStation(rows, (own, place) => ({
-    type: "scatter",
-    mode: "lines+markers",
-    x: withGaps(own).map((week) => week.begins_on),
-    y: withGaps(own).map((week) => week.rmse_deg),
-    ...lineLook(place),
-    hovertemplate: "%{x}: %{y:.2f}°",
-  }));
+  const traces = byStation(rows, (own, place) => {
+    const weeks = withGaps(own);
+    return {
+      type: "scatter",
+      mode: "lines+markers",
+      x: weeks.map(({ begins_on }) => begins_on),
+      y: weeks.map(({ rmse_deg }) => rmse_deg),
+      ...lineLook(place),
+      hovertemplate: "%{x}: %{y:.2f}°",
+    };
+  });
   return figure(traces, 360, {
     xaxis: { ...GRID, type: "date" },
     yaxis: { ...GRID, title: { text: t("statistics:figures.rmse") }, rangemode: "tozero" },

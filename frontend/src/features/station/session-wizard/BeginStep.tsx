@@ -10,7 +10,7 @@ import {
 } from "../../../lib/api/client";
 import { t } from "../../../lib/i18n";
 import { useDatabaseUnavailable, withOfflineCopy } from "../../../lib/offline";
-import { useEpisodes } from "../../../lib/patientQueries";
+import { patientOf, useEpisodes } from "../../../lib/patientQueries";
 import { useSetSessionCache } from "../../../lib/useSetSessionCache";
 import { ProblemNote } from "../../../ui/ProblemNote";
 import { useUserName } from "../../auth/hooks";
@@ -129,11 +129,7 @@ function Plan({ items, timerMinutes }: { items: PlannedItem[]; timerMinutes: num
 /** Shows the doctor's limits of the session's episode, or of the patient's open episode before a session. */
 function LimitsInForce({ patientId, session }: { patientId: string; session: Session | null }) {
   const databaseUnavailable = useDatabaseUnavailable();
-  const patient = useQuery({
-    queryKey: ["patient", patientId],
-    queryFn: () => api.patient(patientId),
-    enabled: !databaseUnavailable,
-  });
+  const patient = useQuery({ ...patientOf(patientId), enabled: !databaseUnavailable });
   const episodes = useEpisodes(patientId);
   const episodeId = session?.episode_id ?? patient.data?.episode_id;
   const episode = episodes.data?.items.find(({ id }) => id === episodeId);

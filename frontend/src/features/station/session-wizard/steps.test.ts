@@ -1,22 +1,28 @@
 import { describe, expect, it } from "vitest";
-import { canGoTo, type Item, isDone, nextItem, type Step, stepAfter, stepOf } from "./steps";
+import { FRESH } from "./examples";
+import {
+  canGoTo,
+  type Item,
+  isDone,
+  nextItem,
+  type SessionState,
+  type Step,
+  stepAfter,
+  stepOf,
+} from "./steps";
 
-type Seen = NonNullable<Parameters<typeof stepOf>[0]>;
-const answer = (check: Seen["checks"][number]["check"]) => ({ check, subject: "", at: "", by: "Ito Mai" });
+const answer = (check: SessionState["checks"][number]["check"]) => ({
+  check,
+  subject: "",
+  at: "",
+  by: "Ito Mai",
+});
 const CHECKED = (["identity", "side", "fixtures", "belt"] as const).map(answer);
-const FRESH: Seen = {
-  ended_at: null,
-  checks: [],
-  pain_before: null,
-  pain_during: null,
-  pain_after: null,
-  runs: [],
-};
-const RUN = { programme_position: 1, outcome: "completed" } as Seen["runs"][number];
+const RUN = { programme_position: 1, outcome: "completed" } as SessionState["runs"][number];
 const item = (position: number) => ({ position, recording_id: `r${position}` }) as Item;
 
 describe("the current step", () => {
-  it.each<[string, Seen | null, Step]>([
+  it.each<[string, SessionState | null, Step]>([
     ["nothing has begun", null, "begin"],
     ["it has just begun", FRESH, "checklist"],
     ["one check is still open", { ...FRESH, checks: CHECKED.slice(1) }, "checklist"],

@@ -3,7 +3,8 @@ import type { Schemas, Session } from "../../../lib/api/client";
 export const STEPS = ["begin", "checklist", "pain_before", "play", "pain_after", "note"] as const;
 export type Step = (typeof STEPS)[number];
 
-type SessionState = Pick<
+/** The part of a session that determines its step. */
+export type SessionState = Pick<
   Session,
   "ended_at" | "checks" | "pain_before" | "pain_during" | "pain_after" | "runs"
 >;
