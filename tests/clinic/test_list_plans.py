@@ -183,8 +183,8 @@ def test_home_page_and_adherence_scan_only_small_indexes(empty: Database, ask: C
 def test_figures_read_only_the_hours_of_their_time(empty: Database, ask: Callable[[Session], Any]) -> None:
     """SQLite once read every hour of the clinic's history to find its first and its last."""
     found = [step for step in looks(empty, ask) if " station_hours " in step]
-    ends = "SEARCH station_hours USING COVERING INDEX sqlite_autoindex_station_hours_1"
-    of_time = "SEARCH station_hours USING INDEX sqlite_autoindex_station_hours_1 (hour>? AND hour<?)"
+    ends = "SEARCH station_hours USING PRIMARY KEY"
+    of_time = "SEARCH station_hours USING PRIMARY KEY (hour>? AND hour<?)"
     assert set(found) == {ends, of_time}
 
 
@@ -195,5 +195,5 @@ def test_stops_read_only_the_stops_and_alarms_of_their_time(empty: Database, sta
     assert set(found) == {
         "SEARCH session_stops USING COVERING INDEX ix_session_stops_started_at (started_at>? AND started_at<?)",
         "SEARCH device_events USING INDEX ix_device_events_alarms (at>? AND at<?)",
-        "SEARCH station_hours USING INDEX sqlite_autoindex_station_hours_1 (hour>? AND hour<?)",
+        "SEARCH station_hours USING PRIMARY KEY (hour>? AND hour<?)",
     }

@@ -15,6 +15,8 @@ class StationHourRow(Base):
     """The use of one station in the sessions that began within one part of an hour (:mod:`kata.clinic.statistics.parts`)."""
 
     __tablename__ = "station_hours"
+    # A period's rows lie side by side in the table itself. An index would find each of them with another search.
+    __table_args__ = {"sqlite_with_rowid": False}  # noqa: RUF012 - SQLAlchemy's own form
 
     hour: Mapped[datetime] = mapped_column(UtcDateTime, primary_key=True)
     """Beginning of the part."""
