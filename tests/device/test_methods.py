@@ -16,7 +16,7 @@ from kata.device.ipc_messages import Approach, Command, Pause, Play, ReduceRange
 from kata.device.references import build
 from kata.motion.ilc import Correction
 from kata.motion.linkage import Floats
-from kata.motion.method import Method, reference
+from kata.motion.method import FeedForward, Method, reference
 from kata.motion.trajectory import Trajectory, ZeroOrderHold
 from tests.support.examples import examples
 from tests.support.playback import METHODS, MOVING, load, place_s, sent, station, until_place
@@ -66,6 +66,25 @@ def test_setpoints_lead_the_reference_by_the_drive_lag(tmp_path: Path) -> None:
         )
         assert abs(config.servo_model.feed_forward(motion)[MOVING]) > 0.5
     stepped.until("idle")
+    assert stepped.causes() == []
+
+
+def test_lead_shrinks_as_the_drives_integral_removes_the_lag(tmp_path: Path) -> None:
+    config = station(lag_s=0.1)
+    axes = tuple(msgspec.structs.replace(axis, integral_s=0.3) for axis in config.axes)
+    config = msgspec.structs.replace(config, axes=axes)
+    stepped, trajectory = begin(tmp_path, config, "smooth")
+    stepped.forward(3.0)
+    lead = FeedForward(config.servo_model, 1.0 / config.rate_hz)
+    stepped.send(Play())
+    while place_s(stepped) < 3.0:
+        before_s = place_s(stepped)
+        stepped.cycle()
+        # The setpoint aims at the middle of its own period.
+        motion = trajectory.motion_at(place_s(stepped) - (place_s(stepped) - before_s) / 2)
+        wanted_deg = (motion.angles_deg + lead.at(motion))[MOVING]
+        if before_s > 0.3:
+            assert sent(stepped)[-1] == pytest.approx(wanted_deg, abs=0.05)
     assert stepped.causes() == []
 
 

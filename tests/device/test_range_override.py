@@ -287,6 +287,26 @@ def test_less_makes_the_strokes_smaller_and_they_grow_again(tmp_path: Path, meth
     assert any("The range was reduced at 3.0 s" in event.message for event in stepped.link.events)
 
 
+def test_papers_reduction_is_as_slow_as_the_arms_present_place_needs(tmp_path: Path) -> None:
+    """The farther the arm is from rest, the slower the share may change. The recording rests at 100 deg, and one second away it is at 67."""
+    times = np.arange(0.0, 4.001, 0.01)
+    angles = np.tile(np.array(REST_DEG), (len(times), 1))
+    angles[:, MOVING] = 100.0 * np.clip((2.0 - np.abs(times - 2.0)) / 1.5, 0.0, 1.0)
+    stepped = Stepped(tmp_path, station())
+    assert stepped.send(load("paper"), reference("paper", times, angles)) is None
+    assert stepped.send(Approach()) is None
+    stepped.until("paused")
+    assert stepped.send(Play()) is None
+    until_place(stepped, 1.65)
+    assert stepped.send(ReduceRange()) is None
+    first = len(sent(stepped))
+    until_place(stepped, 2.35)
+    steps = np.diff(sent(stepped)[first:])
+    assert stepped.causes() == []
+    # 15 deg/s for 0.1 s.
+    assert np.abs(steps).max() == pytest.approx(1.5, abs=0.01)
+
+
 def test_snapshot_reports_the_played_share_of_the_range(tmp_path: Path) -> None:
     stepped = playing(tmp_path)
     until_place(stepped, 1.0)
