@@ -38,6 +38,8 @@ from kata.plotting.figures import FigureWorker
 from kata.settings import Settings
 
 _START_LIMIT_S: Final = 30.0
+_LONGEST: Final = timedelta(hours=12)
+"""Longest time of a measurement. Until then the screen does not lock: while the next database is created, nobody is active."""
 _PAGES: Final = 20
 """Number of pages of a list that are read one after another."""
 
@@ -249,7 +251,7 @@ def serving(database: Database, folder: Path) -> Iterator[HistoryService]:
     app = create_app(settings)
     figures = FigureWorker()
     offline_cache = OfflineCache(database, STATIONS[0])
-    links, limits = DemonstrationLinks(allowed=False), Limits()
+    links, limits = DemonstrationLinks(allowed=False), Limits(idle=_LONGEST)
     app.state.services = _ListServices(
         database=database,
         figures=figures,

@@ -1,12 +1,15 @@
 """A stored benchmark database is used again until its schema or content changes."""
 
+from datetime import timedelta
 from pathlib import Path
 
 import pytest
 from sqlalchemy import delete, select
 from sqlalchemy.orm import Session
 
+from benchmarks.http_load import LISTS, serving
 from benchmarks.stores import store
+from kata.auth.tables import LoginSessionRow
 from kata.clinic.episodes.tables import EpisodeRow
 from kata.clinic.patients.tables import PatientRow
 from kata.clinic.sessions.tables import SessionRow, SessionStopRow
@@ -101,3 +104,11 @@ def figures(session: Session, table: type[Base]) -> list[tuple[object, ...]]:
 _SCHEMA = (
     "SELECT name, replace(replace(sql, '\n', ''), '\t', '') FROM sqlite_master WHERE type = 'index' AND sql IS NOT NULL"
 )
+
+
+def test_sign_in_of_a_benchmark_stays_unlocked_for_hours(tmp_path: Path) -> None:
+    with store("sqlite", 4, 8, MINUTE_S, tmp_path) as (database, folder, history), serving(database, folder) as service:
+        with database.write() as session:
+            for row in session.scalars(select(LoginSessionRow)):
+                row.seen_at -= timedelta(hours=2)
+        assert next(service.answers_ms(LISTS[0], history)) > 0.0
