@@ -2,13 +2,13 @@
 
 from collections.abc import Iterator
 from functools import cache
-from itertools import chain, pairwise, repeat
+from itertools import chain, pairwise, product, repeat
 from pathlib import Path
 from typing import NamedTuple
 
 import numpy as np
 import pytest
-from hypothesis import given
+from hypothesis import example, given
 from hypothesis import strategies as st
 from msgspec import structs
 
@@ -16,15 +16,18 @@ from kata.device import state_machine_base
 from kata.device.approach_and_return import straight_return_path
 from kata.device.config import simulated
 from kata.device.ipc_messages import Approach, Load, Pause, Play, ReduceRange, Refusal, Return
+from kata.device.journal import JournalDisk, JournalWriter
 from kata.device.movement import Movement
 from kata.device.references import Reference, build
 from kata.device.run import Run
-from kata.device.run_limits import RunLimits
+from kata.device.run_limits import PATH_TOLERANCE_DEG, RunLimits
 from kata.motion.approach import MinimumJerkMove, PathSequence
 from kata.motion.linkage import Floats, motor_angles_deg, pose_deg
+from kata.motion.method import reference
 from kata.motion.pose_gate import PoseGate
-from kata.motion.reach import ArmLimits
+from kata.motion.reach import POSE_ROUNDING_DEG, ArmLimits
 from tests.support.examples import examples
+from tests.support.journals import HEADER
 from tests.support.poses import random_limits, random_poses, true_beyond_deg
 from tests.support.simulated_loop import load_of
 from tests.support.stepped import REST_DEG, Stepped
@@ -165,6 +168,37 @@ def test_range_is_only_reduced_to_shares_within_the_limits(seed: int, place: flo
     from_rest_deg = trajectory.at(place * trajectory.duration_s) - trajectory.rest_deg
     beyond = [gate.beyond_deg((trajectory.rest_deg + share * from_rest_deg).tolist()) for share in shares]
     assert max(beyond) < _EXACT_DEG
+
+
+def begun_outside(folder: Path, seed: int) -> Iterator[tuple[Run, Floats]]:
+    """Yield runs whose approach has begun outside a doctor's limits and only leads inwards, with the recording's start."""
+    rng = np.random.default_rng(seed)
+    limits, poses = random_limits(rng), random_poses(rng, 60)
+    beyond = np.maximum(true_beyond_deg(poses, "right", None), true_beyond_deg(poses, "right", limits))
+    outside, inside = (motor_angles_deg(poses[chosen], "right")[:4] for chosen in (beyond > 2.0, beyond < -0.5))
+    for here_deg, start_deg in product(outside, inside):
+        still_deg = np.array([start_deg, start_deg])
+        load = load_of([0.0, 1.0], still_deg, arm_limits=limits)
+        trajectory = reference("smooth", [0.0, 1.0], still_deg)
+        run = Run(load, trajectory, JournalWriter(folder, HEADER, JournalDisk()), CONFIG)
+        if run.limits.path_excess_deg(here_deg, start_deg) == 0.0:
+            run.begin(here_deg)
+            yield run, start_deg
+
+
+@given(st.integers(0, 2**32 - 1))
+@example(1)
+@examples(few=3, many=300)
+def test_arm_from_outside_the_limits_returns_to_a_pose_inside(
+    tmp_path_factory: pytest.TempPathFactory, seed: int
+) -> None:
+    """The straight path from the start to the nearest pose inside may leave the limits in between."""
+    for run, start_deg in begun_outside(tmp_path_factory.mktemp("run"), seed):
+        back_deg = run.return_to_deg
+        assert back_deg is not None
+        tight = RunLimits(CONFIG.mechanism_deg, (), CONFIG.limit_tolerance_deg, run._gate)
+        assert tight.path_excess_deg(start_deg, back_deg) <= PATH_TOLERANCE_DEG
+        assert run._gate.beyond_deg(back_deg.tolist()) <= POSE_ROUNDING_DEG
 
 
 def answer_straight(monkeypatch: pytest.MonkeyPatch, answers: Iterator[bool]) -> None:

@@ -10,7 +10,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from kata.device.ipc_messages import Approach, Play, ReduceRange, Return, Unload
-from kata.device.run_limits import SETTLE_S, RunLimits
+from kata.device.run_limits import PATH_TOLERANCE_DEG, SETTLE_S, RunLimits
 from kata.device.setpoint_gate import largest_step_deg
 from kata.motion.linkage import Floats
 from kata.motion.method import Method, reference
@@ -403,6 +403,37 @@ def test_a_pose_may_exceed_the_limits_by_rounding(monkeypatch: pytest.MonkeyPatc
     of_pose, gate = sloped()
     monkeypatch.setattr(gate, "beyond_deg", lambda motors_deg: share * POSE_ROUNDING_DEG)
     assert of_pose.settle(REST_DEG, REST_DEG, SETTLE_S) is settles
+
+
+def test_setpoint_leads_no_farther_outwards_during_an_approach(stepped: Stepped) -> None:
+    """What would take it outwards here, a yield of 20 deg, is clipped to the limits that move inwards with the arm."""
+    stepped.apparatus.angles_deg[MOVING] = 60.0
+    stepped.forward(0.1)
+    load(stepped, 5.0, 42.0)
+    assert stepped.send(Approach()) is None
+    stepped.forward(1.0)
+    run = stepped.loop._machine._run
+    assert run is not None and run.limits.widened
+    highest_deg, count = run.limits_deg[MOVING][1], len(stepped.apparatus.written)
+    assert 50.0 < highest_deg < 59.0
+    run._yield_offset.offset_deg[MOVING] = 20.0
+    stepped.forward(0.3)
+    assert stepped.causes() == []
+    setpoints = np.array(stepped.apparatus.written)[count:, MOVING]
+    assert highest_deg - 0.1 < setpoints.max() <= highest_deg
+
+
+@pytest.mark.parametrize(("beyond_deg", "return_deg"), [(PATH_TOLERANCE_DEG, 42.0), (1.001 * PATH_TOLERANCE_DEG, 40.0)])
+def test_return_leaves_the_nearest_pose_only_for_more_than_the_tolerance(
+    stepped: Stepped, monkeypatch: pytest.MonkeyPatch, beyond_deg: float, return_deg: float
+) -> None:
+    monkeypatch.setattr(RunLimits, "path_excess_deg", lambda limits, *corners_deg: beyond_deg)
+    load(stepped, 5.0, 42.0)
+    run = stepped.loop._machine._run
+    assert run is not None
+    monkeypatch.setattr(run.limits, "entry_deg", lambda here_deg, start_deg: np.full(5, 40.0))
+    run.begin(pose(60.0))
+    assert run.return_to_deg is not None and run.return_to_deg[MOVING] == return_deg
 
 
 def test_return_ends_at_the_first_pose_inside_the_limits() -> None:
