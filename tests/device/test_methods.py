@@ -270,6 +270,15 @@ def test_feed_forward_gets_the_acceleration_that_the_reference_leaves(tmp_path: 
     assert of_lead[behind] == pytest.approx(left[behind], abs=1e-6)
 
 
+@pytest.mark.parametrize(("rate_hz", "creep"), [(100, 0.1), (200, 0.35 * 6_000.0 / 150.0 / 200)])
+def test_creep_stops_within_one_setpoint(tmp_path: Path, rate_hz: int, creep: float) -> None:
+    """A reference may use 35 % of the acceleration limit for its ramps."""
+    config = station(rate_hz=rate_hz, cycle_hz=rate_hz)
+    writer = JournalWriter(tmp_path, HEADER, JournalDisk())
+    run = Run(load("smooth"), reference("smooth", TIMES_S, rows()), writer, config)
+    assert run.movement_along(run.trajectory, direction=1).creep == pytest.approx(creep)
+
+
 def test_approach_and_return_use_feed_forward_and_end_exactly(tmp_path: Path) -> None:
     config = station(lag_s=0.1)
     stepped, trajectory = begin(tmp_path, config, "smooth", rows(from_deg=20.0))

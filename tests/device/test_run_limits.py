@@ -423,6 +423,24 @@ def test_setpoint_leads_no_farther_outwards_during_an_approach(stepped: Stepped)
     assert highest_deg - 0.1 < setpoints.max() <= highest_deg
 
 
+def test_setpoint_is_held_inside_once_the_approach_has_settled(stepped: Stepped) -> None:
+    """The arm itself may still be outside: a soft patient holds it there."""
+    load(stepped, 5.0, 42.0)
+    run = stepped.loop._machine._run
+    assert run is not None
+    run.begin(pose(50.0))
+    run.tighten(pose(42.0).tolist(), pose(50.0).tolist())
+    assert run.settle(pose(42.0).tolist(), pose(50.0).tolist(), SETTLE_S)
+    movement = run.movement_along(run.trajectory, direction=1)
+    movement.position_s = 1.0
+    run.start_path(pose(40.0))
+    setpoints = []
+    for _ in range(50):
+        run._yield_offset.offset_deg[MOVING] = 20.0
+        setpoints.append(run.setpoint(movement)[MOVING])
+    assert max(setpoints) == 42.0
+
+
 @pytest.mark.parametrize(("beyond_deg", "return_deg"), [(PATH_TOLERANCE_DEG, 42.0), (1.001 * PATH_TOLERANCE_DEG, 40.0)])
 def test_return_leaves_the_nearest_pose_only_for_more_than_the_tolerance(
     stepped: Stepped, monkeypatch: pytest.MonkeyPatch, beyond_deg: float, return_deg: float
