@@ -266,7 +266,9 @@ def serving(database: Database, folder: Path) -> Iterator[HistoryService]:
     listening = socket.socket(socket.AF_INET, socket.SOCK_STREAM, socket.IPPROTO_TCP)
     listening.bind(("127.0.0.1", 0))
     listening.listen()
-    server = uvicorn.Server(uvicorn.Config(app, lifespan="off", log_level="error", access_log=False))
+    # A connection waits while the other service answers, for the first figure longer than uvicorn's 5 s.
+    config = uvicorn.Config(app, lifespan="off", log_level="error", access_log=False, timeout_keep_alive=60)
+    server = uvicorn.Server(config)
     thread = threading.Thread(target=server.run, args=([listening],), name="service", daemon=True)
     thread.start()
     try:
