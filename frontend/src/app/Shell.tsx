@@ -15,9 +15,10 @@ import { UndoBar } from "../ui/UndoBar";
 import { useBelowHeader } from "../ui/useBelowHeader";
 import { Brand } from "./Brand";
 import { MissingZone } from "./MissingZone";
-import { NavigationLink } from "./NavigationLink";
+import { NavigationLink, type NavigationPage } from "./NavigationLink";
 import { PAGES } from "./pages";
 import classes from "./Shell.module.css";
+import { useCurrentMark } from "./useCurrentMark";
 
 const NotificationButton = lazy(() =>
   import("../features/notifications/NotificationButton").then((module) => ({
@@ -105,17 +106,12 @@ function PageMenu() {
   );
 }
 
-function MenuLink({ to, label, needs }: (typeof PAGES)[number]) {
-  if (!useHasPermission(needs)) return null;
+function MenuLink(page: NavigationPage) {
+  const mark = useCurrentMark(page);
+  if (!useHasPermission(page.needs)) return null;
   return (
-    <Menu.Item
-      h={48}
-      component={Link}
-      to={to}
-      activeProps={{ className: classes.here ?? "", "aria-current": "page" }}
-      activeOptions={{ exact: to === "/", includeSearch: false }}
-    >
-      {label}
+    <Menu.Item h={48} component={Link} to={page.to} {...mark}>
+      {page.label}
     </Menu.Item>
   );
 }

@@ -18,6 +18,7 @@ import {
 } from "@tabler/icons-react";
 import { useNavigate } from "@tanstack/react-router";
 import { useState } from "react";
+import { CURRENT, useIsOn } from "../../app/useCurrentMark";
 import type { Me } from "../../lib/api/client";
 import { t } from "../../lib/i18n";
 import { useLive } from "../../lib/live/hooks";
@@ -33,6 +34,7 @@ export function AccountMenu() {
   const operates = useLive("lease")?.mine === true;
   const [confirming, setConfirming] = useState(false);
   const { target, menu } = useBelowHeader();
+  const mark = useIsOn(["/account"]) ? CURRENT : {};
   if (!me) return null;
   // Without a connection, the last known torque is used, because an arm may still be held.
   const torqueOn = torque === "on" || (torque === "unknown" && operates);
@@ -47,6 +49,7 @@ export function AccountMenu() {
         <Menu.Target>
           <Button
             ref={target}
+            {...mark}
             variant="subtle"
             color="var(--mantine-color-text)"
             h={44}
