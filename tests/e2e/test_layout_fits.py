@@ -119,6 +119,20 @@ def test_rows_of_key_figures_are_filled(page: Page, clinic: Clinic) -> None:
         assert page.evaluate(_UNEVEN_ROWS) == [], size
 
 
+@pytest.mark.parametrize("name", ["sessions", "patient-sessions", "accounts"])
+def test_tables_of_a_telephone_are_not_cut(page: Page, clinic: Clinic, name: str) -> None:
+    """Their last column was once beyond the edge. A sorted column is wider by its arrow."""
+    page.set_viewport_size({"width": 360, "height": 740})
+    page.goto(clinic.url + addresses(page, clinic)[name])
+    table = page.locator("main table").first
+    expect(table).to_be_visible(timeout=LONG_MS)
+    heads = table.get_by_role("columnheader").filter(has=page.get_by_role("button"))
+    for number in range(heads.count()):
+        heads.nth(number).get_by_role("button").click()
+        edge = table.evaluate("(table) => table.getBoundingClientRect().right")
+        assert edge <= 360 - 16, (heads.nth(number).inner_text(), edge)
+
+
 _BROWSER_BARS_PX: Final = 128
 """Height of the status bar, address bar and navigation bar of a tablet."""
 

@@ -1,5 +1,5 @@
 import "./catalogue";
-import { Badge, Button, Group, Modal, Skeleton, Stack, Switch, Text, Title } from "@mantine/core";
+import { Badge, Box, Button, Group, Modal, Skeleton, Stack, Switch, Text, Title } from "@mantine/core";
 import { IconUserPlus } from "@tabler/icons-react";
 import { useMutation, useQuery, useQueryClient } from "@tanstack/react-query";
 import { useState } from "react";
@@ -94,12 +94,16 @@ const COLUMNS: Column<Account>[] = [
     head: t("administration:accounts.name"),
     always: true,
     value: ({ name }) => name,
-    cell: ({ name, username, disabled_at }) => (
-      <>
+    cell: ({ name, username, role, disabled_at }) => (
+      // A long name breaks, so that a telephone shows the buttons beside it.
+      <Box miw="7.75rem" style={{ overflowWrap: "anywhere" }}>
         <Text fw={600}>{name}</Text>
         <Text size="sm">{username}</Text>
+        <Text size="sm" hiddenFrom="sm">
+          {t(`auth:roles.${role}.name`)}
+        </Text>
         {disabled_at && <Badge color="gray">{t("administration:accounts.disabled")}</Badge>}
-      </>
+      </Box>
     ),
   },
   {
@@ -134,6 +138,9 @@ const actionsColumn = (onCode: OnCode): Column<Account> => ({
   cell: (account) => <AccountActions account={account} onCode={onCode} />,
 });
 
+/** On a telephone the buttons of a row are narrow enough to be beside the name. */
+const ACTION = { variant: "default", px: { base: 8, sm: 22 } } as const;
+
 /** Changes, resets, disables or enables the account. Administrators can only change their own account. */
 function AccountActions({ account, onCode }: { account: Account; onCode: OnCode }) {
   const isOwn = account.id === useMe()?.account_id;
@@ -142,9 +149,9 @@ function AccountActions({ account, onCode }: { account: Account; onCode: OnCode 
   const disable = useDisableAccount(account.id);
   return (
     <>
-      <Group justify="end" gap="xs" miw={{ base: "max-content", sm: 230 }}>
+      <Group justify="end" gap={6} miw={{ base: 184, sm: 230 }}>
         <Button
-          variant="default"
+          {...ACTION}
           onClick={() => setChanging(true)}
           aria-label={t("administration:accounts.changeOf", { name: account.name })}
         >
@@ -152,7 +159,7 @@ function AccountActions({ account, onCode }: { account: Account; onCode: OnCode 
         </Button>
         {!isOwn && !account.disabled_at && (
           <Button
-            variant="default"
+            {...ACTION}
             onClick={() => setResetting(true)}
             aria-label={t("administration:accounts.newCodeFor", { name: account.name })}
           >
@@ -192,7 +199,7 @@ function DisableButton(props: { account: Account; loading: boolean; onClick: () 
     ? t("administration:accounts.enableOf", { name })
     : t("administration:accounts.disableOf", { name });
   return (
-    <Button variant="default" loading={props.loading} aria-label={label} onClick={props.onClick}>
+    <Button {...ACTION} loading={props.loading} aria-label={label} onClick={props.onClick}>
       {disabled_at ? t("administration:accounts.enable") : t("administration:accounts.disable")}
     </Button>
   );

@@ -45,13 +45,13 @@ const STARTED: Column<Session> = {
   always: true,
   value: ({ started_at }) => started_at,
   cell: ({ id, started_at }) => (
-    // The day is not cut in two where the column is narrow.
+    // The day is on one line where the column is narrow.
     <PageLink
       to="/sessions/$sessionId"
       params={{ sessionId: id }}
       fz="sm"
       display="inline-block"
-      miw="5.5rem"
+      miw="5.25rem"
     >
       {formatMoment(started_at)}
     </PageLink>
@@ -65,7 +65,11 @@ const PATIENT: Column<Session> = {
   value: ({ patient }) => patient.name,
   cell: ({ patient }) => (
     <>
-      <PageLink to="/patients/$patientId" params={{ patientId: patient.id }}>
+      <PageLink
+        to="/patients/$patientId"
+        params={{ patientId: patient.id }}
+        style={{ overflowWrap: "anywhere" }}
+      >
         {patient.name}
       </PageLink>{" "}
       <Text span size="sm" c="dimmed" style={{ whiteSpace: "nowrap" }}>
