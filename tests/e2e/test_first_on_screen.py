@@ -4,9 +4,11 @@ import re
 from typing import Final
 
 import pytest
-from playwright.sync_api import Locator, Page, ViewportSize, expect
+from playwright.sync_api import Locator, Page, Route, ViewportSize, expect
 
+from tests.support.accessibility import addresses
 from tests.support.browser_clinic import LONG_MS, Clinic
+from tests.support.page_actions import wait_until_idle
 from tests.support.shown_pages import SIZES
 from tests.support.shown_station import ShownStation
 from tests.support.stop_in_reach import untouchable
@@ -101,6 +103,35 @@ def _open(wizard: Locator, step: str) -> None:
     shown = wizard.get_by_role("navigation").get_by_role("button", name=re.compile(step))
     shown.click(timeout=LONG_MS)
     expect(shown).to_have_attribute("aria-current", "step")
+
+
+def test_result_of_a_session_is_on_a_telephones_screen(tab: Page, clinic: Clinic) -> None:
+    """Banner, title and the note of the range once took the first screen. A contraindication stays on it, too."""
+    tab.set_viewport_size(ViewportSize(width=360, height=740))
+    pages = addresses(tab, clinic)
+    tab.route("**/banner", _add_warning)
+    tab.goto(clinic.url + pages["session"])
+    wait_until_idle(tab)
+    expect(tab.get_by_test_id("contraindications")).to_be_visible(timeout=LONG_MS)
+    parts = [
+        tab.get_by_test_id("contraindications"),
+        tab.get_by_role("heading", level=1),
+        tab.get_by_test_id("verdict"),
+        *(tab.get_by_test_id(f"result-{name}").locator("[data-long]") for name in ("pain", "range", "worst")),
+    ]
+    for part in parts:
+        expect(part).to_be_in_viewport(ratio=1, timeout=LONG_MS)
+    assert {str(part): why for part in parts if (why := untouchable(part))} == {}
+
+
+def _add_warning(route: Route) -> None:
+    """Answer with the banner of a patient who has osteoporosis."""
+    answer = route.fetch()
+    warning = {
+        "id": "1", "code": "osteoporosis", "name": "Osteoporosis", "effect": "warn", "side": None, "note": "",
+        "signed_off_at": None, "signed_off_by": "", "stops_motion": False,
+    }  # fmt: skip
+    route.fulfill(response=answer, json=answer.json() | {"contraindications": [warning]})
 
 
 def test_due_patients_and_open_sessions_come_first_on_a_telephone(tab: Page, clinic: Clinic) -> None:

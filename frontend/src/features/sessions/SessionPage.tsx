@@ -141,11 +141,19 @@ function PlaybackPicker({ session, runIndex }: { session: Session; runIndex: num
 function Heading({ session }: { session: Session }) {
   const { patient, started_at, ended_at } = session;
   return (
-    <Group justify="space-between" align="start">
+    <Group justify="space-between" align="start" gap="xs">
       <div>
-        <Title order={1} size="h2">
-          {t("sessions:session.title")}
-        </Title>
+        <Group gap="xs">
+          <Title order={1} size="h2">
+            {t("sessions:session.title")}
+          </Title>
+          <SimulatedBadge simulated={session.simulated} />
+          {!session.signed_at && (
+            <Badge size="lg" variant="outline" color="gray" tt="none">
+              {t("sessions:sessions.notSigned")}
+            </Badge>
+          )}
+        </Group>
         <Text>
           {ended_at
             ? t("sessions:session.fromTo", {
@@ -157,13 +165,7 @@ function Heading({ session }: { session: Session }) {
         </Text>
       </div>
       <Group>
-        <SimulatedBadge simulated={session.simulated} />
         <Verdict session={session} />
-        {!session.signed_at && (
-          <Badge size="lg" variant="outline" color="gray" tt="none">
-            {t("sessions:sessions.notSigned")}
-          </Badge>
-        )}
         {!ended_at && (
           <ButtonLink to="/station" search={{ patient: patient.id }} variant="default">
             {t("sessions:session.toStation")}
