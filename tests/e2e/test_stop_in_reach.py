@@ -260,6 +260,34 @@ def test_header_keeps_links_and_stop_in_reach_at_every_size(tab: Page, clinic: C
     _assert_answer_beside_header(tab, failing=False)
 
 
+@pytest.mark.parametrize("language", ["en", "ja"])
+def test_header_says_simulated_at_every_size(tab: Page, clinic: Clinic, language: str) -> None:
+    """A telephone's header once did not say it. The mark neither makes the header higher nor leaves it."""
+    tab.goto(clinic.url)
+    wait_until_idle(tab)
+    tab.evaluate("(language) => localStorage.setItem('kata.language', language)", language)
+    tab.reload()
+    expect(tab.locator("html")).to_have_attribute("lang", language)
+    header = tab.locator("header")
+    expect(header.get_by_test_id("connection")).to_have_attribute("data-connected", "true", timeout=LONG_MS)
+    for size, (width, height) in SIZES.items():
+        tab.set_viewport_size({"width": width, "height": height})
+        words = header.get_by_role("status").filter(has_text=re.compile("simulated|模擬"))
+        mark = header.get_by_test_id("simulated-mark")
+        shown = mark if size in ("telephone", "landscape") else words
+        expect(shown, size).to_be_in_viewport(ratio=1)
+        assert untouchable(shown) == "", size
+        assert tab.evaluate(_HEADER)["outside"] == [], size
+        if size == "telephone":
+            assert tab.evaluate(_HEADER)["height"] == 124
+
+
+def test_key_of_stop_is_named_beside_a_mouse_only(tab: Page, finger: Page, clinic: Clinic) -> None:
+    for page, named in ((tab, True), (finger, False)):
+        _open(page, clinic.url, "tablet")
+        expect(page.get_by_text("Key: Esc", exact=True)).to_be_visible(visible=named)
+
+
 @pytest.mark.campaign
 def test_unconfirmed_stop_covers_nothing_of_the_header(tab: Page, clinic: Clinic) -> None:
     """A stop that no device confirms has its text below the header."""

@@ -35,6 +35,7 @@ export function AppFrame(props: { children: ReactNode; top?: ReactNode; fullPage
               <EstopBadge />
               <ModeBadge />
               <ConnectionBadge />
+              <SimulatedMark />
             </Group>
           </Box>
           <StopButton />
@@ -122,6 +123,28 @@ function ConnectionBadge() {
       </Text>
       <StateAge />
     </Group>
+  );
+}
+
+/**
+ * Says that the apparatus is simulated where the connection's words are not seen. A screen reader reads those, so it skips
+ * this mark.
+ */
+function SimulatedMark() {
+  const station = useStation();
+  if (!station?.simulated) return null;
+  return (
+    <Badge
+      className={classes.simulated ?? ""}
+      variant="outline"
+      color="grape"
+      radius="sm"
+      tt="none"
+      aria-hidden
+      data-testid="simulated-mark"
+    >
+      {t("common:simulatedShort")}
+    </Badge>
   );
 }
 
