@@ -68,7 +68,10 @@ export function StopsTile() {
       params={{ subject: "stops" }}
       search={PERIODS.stops}
       label={t("home:tiles.stops")}
-      value={data && t("statistics:figures.ofSessions", { stopped: data.stopped_sessions, sessions: data.sessions })}
+      value={
+        data &&
+        t("statistics:figures.ofSessions", { stopped: data.stopped_sessions, sessions: data.sessions })
+      }
       unit={t("home:tiles.sessions", { count: data?.sessions ?? 0 })}
       note={data ? t("home:tiles.inDays", { days, note: cause }) : ""}
       failed={isError}
