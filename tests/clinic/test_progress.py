@@ -180,6 +180,7 @@ def test_assessment_pain_and_session_pain_are_separate(database: Database, fill:
         "After the session": ([0, 1], [5, 3]),
     }
     figure = drawn(figures.pain(lines))
+    assert not any(trace.showlegend for trace in figure.data)
     leading = {trace.name: trace.yaxis for trace in figure.data if trace.line.width > 2}
     assert leading == {"Average over the last week": "y", "Before the session": "y2"}
     for axis in ("y", "y2"):

@@ -16,7 +16,14 @@ export function WideTable(props: TableProps & { minWidth: number; caption: strin
         {caption}
       </Text>
       <ScrolledTable minWidth={minWidth}>
-        <Table className={classes.wide ?? ""} withTableBorder verticalSpacing="xs" horizontalSpacing={6} aria-labelledby={id} {...table}>
+        <Table
+          className={classes.wide ?? ""}
+          withTableBorder
+          verticalSpacing="xs"
+          horizontalSpacing={6}
+          aria-labelledby={id}
+          {...table}
+        >
           {children}
         </Table>
       </ScrolledTable>

@@ -63,7 +63,7 @@ _MOST_DAYS: Final = 4
 """Days below a chart that fit on a telephone."""
 _WEEK_MS: Final = 7 * 24 * 3600 * 1000
 _PAIN_RANGE: Final = [-0.6, 10.6]
-_PAIN_PANELS: Final = (
+_PAIN_PANELS: Final[tuple[tuple[str, dict[str, str]], ...]] = (
     (
         texts.FIGURE_PAIN_AT_ASSESSMENTS(),
         dict(
@@ -91,7 +91,7 @@ _PAIN_PANELS: Final = (
     ),
 )
 """Titles of the panels, and the short names of their lines."""
-_PAIN_PLACES: Final = {
+_PAIN_PLACES: Final[dict[str, int]] = {
     name: place
     for order in ((PAIN_CONTEXTS[3], *PAIN_CONTEXTS[:3]), PAIN_IN_SESSIONS)
     for place, name in enumerate(order)
@@ -160,7 +160,8 @@ def pain(lines: Sequence[LineSeries]) -> Figure:
         layout["annotations"].append(axes.title(title))
         ends = []
         for line in (line for line in lines if line.name in names):
-            trace = axes.on_axes(_pain_line(line), first=True)
+            # No legend: each line has its name, and lines of two panels look alike.
+            trace = axes.on_axes(_pain_line(line), first=False)
             traces.append(trace)
             ends.append(LineName(names[line.name], (line.points[-1].value,), trace["line"]["color"]))
         layout["annotations"] += axes.names(ends, _PAIN_RANGE)
