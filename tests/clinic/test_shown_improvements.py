@@ -1,6 +1,7 @@
 """An improvement is counted if the improvement that is shown reaches the limit."""
 
 from collections.abc import Iterator, Sequence
+from datetime import UTC, datetime
 from decimal import Decimal
 from uuid import UUID
 
@@ -14,16 +15,19 @@ from kata.clinic.assessments.tables import AssessmentRow
 from kata.clinic.questionnaires.changes import meaning_of
 from kata.clinic.questionnaires.definitions import SPADI
 from kata.clinic.rounding import change_as_shown
-from kata.clinic.statistics import derived_tables, outcomes
+from kata.clinic.statistics import derived_tables, outcomes, worklist
 from kata.clinic.statistics.measures import MEASURES
+from kata.clinic.statistics.recent_days import recent_days
 from kata.clinic.statistics.schemas import LEAST_SHOWN, OutcomeChange
+from kata.clinic.statistics.usage import Span
 from kata.database.engine import Database
 from kata.reporting.phrases import Phrases
-from tests.clinic.test_statistics import ALL_TIME, NO_PROGRAMMES
 from tests.support.databases import upgraded_file
 from tests.support.treatment import treat
 
 IMPORTANT, DETECTABLE = MEASURES["spadi"].important or 0.0, MEASURES["spadi"].detectable or 0.0
+ALL_TIME = Span(datetime(2000, 1, 1, tzinfo=UTC), datetime(2100, 1, 1, tzinfo=UTC))
+NO_PROGRAMMES = worklist.adherence([], recent_days(datetime(2026, 11, 20, tzinfo=UTC), UTC))
 Totals = tuple[float, float]
 
 

@@ -84,7 +84,7 @@ function Due({ due, count }: { due: Schemas["DuePatient"][]; count: number }) {
       title={t("home:due", { count: whose === "mine" ? shown.length : count })}
       hint={[
         t("home:dueExplained"),
-        ...(count > due.length ? [t("home:dueFirst", { listed: due.length })] : []),
+        ...(count > due.length ? [t("home:dueFirst", { count: due.length })] : []),
       ].join(" ")}
       none={t("home:dueNone")}
       more={
