@@ -1,29 +1,34 @@
 """The invented clinic: marked, the same every time, and never among real patients."""
 
 import json
+import re
 from collections.abc import Iterator
 from datetime import UTC, datetime, timedelta
 from inspect import signature
 from pathlib import Path
 from random import Random
-from typing import Any
+from typing import Any, Literal
 
 import pytest
-from sqlalchemy import func, select
+from sqlalchemy import JSON, String, func, select
 from typer.testing import CliRunner
 
+from kata.auth.tables import AccountRow
 from kata.cli import seed_course, seed_people
 from kata.cli.main import app, seed
 from kata.cli.seed import MARK, SeedError, _Invented, fill
 from kata.clinic.assessments.tables import AssessmentRow
 from kata.clinic.patients.tables import PatientRow
 from kata.clinic.sessions.tables import MotorTrackingRow, RunRow, SessionRow
+from kata.database.base import Base
 from kata.database.engine import Database
-from kata.device import journal
+from kata.device import config, journal
 from kata.interop import bundle
 from kata.interop.codes import ExportSettings
+from kata.messages import CATALOGUE
 from kata.motion.builtin import built_in_motions
 from tests.support.databases import upgraded_file
+from tests.support.paths import ROOT
 from tests.support.validators import judge_fhir
 
 NOW = datetime(2026, 11, 20, 12, 0, tzinfo=UTC)
@@ -107,7 +112,7 @@ def test_command_refuses_while_a_service_runs_there(tmp_path: Path) -> None:
 def test_the_clinic_has_two_years_of_all_kinds_of_courses() -> None:
     courses = [seed_course.course(Random(f"1 {place}"), place, NOW) for place in range(seed_people.MOST)]
     assert {course.first_stage for course in courses} == {"freezing", "frozen", "thawing"}
-    assert {course.station for course in courses} == set(seed_course.STATIONS)
+    assert {course.station for course in courses} == set(range(seed_course.STATIONS))
     assert {course.therapist for course in courses} == set(range(5))
     assert NOW - timedelta(days=730) < min(course.first for course in courses) < NOW - timedelta(days=600)
     assert max(course.visits[-1] for course in courses) < NOW
@@ -116,6 +121,50 @@ def test_the_clinic_has_two_years_of_all_kinds_of_courses() -> None:
     assert min(gains) < 0.2 < 0.8 < max(gains)
     for language in ("en", "ja"):
         assert len({seed_people.person(place, language).name for place in range(seed_people.MOST)}) == seed_people.MOST
+
+
+CODED = {
+    "clinic_number", "code", "config", "device", "dominant_side", "end_reason", "fixtures", "kind", "limits", "measure", "method",
+    "motion", "outcome", "position", "role", "sex", "side", "stage", "stop_code", "username", "verification", "version", "checks",
+    "search_text", "revision", "oldest",
+    # The page translates these messages by the keys beside them.
+    "message", "message_key", "stop_key", "stop_message",
+}  # fmt: skip
+"""Columns of texts that nobody typed."""
+
+
+def test_every_typed_text_of_a_japanese_clinic_is_japanese(tmp_path: Path) -> None:
+    """Stations, recordings and the demonstration's therapist once had English names."""
+    database = Database(upgraded_file(tmp_path / "kata.db"))
+    fill(database, 1, NOW, 1, "ja")
+    english = set()
+    with database.read() as session:
+        for table in Base.metadata.sorted_tables:
+            for column in table.columns:
+                if isinstance(column.type, String | JSON) and column.name not in CODED:
+                    values = session.scalars(select(column).distinct())
+                    english |= {(column.name, value) for value in values if re.search("[A-Za-z]{2}", str(value or ""))}
+        names = set(session.scalars(select(AccountRow.name)))
+    database.close()
+    assert english == set()
+    words = seed_people.INVENTED_TEXTS["ja"]
+    assert words.therapists[-1] in names
+    written = json.dumps([list(texts.values()) if isinstance(texts, dict) else texts for texts in vars(words).values()])
+    assert not re.search("[A-Za-z]{2}", re.sub(r"\\u....", "", written))
+
+
+@pytest.mark.parametrize("language", ["en", "ja"])
+def test_taught_motions_are_called_as_on_the_page(language: Literal["en", "ja"]) -> None:
+    words = CATALOGUE if language == "en" else json.loads((ROOT / "frontend/src/locales/ja/server.json").read_text())
+    for number, name in seed_people.INVENTED_TEXTS[language].motions.items():
+        word = words[f"motion_{number}"]
+        assert name == (word if isinstance(word, str) else word.english)
+
+
+def test_service_shows_a_japanese_clinic_at_its_first_station(tmp_path: Path) -> None:
+    result = CliRunner().invoke(app, ["seed", "--data", str(tmp_path), "--patients", "1", "--language", "ja"])
+    assert f"kata serve --simulate --station {tmp_path / 'station.toml'}" in result.output.replace("\n", "")
+    assert config.read(tmp_path / "station.toml").name == seed_people.INVENTED_TEXTS["ja"].stations[0]
 
 
 def test_older_playbacks_of_later_patients_have_figures_alone(tmp_path: Path) -> None:

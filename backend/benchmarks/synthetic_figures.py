@@ -10,7 +10,7 @@ from typing import Any, Final
 from uuid import UUID
 
 from kata.clinic.statistics import parts
-from kata.clinic.statistics.measures import MEASURES
+from kata.clinic.statistics.measures import MEASURES, improvement
 
 _HOUR_SUMS: Final = (
     "sessions", "playbacks", "stopped", "played_s", "repetitions", "compared", "left_out", "rmse_sum_deg", "rmse_square_sum_deg2", "peak_deg",
@@ -52,7 +52,7 @@ def outcome_rows(episode_id: UUID, values: dict[str, list[tuple[datetime, float]
     for measure, of in values.items():
         (first_at, first), (last_at, last) = of[0], of[-1]
         limit = MEASURES[measure].important  # type: ignore[index]
-        important = next((at for at, value in of if limit is not None and first - value >= limit), None)
+        important = next((at for at, value in of if limit is not None and improvement(first, value) >= limit), None)
         yield {
             "episode_id": episode_id.hex, "measure": measure, "first_at": stored_time(first_at), "first": first,
             "last_at": stored_time(last_at), "last": last, "important_at": important and stored_time(important),

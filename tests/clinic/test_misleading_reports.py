@@ -82,7 +82,7 @@ def test_reports_write_every_date_in_one_notation(
         assert not re.search(r"\d{4}-\d", text)
 
 
-@pytest.mark.parametrize(("language", "motion"), [("en", "Motion 4 Abduction"), ("ja", "動作4 肩関節 外転")])
+@pytest.mark.parametrize(("language", "motion"), [("en", "Abduction / adduction (motion 4)"), ("ja", "肩関節 外転・内転（動作4）")])
 def test_a_motions_number_is_not_taken_for_a_motor(
     treated: tuple[SessionContent, EpisodeContent], language: Language, motion: str
 ) -> None:
@@ -94,6 +94,17 @@ def test_a_motions_number_is_not_taken_for_a_motor(
     ):
         assert motion in text_of(page)
         assert not re.search(r">\s*[1-6] (Abduction|Flexion|External|Horizontal|Scapular|肩)", page.html)
+
+
+@pytest.mark.parametrize(("language", "motor"), [("en", "Motor "), ("ja", "モータ")])
+def test_a_motors_number_is_not_taken_for_a_motion(
+    treated: tuple[SessionContent, EpisodeContent], language: Language, motor: str
+) -> None:
+    """The rows of the motors' errors were once called 1 to 5, beside those of the motions 1 to 6."""
+    page = rendering.session_page(treated[0], print_options(language)).html
+    rows = re.findall(r'<th scope="row">([^<]*)</th>', page)
+    assert {f"{motor}{number}" for number in range(1, 6)} <= set(rows)
+    assert not {"1", "2", "3", "4", "5", "6"} & set(rows)
 
 
 def _second_episode(database: Database, **contraindication: object) -> UUID:

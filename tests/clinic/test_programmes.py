@@ -500,7 +500,7 @@ def test_reports_print_prescribed_and_counted_minutes(clinic: Clinic) -> None:
         visit = session_report.read_content(session, visit_id, UTC)
         care = episode_report.read_content(session, episode_id, UTC)
     said: dict[Language, tuple[str, str]] = {
-        "en": ("Abduction / adduction last 5°, at least 1 Nm 2.0 of 4.0 2.0 of 12.0", "16 Nov 2026 Motion 4 Abduction / adduction 2.0 of 12.0"),
+        "en": ("Abduction / adduction (motion 4) last 5°, at least 1 Nm 2.0 of 4.0 2.0 of 12.0", "16 Nov 2026 Abduction / adduction (motion 4) 2.0 of 12.0"),
         "ja": ("終点の手前5°以内、1 Nm以上 2.0／処方4.0 2.0／処方12.0", "2.0／処方12.0"),
     }  # fmt: skip
     for language, (of_session, of_week) in said.items():

@@ -100,6 +100,11 @@ def traces(figure: "go.Figure") -> dict[str, tuple[list[Any], list[Any]]]:
     return {trace.name: (list(trace.x), list(trace.y)) for trace in figure.data}
 
 
+def line_names_of(figure: "go.Figure") -> list[Any]:
+    """Return the names beside the lines, from the lowest line to the highest of each panel."""
+    return [name for name in figure.layout.annotations if name.xref.endswith(" domain")]
+
+
 def read_timeline(database: Database, episode_id: UUID, read: Callable[[Session, service.EpisodeTimeline], Any]) -> Any:
     with database.read() as session:
         return read(session, service.timeline_of(session, episode_id))
@@ -146,6 +151,7 @@ def test_range_of_motion_is_compared_with_baseline_other_side_reference(database
         "Other side, active": ([-0.2, 2.2], [175, 175]),
         "Reference": ([-0.2, 2.2], [180, 180]),
     }
+    assert [name.text for name in line_names_of(figure) if name.yref == "y"] == ["Baseline", "Other side", "Reference"]
     looks = {(trace.line.color, trace.line.dash) for trace in flexion}
     assert len(looks) == len(flexion)
     shown = [trace.name for trace in figure.data if trace.showlegend]
@@ -173,9 +179,17 @@ def test_assessment_pain_and_session_pain_are_separate(database: Database, fill:
         "During the session": ([1], [5]),
         "After the session": ([0, 1], [5, 3]),
     }
-    dashes = {trace.name: trace.line.dash for trace in drawn(figures.pain(lines)).data}
-    assert [name for name, dash in dashes.items() if dash == "solid"] == ["At rest", "Average over the last week"]
-    assert len({*dashes.values()}) == 4
+    figure = drawn(figures.pain(lines))
+    assert not any(trace.showlegend for trace in figure.data)
+    leading = {trace.name: trace.yaxis for trace in figure.data if trace.line.width > 2}
+    assert leading == {"Average over the last week": "y", "Before the session": "y2"}
+    for axis in ("y", "y2"):
+        looks = [
+            (trace.line.color, trace.line.dash, trace.marker.symbol) for trace in figure.data if trace.yaxis == axis
+        ]
+        assert all(len(set(kind)) == len(looks) for kind in zip(*looks, strict=True))
+    colours = {trace.yaxis + trace.line.color for trace in figure.data}
+    assert {name.yref + name.font.color for name in line_names_of(figure)} == colours
     table = numbers.pain(lines)
     assert names(table) == [
         "When", "At rest, 0 to 10", "Average over the last week, 0 to 10", "Before the session, 0 to 10", "During the session, 0 to 10",
@@ -205,6 +219,9 @@ def test_the_spadi_shows_where_a_change_begins_to_matter(database: Database, fil
         "Over 17 points better: important, and more than chance": ([-0.2, 3.2], [28, 28]),
     }
     assert (figure.layout.shapes[0].y0, figure.layout.shapes[0].y1) == (28, 37)
+    assert [(name.text, name.y) for name in line_names_of(figure)] == [
+        ("−17 points", pytest.approx(28, abs=1)), ("−8 points", pytest.approx(37, abs=2)), ("Baseline", pytest.approx(45, abs=2)),
+    ]  # fmt: skip
     table = numbers.spadi(points)
     assert names(table)[-2:] == ["Change from baseline, points", "Important change"]
     assert [row[-2:] for row in table.rows] == [[0, "no"], [None, ""], [-10, "possibly better"], [-20, "better"]]
@@ -242,7 +259,11 @@ def test_other_questionnaires_show_where_a_change_matters(database: Database, fi
         "From here on possibly important, possibly chance": pytest.approx([61.6, 61.6]),
         "Beyond this line important, more than chance": pytest.approx([57.9, 57.9]),
     }
-    assert [annotation.text for annotation in figure.layout.annotations] == ["Oxford Shoulder Score", "QuickDASH"]
+    titles = [title.text for title in figure.layout.annotations if title.xref == "paper"]
+    assert titles == ["Oxford Shoulder Score", "QuickDASH"]
+    assert [(name.yref, name.text) for name in line_names_of(figure)] == [
+        ("y", "Baseline"), ("y", "+6 points"), ("y2", "−17.1 points"), ("y2", "−13.4 points"), ("y2", "Baseline"),
+    ]  # fmt: skip
     assert figure.layout.yaxis.title.text == "0 to 48 points, higher is better"
     assert figure.layout.yaxis2.title.text == "0 to 100 points, lower is better"
     shown = [trace.name for trace in figure.data if trace.showlegend]
@@ -289,10 +310,10 @@ def test_narrow_screen_has_one_panel_below_the_other(database: Database, fill: F
         episode.assess(0, rom=[rom(90), rom(12, motion="extension"), rom(80, motion="abduction")])
 
     panels = read_timeline(database, fill(how), service.rom_panels)
-    for columns, places in ((2, [0, 0.545, 0]), (1, [0, 0, 0])):
-        figure = drawn(figures.rom(panels, columns))
-        assert [round(annotation.x, 3) for annotation in figure.layout.annotations] == places
-        heights = [annotation.y for annotation in figure.layout.annotations]
+    for columns, places in ((2, [0, 0.59, 0]), (1, [0, 0, 0])):
+        titles = [title for title in drawn(figures.rom(panels, columns)).layout.annotations if title.xref == "paper"]
+        assert [round(title.x, 3) for title in titles] == places
+        heights = [title.y for title in titles]
         assert len(set(heights)) == (2 if columns == 2 else 3)
 
 

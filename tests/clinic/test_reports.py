@@ -145,7 +145,7 @@ def test_report_has_the_patients_angle_with_its_uncertainty(signed: tuple[Sessio
     low, high = known
     text = " ".join(Parsed(rendering.session_page(visit, print_options())).text.split())
     for said in (
-        "Motion 4 Abduction / adduction 09:33 20.0 26.0 Sato Ken", "it lies within ± in 95 % of cases", "Patient's angle, °",
+        "Abduction / adduction (motion 4) 09:33 20.0 26.0 Sato Ken", "it lies within ± in 95 % of cases", "Patient's angle, °",
         f"{low.angle_deg:.0f}° ± {low.uncertainty_deg:.0f}° to {high.angle_deg:.0f}° ± {high.uncertainty_deg:.0f}°",
     ):  # fmt: skip
         assert said in text, said
@@ -199,7 +199,7 @@ def test_episode_report_matches_the_database_rows(signed: tuple[SessionContent, 
     _, care = signed
     text = " ".join(Parsed(rendering.episode_page(care, print_options())).text.split())
     for said in (
-        "Onset 1 Jun 2026", "Freezing 1 Jun 2026", "Frozen 20 Oct 2026", "Motion 4 Abduction / adduction – 95",
+        "Onset 1 Jun 2026", "Freezing 1 Jun 2026", "Frozen 20 Oct 2026", "Abduction / adduction (motion 4) – 95",
         "Highest resistance level: 12 of 25", "Highest speed: 35 °/s", "Set by Sato Ken", "Flexion Active 95 31 Oct 2026 116 11 Nov 2026 +21 141 (11 Nov 2026) 180",
         "External rotation, arm at the side Passive 23 31 Oct 2026 44 11 Nov 2026 +21 69 (11 Nov 2026) 60", "At rest 3 31 Oct 2026 2 11 Nov 2026 −1",
         "(SPADI), 0 to 100 points, lower is better 60.0 31 Oct 2026 40.0 11 Nov 2026 −20.0 important improvement, more than chance",

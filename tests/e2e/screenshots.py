@@ -1,6 +1,6 @@
 """``python -m tests.e2e.screenshots --out FOLDER``: screenshots of every page of a seeded clinic, to be looked at.
 
-Both schemes, both languages, five sizes. Besides the pages: the home page of each role, the dialogs, the station during the checklist,
+Both schemes, both languages (a Japanese clinic for the Japanese pictures), five sizes. Besides the pages: the home page of each role, the dialogs, the station during the checklist,
 playback and a stop, the patient's questionnaire, the components, and reports. Some pages of the desktop are also printed.
 A file is called ``page-language-scheme-size.png``. ``--page``, ``--language``, ``--scheme`` and ``--size`` choose some of them; each may be
 repeated. Errors and warnings of the browser's console are printed. Build the page first; ``KATA_CHROMIUM`` names the browser.
@@ -18,7 +18,7 @@ import typer
 from playwright.sync_api import Browser, sync_playwright
 
 from kata.actor import Role
-from kata.auth.demonstration import ACCOUNTS
+from kata.cli.seed_people import INVENTED_TEXTS
 from kata.database.engine import Database
 from tests.support.browser_clinic import seeded_clinic
 from tests.support.development_page import development_page
@@ -42,16 +42,26 @@ def main(
 ) -> None:
     """Make screenshots of every page of a seeded clinic."""
     out.mkdir(parents=True, exist_ok=True)
-    views = [
-        View(words, colours, name)
-        for words in language or LOCALES
-        for colours in SCHEMES
-        if colours in (scheme or SCHEMES)
-        for name in size or SIZES
-    ]
+    for words in LOCALES:
+        if words in (language or LOCALES):
+            _take_all(
+                [
+                    View(words, colours, name)
+                    for colours in SCHEMES
+                    if colours in (scheme or SCHEMES)
+                    for name in size or SIZES
+                ],
+                page,
+                out,
+            )
+
+
+def _take_all(views: list[View], chosen: list[str] | None, out: Path) -> None:
+    """Make the screenshots of one language, whose clinic is seeded in that language."""
+    words = views[0].language
     with (
         tempfile.TemporaryDirectory(prefix="kata-") as folder,
-        seeded_clinic(Path(folder), partial(_prepare, Path(folder), len(views))) as (clinic, (homes, tablets)),
+        seeded_clinic(Path(folder), partial(_prepare, Path(folder), views), words) as (clinic, (homes, tablets)),
         development_page(clinic) as components,
     ):
         for view, tablet in zip(views, tablets, strict=True):
@@ -59,7 +69,7 @@ def main(
             with _browser() as browser, ShownStation(clinic) as station:
                 shown = ShownPages(browser, clinic, station, view)
                 pages = shown.drawn(homes, tablet, components)
-                _take(shown, {name: draw for name, draw in pages.items() if page is None or name in page}, out)
+                _take(shown, {name: draw for name, draw in pages.items() if chosen is None or name in chosen}, out)
                 shown.leave()
 
 
@@ -75,15 +85,17 @@ def _take(shown: ShownPages, pages: dict[str, Callable[[], object]], out: Path) 
             shown.page.pdf(path=file.with_suffix(".pdf"), format="A4", print_background=True)
 
 
-def _prepare(folder: Path, tablets: int) -> tuple[dict[str, str], list[str]]:
-    """Import a questionnaire's texts. Return the cookie of a user of each role, and of as many tablets."""
+def _prepare(folder: Path, views: list[View]) -> tuple[dict[str, str], list[str]]:
+    """Import a questionnaire's texts. Return the cookie of a user of each role, and of a tablet for each view."""
     with closing(Database(f"sqlite:///{folder / 'kata.db'}")) as database:
         for language in LOCALES:
             store_words(database, "spadi", language)
     # The therapist has patients in the clinic.
-    name = ACCOUNTS["therapist"][1]
-    homes = {f"home-{role}": signed_in_at(folder, role, name=name if role == "therapist" else "") for role in ROLES}
-    return homes, [signed_in_at(folder, "therapist") for _ in range(tablets)]
+    therapist = INVENTED_TEXTS[views[0].language].therapists[-1]
+    homes = {
+        f"home-{role}": signed_in_at(folder, role, name=therapist if role == "therapist" else "") for role in ROLES
+    }
+    return homes, [signed_in_at(folder, "therapist") for _ in views]
 
 
 @contextmanager

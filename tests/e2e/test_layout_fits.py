@@ -183,3 +183,28 @@ def test_pause_stays_on_the_screen_below_alarms(page: Page, clinic: Clinic) -> N
         page.get_by_role("button", name="Stop", exact=True).click()
         station.make_idle()
         station.end_session(session)
+
+
+_FIRST_CELL_PX: Final = """(table) => {
+    const frame = table.closest('.mantine-ScrollArea-viewport');
+    frame.scrollLeft = 200;
+    const left = table.querySelector('tbody tr > :first-child').getBoundingClientRect().left;
+    return [frame.scrollLeft, left - frame.getBoundingClientRect().left];
+}"""
+
+
+def test_names_stay_in_view_while_numbers_scroll(page: Page, clinic: Clinic) -> None:
+    """A table of numbers once looked cut: its bar was hidden, and its rows lost their names."""
+    width, height = SIZES["tablet"]
+    page.set_viewport_size({"width": width, "height": height})
+    patient = page.request.get(f"{clinic.url}/api/patients?search=DEMO-001").json()["items"][0]["id"]
+    # The newest sessions may be those of other tests, without a playback.
+    oldest = page.request.get(f"{clinic.url}/api/patients/{patient}/sessions").json()["items"][-1]["id"]
+    page.goto(f"{clinic.url}/sessions/{oldest}?tab=numbers")
+    table = page.get_by_test_id("errors")
+    expect(table).to_be_visible(timeout=LONG_MS)
+    bar = page.locator(".mantine-ScrollArea-root:has([data-testid=errors]) > [data-orientation=horizontal]")
+    expect(bar).to_be_visible()
+    scrolled_px, first_cell_px = table.evaluate(_FIRST_CELL_PX)
+    assert scrolled_px == 200
+    assert abs(first_cell_px) < 3

@@ -12,9 +12,9 @@ from tests.support.shown_station import ShownStation
 pytestmark = pytest.mark.shared_clinic("invented")
 
 TILES: Final = {
-    "Important improvement this year": (r"\n(\d+)\s%\n", r"Important improvement\n{0}\s%"),
+    "Important improvement in 12 months": (r"\n(\d+)\s%\n", r"Important improvement\n{0}\s%"),
     "Sessions in 7 days": (r"\n(\d+) sessions?\n", r"Sessions: {0}, hours"),
-    "Sessions with a stop in 4 weeks": (r"of (\d+) sessions?\n", r"Sessions: {0}\b"),
+    "Sessions with a stop in 4 weeks": (r"\n(\d+ of \d+) sessions?\n", r"\b{0} sessions with a stop"),
     "Unsigned notes": (r"\n(\d+) sessions?\n", r"\b{0} rows?\b"),
 }
 """By the beginning of a tile's label: its figure, and how the page behind it shows the figure."""

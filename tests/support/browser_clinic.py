@@ -17,7 +17,8 @@ from typing import Final, TypeVar
 import pytest
 
 from kata.auth.login_session import COOKIE
-from kata.cli.seed import fill
+from kata.cli.seed import fill, write_station
+from kata.cli.seed_people import Language
 from kata.database.base import utc_now
 from kata.database.engine import Database
 from tests.support.databases import upgraded_file
@@ -54,8 +55,9 @@ class Clinic:
         program: tuple[str, str] = ("-m", "kata"),
         full_rate: bool = False,
         simulate: bool = True,
+        station: Path | None = None,
     ) -> None:
-        """Without ``database_url``, the database is a file in ``folder``. ``program``: what Python runs.
+        """Without ``database_url``, the database is a file in ``folder``. ``program``: what Python runs. ``station``: the station's file.
 
         ``full_rate``: the apparatus has the default configuration. Without ``simulate``, the station's apparatus is not connected. The
         device process and the simulator of a simulated one take two seconds of processor time to start.
@@ -65,8 +67,10 @@ class Clinic:
         self.cookie = signed_in_at(folder, database_url=database_url)
         # A named zone, so that the page has no note about a missing one.
         zone = {"KATA_CLINIC_TIME_ZONE": "UTC"}
-        station = {} if full_rate or not simulate else {"KATA_STATION": str(slow_station_file(folder))}
-        self._environment = zone | os.environ | station | ({"KATA_DATABASE_URL": database_url} if database_url else {})
+        if simulate and not full_rate:
+            station = slow_station_file(folder)
+        own = {"KATA_STATION": str(station)} if station else {}
+        self._environment = zone | os.environ | own | ({"KATA_DATABASE_URL": database_url} if database_url else {})
         self.port = free_port()
         self.url = f"http://127.0.0.1:{self.port}"
         self._folder = folder
@@ -125,9 +129,9 @@ class Clinic:
 
 
 @contextmanager
-def clinic_in(folder: Path, *, full_rate: bool = False) -> Iterator[Clinic]:
-    """Run a clinic on this folder. ``full_rate``: its apparatus has the default configuration."""
-    clinic = Clinic(folder, full_rate=full_rate)
+def clinic_in(folder: Path, *, full_rate: bool = False, station: Path | None = None) -> Iterator[Clinic]:
+    """Run a clinic on this folder. ``full_rate``: its apparatus has the default configuration, or that of the file ``station``."""
+    clinic = Clinic(folder, full_rate=full_rate, station=station)
     try:
         yield clinic
     finally:
@@ -135,14 +139,17 @@ def clinic_in(folder: Path, *, full_rate: bool = False) -> Iterator[Clinic]:
 
 
 @contextmanager
-def seeded_clinic(folder: Path, sign_in: Callable[[], SignedIn]) -> Iterator[tuple[Clinic, SignedIn]]:
+def seeded_clinic(
+    folder: Path, sign_in: Callable[[], SignedIn], language: Language = "en"
+) -> Iterator[tuple[Clinic, SignedIn]]:
     """Run the demonstration clinic of ``kata seed``. Yield it and what ``sign_in`` returned before it began."""
     database = Database(upgraded_file(folder / "kata.db"))
-    fill(database, 1, utc_now())
+    fill(database, 1, utc_now(), language=language)
     database.close()
     signed_in = sign_in()
+    station = write_station(folder) if language == "ja" else None
     # Pictures show the default rate.
-    with clinic_in(folder, full_rate=True) as clinic:
+    with clinic_in(folder, full_rate=True, station=station) as clinic:
         yield clinic, signed_in
 
 

@@ -10,6 +10,7 @@ from typing import Any, Final, Literal
 from playwright.sync_api import Browser, ConsoleMessage, Error, expect
 
 from kata.auth.login_session import COOKIE
+from kata.cli.seed_people import Language
 from tests.support.accessibility import INCOMPLETE, SIGN_IN_PAGES, addresses
 from tests.support.browser_clinic import LONG_MS, Clinic
 from tests.support.shown_station import ShownStation
@@ -17,7 +18,7 @@ from tests.support.shown_station import ShownStation
 SIZES: Final = {
     "telephone": (360, 740), "landscape": (740, 360), "tablet": (800, 1280), "desktop": (1280, 800), "wall": (2560, 1440),
 }  # fmt: skip
-LOCALES: Final = {"en": "en-GB", "ja": "ja-JP"}
+LOCALES: Final[dict[Language, str]] = {"en": "en-GB", "ja": "ja-JP"}
 SCHEMES: Final[tuple[Literal["light", "dark"], ...]] = ("light", "dark")
 _DIALOGS: Final = {"search": "Control+K", "shortcuts": "Control+/"}
 """Their shortcuts, pressed on the home page."""
@@ -38,7 +39,7 @@ _INCOMPLETE: Final = f"{INCOMPLETE}, [data-testid=apparatus-canvas] canvas:not([
 class View:
     """One appearance of the pages."""
 
-    language: str
+    language: Language
     scheme: Literal["light", "dark"]
     size: str
 

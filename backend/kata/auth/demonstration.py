@@ -17,6 +17,8 @@ ACCOUNTS: Final[dict[DemonstrationRole, tuple[str, str]]] = {
     "administrator": ("demonstration-administrator", "Demonstration administrator"),
 }
 """User name and name by role. Other accounts cannot have these user names."""
+JAPANESE_NAMES: Final[dict[DemonstrationRole, str]] = {"therapist": "デモ 療法士", "administrator": "デモ 管理者"}
+"""Names of the accounts in a Japanese clinic of ``kata seed``."""
 USERNAMES: Final = frozenset(username for username, _ in ACCOUNTS.values())
 _NAMESPACE: Final = UUID("6a5b3a52-6d05-4c0a-9f0c-5d0f4f6a1f57")
 
@@ -49,16 +51,7 @@ def prepare(session: Session, now: datetime, *, allowed: bool) -> None:
     for role, (username, name) in ACCOUNTS.items():
         row = session.scalar(select(AccountRow).where(AccountRow.username == username))
         if row is None and allowed:
-            session.add(
-                AccountRow(
-                    id=uuid5(_NAMESPACE, username),
-                    username=username,
-                    name=name,
-                    role=role,
-                    created_at=now,
-                    updated_at=now,
-                )
-            )
+            session.add(_account(role, name, now))
         elif row is not None:
             row.disabled_at = None if allowed else row.disabled_at or now
             if not allowed:
@@ -70,6 +63,21 @@ def prepare(session: Session, now: datetime, *, allowed: bool) -> None:
             .where(LoginSessionRow.method == "link", LoginSessionRow.ended_at.is_(None))
             .values(ended_at=now, end_reason="no_demonstration")
         )
+
+
+def name_in_japanese(session: Session, now: datetime) -> None:
+    """Create both accounts with Japanese names in a clinic without accounts. They are disabled until a service allows the links."""
+    for role, name in JAPANESE_NAMES.items():
+        account = _account(role, name, now)
+        account.disabled_at = now
+        session.add(account)
+
+
+def _account(role: DemonstrationRole, name: str, now: datetime) -> AccountRow:
+    username = ACCOUNTS[role][0]
+    return AccountRow(
+        id=uuid5(_NAMESPACE, username), username=username, name=name, role=role, created_at=now, updated_at=now
+    )
 
 
 def account_of(session: Session, role: DemonstrationRole) -> AccountRow:

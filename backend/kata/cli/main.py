@@ -143,14 +143,16 @@ def seed(
     language: Annotated[Literal["en", "ja"], typer.Option(help="Language of names and notes.")] = "en",
 ) -> None:
     """Fill an empty clinic with up to 60 invented patients and two years of their history. Stop the service first."""
-    from kata.cli.seed import FAILURES, NUMBER, seeded
+    from kata.cli.seed import FAILURES, NUMBER, STATION_FILE, seeded
 
+    settings = _settings(data=data)
     try:
-        patient_count = seeded(_settings(data=data), number, patients, language)
+        patient_count = seeded(settings, number, patients, language)
     except FAILURES as error:
         fail(str(error))
+    station = f" --station {settings.data / STATION_FILE}" if language == "ja" else ""
     typer.echo(
-        f"Created {patient_count} invented patients. `kata serve --simulate` shows them. Their clinic numbers begin with {NUMBER}."
+        f"Created {patient_count} invented patients. `kata serve --simulate{station}` shows them. Their clinic numbers begin with {NUMBER}."
     )
 
 

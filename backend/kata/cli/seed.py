@@ -9,18 +9,21 @@ import random
 from collections.abc import Iterator
 from dataclasses import dataclass
 from datetime import date, datetime, timedelta
+from pathlib import Path
 from typing import Any, Final
 from uuid import UUID
 
+import msgspec
 import numpy as np
 from sqlalchemy import func, select
 from sqlalchemy.orm import Session
 
 from kata import __version__
 from kata.actor import by_program
+from kata.auth import demonstration
 from kata.backups import folder
 from kata.cli import seed_course, seed_people
-from kata.cli.seed_course import STATIONS, Course
+from kata.cli.seed_course import Course
 from kata.cli.seed_people import DETAILED, INVENTED_TEXTS, Language, Person
 from kata.clinic.assessments import spadi
 from kata.clinic.assessments.tables import AssessmentRow, RomRow
@@ -37,6 +40,7 @@ from kata.clinic.statistics.derived_tables import DerivedTablesHook
 from kata.database.base import utc_now
 from kata.database.engine import Database, DatabaseError
 from kata.database.upgrade import upgrade
+from kata.device import config
 from kata.device import texts as device_texts
 from kata.device.config import StationConfig
 from kata.device.journal import FolderInUseError, JournalEnd, JournalHeader, synthetic_journal
@@ -50,6 +54,7 @@ from kata.settings import Settings
 
 MARK: Final = INVENTED_TEXTS["en"].mark
 NUMBER: Final = "DEMO-"
+STATION_FILE: Final = "station.toml"
 _LONGEST_AGO: Final = timedelta(days=800)
 """A time span longer than any patient's history."""
 _MOTIONS: Final = (3, 4, 0)
@@ -95,9 +100,19 @@ def seeded(settings: Settings, number: int, patients: int, language: Language = 
         database = Database(settings.effective_database_url)
         try:
             upgrade(database)
-            return fill(database, number, utc_now(), patients, language)
+            count = fill(database, number, utc_now(), patients, language)
         finally:
             database.close()
+    if language == "ja":
+        write_station(settings.data)
+    return count
+
+
+def write_station(data: Path) -> Path:
+    """Write the file of the first Japanese station into the clinic's folder and return it. The default name of a station is English."""
+    file, name = data / STATION_FILE, INVENTED_TEXTS["ja"].stations[0]
+    config.write(msgspec.structs.replace(config.simulated("simulator"), name=name), file)
+    return file
 
 
 def fill(
@@ -109,12 +124,15 @@ def fill(
     """
     # It computes the clinic's figures at the commit.
     DerivedTablesHook(database)
-    with by_program("seed", STATIONS[0]), database.write() as session:
+    station_names = INVENTED_TEXTS[language].stations
+    with by_program("seed", station_names[0]), database.write() as session:
         if session.scalar(select(func.count()).select_from(PatientRow)):
             raise SeedError("This clinic has patients already. Invented patients are only added to an empty clinic.")
         # All seeded data are invented, so the stations count as simulated.
-        for name in STATIONS:
+        for name in station_names:
             stations.register(session, StationConfig(name=name), __version__, now - _LONGEST_AGO, simulated=True)
+        if language == "ja":
+            demonstration.name_in_japanese(session, now)
         motions = built_in_motions()
         for place in range(patients):
             chance = random.Random(f"{number} {place}")  # noqa: S311 - no secret depends on it
@@ -147,6 +165,7 @@ class _Invented:
 
     def write(self, language: Language) -> None:
         self._words = INVENTED_TEXTS[language]
+        self._station = self._words.stations[self._course.station]
         self._therapist = self._words.therapists[self._course.therapist]
         patient = self._patient(seed_people.person(self._place, language))
         episode = self._episode(patient.id)
@@ -188,7 +207,7 @@ class _Invented:
         built_in = self._motions[number]
         at = self._first + timedelta(minutes=5 + 5 * number)
         row = TeachingRow(
-            id=self._id(), patient_id=patient_id, name=built_in.name[2:], side=self._side, taught_by=self._therapist,
+            id=self._id(), patient_id=patient_id, name=self._words.motions[number + 1], side=self._side, taught_by=self._therapist,
             fixtures=["arm_fixer_1"], started_at=at,
         )  # fmt: skip
         self._add(row)
@@ -203,7 +222,7 @@ class _Invented:
                 kind="teaching",
                 id=str(row.id),
                 recording_id=None,
-                station=self._course.station,
+                station=self._station,
                 rate_hz=_RATE_HZ,
                 started_at=at,
                 started_ns=0,
@@ -256,7 +275,7 @@ class _Invented:
         unsigned = self._course.unsigned and at == self._course.visits[-1]
         row = SessionRow(
             id=self._id(), patient_id=patient_id, episode_id=episode_id, programme_version_id=version.id,
-            therapist=self._therapist, station=self._course.station, started_at=at, ended_at=ended_at, checks=list(self._checks(at)),
+            therapist=self._therapist, station=self._station, started_at=at, ended_at=ended_at, checks=list(self._checks(at)),
             pain_before=before, pain_during=min(10, before + 1), pain_after=max(0, before - 1),
             end_reason="completed", note=self._note(better, stopped is not None), signed_at=None if unsigned else signed,
             signed_by="" if unsigned else self._therapist, run_count=len(taught), updated_at=signed,
@@ -314,7 +333,7 @@ class _Invented:
         """Complete a run with figures only."""
         mean, spread = _RMSE_DEG
         rmse = max(0.2, self._chance.gauss(mean, spread)) + seed_course.drift_deg(
-            visit.station, row.started_at, self._now
+            self._course.station, row.started_at, self._now
         )
         share = 0.6 if cause else 1.0
         row.played_s = float(taught.motion.times_s[-1]) * self._asked.repetitions * share
@@ -339,7 +358,7 @@ class _Invented:
         # The motors lag behind the setpoint, and the arm pulls slowly; both appear in the error.
         pull = self._noise.normal(0, 1, 5) * np.sin(2 * np.pi * times_s[:, None] / self._noise.uniform(3, 9, 5))
         shaking = self._noise.normal(0, 0.05, setpoints.shape)
-        drift = 1.4 * seed_course.drift_deg(visit.station, row.started_at, self._now)
+        drift = 1.4 * seed_course.drift_deg(self._course.station, row.started_at, self._now)
         spread = np.array(_NOISE_DEG) + np.array([0, 0, 0, 0, drift])
         measured = _counts(requested.at(np.maximum(times_s - _LAG_S, 0.0)) + spread * pull + shaking)
         torque = 0.6 + 0.4 * pull + 4 * shaking
@@ -351,7 +370,7 @@ class _Invented:
                 kind="run",
                 id=str(row.id),
                 recording_id=None,
-                station=self._course.station,
+                station=self._station,
                 rate_hz=_RATE_HZ,
                 started_at=row.started_at,
                 started_ns=0,

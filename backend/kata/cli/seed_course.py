@@ -8,8 +8,10 @@ from typing import Final
 from kata.cli.seed_people import DETAILED
 from kata.motion.axes import Side
 
-STATIONS: Final = ("Station 1", "Station 2", "Station 3")
-_DRIFTING: Final = STATIONS[2]
+STATIONS: Final = 3
+"""Number of stations."""
+_DRIFTING: Final = 2
+"""Index of the station whose error grows."""
 _DRIFT_SINCE: Final = timedelta(weeks=4)
 _DRIFT_DEG: Final = 0.35
 """Degrees by which the error of the third station has grown for four weeks, so that the pages show a drift."""
@@ -27,7 +29,8 @@ class Course:
     sessions_per_week: int
     therapist: int
     """Index of the therapist."""
-    station: str
+    station: int
+    """Index of the station."""
     side: Side
     stages: tuple[tuple[str, date], ...]
     """Stages with their first day, oldest first."""
@@ -63,7 +66,7 @@ def course(chance: Random, place: int, now: datetime) -> Course:
     return _recent(chance, place, now) if place < DETAILED else _of_two_years(chance, place, now)
 
 
-def drift_deg(station: str, at: datetime, now: datetime) -> float:
+def drift_deg(station: int, at: datetime, now: datetime) -> float:
     """Return the degrees by which a station's tracking error has grown at a given time."""
     return _DRIFT_DEG if station == _DRIFTING and at > now - _DRIFT_SINCE else 0.0
 
@@ -77,7 +80,7 @@ def _recent(chance: Random, place: int, now: datetime) -> Course:
     if weeks > 8:
         stages.append(("thawing", visits[weeks // 2].date()))
     return Course(
-        visits=visits, sessions_per_week=1, therapist=place % 3, station=STATIONS[0], side="left" if place % 2 else "right",
+        visits=visits, sessions_per_week=1, therapist=place % 3, station=0, side="left" if place % 2 else "right",
         stages=tuple(stages), gain=0.85, expected_weeks=12.0, closed=False, left=False, unsigned=False,
     )  # fmt: skip
 
@@ -103,7 +106,7 @@ def _of_two_years(chance: Random, place: int, now: datetime) -> Course:
         visits=tuple(visits),
         sessions_per_week=per_week,
         therapist=place % 5,
-        station=STATIONS[place % 3],
+        station=place % STATIONS,
         side=chance.choice(("left", "right")),
         stages=_stages(chance, stage, first.date(), visits[-1].date()),
         # Frozen shoulders improve least in their first stage.

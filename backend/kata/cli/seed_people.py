@@ -3,7 +3,7 @@
 from dataclasses import dataclass
 from typing import Final, Literal
 
-from kata.auth.demonstration import ACCOUNTS
+from kata.auth.demonstration import ACCOUNTS, JAPANESE_NAMES
 
 Language = Literal["en", "ja"]
 MOST: Final = 60
@@ -56,6 +56,10 @@ class Words:
 
     mark: str
     therapists: tuple[str, ...]
+    """The last one is the demonstration's therapist, whose first page would otherwise be empty."""
+    stations: tuple[str, ...]
+    motions: dict[int, str]
+    """Names of the taught motions, by the number of the built-in motion."""
     doctor: str
     diagnosis: str
     programmes: dict[str, str]
@@ -68,12 +72,16 @@ class Words:
     left: str
 
 
-_OWN: Final = ACCOUNTS["therapist"][1]
-"""The demonstration's therapist also has patients, so that the first page of this user is not empty."""
 INVENTED_TEXTS: Final[dict[Language, Words]] = {
     "en": Words(
         mark="Invented for the demonstration. Not the record of a real person.",
-        therapists=("Sato Mai", "Ito Daiki", "Watanabe Yui", "Nakajima Sora", _OWN),
+        therapists=("Sato Mai", "Ito Daiki", "Watanabe Yui", "Nakajima Sora", ACCOUNTS["therapist"][1]),
+        stations=("Station 1", "Station 2", "Station 3"),
+        motions={
+            1: "Abduction / adduction of the scapula",
+            4: "Abduction / adduction of the shoulder",
+            5: "Flexion / extension of the shoulder",
+        },
         doctor="Dr. Nakamura",
         diagnosis="Frozen shoulder",
         programmes={"freezing": "Gentle motion", "frozen": "Range of motion", "thawing": "Full range"},
@@ -86,7 +94,9 @@ INVENTED_TEXTS: Final[dict[Language, Words]] = {
     ),
     "ja": Words(
         mark="デモ用の架空の記録です。実在の人物のものではありません。",
-        therapists=("佐藤 真衣", "伊藤 大輝", "渡辺 結衣", "中島 空", _OWN),
+        therapists=("佐藤 真衣", "伊藤 大輝", "渡辺 結衣", "中島 空", JAPANESE_NAMES["therapist"]),
+        stations=("ステーション1", "ステーション2", "ステーション3"),
+        motions={1: "肩甲骨の外転・内転", 4: "肩関節の外転・内転", 5: "肩関節の屈曲・伸展"},
         doctor="中村 医師",
         diagnosis="凍結肩",
         programmes={"freezing": "愛護的運動", "frozen": "可動域訓練", "thawing": "全可動域訓練"},

@@ -8,7 +8,7 @@ from typing import Final
 
 INDIGO: Final = "#1f3a93"
 """Taught or requested."""
-ORANGE: Final = "#e07b00"
+ORANGE: Final = "#d67500"
 """Played or measured."""
 PALE_GREEN: Final = "#5e9c76"
 """Their difference."""

@@ -206,6 +206,7 @@ PHRASES: Final[dict[str, tuple[str, str]]] = {
         "動作の時間に対するモータ角度（°）。実線：設定を適用した教示、破線：再生。",
     ),
     "motor": ("Motor", "モータ"),
+    "motor_number": ("Motor {number}", "モータ{number}"),
     "motor_curve": ("Motor {number}, ° over s", "モータ{number}：角度(°)と時間(秒)"),
     "peak": ("Peak, °", "最大(°)"),
     "rmse": ("RMSE, °", "RMSE(°)"),
@@ -268,8 +269,8 @@ PHRASES: Final[dict[str, tuple[str, str]]] = {
     "end_feel_onset": ("Onset, °", "抵抗の開始(°)"),
     "end_feel_stiffness": ("Stiffness, Nm/°", "スティフネス(Nm/°)"),
     "end_feel_curve": (
-        "No. {number}, motion {motion}: torque, Nm, over the apparatus angle",
-        "番号{number}、動作{motion}：装置角度に対するトルク(Nm)",
+        "Playback {number}, {motion}: torque, Nm, over the apparatus angle",
+        "再生{number}、{motion}：装置角度に対するトルク(Nm)",
     ),
     "end_feel_legend": (
         "Torque between apparatus and shoulder, without weight and friction. Dotted line: way out; dashed line: way back; solid line: their mean, "
@@ -313,12 +314,12 @@ PHRASES: Final[dict[str, tuple[str, str]]] = {
         "The samples of this playback cannot be read, so there are no curves.",
         "この再生のデータは読み取れないため、曲線を示せない。",
     ),
-    "motion.1": ("Motion 1 Scapular abduction / adduction", "動作1 肩甲骨 外転・内転"),
-    "motion.2": ("Motion 2 Scapular upward / downward rotation", "動作2 肩甲骨 上方回旋・下方回旋"),
-    "motion.3": ("Motion 3 Horizontal flexion / extension", "動作3 肩関節 水平屈曲・水平伸展"),
-    "motion.4": ("Motion 4 Abduction / adduction", "動作4 肩関節 外転・内転"),
-    "motion.5": ("Motion 5 Flexion / extension", "動作5 肩関節 屈曲・伸展"),
-    "motion.6": ("Motion 6 External / internal rotation", "動作6 肩関節 外旋・内旋"),
+    "motion.1": ("Scapular abduction / adduction (motion 1)", "肩甲骨 外転・内転（動作1）"),
+    "motion.2": ("Scapular upward / downward rotation (motion 2)", "肩甲骨 上方回旋・下方回旋（動作2）"),
+    "motion.3": ("Horizontal flexion / extension (motion 3)", "肩関節 水平屈曲・水平伸展（動作3）"),
+    "motion.4": ("Abduction / adduction (motion 4)", "肩関節 外転・内転（動作4）"),
+    "motion.5": ("Flexion / extension (motion 5)", "肩関節 屈曲・伸展（動作5）"),
+    "motion.6": ("External / internal rotation (motion 6)", "肩関節 外旋・内旋（動作6）"),
     # The episode
     "episode_report": ("Episode report", "治療経過報告書"),
     "episode": ("Episode of care", "治療エピソード"),

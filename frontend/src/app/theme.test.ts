@@ -37,7 +37,7 @@ const FILES = readdirSync("src", { recursive: true, encoding: "utf8" })
 describe("the alarm colours", () => {
   it("are distinguished from other colours", () => {
     for (const colour of ["#c92a2a", "#ffd43b", "#15aabf"]) expect(isAlarmColour(colour), colour).toBe(true);
-    for (const colour of ["#e07b00", "#1f3a93", "#5f6b14"]) expect(isAlarmColour(colour), colour).toBe(false);
+    for (const colour of ["#d67500", "#1f3a93", "#5f6b14"]) expect(isAlarmColour(colour), colour).toBe(false);
   });
 
   it("appear in no trace and on no apparatus part", () => {

@@ -106,6 +106,6 @@ export const STALE = { light: "#666d74", dark: "#9a9a9a" } as const;
  * service's figures use the light ones.
  */
 export const TRACES = {
-  light: { setpoint: "#1f3a93", measured: "#e07b00" },
+  light: { setpoint: "#1f3a93", measured: "#d67500" },
   dark: { setpoint: "#9db2ff", measured: "#ff9a3c" },
 } as const;

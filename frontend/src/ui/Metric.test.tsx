@@ -5,6 +5,20 @@ import { Metric } from "./Metric";
 
 afterEach(cleanup);
 
+it("lets a long Japanese value break, which would leave its tile", () => {
+  const shown = (value: string) => {
+    cleanup();
+    render(
+      <MantineProvider env="test">
+        <Metric label="追従誤差" value={value} />
+      </MantineProvider>,
+    );
+    return screen.getByText(value).style.whiteSpace;
+  };
+  expect(shown("ステーション3：増加")).toBe("normal");
+  expect(shown("−7.2〜70.3°")).toBe("nowrap");
+});
+
 it("breaks the line before the unit, and never within it", () => {
   render(
     <MantineProvider env="test">

@@ -4,10 +4,13 @@ import { type ComponentPropsWithoutRef, forwardRef, type ReactNode } from "react
 import { t } from "../lib/i18n";
 import classes from "./ui.module.css";
 
-/** A longer value, such as a range of angles, has smaller letters in a narrow tile. */
+/** A longer value, such as a range of angles, has smaller letters in a narrow tile. Japanese characters count twice. */
 const LONG = 10;
 /** A value of so many characters, such as −7.2 to 70.3°, fits on one line of a narrow tile. */
 const LONGEST_LINE = 13;
+
+const lengthOf = (text: string) =>
+  [...text].reduce((sum, character) => sum + (character >= "\u2e80" ? 2 : 1), 0);
 
 interface KeyFigure {
   label: string;
@@ -59,11 +62,11 @@ function Content({ label, value, unit, note, needsAttention, failed }: KeyFigure
         <Text
           component="div"
           className={classes.value ?? ""}
-          data-long={shown.length > LONG}
+          data-long={lengthOf(shown) > LONG}
           {...(needsAttention && { c: "grape" })}
         >
           {/* In a narrow tile the line breaks before the unit, not within the value. */}
-          <span style={{ whiteSpace: shown.length <= LONGEST_LINE ? "nowrap" : "normal" }}>{shown}</span>
+          <span style={{ whiteSpace: lengthOf(shown) <= LONGEST_LINE ? "nowrap" : "normal" }}>{shown}</span>
           {unit && shown === value && (
             <>
               {" "}

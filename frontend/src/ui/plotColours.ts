@@ -3,7 +3,7 @@ import type { Schemas } from "../lib/api/client";
 /** Replacement colours for the dark scheme. The service draws for paper and the light scheme. */
 export const DARK_COLOURS: Record<string, string> = {
   "#1f3a93": "#9db2ff",
-  "#e07b00": "#ff9a3c",
+  "#d67500": "#ff9a3c",
   "#5e9c76": "#7fc79a",
   "#2f7d4f": "#7fc79a",
   "#7b3fa0": "#cf9df0",

@@ -13,6 +13,8 @@ from typing import Any, Final
 from kata.clinic import texts
 from kata.clinic.assessments.spadi import DETECTABLE_CHANGE, IMPORTANT_CHANGE
 from kata.clinic.programmes.adherence import AdherenceWeek
+from kata.clinic.progress import line_names
+from kata.clinic.progress.line_names import LineName
 from kata.clinic.progress.series import (
     KINDS,
     PAIN_CONTEXTS,
@@ -46,12 +48,55 @@ _LAYOUT: Final = {
     "plot_bgcolor": "white",
     "paper_bgcolor": "white",
 }
+_HEIGHT: Final = 420
 _PANEL_HEIGHT: Final = 260
+_SPADI_RANGE: Final = [-4.0, 104.0]
 _MARGINS: Final = 120
+_COLUMN_GAP: Final = 0.18
+"""Share of the width between two columns, for the names of lines and the numbers of the next axis."""
+_LEVEL_PX: Final = 2.0
+_REFERENCE_PX: Final = 3.0
+_LEADING_PX: Final = 4.0
+_OTHER_PX: Final = 1.5
 _MOST_COLUMNS: Final = 2
 _MOST_DAYS: Final = 4
 """Days below a chart that fit on a telephone."""
 _WEEK_MS: Final = 7 * 24 * 3600 * 1000
+_PAIN_RANGE: Final = [-0.6, 10.6]
+_PAIN_PANELS: Final[tuple[tuple[str, dict[str, str]], ...]] = (
+    (
+        texts.FIGURE_PAIN_AT_ASSESSMENTS(),
+        dict(
+            zip(
+                PAIN_CONTEXTS,
+                (
+                    texts.FIGURE_PAIN_AT_REST(),
+                    texts.FIGURE_ACTIVE(),
+                    texts.FIGURE_PASSIVE(),
+                    texts.FIGURE_PAIN_AVERAGE_SHORT(),
+                ),
+                strict=True,
+            )
+        ),
+    ),
+    (
+        texts.FIGURE_PAIN_AROUND_SESSIONS(),
+        dict(
+            zip(
+                PAIN_IN_SESSIONS,
+                (texts.FIGURE_PAIN_BEFORE_SHORT(), texts.FIGURE_PAIN_DURING_SHORT(), texts.FIGURE_PAIN_AFTER_SHORT()),
+                strict=True,
+            )
+        ),
+    ),
+)
+"""Titles of the panels, and the short names of their lines."""
+_PAIN_PLACES: Final[dict[str, int]] = {
+    name: place
+    for order in ((PAIN_CONTEXTS[3], *PAIN_CONTEXTS[:3]), PAIN_IN_SESSIONS)
+    for place, name in enumerate(order)
+}
+"""Places of the lines in their panels. The first one leads: the average, which the outcomes count, and the pain before a session."""
 _NAMED_BY_METHOD: Final = {
     "smooth": texts.FIGURE_RECORDING_SMOOTH,
     "learned": texts.FIGURE_RECORDING_LEARNED,
@@ -61,41 +106,73 @@ _NAMED_BY_METHOD: Final = {
 
 def rom(panels: Sequence[RomPanel], columns: int = _MOST_COLUMNS) -> Figure:
     """Return one panel per motion with active and passive angles over the weeks. Baseline, other side and reference are horizontal
-    lines. ``columns``: 1 for a narrow screen, on which the titles of two columns would overlap.
+    lines with their names beside them. ``columns``: 1 for a narrow screen, on which the titles of two columns would overlap.
     """
     rows = max(1, -(-len(panels) // columns))
     height = _MARGINS + rows * _PANEL_HEIGHT
     last = _last_week(point for panel in panels for line in panel.lines for point in line.points)
-    layout = _layout(height)
+    layout = _layout_with_names(height)
     traces: list[_Trace] = []
-    layout["annotations"] = []
     for place, panel in enumerate(panels):
         axes = _Panel(place, rows, height, columns)
         highest = max([panel.measure.reference_deg, *(value for line in panel.lines for value in _values(line))])
         lowest = min([0.0, *(value for line in panel.lines for value in _values(line))])
         spare = 0.08 * (highest - lowest) + 2
-        layout |= axes.layout(last, [lowest - spare, highest + spare])
+        ends = [lowest - spare, highest + spare]
+        layout |= axes.layout(last, ends)
         layout["annotations"].append(axes.title(texts.FIGURE_MEASURE_DEG(measure=panel.measure.english)))
+        layout["annotations"] += axes.names(_level_names(panel), ends)
         for line in panel.lines:
             traces += [axes.on_axes(trace, first=place == 0) for trace in _rom_line(line, last)]
         level = _level(texts.FIGURE_REFERENCE(), panel.measure.reference_deg, last, SLATE, "solid", is_angle=True)
-        level["line"]["width"] = 3.0
+        level["line"]["width"] = _REFERENCE_PX
         traces.append(axes.on_axes(level, first=place == 0))
     _show_each_name_once(traces)
     return _figure(traces, layout)
 
 
+def _level_names(panel: RomPanel) -> list[LineName]:
+    """Return the names of the horizontal lines of a motion. Colour and dash of active and passive are those of the legend."""
+    others = tuple(line.other_side_deg for line in panel.lines if line.other_side_deg is not None)
+    names = [
+        LineName(texts.FIGURE_REFERENCE(), (panel.measure.reference_deg,)),
+        LineName(texts.FIGURE_BASELINE(), tuple(line.points[0].value for line in panel.lines)),
+    ]
+    return [*names, LineName(texts.FIGURE_OTHER_SIDE(), others)] if others else names
+
+
 def pain(lines: Sequence[LineSeries]) -> Figure:
-    """Return pain scores (0 to 10) over the weeks. Lines of assessments are solid, lines of sessions broken."""
-    looks: dict[str, tuple[int, str]] = {name: (place, "solid") for place, name in enumerate(PAIN_CONTEXTS)}
-    broken = zip(PAIN_IN_SESSIONS, ("dash", "dot", "dashdot"), strict=True)
-    looks |= {name: (len(PAIN_CONTEXTS) + place, dash) for place, (name, dash) in enumerate(broken)}
-    traces = []
-    for line in lines:
-        place, dash = looks[line.name]
-        traces.append(_line(line, _COLOURS[place % len(_COLOURS)], dash, _MARKERS[place], texts.FIGURE_PAIN_HOVER()))
+    """Return pain scores (0 to 10) over the weeks: one panel for assessments, one for sessions. In each, the line that is read first is
+    strong, and each line has its name at its end.
+    """
+    panels = [
+        (title, {name: short for name, short in names.items() if any(line.name == name for line in lines)})
+        for title, names in _PAIN_PANELS
+    ]
+    panels = [(title, names) for title, names in panels if names]
+    height = _MARGINS + max(1, len(panels)) * _PANEL_HEIGHT
+    layout = _layout_with_names(height)
     last = _last_week(point for line in lines for point in line.points)
-    return _figure(traces, _layout(420) | _axes(texts.FIGURE_PAIN_SCALE(), [-0.4, 10.4], last))
+    traces = []
+    for row, (title, names) in enumerate(panels):
+        axes = _Panel(row, len(panels), height, columns=1)
+        layout |= axes.layout(last, _PAIN_RANGE)
+        layout["annotations"].append(axes.title(title))
+        ends = []
+        for line in (line for line in lines if line.name in names):
+            # No legend: each line has its name, and lines of two panels look alike.
+            trace = axes.on_axes(_pain_line(line), first=False)
+            traces.append(trace)
+            ends.append(LineName(names[line.name], (line.points[-1].value,), trace["line"]["color"]))
+        layout["annotations"] += axes.names(ends, _PAIN_RANGE)
+    return _figure(traces, layout)
+
+
+def _pain_line(line: LineSeries) -> _Trace:
+    place = _PAIN_PLACES[line.name]
+    trace = _nth_line(line, place, texts.FIGURE_PAIN_HOVER())
+    trace["line"]["width"] = _OTHER_PX if place else _LEADING_PX
+    return trace
 
 
 def spadi(points: Sequence[SpadiPoint]) -> Figure:
@@ -114,10 +191,14 @@ def spadi(points: Sequence[SpadiPoint]) -> Figure:
     ]
     traces = [_nth_line(line, place, texts.FIGURE_POINTS_HOVER()) for place, line in enumerate(lines) if line.points]
     last = _last_week(points)
-    layout = _layout(420) | _axes(texts.FIGURE_SPADI_SCALE(), [-4, 104], last)
+    layout = _layout_with_names(_HEIGHT) | _axes(texts.FIGURE_SPADI_SCALE(), _SPADI_RANGE, last)
     if lines[0].points:
         baseline = lines[0].points[0].value
         smallest, _ = IMPORTANT_CHANGE
+        names = _change_names(
+            baseline, {-smallest: baseline - smallest, -DETECTABLE_CHANGE: baseline - DETECTABLE_CHANGE}
+        )
+        layout["annotations"] = line_names.beside(names, _SPADI_RANGE, _HEIGHT - _MARGINS)
         traces.append(_level(texts.FIGURE_BASELINE(), baseline, last, INDIGO, "dot"))
         traces.append(_level(texts.FIGURE_BETTER_PERHAPS(points=smallest), baseline - smallest, last, GREEN, "dash"))
         traces.append(
@@ -146,12 +227,18 @@ def spadi(points: Sequence[SpadiPoint]) -> Figure:
     return _figure(traces, layout)
 
 
+def _change_names(baseline: float, levels: dict[float, float]) -> list[LineName]:
+    """Return the names of the baseline and of levels, by the points between them."""
+    changes = [(f"{points:+g}".replace("-", "−"), level) for points, level in levels.items()]
+    names = [LineName(texts.FIGURE_POINTS_CHANGED(points=points), (level,), GREEN) for points, level in changes]
+    return [LineName(texts.FIGURE_BASELINE(), (baseline,), INDIGO), *names]
+
+
 def questionnaires(panels: Sequence[QuestionnairePanel]) -> Figure:
     """Return one panel per questionnaire with its totals, the baseline, and from where on an improvement is important and no chance."""
     rows = max(1, len(panels))
     height = _MARGINS + rows * _PANEL_HEIGHT
-    layout = _layout(height)
-    layout["annotations"] = []
+    layout = _layout_with_names(height)
     last = _last_week(point for panel in panels for point in panel.points)
     traces: list[_Trace] = []
     for place, panel in enumerate(panels):
@@ -161,6 +248,7 @@ def questionnaires(panels: Sequence[QuestionnairePanel]) -> Figure:
         ends = [definition.lowest_total - spare, definition.highest_total + spare]
         layout |= axes.layout(last, ends, y_title=_scale_of(definition))
         layout["annotations"].append(axes.title(definition.title))
+        layout["annotations"] += axes.names(_total_names(panel), ends)
         traces += [axes.on_axes(trace, first=place == 0) for trace in _total_lines(panel, last)]
     _show_each_name_once(traces)
     return _figure(traces, layout)
@@ -169,6 +257,16 @@ def questionnaires(panels: Sequence[QuestionnairePanel]) -> Figure:
 def _scale_of(definition: Definition) -> str:
     text = texts.FIGURE_LOWER_IS_BETTER if definition.better == "lower" else texts.FIGURE_HIGHER_IS_BETTER
     return text(lowest=definition.lowest_total, highest=definition.highest_total)
+
+
+def _total_names(panel: QuestionnairePanel) -> list[LineName]:
+    totals = [point.total for point in panel.points if point.total is not None]
+    if not totals:
+        return []
+    definition, baseline = panel.definition, totals[0]
+    sign = -1 if definition.better == "lower" else 1
+    steps = (definition.important.points, certain_above(definition))
+    return _change_names(baseline, {sign * points: improved_by(definition, baseline, points) for points in steps})
 
 
 def _total_lines(panel: QuestionnairePanel, last: float) -> list[_Trace]:
@@ -194,7 +292,6 @@ def tracking(tracked: Sequence[Tracked]) -> Figure:
         by_recording[_name_of(playbacks)].append(playbacks)
     height = _MARGINS + 2 * _PANEL_HEIGHT
     layout = _layout(height)
-    layout["annotations"] = []
     last = _last_week(tracked)
     traces: list[_Trace] = []
     for row, (title, part) in enumerate(
@@ -224,7 +321,7 @@ def correction(lines: Sequence[LineSeries]) -> Figure:
     last = _last_week(point for line in lines for point in line.points)
     return _figure(
         [_nth_line(line, place, texts.FIGURE_NAMED_ANGLE_HOVER()) for place, line in enumerate(lines)],
-        _layout(420) | _axes(texts.FIGURE_CORRECTION(), [0, 1.15 * highest + 0.05], last),
+        _layout(_HEIGHT) | _axes(texts.FIGURE_CORRECTION(), [0, 1.15 * highest + 0.05], last),
     )
 
 
@@ -244,7 +341,7 @@ def end_feel(points: Sequence[EndFeelPoint]) -> Figure:
         traces.append(_nth_line(line, place, texts.FIGURE_NAMED_ANGLE_HOVER()) | {"error_y": error})
     values = [point.range_deg for point in points] or [0.0]
     axes = _axes(texts.FIGURE_END_FEEL_RANGE(), [min(values) - 10.0, max(values) + 10.0], last)
-    return _figure(traces, _layout(420) | axes)
+    return _figure(traces, _layout(_HEIGHT) | axes)
 
 
 def end_range(end_range_gain: EndRangeGain) -> Figure:
@@ -296,7 +393,7 @@ def adherence(weeks: Sequence[AdherenceWeek]) -> Figure:
         "name": texts.FIGURE_AS_PRESCRIBED(),
         "x": mondays,
         "y": [week.sessions_prescribed for week in weeks],
-        "line": {"color": ORANGE, "dash": "dot", "shape": "hvh"},
+        "line": {"color": ORANGE, "dash": "dot", "shape": "hvh", "width": _REFERENCE_PX},
         "marker": {"color": ORANGE, "symbol": "diamond"},
         "hovertemplate": hover,
     }
@@ -322,9 +419,10 @@ class _Panel:
         self._number = "" if place == 0 else str(place + 1)
         self._lowest = row == rows - 1
         gap = 60 / (height - _MARGINS)
-        width = (1 - 0.09 * (columns - 1)) / columns
+        width = (1 - _COLUMN_GAP * (columns - 1)) / columns
         share = (1 - gap * (rows - 1)) / rows
-        self._x = [column * (width + 0.09), column * (width + 0.09) + width]
+        self._x = [column * (width + _COLUMN_GAP), column * (width + _COLUMN_GAP) + width]
+        self._height_px = share * (height - _MARGINS)
         self._y = [1 - row * (share + gap) - share, 1 - row * (share + gap)]
 
     def layout(self, last: float, y_range: list[float], y_title: str = "") -> dict[str, Any]:
@@ -350,6 +448,10 @@ class _Panel:
             "yanchor": "bottom",
             "showarrow": False,
         }
+
+    def names(self, names: Sequence[LineName], y_range: Sequence[float]) -> list[dict[str, Any]]:
+        """Return the names at the right ends of the panel's lines."""
+        return line_names.beside(names, y_range, self._height_px, (f"x{self._number}", f"y{self._number}"))
 
     def on_axes(self, trace: _Trace, *, first: bool) -> _Trace:
         """Return a trace on the panel's axes. The panels share one legend."""
@@ -403,8 +505,7 @@ def _level(name: str, value: float, last: float, colour: str, dash: str, *, is_a
         "name": name,
         "x": [-0.2, last + 0.2],
         "y": [value, value],
-        "line": {"color": colour, "width": 1.2, "dash": dash},
-        "opacity": 0.7,
+        "line": {"color": colour, "width": _LEVEL_PX, "dash": dash},
         "hovertemplate": texts.FIGURE_ANGLE_LEVEL_HOVER() if is_angle else texts.FIGURE_POINTS_LEVEL_HOVER(),
     }
 
@@ -424,7 +525,13 @@ def _show_each_name_once(traces: list[_Trace]) -> None:
 def _layout(height: int) -> dict[str, Any]:
     """Return the layout with the legend above the titles of the panels."""
     legend = {"orientation": "h", "y": 1 + 26 / (height - _MARGINS), "yanchor": "bottom", "x": 0}
-    return _LAYOUT | {"height": height, "legend": legend}
+    return _LAYOUT | {"height": height, "legend": legend, "annotations": []}
+
+
+def _layout_with_names(height: int) -> dict[str, Any]:
+    """Return the layout with room for the names of lines beside them."""
+    layout = _layout(height)
+    return layout | {"margin": layout["margin"] | {"r": line_names.MARGIN_PX}}
 
 
 def _week_axis(last: float, *, with_title: bool = True) -> dict[str, Any]:

@@ -20,10 +20,9 @@ from sqlalchemy.orm import Session
 
 from kata.clinic.assessments.tables import AssessmentRow, RomRow
 from kata.clinic.episodes.tables import EpisodeRow
-from kata.clinic.rounding import as_shown
 from kata.clinic.sessions.tables import RunRow, SessionRow
 from kata.clinic.statistics import parts
-from kata.clinic.statistics.measures import MEASURES
+from kata.clinic.statistics.measures import MEASURES, improvement
 from kata.clinic.statistics.tables import EpisodeOutcomeRow, StationHourRow
 from kata.database.base import Base
 from kata.database.engine import Database
@@ -172,7 +171,7 @@ def _refresh_episode(session: Session, episode_id: UUID) -> None:
 def _outcome(episode_id: UUID, measure: str, values: list[tuple[datetime, float]]) -> dict[str, Any]:
     (first_at, first), (last_at, last) = values[0], values[-1]
     limit = MEASURES[measure].important  # type: ignore[index]
-    important = (at for at, value in values if limit is not None and as_shown(first - value) >= limit)
+    important = (at for at, value in values if limit is not None and improvement(first, value) >= limit)
     return {
         "episode_id": episode_id, "measure": measure, "first_at": first_at, "first": first, "last_at": last_at, "last": last,
         "important_at": next(important, None),

@@ -9,6 +9,7 @@ from dataclasses import dataclass
 from typing import Final
 
 from kata.clinic.assessments import spadi
+from kata.clinic.rounding import change_as_shown
 from kata.clinic.statistics.schemas import OutcomeMeasure
 
 
@@ -32,3 +33,10 @@ MEASURES: Final[dict[OutcomeMeasure, MeasureDefinition]] = {
     "abduction": MeasureDefinition(motion=("abduction", "")),
     "external_rotation": MeasureDefinition(motion=("external_rotation", "at_side")),
 }
+
+
+def improvement(first: float, last: float) -> float:
+    """Return by how much a measure fell, as shown. Every count and every verdict compares this number with a limit, so that a reader who
+    subtracts the shown numbers finds the same.
+    """
+    return change_as_shown(last, first)

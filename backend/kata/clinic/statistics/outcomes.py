@@ -16,10 +16,9 @@ from sqlalchemy.orm import InstrumentedAttribute, Session
 
 from kata.clinic.episodes.tables import EpisodeRow, StageRow
 from kata.clinic.programmes.tables import ProgrammeRow
-from kata.clinic.rounding import as_shown
 from kata.clinic.statistics import intervals
 from kata.clinic.statistics.intervals import SampleSums
-from kata.clinic.statistics.measures import MEASURES
+from kata.clinic.statistics.measures import MEASURES, improvement
 from kata.clinic.statistics.schemas import (
     LEAST_SHOWN,
     Estimate,
@@ -121,8 +120,8 @@ class _Compared:
     """Numbers that stand for the patients."""
     first: Any
     last: Any
-    fall: Any
-    """First value minus last value, as shown."""
+    improvement: Any
+    """By how much each value fell, as shown."""
     weeks: Any
     """Weeks until the first important improvement; NaN if there was none."""
 
@@ -150,7 +149,7 @@ def _compared(rows: Sequence[_Row], episodes: dict[str, _Episode]) -> _Compared:
         patient=_numbered([episode_row.patient for episode_row in episodes.values()])[episode],
         first=first,
         last=last,
-        fall=np.array([as_shown(fall) for fall in (first - last).tolist()], dtype=float),
+        improvement=np.array(list(map(improvement, first_values, last_values)), dtype=float),
         weeks=np.array(weeks, dtype=float),
     )
 
@@ -193,19 +192,19 @@ def _change(measure: OutcomeMeasure, rows: _Compared) -> OutcomeChange:
         first=float(rows.first.mean()),
         last=float(rows.last.mean()),
         change=intervals.of_mean(SampleSums(len(change), float(change.sum()), float((change**2).sum()))),
-        important=_share(rows.fall, limits.important, np.greater_equal),
+        important=_share(rows.improvement, limits.important, np.greater_equal),
         # As for one patient (kata.clinic.questionnaires.changes): a change that is not larger may be due to chance.
-        detectable=_share(rows.fall, limits.detectable, np.greater),
+        detectable=_share(rows.improvement, limits.detectable, np.greater),
         weeks_to_important=[float(quartile) for quartile in np.percentile(improved.weeks, (25, 50, 75))]
         if improved.patients >= LEAST_SHOWN
         else None,
     )
 
 
-def _share(falls: Any, limit: float | None, reached: np.ufunc) -> Estimate | None:
+def _share(improvements: Any, limit: float | None, reached: np.ufunc) -> Estimate | None:
     if limit is None:
         return None
-    return intervals.of_share(int(np.count_nonzero(reached(falls, limit))), len(falls))
+    return intervals.of_share(int(np.count_nonzero(reached(improvements, limit))), len(improvements))
 
 
 def _without_small(groups: list[OutcomeGroup]) -> list[OutcomeGroup]:

@@ -82,7 +82,10 @@ function Due({ due, count }: { due: Schemas["DuePatient"][]; count: number }) {
     <Part
       id="due"
       title={t("home:due", { count: whose === "mine" ? shown.length : count })}
-      hint={t("home:dueExplained")}
+      hint={[
+        t("home:dueExplained"),
+        ...(count > due.length ? [t("home:dueFirst", { count: due.length })] : []),
+      ].join(" ")}
       none={t("home:dueNone")}
       more={
         <SegmentedControl

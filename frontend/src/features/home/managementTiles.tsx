@@ -1,6 +1,5 @@
 import { useQuery } from "@tanstack/react-query";
 import { api } from "../../lib/api/client";
-import { addDays, today } from "../../lib/days";
 import { formatDayOf, formatMoment } from "../../lib/format";
 import { t } from "../../lib/i18n";
 import { translateServerText } from "../../lib/serverText";
@@ -11,7 +10,7 @@ import { describeStop } from "../sessions/describeStop";
 import { UNSIGNED } from "../sessions/sessionFilters";
 import { mostFrequentCause } from "../statistics/causes";
 import { describeDrift } from "../statistics/drift";
-import { daysOf, describeSpan, lastDays, spanOf } from "../statistics/figuresSearch";
+import { daysOf, describeSpan, spanOf } from "../statistics/figuresSearch";
 
 const GIGA = 1e9;
 const MEGA = 1e6;
@@ -23,21 +22,25 @@ const size = (bytes: number) =>
     ? t("home:tiles.gigabytes", { value: (bytes / GIGA).toFixed(1) })
     : t("home:tiles.megabytes", { value: (bytes / MEGA).toFixed(0) });
 
-const USAGE_DAYS = 7;
+/** The period of each tile, and of the page behind it. */
+const PERIODS = {
+  usage: { range: "days7", by: "day" },
+  stops: { range: "weeks4" },
+  tracking: { range: "weeks4" },
+} as const;
 
 export function UsageTile() {
   const { data, isError } = useQuery({
     queryKey: ["usage", "tile"],
-    queryFn: () => api.usage(lastDays(USAGE_DAYS, new Date()), "week"),
+    queryFn: () => api.usage(spanOf(PERIODS.usage, new Date()), PERIODS.usage.by),
   });
-  const to = today();
   const sum = (amount: "sessions" | "hours" | "repetitions") =>
     (data?.rows ?? []).reduce((total, row) => total + row[amount], 0);
   return (
     <MetricLink
       to="/clinic/$subject"
       params={{ subject: "usage" }}
-      search={{ from: addDays(to, 1 - USAGE_DAYS), to, by: "day" }}
+      search={PERIODS.usage}
       label={t("home:tiles.usage")}
       value={data && String(sum("sessions"))}
       unit={t("home:tiles.sessions", { count: sum("sessions") })}
@@ -54,20 +57,23 @@ export function UsageTile() {
 export function StopsTile() {
   const { data, isError } = useQuery({
     queryKey: ["stops", "tile"],
-    queryFn: () => api.stopCounts(spanOf({ range: "weeks4" }, new Date())),
+    queryFn: () => api.stopCounts(spanOf(PERIODS.stops, new Date())),
   });
   const most = data && mostFrequentCause(data.rows);
-  const { from, to } = daysOf({ range: "weeks4" }, new Date());
+  const days = describeSpan(daysOf(PERIODS.stops, new Date()));
   const cause = most ? t("home:tiles.stopsDetail", { cause: describeStop(most) }) : t("home:tiles.stopsNone");
   return (
     <MetricLink
       to="/clinic/$subject"
       params={{ subject: "stops" }}
-      search={{ range: "weeks4" }}
+      search={PERIODS.stops}
       label={t("home:tiles.stops")}
-      value={data && t("home:tiles.ofSessions", { stopped: data.stopped_sessions, sessions: data.sessions })}
+      value={
+        data &&
+        t("statistics:figures.ofSessions", { stopped: data.stopped_sessions, sessions: data.sessions })
+      }
       unit={t("home:tiles.sessions", { count: data?.sessions ?? 0 })}
-      note={data ? t("home:tiles.inDays", { days: describeSpan({ from, to }), note: cause }) : ""}
+      note={data ? t("home:tiles.inDays", { days, note: cause }) : ""}
       failed={isError}
     />
   );
@@ -76,12 +82,13 @@ export function StopsTile() {
 export function TrackingTile() {
   const { data, isError } = useQuery({
     queryKey: ["tracking", "tile"],
-    queryFn: () => api.trackingQuality(lastDays(28, new Date())),
+    queryFn: () => api.trackingQuality(spanOf(PERIODS.tracking, new Date())),
   });
   return (
     <MetricLink
       to="/clinic/$subject"
       params={{ subject: "tracking" }}
+      search={PERIODS.tracking}
       label={t("home:tiles.tracking")}
       value={data && describeDrift(data.drift)}
       note={t("statistics:figures.trackingDetail")}

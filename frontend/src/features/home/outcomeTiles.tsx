@@ -1,18 +1,18 @@
 import { useQuery } from "@tanstack/react-query";
 import { api } from "../../lib/api/client";
-import { midnight, today } from "../../lib/days";
 import { t } from "../../lib/i18n";
 import { MetricLink } from "../../ui/Metric";
-import { describeSpan } from "../statistics/figuresSearch";
+import { describeAdherence } from "../statistics/adherence";
+import { spanOf } from "../statistics/figuresSearch";
 import { changeOfAll, wholePercent } from "../statistics/outcomeFormat";
 
-/** The outcomes of this year. */
+/** The period of the page that opens without a choice. */
+const PERIOD = { range: "months12" } as const;
+
+/** The outcomes of the last twelve months. */
 function useOutcomes() {
-  const since = midnight(`${today().slice(0, 4)}-01-01`, 0);
-  return useQuery({
-    queryKey: ["outcomes", since],
-    queryFn: () => api.outcomes({ since }),
-  });
+  const span = spanOf(PERIOD, new Date());
+  return useQuery({ queryKey: ["outcomes", span], queryFn: () => api.outcomes(span) });
 }
 
 export function ImprovedTile() {
@@ -24,7 +24,7 @@ export function ImprovedTile() {
     <MetricLink
       to="/clinic/$subject"
       params={{ subject: "outcomes" }}
-      search={{ range: "year" }}
+      search={PERIOD}
       label={t("home:tiles.improved")}
       value={
         data &&
@@ -64,13 +64,7 @@ export function AdherenceTile() {
       }
       note={
         adherence
-          ? t("home:tiles.adherenceDetail", {
-              days: describeSpan({ from: adherence.first_day, to: adherence.last_day }),
-              held: adherence.held,
-              count: adherence.prescribed,
-              overdue: adherence.overdue,
-              programmes: adherence.programmes,
-            })
+          ? describeAdherence(adherence)
           : data
             ? t("home:tiles.fewPatients", { count: data.least_patients })
             : ""

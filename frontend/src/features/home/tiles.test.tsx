@@ -5,8 +5,9 @@ import type { ReactNode } from "react";
 import { afterEach, expect, it, vi } from "vitest";
 import { TestRouter } from "../../app/TestRouter";
 import { api, type Schemas } from "../../lib/api/client";
-import { BackupTile, StopsTile, UnsignedTile } from "./managementTiles";
-import { AdherenceTile } from "./outcomeTiles";
+import { readSearch, spanOf } from "../statistics/figuresSearch";
+import { BackupTile, StopsTile, TrackingTile, UnsignedTile, UsageTile } from "./managementTiles";
+import { AdherenceTile, ImprovedTile } from "./outcomeTiles";
 
 const GOOD = { at: "2026-11-20T02:00:00Z", failure: "" };
 
@@ -88,4 +89,22 @@ it("the tile of stops counts a session with two causes once, and adds up the sta
   show(StopsTile);
   const tile = await screen.findByRole("link", { name: /5 of 5/ });
   expect(tile.textContent).toMatch(/Most frequent: .*emergency stop/i);
+});
+
+const EMPTY = { rows: [], drift: [], groups: [], sessions: 0, stopped_sessions: 0, least_patients: 10 };
+
+it.each([
+  ["outcomes", "12 months", ImprovedTile],
+  ["usage", "7 days", UsageTile],
+  ["stops", "4 weeks", StopsTile],
+  ["trackingQuality", "Last four weeks", TrackingTile],
+] as const)("the tile of %s asks for the period of the page behind it: %s", async (call, words, Tile) => {
+  vi.useFakeTimers({ now: Date.parse("2026-11-30T05:00:00Z"), toFake: ["Date"] });
+  const asked = vi.spyOn(api, call === "stops" ? "stopCounts" : call).mockResolvedValue(EMPTY as never);
+  show(Tile);
+  const tile = await screen.findByRole("link");
+  expect(tile.textContent).toContain(words);
+  const address = new URL(tile.getAttribute("href") ?? "", "http://kata");
+  const search = readSearch(Object.fromEntries(address.searchParams));
+  expect(asked.mock.calls[0]?.[0]).toEqual(spanOf(search, new Date()));
 });

@@ -11,7 +11,7 @@ export type Curve = Schemas["RhythmCurve"];
 const LIMIT_DEG = 20;
 const HEIGHT = 420;
 /** Colours that have dark counterparts. None is an alarm colour. */
-const COLOURS: Record<Curve["of"], string> = { taught: "#1f3a93", played: "#e07b00", sound: "#2f7d4f" };
+const COLOURS: Record<Curve["of"], string> = { taught: "#1f3a93", played: "#d67500", sound: "#2f7d4f" };
 const WIDTHS: Record<Curve["of"], number> = { taught: 4, played: 2, sound: 2 };
 const DASHES: Record<Curve["direction"], string> = { raising: "solid", lowering: "dot" };
 
@@ -46,12 +46,23 @@ export function rhythmFigure({ curves }: Rhythm): Schemas["Figure"] {
     name: t("rhythm:limit"),
     x: [Math.min(...all), Math.max(...all)],
     y: [LIMIT_DEG, LIMIT_DEG],
-    line: { color: "#64748b", dash: "dash", width: 1 },
+    line: { color: "#64748b", dash: "dash", width: 2 },
     hoverinfo: "skip",
+  };
+  const nameOfLimit = {
+    text: t("rhythm:limit"),
+    x: 1,
+    xref: "paper",
+    xanchor: "right",
+    y: LIMIT_DEG,
+    yref: "y",
+    yanchor: "bottom",
+    showarrow: false,
   };
   // The played motion is drawn last, over the taught one.
   return figure([limit, ...lines.reverse()], HEIGHT, {
     legend: { orientation: "h", y: 1.02, yanchor: "bottom", x: 0, traceorder: "reversed" },
+    annotations: [nameOfLimit],
     xaxis: { ...GRID, title: { text: t("rhythm:elevation") } },
     yaxis: { ...GRID, title: { text: t("rhythm:scapula") } },
   });

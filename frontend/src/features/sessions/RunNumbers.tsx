@@ -47,7 +47,7 @@ function MotorErrors({ run, comparison }: { run: Run; comparison: Comparison }) 
       first={t("sessions:compared.motor")}
       heads={t("sessions:compared.motorHeads", { returnObjects: true })}
       rows={comparison.motors.map((motor) => ({
-        first: String(motor.motor),
+        first: t("sessions:compared.motorNumber", { motor: motor.motor }),
         compared: motor,
         others: [
           formatDeg(motor.torque_peak_nm, 2),

@@ -3,7 +3,7 @@ import { useQuery } from "@tanstack/react-query";
 import { Link, Navigate, useNavigate, useParams, useSearch } from "@tanstack/react-router";
 import classes from "../../app/Shell.module.css";
 import { useTitle } from "../../app/title";
-import { api } from "../../lib/api/client";
+import { api, type Schemas } from "../../lib/api/client";
 import { isDay, today } from "../../lib/days";
 import { t } from "../../lib/i18n";
 import { DateField } from "../../ui/DateField";
@@ -205,24 +205,29 @@ function Usage({ search }: { search: FiguresSearch }) {
   );
 }
 
+const NO_STOPS: Schemas["Stops"] = { rows: [], sessions: 0, stopped_sessions: 0 };
+
 function Stops({ search }: { search: FiguresSearch }) {
   const span = spanOf(search, new Date());
   const stops = useQuery({ queryKey: ["stops", span], queryFn: () => api.stopCounts(span) });
-  const rows = stops.data?.rows ?? [];
+  const { rows, sessions, stopped_sessions: stopped } = stops.data ?? NO_STOPS;
+  const summary = t("statistics:figures.stopsSummary", {
+    days: describeSpan(daysOf(search, new Date())),
+    stopped: t("statistics:figures.ofSessions", { stopped, sessions }),
+  });
   return (
     <Stack>
       <ProblemNote error={stops.error} />
       {stops.isPending && <Skeleton h={400} />}
-      {stops.data && rows.length === 0 && <Text>{t("statistics:figures.nothing")}</Text>}
+      {stops.data && rows.length === 0 && (
+        <Text>{sessions > 0 ? summary : t("statistics:figures.nothing")}</Text>
+      )}
       {rows.length > 0 && (
         <>
           <ChartCard
             name="stops"
             title={t("statistics:subjects.stops.title")}
-            summary={t("statistics:figures.stopsSummary", {
-              days: describeSpan(daysOf(search, new Date())),
-              sessions: stops.data?.sessions ?? 0,
-            })}
+            summary={summary}
             figure={stopsFigure(rows)}
             table={stopsTable(rows)}
           />

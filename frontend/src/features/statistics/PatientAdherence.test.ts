@@ -1,4 +1,5 @@
 import { expect, it } from "vitest";
+import { sumsOf } from "./adherence";
 import { shareOf, shareOfAll } from "./PatientAdherence";
 
 it.each([
@@ -10,8 +11,9 @@ it.each([
 
 it("counts no extra session of one patient for another", () => {
   const rows = [
-    { held: 6, prescribed: 4 },
-    { held: 2, prescribed: 4 },
+    { held: 6, prescribed: 4, due_at: "2026-11-29T00:00:00Z" },
+    { held: 2, prescribed: 4, due_at: "2026-11-30T00:00:00Z" },
   ];
   expect(shareOfAll(rows)).toBe("75\u00a0%");
+  expect(sumsOf(rows, "2026-11-30")).toEqual({ programmes: 2, overdue: 1, prescribed: 8, held: 6 });
 });

@@ -7,6 +7,7 @@ import { DataTable } from "../../ui/DataTable";
 import { PageLink } from "../../ui/links";
 import { ProblemNote } from "../../ui/ProblemNote";
 import type { Column } from "../../ui/tableRows";
+import { describeAdherence, sumsOf } from "./adherence";
 import { describeSpan } from "./figuresSearch";
 import { wholePercent } from "./outcomeFormat";
 
@@ -23,10 +24,12 @@ export function PatientAdherence() {
       {adherence.isPending && <Skeleton h={400} />}
       {adherence.data && (
         <Text size="sm">
-          {t("statistics:figures.adherenceSummary", {
-            days: describeSpan({ from: days.first_day, to: days.last_day }),
-            count,
-          })}
+          {rows.length < count
+            ? t("statistics:figures.adherenceProgrammes", {
+                days: describeSpan({ from: days.first_day, to: days.last_day }),
+                count,
+              })
+            : describeAdherence({ ...days, ...sumsOf(rows, days.last_day) })}
         </Text>
       )}
       {adherence.data && rows.length === 0 && <Text>{t("statistics:figures.noProgrammes")}</Text>}
@@ -51,14 +54,9 @@ export const shareOf = ({ held, prescribed }: Pick<Row, "held" | "prescribed">):
 const percentText = (share: number | null) =>
   share === null ? "–" : t("statistics:figures.percent", { value: wholePercent(share) });
 
-/**
- * Return the share of all rows in words. As on the home page, a session more than was prescribed makes up for none
- * of another patient.
- */
-export function shareOfAll(rows: Pick<Row, "held" | "prescribed">[]): string {
-  const held = rows.reduce((sum, row) => sum + Math.min(row.held, row.prescribed), 0);
-  return percentText(shareOf({ held, prescribed: rows.reduce((sum, row) => sum + row.prescribed, 0) }));
-}
+/** Return the share of all rows in words. */
+export const shareOfAll = (rows: Pick<Row, "held" | "prescribed" | "due_at">[]) =>
+  percentText(shareOf(sumsOf(rows, "")));
 
 const percentOf = (row: Row): number | null => {
   const share = shareOf(row);

@@ -9,7 +9,7 @@ type Figure = Schemas["Figure"];
 type Table = Schemas["ProgressTable"];
 
 /** Colours of the service's figures. They have dark counterparts, and none is an alarm colour. */
-const COLOURS = ["#1f3a93", "#e07b00", "#2f7d4f", "#7b3fa0", "#7f5539", "#64748b"];
+const COLOURS = ["#1f3a93", "#d67500", "#2f7d4f", "#7b3fa0", "#7f5539", "#64748b"];
 /** Patterns, dashes and markers, by which series differ without colours. */
 const PATTERNS = ["", "/", ".", "x", "-", "|"];
 const DASHES = ["solid", "dash", "dot", "dashdot", "longdash", "longdashdot"];

@@ -5,7 +5,7 @@ import { t } from "../../lib/i18n";
 
 export const SUBJECTS = ["outcomes", "adherence", "usage", "stops", "tracking"] as const;
 export type Subject = (typeof SUBJECTS)[number];
-export const RANGES = ["weeks4", "months3", "year", "months12", "months24"] as const;
+export const RANGES = ["days7", "weeks4", "months3", "year", "months12", "months24"] as const;
 export const AMOUNTS = ["sessions", "hours", "repetitions"] as const;
 export const MEASURES = ["spadi", "pain", "flexion", "abduction", "external_rotation"] as const;
 export type Measure = Schemas["OutcomeChange"]["measure"];
@@ -54,15 +54,12 @@ export function daysOf(search: FiguresSearch, now: Date): { from: string; to: st
   const today = dayOf(now);
   const range = search.range ?? "months12";
   let from: string;
-  if (range === "weeks4") from = addDays(today, -4 * 7 + 1);
+  if (range === "days7") from = addDays(today, -7 + 1);
+  else if (range === "weeks4") from = addDays(today, -4 * 7 + 1);
   else if (range === "year") from = `${today.slice(0, 4)}-01-01`;
   else from = monthsBefore(today, { months3: 3, months12: 12, months24: 24 }[range]);
   return { from: search.from ?? from, to: search.to ?? today };
 }
-
-/** Return the span of `days` days that ends today. */
-export const lastDays = (days: number, now: Date): SpanQuery =>
-  spanOf({ from: addDays(dayOf(now), 1 - days) }, now);
 
 /** Return the time in the form that the service expects. */
 export function spanOf(search: FiguresSearch, now: Date): SpanQuery {
