@@ -1,6 +1,7 @@
 """Numbers as pages and reports show them, and their changes."""
 
 from decimal import ROUND_HALF_UP, Decimal
+from functools import lru_cache
 from typing import Final
 
 _STEPS: Final = tuple(Decimal(1).scaleb(-digits) for digits in range(7))
@@ -20,5 +21,7 @@ def change_as_shown(first: float, last: float, digits: int = 1) -> float:
     return float(_shown(last, digits) - _shown(first, digits))
 
 
+# Scores and angles of thousands of patients are few different numbers.
+@lru_cache(maxsize=4096)
 def _shown(value: float, digits: int) -> Decimal:
     return Decimal(value).quantize(_STEPS[digits], ROUND_HALF_UP)
