@@ -38,6 +38,7 @@ def test_step_and_live_view_are_on_the_screen(tab: Page, clinic: Clinic, size: s
                 _open(wizard, step)
                 _assert_on_screen(tab, wizard, step, controls)
             _open(wizard, "Checklist")
+            _assert_on_screen(tab, wizard, "Checklist", _CONTROLS["Checklist"])
             opened_at = wizard.bounding_box()
             tab.reload()
             _assert_on_screen(tab, wizard, "Checklist", _CONTROLS["Checklist"])
