@@ -36,6 +36,7 @@ from kata.database.base import utc_now
 from kata.database.engine import Database
 from kata.plotting.figures import FigureWorker
 from kata.settings import Settings
+from kata.system.gc_freeze import permanent_objects
 
 _START_LIMIT_S: Final = 30.0
 _LONGEST: Final = timedelta(hours=12)
@@ -244,12 +245,9 @@ class _ListServices:
     station_name: str = ""
 
 
-@contextmanager
-def serving(database: Database, folder: Path) -> Iterator[HistoryService]:
-    """Serve the database over HTTP during the block."""
+def _app(database: Database, folder: Path, figures: FigureWorker) -> FastAPI:
     settings = Settings(data=folder, database_url=database.url.render_as_string(hide_password=False))
     app = create_app(settings)
-    figures = FigureWorker()
     offline_cache = OfflineCache(database, STATIONS[0])
     links, limits = DemonstrationLinks(allowed=False), Limits(idle=_LONGEST)
     app.state.services = _ListServices(
@@ -262,6 +260,17 @@ def serving(database: Database, folder: Path) -> Iterator[HistoryService]:
         ),
         settings=settings,
     )
+    # It is made once and kept.
+    app.openapi()
+    return app
+
+
+@contextmanager
+def serving(database: Database, folder: Path) -> Iterator[HistoryService]:
+    """Serve the database over HTTP during the block. Like ``kata serve``, exclude permanent objects from garbage collection."""
+    figures = FigureWorker()
+    with permanent_objects():
+        app = _app(database, folder, figures)
     # With IPPROTO_TCP asyncio switches off Nagle's algorithm, which would delay every answer by 40 ms.
     listening = socket.socket(socket.AF_INET, socket.SOCK_STREAM, socket.IPPROTO_TCP)
     listening.bind(("127.0.0.1", 0))
