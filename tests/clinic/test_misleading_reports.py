@@ -82,7 +82,9 @@ def test_reports_write_every_date_in_one_notation(
         assert not re.search(r"\d{4}-\d", text)
 
 
-@pytest.mark.parametrize(("language", "motion"), [("en", "Abduction / adduction (motion 4)"), ("ja", "肩関節 外転・内転（動作4）")])
+@pytest.mark.parametrize(
+    ("language", "motion"), [("en", "Abduction / adduction (motion 4)"), ("ja", "肩関節 外転・内転（動作4）")]
+)
 def test_a_motions_number_is_not_taken_for_a_motor(
     treated: tuple[SessionContent, EpisodeContent], language: Language, motion: str
 ) -> None:

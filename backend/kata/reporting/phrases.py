@@ -231,7 +231,7 @@ PHRASES: Final[dict[str, tuple[str, str]]] = {
     "clock_offset": ("real time ahead by up to {seconds}\u00a0s", "実時間との差 最大{seconds}秒"),
     "old_figures": ("peak and RMSE include the start", "最大誤差とRMSEは開始時を含む"),
     "motion": ("Motion", "動作"),
-    "asked": ("Requested, °", "指示(°)"),
+    "asked": ("Requested, °", "要求(°)"),
     "reached": ("Apparatus angle reached, °", "到達した装置角度(°)"),
     "apparatus_angle": (
         "These are angles of the apparatus, not of a goniometer: the arm can slip in its cuff (Sun et al., Robotics 2025, 14, 12).",

@@ -50,9 +50,11 @@ _LAYOUT: Final = {
 }
 _HEIGHT: Final = 420
 _PANEL_HEIGHT: Final = 260
+_NARROW_LEGEND_PX: Final = 150
+"""Height that the legend of a single panel takes from it on a telephone."""
 _SPADI_RANGE: Final = [-4.0, 104.0]
 _MARGINS: Final = 120
-_COLUMN_GAP: Final = 0.18
+_COLUMN_GAP: Final = 0.25
 """Share of the width between two columns, for the names of lines and the numbers of the next axis."""
 _LEVEL_PX: Final = 2.0
 _REFERENCE_PX: Final = 3.0
@@ -198,7 +200,7 @@ def spadi(points: Sequence[SpadiPoint]) -> Figure:
         names = _change_names(
             baseline, {-smallest: baseline - smallest, -DETECTABLE_CHANGE: baseline - DETECTABLE_CHANGE}
         )
-        layout["annotations"] = line_names.beside(names, _SPADI_RANGE, _HEIGHT - _MARGINS)
+        layout["annotations"] = line_names.beside(names, _SPADI_RANGE, _HEIGHT - _MARGINS - _NARROW_LEGEND_PX)
         traces.append(_level(texts.FIGURE_BASELINE(), baseline, last, INDIGO, "dot"))
         traces.append(_level(texts.FIGURE_BETTER_PERHAPS(points=smallest), baseline - smallest, last, GREEN, "dash"))
         traces.append(
