@@ -21,6 +21,7 @@ from kata.clinic.sessions.lists import SessionFilter
 from kata.clinic.statistics import usage, worklist
 from kata.clinic.statistics.recent_days import recent_days
 from kata.clinic.statistics.usage import Span
+from kata.clinic.statistics.worklist import FollowedProgramme
 from kata.database.engine import Database
 from tests.support.databases import upgraded_file
 
@@ -170,6 +171,15 @@ def test_home_page_and_adherence_scan_only_small_indexes(empty: Database, ask: C
     found = looks(empty, ask)
     assert set(beside_an_index(found)) <= derived | {"SCAN sessions USING INDEX ix_sessions_open"}
     assert not [step for step in found if "station_versions" in step and "(station=?)" not in step]
+
+
+def test_last_therapist_is_the_first_in_an_episodes_index(empty: Database) -> None:
+    programme = FollowedProgramme(UUID(int=3), UUID(int=4), 2, MAY, MAY, 1)
+    found = looks(empty, lambda session: worklist._therapists(session, [programme]))
+    assert found == [
+        "SEARCH episodes USING COVERING INDEX sqlite_autoindex_episodes_1 (id=?)",
+        "SEARCH sessions USING INDEX ix_sessions_episode_id_started_at (episode_id=?)",
+    ]
 
 
 @pytest.mark.parametrize(

@@ -213,23 +213,26 @@ def _patients(session: Session, ids: list[UUID]) -> dict[UUID, SessionPatient]:
     }
 
 
-_OTHER_SESSION: Final = aliased(SessionRow)
-_LAST_THERAPISTS: Final = select(SessionRow.episode_id, SessionRow.therapist).where(
-    SessionRow.started_at
-    == select(func.max(_OTHER_SESSION.started_at))
-    .where(_OTHER_SESSION.episode_id == SessionRow.episode_id, _OTHER_SESSION.run_count > 0)
+_LAST_THERAPISTS: Final = select(
+    EpisodeRow.id,
+    select(SessionRow.therapist)
+    .where(SessionRow.episode_id == EpisodeRow.id, SessionRow.run_count > 0)
+    .order_by(SessionRow.started_at.desc())
+    .limit(1)
+    .correlate(EpisodeRow)
     .scalar_subquery()
+    .label("therapist"),
 )
-"""Query of the therapists of the last sessions. Building it takes longer than running it."""
+"""Query of the therapists of the episodes' last sessions. Building it takes longer than running it."""
 
 
 def _therapists(session: Session, programmes: list[FollowedProgramme]) -> dict[UUID, str]:
     """Return the therapist of each programme's last session, by episode."""
-    last_at = {programme.episode_id: at for programme in programmes if (at := programme.last_session_at)}
-    if not last_at:
+    seen = [programme.episode_id for programme in programmes if programme.last_session_at]
+    if not seen:
         return {}
-    query = _LAST_THERAPISTS.where(SessionRow.episode_id.in_(last_at), SessionRow.started_at >= min(last_at.values()))
-    return {row.episode_id: row.therapist for row in session.execute(query)}
+    query = _LAST_THERAPISTS.where(EpisodeRow.id.in_(seen))
+    return {row.id: row.therapist or "" for row in session.execute(query)}
 
 
 def _of_day(visible: ColumnElement[bool], today: datetime) -> Select[UUID]:
