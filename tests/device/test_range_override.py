@@ -287,7 +287,7 @@ def test_less_makes_the_strokes_smaller_and_they_grow_again(tmp_path: Path, meth
     assert any("The range was reduced at 3.0 s" in event.message for event in stepped.link.events)
 
 
-def test_papers_reduction_is_as_slow_as_the_arms_present_place_needs(tmp_path: Path) -> None:
+def test_papers_reduction_is_as_slow_as_its_place_needs(tmp_path: Path) -> None:
     """The farther the arm is from rest, the slower the share may change. The recording rests at 100 deg, and one second away it is at 67."""
     times = np.arange(0.0, 4.001, 0.01)
     angles = np.tile(np.array(REST_DEG), (len(times), 1))

@@ -442,7 +442,7 @@ def test_setpoint_is_held_inside_once_the_approach_has_settled(stepped: Stepped)
 
 
 @pytest.mark.parametrize(("beyond_deg", "return_deg"), [(PATH_TOLERANCE_DEG, 42.0), (1.001 * PATH_TOLERANCE_DEG, 40.0)])
-def test_return_leaves_the_nearest_pose_only_for_more_than_the_tolerance(
+def test_return_leaves_the_nearest_pose_beyond_the_tolerance(
     stepped: Stepped, monkeypatch: pytest.MonkeyPatch, beyond_deg: float, return_deg: float
 ) -> None:
     monkeypatch.setattr(RunLimits, "path_excess_deg", lambda limits, *corners_deg: beyond_deg)
