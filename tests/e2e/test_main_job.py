@@ -171,7 +171,7 @@ def test_teach_stop_reset_play_again_and_read_the_errors(
         motor, peak, _, rmse, start, *_ = cells
         assert abs(float(start)) <= 1.0
         assert float(rmse) <= abs(float(peak))
-        assert int(motor) == 5 or abs(float(peak)) <= 6.0
+        assert motor.endswith("5") or abs(float(peak)) <= 6.0
     open_tab(page, "Playbacks")
     expect(run.locator("[data-drawn=true]")).to_have_count(1, timeout=LONG_MS)
     run.get_by_text("All motors", exact=True).click()
