@@ -616,6 +616,17 @@ def test_a_place_of_long_ago_is_remembered(tmp_path: Path) -> None:
     assert run.resisted_again
 
 
+def test_a_new_path_begins_without_the_yield_of_the_last_one(tmp_path: Path) -> None:
+    trajectory = a_trajectory()
+    run = a_run(tmp_path, trajectory)
+    run.start_path(trajectory.start_deg)
+    run._yield_offset.offset_deg[3] = 5.0
+    movement = run.movement_along(trajectory, direction=0)
+    assert run.setpoint(movement)[3] > trajectory.start_deg[3]
+    run.start_path(trajectory.start_deg)
+    assert run.setpoint(movement) == pytest.approx(trajectory.start_deg.tolist())
+
+
 def felt(stepped: Stepped, speed_deg_s: float, torque_nm: float, ahead_deg: float = 0.0) -> int | None:
     """Return the axis that a monitor finds after 0.1 s of a push of motor 5."""
     monitor = ResistanceMonitor([4.0, 4.0, 4.0, 4.0, 1.0])
