@@ -1,5 +1,5 @@
 import type { Schemas } from "../../lib/api/client";
-import { formatMoment, formatDuration } from "../../lib/format";
+import { formatDuration, formatMoment } from "../../lib/format";
 import { t } from "../../lib/i18n";
 import { describeMode } from "../../safety/modes";
 

@@ -1,6 +1,6 @@
 import { Stack, Text, Title } from "@mantine/core";
 import type { Recording } from "../../lib/api/client";
-import { formatMoment, formatSide, formatDuration } from "../../lib/format";
+import { formatDuration, formatMoment, formatSide } from "../../lib/format";
 import { t } from "../../lib/i18n";
 import { useRecordings } from "../../lib/patientQueries";
 import { DataTable } from "../../ui/DataTable";

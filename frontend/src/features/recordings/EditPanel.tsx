@@ -4,7 +4,7 @@ import { IconChartLine, IconDeviceFloppy } from "@tabler/icons-react";
 import { useMutation } from "@tanstack/react-query";
 import { useState } from "react";
 import { api, type Edit, type Recording, type Schemas } from "../../lib/api/client";
-import { formatMoment, formatDuration } from "../../lib/format";
+import { formatDuration, formatMoment } from "../../lib/format";
 import { t } from "../../lib/i18n";
 import { useRecordings } from "../../lib/patientQueries";
 import { Plot } from "../../ui/Plot";

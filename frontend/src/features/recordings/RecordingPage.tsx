@@ -7,7 +7,7 @@ import { useNavigate, useParams } from "@tanstack/react-router";
 import { useState } from "react";
 import { useTitle } from "../../app/title";
 import { api, type Schemas } from "../../lib/api/client";
-import { formatList, formatMoment, formatDuration } from "../../lib/format";
+import { formatDuration, formatList, formatMoment } from "../../lib/format";
 import { t } from "../../lib/i18n";
 import { replaceData } from "../../lib/replaceData";
 import { offerRestore } from "../../ui/archive";

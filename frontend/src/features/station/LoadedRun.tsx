@@ -7,7 +7,7 @@ import {
   IconTargetArrow,
 } from "@tabler/icons-react";
 import { api, type Live, type Schemas } from "../../lib/api/client";
-import { formatList, formatDuration } from "../../lib/format";
+import { formatDuration, formatList } from "../../lib/format";
 import { t } from "../../lib/i18n";
 import { useAlive, useLive } from "../../lib/live/hooks";
 import { store } from "../../lib/live/store";
