@@ -616,7 +616,7 @@ def test_a_place_of_long_ago_is_remembered(tmp_path: Path) -> None:
     assert run.resisted_again
 
 
-def test_a_new_path_begins_without_the_yield_of_the_last_one(tmp_path: Path) -> None:
+def test_a_new_path_begins_without_the_last_ones_yield(tmp_path: Path) -> None:
     trajectory = a_trajectory()
     run = a_run(tmp_path, trajectory)
     run.start_path(trajectory.start_deg)
