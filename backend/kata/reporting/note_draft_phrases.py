@@ -99,7 +99,7 @@ class NotePhrases:
         """Return the name of a basic motion within a sentence, without its number."""
         if self._report_phrases.language == "en":
             return f"{english[0].lower()}{english[1:]}"
-        return self._report_phrases.named("motion", number).partition("（")[0]
+        return self._report_phrases.named("motion", number)
 
     def stop(self, code: str, message: str, motor: int | None) -> str:
         """Return the cause of a stop as :meth:`kata.reporting.phrases.Phrases.stop` does."""

@@ -314,12 +314,13 @@ PHRASES: Final[dict[str, tuple[str, str]]] = {
         "The samples of this playback cannot be read, so there are no curves.",
         "この再生のデータは読み取れないため、曲線を示せない。",
     ),
-    "motion.1": ("Scapular abduction / adduction (motion 1)", "肩甲骨 外転・内転（動作1）"),
-    "motion.2": ("Scapular upward / downward rotation (motion 2)", "肩甲骨 上方回旋・下方回旋（動作2）"),
-    "motion.3": ("Horizontal flexion / extension (motion 3)", "肩関節 水平屈曲・水平伸展（動作3）"),
-    "motion.4": ("Abduction / adduction (motion 4)", "肩関節 外転・内転（動作4）"),
-    "motion.5": ("Flexion / extension (motion 5)", "肩関節 屈曲・伸展（動作5）"),
-    "motion.6": ("External / internal rotation (motion 6)", "肩関節 外旋・内旋（動作6）"),
+    "motion_with_number": ("{name} (motion {number})", "{name}（動作{number}）"),
+    "motion.1": ("Scapular abduction / adduction", "肩甲骨 外転・内転"),
+    "motion.2": ("Scapular upward / downward rotation", "肩甲骨 上方回旋・下方回旋"),
+    "motion.3": ("Horizontal flexion / extension", "肩関節 水平屈曲・水平伸展"),
+    "motion.4": ("Abduction / adduction", "肩関節 外転・内転"),
+    "motion.5": ("Flexion / extension", "肩関節 屈曲・伸展"),
+    "motion.6": ("External / internal rotation", "肩関節 外旋・内旋"),
     # The episode
     "episode_report": ("Episode report", "治療経過報告書"),
     "episode": ("Episode of care", "治療エピソード"),
@@ -513,6 +514,10 @@ class Phrases:
         """Return the phrase of a value of the record, or the value itself if there is no phrase."""
         words = PHRASES.get(f"{kind}.{value}")
         return words[self._column] if words else str(value).replace("_", " ")
+
+    def motion(self, number: int) -> str:
+        """Return the name of a basic motion with its number."""
+        return self.text("motion_with_number", name=self.named("motion", number), number=number)
 
     def measure(self, motion: str, position: str) -> str:
         """Return the name of a measure."""

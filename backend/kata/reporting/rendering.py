@@ -192,7 +192,7 @@ def _torque_angle(run: RunContent, phrases: Phrases) -> Chart | None:
         return None
     range_deg = test.range_deg[0] if test.range_deg else None
     marks = [angle for angle in (test.onset_deg, range_deg) if angle is not None]
-    name = phrases.text("end_feel_curve", number=run.number, motion=phrases.named("motion", test.motion))
+    name = phrases.text("end_feel_curve", number=run.number, motion=phrases.motion(test.motion))
     return charts.torque_angle(name, test.curve, test.outward, marks)
 
 
