@@ -130,7 +130,7 @@ CODED = {
     # The page translates these messages by the keys beside them.
     "message", "message_key", "stop_key", "stop_message",
 }  # fmt: skip
-"""Columns of texts that nobody typed."""
+"""Columns whose texts the program writes."""
 
 
 def test_every_typed_text_of_a_japanese_clinic_is_japanese(tmp_path: Path) -> None:

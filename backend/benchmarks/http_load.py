@@ -40,7 +40,7 @@ from kata.system.gc_freeze import permanent_objects
 
 _START_LIMIT_S: Final = 30.0
 _LONGEST: Final = timedelta(hours=12)
-"""Longest time of a measurement. Until then the screen does not lock: while the next database is created, nobody is active."""
+"""Longest time of a measurement. The sign-in sends no request while the next database is created, so the screen locks only after this time."""
 _PAGES: Final = 20
 """Number of pages of a list that are read one after another."""
 
