@@ -505,7 +505,10 @@ def test_a_name_of_a_hundred_letters_stays_on_the_page(sqlite: Database) -> None
 
 def test_every_text_exists_in_both_languages_and_is_used() -> None:
     python = [file for file in TEMPLATES.parent.glob("*.py") if file.name != "phrases.py"]
-    source = "".join(file.read_text() for file in [*TEMPLATES.iterdir(), *python]) + '"to" "rom" "motion_with_number" named("rom"'
+    source = (
+        "".join(file.read_text() for file in [*TEMPLATES.iterdir(), *python])
+        + '"to" "rom" "motion_with_number" named("rom"'
+    )
     for key, (english, japanese) in PHRASES.items():
         assert english.strip(" ")
         assert japanese
