@@ -6,7 +6,7 @@ import re
 from contextlib import redirect_stderr
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Final, get_args
+from typing import Any, Final, get_args
 
 import numpy as np
 import pytest
@@ -26,7 +26,8 @@ from kata.evaluation.station import VirtualStation
 from kata.evaluation.tables import beside_goals, plays_in_words, worst_beside_goals
 from kata.motion.axes import AXES, Side
 from kata.motion.builtin import built_in_motions
-from kata.motion.method import Method
+from kata.motion.ilc import Correction, next_correction
+from kata.motion.method import LoadModel, Method
 from kata.motion.taught import Taught, TaughtError
 from kata.simulator.independent.patients import PATIENTS
 from kata.simulator.independent.plant import IndependentPlant
@@ -221,6 +222,22 @@ def test_resistance_ends_a_play_with_its_reason() -> None:
     load = Load(run_id="1", recording_id="a", times_s=times_s.tobytes(), angles_deg=angles.tobytes(), method="smooth")
     with pytest.raises(PlaybackError, match=r"Motor 3 met resistance at"):
         station.play(load, motion.duration_s)
+
+
+@pytest.mark.parametrize("side", get_args(Side))
+def test_learning_expects_the_load_of_the_played_side(
+    short: Taught, side: Side, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """The torque that an arm needs tells the patient's resistance from the drives' error."""
+    loads: list[LoadModel] = []
+
+    def learn(before: Correction | None, *arguments: Any) -> Correction:
+        loads.append(arguments[2].load)
+        return next_correction(before, *arguments)
+
+    monkeypatch.setattr(run, "next_correction", learn)
+    play(Job(Case("short", side, short, AXES, 7), "learned", 1, 1))
+    assert [load.side for load in loads] == [side]
 
 
 @pytest.mark.campaign

@@ -135,7 +135,7 @@ def play(job: Job) -> list[CaseResult]:
             outcome.compute_figures()
             outcomes.append(outcome)
             if method == "learned":
-                correction = _learn(correction, taught, run, config)
+                correction = _learn(correction, taught, run, station.config)
     except (PlaybackError, HandRefusedError, OutOfReachError) as error:
         refused, plant = isinstance(error, RefusedPlayError), job.judge.plant
         clock_s = (station.t_ns - began_ns) / 1e9 if station else 0.0
