@@ -1,14 +1,24 @@
 """A run's record says when learning fell back, for which motors, and why nothing was learned."""
 
+from dataclasses import replace
 from pathlib import Path
+from typing import get_args
 from uuid import UUID
 
+import msgspec
+import numpy as np
 import pytest
+from sqlalchemy import delete
 
 from kata.clinic.sessions import correction_learning, runs, stored_corrections
 from kata.clinic.sessions.schemas import LearningNote
+from kata.clinic.sessions.tables import RunCorrectionRow
 from kata.database.engine import Database
+from kata.device.config import StationConfig
 from kata.device.journal import JournalEnd
+from kata.motion.arm_load import ArmLoad
+from kata.motion.axes import N_AXES, Side
+from kata.motion.path import PathPoint
 from tests.support.databases import SQLITE_FIRST
 from tests.support.imported_runs import Clinic, pose
 
@@ -54,6 +64,36 @@ def test_grown_error_falls_back_and_names_its_motors(clinic: Clinic, recording_i
 def test_run_that_did_not_reach_its_end_says_so(clinic: Clinic, recording_id: UUID) -> None:
     _, (note,) = played(clinic, recording_id, -0.5, reason="returned")
     assert note.message == "nothing was learned: the playback did not reach its end"
+
+
+@pytest.mark.parametrize("side", get_args(Side))
+def test_the_weight_of_the_played_sides_arm_is_learned_through(clinic: Clinic, side: Side) -> None:
+    """The station was turned between the service's start and this run. The torque that carries the arm on the run's side is not the
+    patient's resistance, whatever the side that the importer knows.
+    """
+    heavy = StationConfig(arm=ArmLoad(inertia=(0.0,) * 6 + (0.03, 0.05, -0.4, 1.5)))
+    load = replace(heavy.servo_model.load, side=side)
+    recording_id = clinic.recording(4.0, pose, side)
+    still = np.zeros(N_AXES)
+
+    def carried(time_s: float) -> list[float]:
+        return [float(torque) for torque in load.arm_nm(PathPoint(np.array(pose(time_s)), still, still))]
+
+    learned = []
+    for importers_side in get_args(Side):
+        clinic.importer.use(msgspec.structs.replace(heavy, side=importers_side))
+        run_id = clinic.begin_run(recording_id, method="learned")
+        clinic.journal(
+            "run", run_id, [4.0], at=pose, torque_nm=carried, error_deg=-0.5, end=JournalEnd(reason="completed")
+        )
+        clinic.importer.run()
+        with clinic.database.write() as session:
+            correction = stored_corrections.correction(session, run_id)
+            assert correction is not None
+            learned.append(correction.angles_deg)
+            session.execute(delete(RunCorrectionRow))
+    assert np.array_equal(learned[0], learned[1])
+    assert np.all(np.abs(learned[0]).max(axis=0) > 0.2), "each motor learns"
 
 
 @SQLITE_FIRST

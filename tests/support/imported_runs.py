@@ -20,6 +20,7 @@ from kata.database.engine import Database
 from kata.device import journal
 from kata.device.config import StationConfig
 from kata.device.journal import JournalDisk, JournalEnd, JournalHeader, JournalWriter
+from kata.motion.axes import Side
 from kata.motion.edit import AS_TAUGHT, PlaybackSettings
 from kata.motion.linkage import motor_angles_deg
 from kata.motion.method import Method
@@ -40,8 +41,8 @@ class Clinic:
             new = PatientCreate(clinic_number="1", name="N", affected_side="right")
             self.patient_id = patients.create(session, new).id
 
-    def begin_teaching(self) -> UUID:
-        row = TeachingRow(id=uuid4(), patient_id=self.patient_id, name="Flexion", side="right", started_at=utc_now())
+    def begin_teaching(self, side: Side = "right") -> UUID:
+        row = TeachingRow(id=uuid4(), patient_id=self.patient_id, name="Flexion", side=side, started_at=utc_now())
         with self.database.write() as session:
             session.add(row)
         return row.id
@@ -97,10 +98,13 @@ class Clinic:
             return session.scalar(select(func.count()).select_from(table)) or 0
 
     def recording(
-        self, seconds: float = 2.0, at: Callable[[float], Sequence[float]] = lambda time_s: [10 * time_s] * 5
+        self,
+        seconds: float = 2.0,
+        at: Callable[[float], Sequence[float]] = lambda time_s: [10 * time_s] * 5,
+        side: Side = "right",
     ) -> UUID:
         """Teach a motion of one take and return its recording. ``at``: the arm's angles."""
-        self.journal("teaching", self.begin_teaching(), [seconds], end=JournalEnd(reason="finished"), at=at)
+        self.journal("teaching", self.begin_teaching(side), [seconds], end=JournalEnd(reason="finished"), at=at)
         self.importer.run()
         return self.saved[-1].id
 

@@ -5,7 +5,7 @@ this module and those that it imports do not import the database's tables.
 """
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from functools import cached_property
 from typing import Any
 
@@ -36,7 +36,7 @@ class EndedPlayback:
     side: Side
     outcome: str
     config: StationConfig
-    """Configuration of the station that imports the journal."""
+    """Configuration of the station that imports the journal, with the run's side: the station may have been turned since."""
     end_range: Mapping[int, EndRangeThreshold]
     """Band and torque of the prescribed end-range time, by motor."""
     learns: bool
@@ -122,8 +122,7 @@ def _count_end_range(playback: EndedPlayback, motions: list[dict[str, Any]]) -> 
     identified, and for a motion without an end.
     """
     journal = playback.journal
-    load = replace(playback.config.servo_model.load, side=playback.side)
-    counter = EndRangeCounter(playback.taught.angles_deg, load, playback.end_range)
+    counter = EndRangeCounter(playback.taught.angles_deg, playback.config.servo_model.load, playback.end_range)
     times_s: Floats = (journal.t_ns - journal.t_ns[0]) / 1e9
     counter.add(times_s, journal.measured_deg, journal.torque_nm)
     counted = counter.times_s()

@@ -195,14 +195,15 @@ def ended_playback(session: DatabaseSession, journal: Journal, config: StationCo
     if row is None or row.rate_hz is not None or row.end_feel:
         return None
     learns = row.method == "learned"
+    side = side_of(row.recording.side)
     return EndedPlayback(
         run_id=journal.id,
         journal=journal,
         recording=recordings.stored_samples(session, row.recording_id),
         settings=settings_of(row),
-        side=side_of(row.recording.side),
+        side=side,
         outcome=outcome_of(journal),
-        config=config,
+        config=msgspec.structs.replace(config, side=side),
         end_range=end_range.thresholds_of(plans.end_range_of(session, row)),
         learns=learns,
         correction=stored_corrections.correction(session, row.corrected_by) if learns else None,
