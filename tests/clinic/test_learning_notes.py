@@ -13,6 +13,7 @@ from sqlalchemy import delete
 from kata.clinic.sessions import correction_learning, runs, stored_corrections
 from kata.clinic.sessions.schemas import LearningNote
 from kata.clinic.sessions.tables import RunCorrectionRow
+from kata.database import arrays
 from kata.database.engine import Database
 from kata.device.config import StationConfig
 from kata.device.journal import JournalEnd
@@ -71,7 +72,7 @@ def test_the_weight_of_the_played_sides_arm_is_learned_through(clinic: Clinic, s
     """The station was turned between the service's start and this run. The torque that carries the arm on the run's side is not the
     patient's resistance, whatever the side that the importer knows.
     """
-    heavy = StationConfig(arm=ArmLoad(inertia=(0.0,) * 6 + (0.03, 0.05, -0.4, 1.5)))
+    heavy = StationConfig(arm=ArmLoad(inertia=(0.0,) * 6 + (0.03, 0.05, -0.2, 0.5)))
     load = replace(heavy.servo_model.load, side=side)
     recording_id = clinic.recording(4.0, pose, side)
     still = np.zeros(N_AXES)
@@ -103,3 +104,18 @@ def test_other_methods_report_nothing(clinic: Clinic, recording_id: UUID) -> Non
     clinic.importer.run()
     with clinic.database.read() as session:
         assert runs.as_run(runs.get(session, run_id)).learning == []
+
+
+def test_correction_of_an_earlier_version_is_played_but_not_compared(clinic: Clinic, recording_id: UUID) -> None:
+    run_id, _ = played(clinic, recording_id, -0.5)
+    with clinic.database.write() as session:
+        row = session.get_one(RunCorrectionRow, run_id)
+        columns = arrays.decode(row.data)
+        row.data = arrays.encode(columns, correction_learning.COLUMNS[:5])
+    with clinic.database.read() as session:
+        correction = stored_corrections.correction(session, run_id)
+    assert correction is not None
+    assert np.array_equal(correction.angles_deg, columns["correction_deg"])
+    assert correction.learned_from is None
+    _, notes = played(clinic, recording_id, -1.5)
+    assert notes == []

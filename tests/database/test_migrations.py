@@ -273,7 +273,8 @@ def _today(database: Database) -> list[tuple[str, tuple[str, UUID], dict[str, An
     }  # fmt: skip
     learned = {
         "time_s": times_s[:100], "correction_deg": angles[:100] / 1000, "played_deg": angles[:100] / 2000,
-        "error_deg": np.full((100, 5), 0.2), "gain": np.full((100, 5), 0.6), "fell_back": np.zeros((100, 5)),
+        "error_deg": np.full((100, 5), 0.2), "gain": np.full(100, 0.6), "fell_back": np.zeros((100, 5)),
+        "total_deg": np.full(100, 0.2), "peak_deg": np.full((100, 5), 0.3),
     }  # fmt: skip
     with database.writer.begin() as connection:
         connection.exec_driver_sql("DELETE FROM recording_samples WHERE recording_id IN (SELECT id FROM recordings)")

@@ -222,21 +222,22 @@ def test_correction_is_linear_between_rows_and_constant_beyond_its_ends() -> Non
 
 
 def test_the_arms_own_weight_is_not_taken_for_resistance() -> None:
-    """Motor 3 carries more than half of the 2 Nm that take the arm back: it must learn as without the weight."""
-    known = replace(LAG, load=LoadModel(arm=ArmLoad(inertia=(0.0,) * 8 + (-0.2, 0.0))))
+    """Motor 2 carries more than half of the 2 Nm that take the arm back: it must learn as without the weight."""
+    known = replace(LAG, load=LoadModel(arm=ArmLoad(inertia=(0.0,) * 8 + (-0.05, 0.0))))
     repetition = behind()
     torque = repetition.torque_nm + known.load.torque_nm(TRAJECTORY.motions(repetition.path_s))
     carried = replace(repetition, torque_nm=torque)
-    assert np.abs(torque[:, 2]).max() > 1.0
+    assert np.abs(torque[:, 1]).max() > 1.0
 
     def learned(repetition: Repetition, model: ServoModel) -> Floats:
         return next_correction(None, TRAJECTORY, repetition, model, THRESHOLD_NM, WIDE).angles_deg
 
     assert learned(carried, known) == pytest.approx(learned(repetition, LAG))
-    assert learned(carried, LAG)[:, 2] != pytest.approx(learned(repetition, LAG)[:, 2])
+    assert learned(carried, LAG)[:, 1] != pytest.approx(learned(repetition, LAG)[:, 1])
 
 
 def test_error_that_grows_falls_back_and_learns_less() -> None:
+    """One arm couples the motors, so all of them fall back."""
     first = again(None, behind(0.5))
     grown = behind(0.5)
     grown.measured_deg[:, 3] -= 0.5
@@ -244,14 +245,88 @@ def test_error_that_grows_falls_back_and_learns_less() -> None:
     assert first.learned_from is not None
     assert second.learned_from is not None
     assert second.learned_from.fell_back == (4,)
-    assert not second.angles_deg[:, 3].any()
-    assert np.all(second.angles_deg[:, 2] > first.angles_deg[:, 2])
-    assert second.learned_from.gain == pytest.approx([0.6, 0.6, 0.6, 0.3, 0.6])
+    assert not second.angles_deg.any(), "the best repetition was played without a correction"
+    assert second.learned_from.gain == pytest.approx(0.3)
     # The better repetition is the one to beat; a little more error is no growth.
     third = again(second, behind(0.52))
     assert third.learned_from is not None
     assert third.learned_from.fell_back == ()
-    assert third.angles_deg[100:200, 3] == pytest.approx(0.5 * 0.52 / 0.5 * first.angles_deg[100:200, 3], rel=0.02)
+    assert third.angles_deg[100:200] == pytest.approx(0.5 * 0.52 / 0.5 * first.angles_deg[100:200], rel=0.02)
+
+
+def pushed(peak_deg: float, torque_nm: float = 0.0) -> Repetition:
+    """Return a repetition in which motor 2 is pushed away for 0.2 s at 3 s, with this much of its torque for that time."""
+    repetition = behind(0.1)
+    repetition.measured_deg[:, 1] -= peak_deg * np.exp(-(((TIMES_S - 3.0) / 0.1) ** 2))
+    torque = repetition.torque_nm.copy()
+    torque[290:310, 1] = torque_nm
+    return replace(repetition, torque_nm=torque)
+
+
+@pytest.mark.parametrize("torque_nm", [0.0, 1.5])
+def test_a_peak_that_grows_falls_back_even_where_nothing_is_learned(torque_nm: float) -> None:
+    """The RMS hardly changes. Half of the resistance is exceeded with 1.5 Nm."""
+    first = again(None, pushed(0.3, torque_nm))
+    same, grown = again(first, pushed(0.33, torque_nm)), again(first, pushed(0.5, torque_nm))
+    assert same.learned_from is not None
+    assert grown.learned_from is not None
+    assert same.learned_from.fell_back == ()
+    assert grown.learned_from.fell_back == (2,)
+    assert not grown.angles_deg.any()
+
+
+def test_the_place_where_the_arm_was_put_is_no_peak() -> None:
+    """The arm starts up to half a degree beside the recording, each time at another place."""
+    first = again(None, behind(0.1))
+    beside = behind(0.1)
+    beside.measured_deg[:30] -= 0.5
+    second = again(first, beside)
+    assert second.learned_from is not None
+    assert second.learned_from.fell_back == ()
+
+
+@pytest.mark.parametrize(("torque_nm", "learns"), [(1.69, True), (1.71, False), (-1.71, False)])
+def test_where_one_motor_has_little_torque_left_no_motor_learns(torque_nm: float, learns: bool) -> None:
+    repetition = behind()
+    torque = repetition.torque_nm.copy()
+    torque[200:400, 0] = torque_nm
+    learned = again(None, replace(repetition, torque_nm=torque)).angles_deg
+    grid = np.arange(len(learned)) * STEP_S
+    for axis in range(1, 5):
+        assert learned[(grid > 1.2) & (grid < 4.8), axis].any() == learns
+        assert learned[grid < 0.5, axis].all()
+
+
+@settings(max_examples=60)
+@given(st.integers(0, 2**32 - 1), st.floats(0.0, 1.0))
+def test_on_coupled_drives_an_error_that_grows_is_answered_at_once(seed: int, coupling: float) -> None:
+    """Each motor moves the others by a random share of its correction, in any direction, and its own gain is wrong."""
+    rng = np.random.default_rng(seed)
+    effect = np.diag(rng.uniform(-0.5, 2.5, 5)) + coupling * rng.uniform(-1.0, 1.0, (5, 5))
+    unknown = np.outer(np.sin(2 * np.pi * TIMES_S / 3) ** 2, rng.uniform(-0.6, 0.6, 5))
+    still = ServoModel(np.zeros(5), np.zeros(5), np.zeros(5))
+    correction: Correction | None = None
+    smallest, best = np.full(5, np.inf), np.inf
+    for _ in range(20):
+        played_deg = np.zeros((len(TIMES_S), 5)) if correction is None else along(correction)
+        repetition = replace(played_perfectly(), measured_deg=TRAJECTORY.along(TIMES_S) - unknown + played_deg @ effect)
+        error_deg = np.sqrt(np.mean(error(repetition)[TIMES_S >= 1.0] ** 2, axis=0))
+        total = float(np.sum(error_deg**2))
+        before, correction = correction, next_correction(correction, TRAJECTORY, repetition, still, THRESHOLD_NM, WIDE)
+        learned = correction.learned_from
+        assert learned is not None
+        if before and before.learned_from and before.learned_from.fell_back:
+            assert total == pytest.approx(best, abs=1e-4), "the best repetition is played again"
+            smallest = np.full(5, np.inf)
+        if learned.fell_back:
+            assert np.array_equal(correction.angles_deg, learned.played_deg)
+        else:
+            assert np.all(error_deg <= 1.1 * smallest + 0.03)
+            smallest, best = np.minimum(smallest, error_deg), min(best, total)
+
+
+def along(correction: Correction) -> Floats:
+    return np.array([correction.at(time_s) for time_s in TIMES_S])
 
 
 def test_error_that_creeps_up_falls_back_to_the_best_repetition() -> None:
@@ -278,7 +353,7 @@ def test_larger_error_with_the_same_correction_is_the_new_best() -> None:
     assert changed.learned_from is not None
     assert changed.learned_from.fell_back == ()
     assert changed.angles_deg[100:200].all()
-    assert changed.learned_from.gain == pytest.approx(np.full(5, 0.3))
+    assert changed.learned_from.gain == pytest.approx(0.3)
     assert changed.learned_from.error_deg == pytest.approx(np.full(5, 0.8), rel=0.05)
 
 

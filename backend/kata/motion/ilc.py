@@ -8,16 +8,17 @@ correction is not late by this lag. Q is a low-pass filter without phase shift. 
 for learning. The leak removes corrections that are no longer confirmed. Source: Bristow, Tharayil and Alleyne 2006, IEEE
 Control Systems 26(3), Eq. 9 and the section on plant inversion.
 
-Learning must not make the error grow. If the error of an axis is clearly larger than in its best repetition, the drive differs from
-the identified model. The axis' correction then falls back to that of the best repetition, and its gain is halved
-(:class:`LearnedRepetition`). If the error is larger although the correction is that of the best repetition, the arm has changed, and this
-repetition counts as the best.
+Learning must not make the error grow. If the RMS or the peak of an axis' error is clearly larger than ever before, the drives differ from
+the identified model. The correction then falls back to that of the best repetition, and the gain is halved (:class:`LearnedRepetition`).
+All axes fall back, because one arm couples them: the correction of one can increase the error of another. If the error is larger although
+the correction is that of the best repetition, the arm has changed, and this repetition counts as the best.
 
 The patient's own movement must not be learned. The correction therefore does not change at places where the arm was stopped,
-paused or moved back, where a motor was heavily loaded, or near a limit.
+paused or moved back, where a motor was heavily loaded, or near a limit. Where one motor has little torque left, no axis learns: the
+correction of another can take this torque.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Final
 
 import numpy as np
@@ -38,8 +39,11 @@ _CUTOFF_HZ: Final = 4.0
 _GAIN: Final = 0.6
 _LEAK: Final = 0.02
 _GROWN_ERROR_RATIO: Final = 1.1
-"""An error has grown if it exceeds this multiple of the smallest error plus :data:`_NOISE_DEG`. Smaller changes come from muscle tone."""
-_NOISE_DEG: Final = 0.02
+"""An error has grown if it exceeds this multiple of the smallest error plus its noise. Smaller changes come from muscle tone."""
+_RMS_NOISE_DEG: Final = 0.02
+_PEAK_NOISE_DEG: Final = 0.05
+_START_S: Final = 1.0
+"""Errors count from this time on. Before, they depend on where the arm was put."""
 _LEAST_FREE_SHARE: Final = 0.3
 """Smallest undisturbed share of a repetition whose error can be compared with that of another."""
 _DISTURBANCE_MARGIN_S: Final = 1.0
@@ -50,6 +54,8 @@ _LIMIT_MARGIN_DEG: Final = 1.0
 """Nothing is learned this close to a limit, because the limit may have held the setpoint back."""
 _DISTURBED_TORQUE_SHARE: Final = 0.5
 """Above this share of the resistance threshold a sample counts as disturbed, because the patient may have resisted."""
+_STRAINED_TORQUE_SHARE: Final = 0.85
+"""Above this share of the resistance threshold a motor has little torque left. A motion that is predicted to need it is refused."""
 _TORQUE_AVERAGE_S: Final = 0.1
 """Torque is averaged over this time, because shorter pushes come from the drives' own vibration."""
 _LONGEST_GAP_S: Final = 0.1
@@ -58,16 +64,39 @@ _LONGEST_GAP_S: Final = 0.1
 
 @dataclass(frozen=True)
 class LearnedRepetition:
-    """The repetitions that the next one is compared with: for each axis the one with the smallest error so far."""
+    """The best repetition so far, and the smallest errors of each axis, with which the next repetition is compared."""
 
     played_deg: Floats
-    """``(m, 5)``: the correction that this repetition was played with."""
+    """``(m, 5)``: the correction that the best repetition was played with."""
+    total_deg: float
+    """RMS error of all axes in the best repetition; NaN if no axis had enough undisturbed time."""
     error_deg: Floats
-    """``(5,)``: RMS error of the repetition; NaN for an axis with too little undisturbed time."""
-    gain: Floats
-    """``(5,)``: share of the error that is corrected in each repetition."""
+    """``(5,)``: smallest RMS error; NaN for an axis with too little undisturbed time."""
+    peak_deg: Floats
+    """``(5,)``: smallest peak of the smoothed error, also where the arm was loaded; NaN if nothing was undisturbed."""
+    gain: float
+    """Share of the error that is corrected in each repetition."""
     fell_back: tuple[int, ...] = ()
-    """Motors (1-5) whose error had grown and whose correction is therefore the earlier one."""
+    """Motors (1-5) whose error had grown. The correction of all motors is therefore the earlier one."""
+
+    def compared_with(self, repetition: "LearnedRepetition") -> "LearnedRepetition":
+        """Return what counts after another repetition."""
+        same = np.array_equal(repetition.played_deg, self.played_deg)
+        grown = (repetition.error_deg > _GROWN_ERROR_RATIO * self.error_deg + _RMS_NOISE_DEG) | (
+            repetition.peak_deg > _GROWN_ERROR_RATIO * self.peak_deg + _PEAK_NOISE_DEG
+        )
+        if grown.any() and same:
+            return replace(repetition, gain=self.gain)
+        if grown.any():
+            return replace(self, gain=self.gain / 2, fell_back=tuple(int(axis) + 1 for axis in np.flatnonzero(grown)))
+        best = repetition if repetition.total_deg <= self.total_deg or np.isnan(self.total_deg) else self
+        return LearnedRepetition(
+            best.played_deg,
+            best.total_deg,
+            np.fmin(self.error_deg, repetition.error_deg),
+            np.fmin(self.peak_deg, repetition.peak_deg),
+            self.gain,
+        )
 
 
 @dataclass(frozen=True)
@@ -121,41 +150,45 @@ def next_correction(
     lag = servo_model.first_s * speed + servo_model.second_s2 * acceleration
     missing = smooth_error + after_integral(lag, servo_model.integrated_share(STEP_S))
     earlier = before.learned_from if before else None
-    gain = earlier.gain.copy() if earlier else np.full(N_AXES, _GAIN)
+    gain = earlier.gain if earlier else _GAIN
     target = smoothed(grid, (1 - _LEAK) * previous + gain * missing, _CUTOFF_HZ)
 
     expected_nm = servo_model.load.torque_nm(trajectory.motions(repetition.path_s))
-    loaded = _loaded(repetition.torque_nm - expected_nm, played_at, threshold_nm)
+    loaded = _exceeds(_DISTURBED_TORQUE_SHARE * threshold_nm, repetition.torque_nm - expected_nm, played_at)
+    strained = _exceeds(_STRAINED_TORQUE_SHARE * threshold_nm, repetition.torque_nm, played_at).any(axis=1)
     corrected = reference + previous
     near = (corrected < limits_deg[:, 0] + _LIMIT_MARGIN_DEG) | (corrected > limits_deg[:, 1] - _LIMIT_MARGIN_DEG)
     undisturbed = _distance(grid, repetition.path_s[~repetition.playing])
     undisturbed[_distance(grid, played_at) > _LONGEST_GAP_S] = 0.0
-    learned, played_with, error_rms = previous.copy(), previous.copy(), np.full(N_AXES, np.nan)
-    fell_back = []
+    started = grid >= _START_S
+    peak_counts = started & (undisturbed > _DISTURBANCE_MARGIN_S)
+    peaks = np.abs(smooth_error[peak_counts]).max(axis=0) if peak_counts.any() else np.full(N_AXES, np.nan)
+    undisturbed = np.minimum(undisturbed, _distance(grid, repetition.path_s[strained]))
+    learned, error_rms = previous.copy(), np.full(N_AXES, np.nan)
     for axis in range(N_AXES):
         alone = np.minimum(undisturbed, _distance(grid, repetition.path_s[loaded[:, axis]])) - _DISTURBANCE_MARGIN_S
         free = np.minimum(alone, _distance(grid, grid[near[:, axis]]))
-        if np.mean(free > 0.0) >= _LEAST_FREE_SHARE:
-            error_rms[axis] = np.sqrt(np.mean(error[free > 0.0, axis] ** 2))
+        counts = started & (free > 0.0)
+        if np.mean(counts) >= _LEAST_FREE_SHARE:
+            error_rms[axis] = np.sqrt(np.mean(error[counts, axis] ** 2))
         learned[:, axis] += np.clip(free / _FADE_IN_S, 0.0, 1.0) * (target[:, axis] - previous[:, axis])
-        if earlier and error_rms[axis] > earlier.error_deg[axis] and (previous != earlier.played_deg)[:, axis].any():
-            played_with[:, axis] = earlier.played_deg[:, axis]
-            if error_rms[axis] > _GROWN_ERROR_RATIO * earlier.error_deg[axis] + _NOISE_DEG:
-                learned[:, axis] = played_with[:, axis]
-                gain[axis] /= 2
-                fell_back.append(axis + 1)
-            error_rms[axis] = earlier.error_deg[axis]
-    learned = np.clip(learned, -MAX_CORRECTION_DEG, MAX_CORRECTION_DEG)
-    return Correction(STEP_S, learned, LearnedRepetition(played_with, error_rms, gain, tuple(fell_back)))
+    compared = error_rms[np.isfinite(error_rms)]
+    total = float(np.sqrt(np.mean(compared**2))) if len(compared) else float("nan")
+    learned_from = LearnedRepetition(previous, total, error_rms, peaks, gain)
+    if earlier:
+        learned_from = earlier.compared_with(learned_from)
+    if learned_from.fell_back:
+        learned = learned_from.played_deg
+    return Correction(STEP_S, np.clip(learned, -MAX_CORRECTION_DEG, MAX_CORRECTION_DEG), learned_from)
 
 
-def _loaded(beyond_nm: Floats, played_at: Floats, threshold_nm: Floats) -> NDArray[np.bool_]:
-    """Return True, ``(k, 5)``, where a motor's torque exceeds the need of its load by so much that the patient may resist."""
+def _exceeds(limit_nm: Floats, torque_nm: Floats, played_at: Floats) -> NDArray[np.bool_]:
+    """Return True, ``(k, 5)``, where the averaged size of a motor's torque exceeds its limit ``(5,)``."""
     sample_s = float(np.median(np.diff(played_at)))
     samples = max(1, round(_TORQUE_AVERAGE_S / sample_s))
-    around = np.pad(beyond_nm, ((samples // 2, (samples - 1) // 2), (0, 0)), mode="symmetric")
+    around = np.pad(torque_nm, ((samples // 2, (samples - 1) // 2), (0, 0)), mode="symmetric")
     averaged = sliding_window_view(around, samples, axis=0).mean(axis=-1)
-    over: NDArray[np.bool_] = np.abs(averaged) > _DISTURBED_TORQUE_SHARE * threshold_nm
+    over: NDArray[np.bool_] = np.abs(averaged) > limit_nm
     return over
 
 

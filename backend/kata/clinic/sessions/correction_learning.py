@@ -26,8 +26,10 @@ COLUMNS: Final = (
     arrays.SampleColumn("error_deg", "deg", 1e-6),
     arrays.SampleColumn("gain", "1", 1e-6),
     arrays.SampleColumn("fell_back", "1", 1e-6),
+    arrays.SampleColumn("total_deg", "deg", 1e-6),
+    arrays.SampleColumn("peak_deg", "deg", 1e-6),
 )
-"""The last three columns have the same value in each row. Corrections of earlier versions have only the first two or five columns."""
+"""The columns from ``error_deg`` on have the same value in each row. Corrections of earlier versions lack the last ones."""
 
 
 @dataclass(frozen=True)
@@ -74,7 +76,9 @@ def learn(
     assert repetition is not None
     if repetition.fell_back:
         log.warning(
-            "the error of motors %s grew in run %s: the earlier correction is used", repetition.fell_back, run_id
+            "the error of motors %s grew in run %s: the earlier correction of all motors is used",
+            repetition.fell_back,
+            run_id,
         )
     count = len(correction.angles_deg)
     stored = {
@@ -82,8 +86,10 @@ def learn(
         "correction_deg": correction.angles_deg,
         "played_deg": repetition.played_deg,
         "error_deg": np.tile(repetition.error_deg, (count, 1)),
-        "gain": np.tile(repetition.gain, (count, 1)),
+        "gain": np.full(count, repetition.gain),
         "fell_back": np.tile(np.isin(np.arange(N_AXES) + 1, repetition.fell_back).astype(np.float64), (count, 1)),
+        "total_deg": np.full(count, repetition.total_deg),
+        "peak_deg": np.tile(repetition.peak_deg, (count, 1)),
     }
     run = {
         "learning": _stored(fall_back(repetition) + _not_compared(repetition, motion)),

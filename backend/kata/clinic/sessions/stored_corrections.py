@@ -16,7 +16,6 @@ from sqlalchemy.orm import Session as DatabaseSession
 from kata.clinic.sessions.tables import RunCorrectionRow, RunRow, SessionRow
 from kata.clinic.stations import service as stations
 from kata.database import arrays
-from kata.motion.axes import N_AXES
 from kata.motion.edit import PlaybackSettings
 from kata.motion.ilc import Correction, LearnedRepetition
 
@@ -60,8 +59,13 @@ def correction(session: DatabaseSession, run_id: UUID | None) -> Correction | No
         log.warning("the correction of run %s is ignored: %s", run_id, error)
         return None
     repetition = None
-    if "gain" in columns:
-        fell_back = columns["fell_back"][0] if "fell_back" in columns else np.zeros(N_AXES)
-        motors = tuple(int(axis) + 1 for axis in np.flatnonzero(fell_back))
-        repetition = LearnedRepetition(columns["played_deg"], columns["error_deg"][0], columns["gain"][0], motors)
+    if "peak_deg" in columns:  # Those of earlier versions are learned from, but not compared.
+        repetition = LearnedRepetition(
+            played_deg=columns["played_deg"],
+            total_deg=float(columns["total_deg"][0]),
+            error_deg=columns["error_deg"][0],
+            peak_deg=columns["peak_deg"][0],
+            gain=float(columns["gain"][0]),
+            fell_back=tuple(int(axis) + 1 for axis in np.flatnonzero(columns["fell_back"][0])),
+        )
     return Correction(float(columns["time_s"][1]), columns["correction_deg"], repetition)

@@ -6732,7 +6732,7 @@ export interface components {
         LearningNote: {
             /**
              * Message
-             * @example the error of motor 3 had grown by more than a tenth: its earlier correction is used, and it learns half as fast
+             * @example the error of motor 3 grew by more than 10 %: the earlier correction of all motors is used again, and they learn half as fast
              */
             message: string;
             /** @description Code and parameters of the English text; null: it has none. */
