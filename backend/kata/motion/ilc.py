@@ -140,11 +140,8 @@ def next_correction(
         raise ValueError("the correction belongs to another recording")
     reference = trajectory.along(grid)
     repetition = _from_first_to_last(repetition)
-    played_at, order = np.unique(repetition.path_s[repetition.playing], return_index=True)
-    if len(played_at) < 2:
-        raise ValueError("nothing was played")
-    played = repetition.measured_deg[repetition.playing][order]
-    error = reference - np.column_stack([np.interp(grid, played_at, axis) for axis in played.T])
+    played_at, measured = _played(repetition, grid)
+    error = reference - measured
     smooth_error = smoothed(grid, error, _CUTOFF_HZ)
     speed, acceleration = natural_derivatives(grid, smooth_error)
     lag = servo_model.first_s * speed + servo_model.second_s2 * acceleration
@@ -172,14 +169,25 @@ def next_correction(
         if np.mean(counts) >= _LEAST_FREE_SHARE:
             error_rms[axis] = np.sqrt(np.mean(error[counts, axis] ** 2))
         learned[:, axis] += np.clip(free / _FADE_IN_S, 0.0, 1.0) * (target[:, axis] - previous[:, axis])
-    compared = error_rms[np.isfinite(error_rms)]
-    total = float(np.sqrt(np.mean(compared**2))) if len(compared) else float("nan")
-    learned_from = LearnedRepetition(previous, total, error_rms, peaks, gain)
+    total = np.sqrt(np.mean(error_rms[np.isfinite(error_rms)] ** 2)) if np.isfinite(error_rms).any() else np.nan
+    learned_from = LearnedRepetition(previous, float(total), error_rms, peaks, gain)
     if earlier:
         learned_from = earlier.compared_with(learned_from)
     if learned_from.fell_back:
         learned = learned_from.played_deg
     return Correction(STEP_S, np.clip(learned, -MAX_CORRECTION_DEG, MAX_CORRECTION_DEG), learned_from)
+
+
+def _played(repetition: Repetition, grid: Floats) -> tuple[Floats, Floats]:
+    """Return the places that were played, ``(p,)``, and the measured angles on the grid, ``(m, 5)``.
+
+    :raises ValueError: when no samples were played.
+    """
+    played_at, order = np.unique(repetition.path_s[repetition.playing], return_index=True)
+    if len(played_at) < 2:
+        raise ValueError("nothing was played")
+    played = repetition.measured_deg[repetition.playing][order]
+    return played_at, np.column_stack([np.interp(grid, played_at, axis) for axis in played.T])
 
 
 def _exceeds(limit_nm: Floats, torque_nm: Floats, played_at: Floats) -> NDArray[np.bool_]:
