@@ -115,6 +115,7 @@ LISTS: Final = (
     RequestKind("/api/notifications", administrator=True),
     RequestKind("/api/worklist"),
     RequestKind("/api/statistics/adherence"),
+    RequestKind("/api/statistics/clinic-adherence"),
     RequestKind("/api/statistics/usage", {"by": "week"}, administrator=True),
     RequestKind(
         "/api/statistics/usage", {"by": "day", "since": "{years_ago}", "station": "{station}"}, administrator=True

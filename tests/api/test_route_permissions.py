@@ -101,8 +101,8 @@ READ: Final = {
     "get_session_report_html", "get_session_report_pdf", "get_episode_report_html", "get_episode_report_pdf",
     "get_rehabilitation_plan_pdf", "get_note_draft",
     "get_record_access", "break_glass", "list_sessions", "get_session_filter_options", "list_patient_sessions", "list_ready_patients",
-    "get_worklist", "get_outcomes", "get_patient_adherence", "list_questionnaires", "get_patient_banner", "list_contraindication_kinds",
-    "list_contraindications",
+    "get_worklist", "get_outcomes", "get_clinic_adherence", "get_patient_adherence", "list_questionnaires", "get_patient_banner",
+    "list_contraindication_kinds", "list_contraindications",
     "get_session", "get_checklist", "get_teaching_checklist", "get_run", "get_run_motion", "get_played_motion",
     "get_run_figures", "get_run_rhythm", "get_end_feel_guide", "get_end_feel", "get_end_feel_csv",
 }  # fmt: skip

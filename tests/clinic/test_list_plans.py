@@ -174,7 +174,7 @@ def test_home_page_and_adherence_scan_only_small_indexes(empty: Database, ask: C
 
 
 def test_last_therapist_is_the_first_in_an_episodes_index(empty: Database) -> None:
-    programme = FollowedProgramme(UUID(int=3), UUID(int=4), 2, MAY, MAY, 1)
+    programme = FollowedProgramme(UUID(int=3), UUID(int=4), 2, MAY, MAY, 1, "Yamada Hanako", "K-1")
     found = looks(empty, lambda session: worklist._therapists(session, [programme]))
     assert found == [
         "SEARCH episodes USING COVERING INDEX sqlite_autoindex_episodes_1 (id=?)",

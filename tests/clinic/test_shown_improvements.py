@@ -15,9 +15,8 @@ from kata.clinic.assessments.tables import AssessmentRow
 from kata.clinic.questionnaires.changes import meaning_of
 from kata.clinic.questionnaires.definitions import SPADI
 from kata.clinic.rounding import change_as_shown
-from kata.clinic.statistics import derived_tables, outcomes, worklist
+from kata.clinic.statistics import derived_tables, outcomes
 from kata.clinic.statistics.measures import MEASURES
-from kata.clinic.statistics.recent_days import recent_days
 from kata.clinic.statistics.schemas import LEAST_SHOWN, OutcomeChange
 from kata.clinic.statistics.usage import Span
 from kata.database.engine import Database
@@ -27,7 +26,6 @@ from tests.support.treatment import treat
 
 IMPORTANT, DETECTABLE = MEASURES["spadi"].important or 0.0, MEASURES["spadi"].detectable or 0.0
 ALL_TIME = Span(datetime(2000, 1, 1, tzinfo=UTC), datetime(2100, 1, 1, tzinfo=UTC))
-NO_PROGRAMMES = worklist.adherence([], recent_days(datetime(2026, 11, 20, tzinfo=UTC), UTC))
 Totals = tuple[float, float]
 
 
@@ -87,7 +85,7 @@ def outcome_of(session: Session, episodes: list[UUID], totals: Sequence[Totals])
             row.spadi_score = total
     session.flush()
     derived_tables.refresh(session, set(), set(), set(episodes))
-    everyone = outcomes.outcomes(session, ALL_TIME, NO_PROGRAMMES).groups[0]
+    everyone = outcomes.outcomes(session, ALL_TIME).groups[0]
     return next(change for change in everyone.changes if change.measure == "spadi")
 
 

@@ -35,7 +35,6 @@ ALL_TIME = Span(datetime(2000, 1, 1, tzinfo=UTC), datetime(2100, 1, 1, tzinfo=UT
 TOKYO, CHICAGO = ZoneInfo("Asia/Tokyo"), ZoneInfo("America/Chicago")
 NOW = datetime(2026, 11, 20, 6, 0, tzinfo=UTC)
 DAYS = recent_days(NOW, TOKYO)
-NO_PROGRAMMES = worklist.adherence([], DAYS)
 
 
 @pytest.fixture
@@ -227,7 +226,7 @@ def test_share_and_mean_are_those_of_the_patients(database: Database) -> None:
         for change in changes:
             add_episode(session, change)
     with database.read() as session:
-        found = outcomes.outcomes(session, ALL_TIME, NO_PROGRAMMES)
+        found = outcomes.outcomes(session, ALL_TIME)
     everyone = next(group for group in found.groups if group.by == "all")
     (spadi,) = everyone.changes
     assert everyone.patients == 10
@@ -247,7 +246,7 @@ def test_small_groups_are_hidden_and_cannot_be_computed(database: Database) -> N
             for n in range(count):
                 add_episode(session, -float(n), programme)
     with database.read() as session:
-        found = outcomes.outcomes(session, ALL_TIME, NO_PROGRAMMES)
+        found = outcomes.outcomes(session, ALL_TIME)
     shown = {group.name: group.patients for group in found.groups if group.by == "programme"}
     # Without B, C would be the total minus A and B.
     assert shown == {"A": 12, "B": None, "C": None}
@@ -260,13 +259,13 @@ def test_both_shoulders_of_a_patient_are_one_person(database: Database) -> None:
         for n in range(LEAST_SHOWN // 2):
             add_episode(session, -float(n), sides=("left", "right"))
     with database.read() as session:
-        found = outcomes.outcomes(session, ALL_TIME, NO_PROGRAMMES)
+        found = outcomes.outcomes(session, ALL_TIME)
     assert {group.patients for group in found.groups} == {None}
     with database.write() as session:
         for n in range(LEAST_SHOWN // 2):
             add_episode(session, -float(n))
     with database.read() as session:
-        found = outcomes.outcomes(session, ALL_TIME, NO_PROGRAMMES)
+        found = outcomes.outcomes(session, ALL_TIME)
     everyone = next(group for group in found.groups if group.by == "all")
     (spadi,) = everyone.changes
     assert (everyone.patients, spadi.patients, spadi.shoulders) == (10, 10, 15)
@@ -370,6 +369,18 @@ def test_programmes_are_overdue_from_the_day_after_the_due_day(database: Databas
     assert (found.programmes, found.overdue) == (3, 1)
 
 
+def test_adherence_of_the_clinic_is_hidden_for_few_programmes(database: Database) -> None:
+    for _ in range(LEAST_SHOWN - 1):
+        followed(database)
+    with database.read() as session:
+        assert worklist.clinic_adherence(session, DAYS).adherence is None
+    followed(database, restricted=True)
+    with database.read() as session:
+        found = worklist.clinic_adherence(session, DAYS)
+        assert found.adherence == worklist.adherence(worklist.followed(session, DAYS), DAYS)
+    assert found.adherence and (found.adherence.programmes, found.least_programmes) == (LEAST_SHOWN, LEAST_SHOWN)
+
+
 def test_change_of_a_patient_names_the_shoulder(database: Database) -> None:
     followed(database)
     with database.read() as session:
@@ -462,5 +473,5 @@ def test_stage_of_the_first_day_is_in_the_clinics_zone(database: Database) -> No
                 )
             )  # fmt: skip
     with database.read() as session:
-        found = outcomes.outcomes(session, Span(ALL_TIME.since, ALL_TIME.until, TOKYO), NO_PROGRAMMES)
+        found = outcomes.outcomes(session, Span(ALL_TIME.since, ALL_TIME.until, TOKYO))
     assert [(group.name, group.patients) for group in found.groups if group.by == "stage"] == [("frozen", LEAST_SHOWN)]

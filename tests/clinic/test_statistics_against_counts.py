@@ -48,7 +48,6 @@ ZONES = (
 )  # fmt: skip
 """Zones with and without whole hours, most with a change of the offset in the time of the records."""
 REPETITION_S = 10.0
-NO_PROGRAMMES = worklist.adherence([], DAYS)
 
 
 class RandomClinic:
@@ -380,7 +379,7 @@ def test_tracking_error_of_the_stations(session: Session, zone: str, station: st
 @pytest.mark.parametrize("days", [60, 300])
 def test_outcomes(session: Session, days: int) -> None:
     span = Span(NOW - timedelta(days=days), NOW, TOKYO)
-    found = outcomes.outcomes(session, span, NO_PROGRAMMES)
+    found = outcomes.outcomes(session, span)
     assert sum(bool(group.changes) for group in found.groups) > 1
     groups = counted(session, span)
     assert {(group.by, group.name) for group in found.groups} == set(groups)

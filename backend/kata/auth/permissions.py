@@ -252,6 +252,7 @@ ROUTE_RULES: Final[Mapping[str, RouteRule]] = MappingProxyType(
         # The clinic's figures. Those of the stations name no patient and no therapist.
         "get_worklist": _READ,
         "get_outcomes": _READ,
+        "get_clinic_adherence": _READ,
         "get_patient_adherence": _READ,
         "get_usage": RouteRule("see_operation"),
         "get_tracking_quality": RouteRule("see_operation"),

@@ -5,13 +5,12 @@ from the total, the next smallest group of the same kind is also hidden.
 """
 
 from collections import Counter
-from collections.abc import Iterable, Sequence
-from dataclasses import dataclass, fields
+from collections.abc import Sequence
 from datetime import datetime, timedelta
 from typing import Any, Final, Literal, NamedTuple
 
 import numpy as np
-from sqlalchemy import ColumnElement, Label, String, cast, func, select
+from sqlalchemy import ColumnElement, Label, String, case, cast, func, select
 from sqlalchemy.orm import InstrumentedAttribute, Session
 
 from kata.clinic.episodes.tables import EpisodeRow, StageRow
@@ -26,35 +25,28 @@ from kata.clinic.statistics.schemas import (
     OutcomeGroup,
     OutcomeMeasure,
     Outcomes,
-    ProgrammeAdherence,
 )
 from kata.clinic.statistics.tables import EpisodeOutcomeRow
 from kata.clinic.statistics.usage import Span
 
 _WEEK: Final = timedelta(weeks=1)
 _STAGES: Final = ("freezing", "frozen", "thawing", "")
-_Row = Any
+_LIMITED: Final = {name for name, measure in MEASURES.items() if measure.important or measure.detectable}
 _By = Literal["stage", "programme"]
 
 
-def outcomes(session: Session, span: Span, adherence: ProgrammeAdherence) -> Outcomes:
+def outcomes(session: Session, span: Span) -> Outcomes:
     """Return the outcomes of the episodes whose last assessment is within the time. The station of ``span`` is ignored."""
-    row = EpisodeOutcomeRow
-    query = select(
-        _text(row.episode_id), row.measure, _text(row.first_at), row.first, row.last, _text(row.important_at)
-    ).where(*_within(span), row.last_at > row.first_at)
-    rows = session.connection().execute(query).all()
     episodes_by_id = _episodes(session, span)
-    episodes = episodes_by_id.values()
-    compared = _compared(rows, episodes_by_id)
-    groups = [_group("all", "", compared)]
-    groups += _groups("stage", compared, [episode.stage for episode in episodes], _STAGES)
-    groups += _groups("programme", compared, [episode.programme for episode in episodes])
+    episodes = list(episodes_by_id.values())
+    changes = _measured_changes(session, span, episodes_by_id)
+    groups = [_group("all", "", changes)]
+    groups += _groups("stage", changes, [episode.stage for episode in episodes], _STAGES)
+    groups += _groups("programme", changes, [episode.programme for episode in episodes])
     return Outcomes(
         limits={name: [measure.important, measure.detectable] for name, measure in MEASURES.items()},
         least_patients=LEAST_SHOWN,
         groups=_without_small(groups),
-        adherence=adherence if adherence.programmes >= LEAST_SHOWN else None,
     )
 
 
@@ -108,95 +100,95 @@ def _episodes(session: Session, span: Span) -> dict[str, _Episode]:
     return episodes
 
 
-@dataclass(frozen=True)
-class _Compared:
-    """Values of measures in episodes, as columns, because loops over thousands of rows take longer than the queries."""
-
-    episode: Any
-    """Numbers of the episodes, in the order of :func:`_episodes`."""
-    measure: Any
-    """Numbers of the measures in :data:`MEASURES`."""
-    patient: Any
-    """Numbers that stand for the patients."""
-    first: Any
-    last: Any
-    improvement: Any
-    """By how much each value fell, as shown."""
-    weeks: Any
-    """Weeks until the first important improvement; NaN if there was none."""
-
-    @property
-    def patients(self) -> int:
-        """Return the number of persons. A patient may have an episode of each shoulder."""
-        return int(np.count_nonzero(np.bincount(self.patient)))
-
-    def subset(self, chosen: Any) -> "_Compared":
-        """Return these rows: their numbers, or true for each."""
-        return _Compared(*(getattr(self, column.name)[chosen] for column in fields(self)))
-
-
-def _compared(rows: Sequence[_Row], episodes: dict[str, _Episode]) -> _Compared:
-    ids, measures, first_at, first_values, last_values, important_at = zip(*rows, strict=True) if rows else ((),) * 6
-    first, last = np.array(first_values, dtype=float), np.array(last_values, dtype=float)
-    weeks = [
-        (datetime.fromisoformat(important) - datetime.fromisoformat(begin)) / _WEEK if important else np.nan
-        for begin, important in zip(first_at, important_at, strict=True)
+_CHANGE: Final = np.dtype(
+    [
+        # Number of the episode, in the order of _episodes, and a number that stands for its patient.
+        ("episode", int), ("patient", int),
+        # Number of the measure in MEASURES.
+        ("measure", int), ("first", float), ("last", float),
+        # By how much the value fell, as shown. NaN for a measure without a limit.
+        ("improvement", float),
+        # Weeks until the first important improvement; NaN if there was none.
+        ("weeks", float),
     ]
-    episode = _numbered(ids, episodes)
-    return _Compared(
-        episode=episode,
-        measure=_numbered(measures, MEASURES),
-        patient=_numbered([episode_row.patient for episode_row in episodes.values()])[episode],
-        first=first,
-        last=last,
-        improvement=np.array(list(map(improvement, first_values, last_values)), dtype=float),
-        weeks=np.array(weeks, dtype=float),
+)  # fmt: skip
+"""The change of one measure in an episode, a row of an array. Loops over thousands of changes take longer than the queries."""
+
+
+def _measured_changes(session: Session, span: Span, episodes: dict[str, _Episode]) -> Any:
+    """Return the changes within the time as an array of :data:`_CHANGE`, measure by measure."""
+    row = EpisodeOutcomeRow
+    begin = case((row.important_at.is_not(None), _text(row.first_at)))
+    query = select(_text(row.episode_id), row.measure, row.first, row.last, begin, _text(row.important_at)).where(
+        *_within(span), row.last_at > row.first_at
     )
+    rows = session.connection().execute(query).all()
+    ids, measures, first, last, begins, important = zip(*rows, strict=True) if rows else ((),) * 6
+    changes = np.empty(len(rows), _CHANGE)
+    changes["episode"] = _numbers(ids, list(episodes))
+    patients = [episode.patient for episode in episodes.values()]
+    changes["patient"] = _numbers(patients, list(dict.fromkeys(patients)))[changes["episode"]]
+    changes["measure"] = _numbers(measures, list(MEASURES))
+    changes["first"], changes["last"] = first, last
+    changes["improvement"] = [
+        improvement(before, after) if measure in _LIMITED else np.nan
+        for measure, before, after in zip(measures, first, last, strict=True)
+    ]
+    changes["weeks"] = [
+        (datetime.fromisoformat(at) - datetime.fromisoformat(since)) / _WEEK if at else np.nan
+        for since, at in zip(begins, important, strict=True)
+    ]
+    return changes.take(np.argsort(changes["measure"], kind="stable"))
 
 
-def _numbered(names: Sequence[str], first_names: Iterable[str] = ()) -> Any:
-    """Return the number of each name: its place in ``first_names``, or else in the order of its first appearance."""
-    numbers = {name: place for place, name in enumerate(dict.fromkeys((*first_names, *names)))}
-    return np.array([numbers[name] for name in names], dtype=int)
+def _patients(changes: Any) -> int:
+    """Return the number of persons. A patient may have an episode of each shoulder."""
+    return int(np.count_nonzero(np.bincount(changes["patient"])))
 
 
-def _groups(by: _By, rows: _Compared, names: Sequence[str], order: Sequence[str] = ()) -> list[OutcomeGroup]:
+def _numbers(names: Sequence[str], order: Sequence[str]) -> Any:
+    """Return the place of each name in ``order``."""
+    places = {name: place for place, name in enumerate(order)}
+    return np.fromiter(map(places.__getitem__, names), int, len(names))
+
+
+def _groups(by: _By, changes: Any, names: Sequence[str], order: Sequence[str] = ()) -> list[OutcomeGroup]:
     """Return a group for each name, in this order or else from the largest to the smallest. ``names``: one for each episode."""
     group_names = list(dict.fromkeys((*order, *names)))
-    numbers = _numbered(names, group_names)[rows.episode]
+    numbers = _numbers(names, group_names)[changes["episode"]]
     counts = np.bincount(numbers, minlength=len(group_names))
     listed = range(len(group_names)) if order else np.argsort(-counts, kind="stable").tolist()
-    return [_group(by, group_names[n], rows.subset(np.flatnonzero(numbers == n))) for n in listed if counts[n]]
+    return [_group(by, group_names[n], changes.compress(numbers == n)) for n in listed if counts[n]]
 
 
-def _group(by: Literal["all", "stage", "programme"], name: str, rows: _Compared) -> OutcomeGroup:
-    patients = rows.patients
+def _group(by: Literal["all", "stage", "programme"], name: str, changes: Any) -> OutcomeGroup:
+    patients = _patients(changes)
+    begins = np.searchsorted(changes["measure"], range(1, len(MEASURES)))
     # A small group is hidden, and has no measure that is not.
-    of_measure = [
-        (measure, rows.subset(np.flatnonzero(rows.measure == number)))
-        for number, measure in enumerate(MEASURES)
-        if patients >= LEAST_SHOWN
+    shown = [
+        _change(measure, of)
+        for measure, of in zip(MEASURES, np.split(changes, begins), strict=True)
+        if _patients(of) >= LEAST_SHOWN
     ]
-    changes = [_change(measure, of) for measure, of in of_measure if of.patients >= LEAST_SHOWN]
-    return OutcomeGroup(by=by, name=name, patients=patients, changes=changes)
+    return OutcomeGroup(by=by, name=name, patients=patients, changes=shown)
 
 
-def _change(measure: OutcomeMeasure, rows: _Compared) -> OutcomeChange:
-    change = rows.last - rows.first
+def _change(measure: OutcomeMeasure, changes: Any) -> OutcomeChange:
+    change = changes["last"] - changes["first"]
     limits = MEASURES[measure]
-    improved = rows.subset(~np.isnan(rows.weeks))
+    improved = changes.compress(~np.isnan(changes["weeks"]))
     return OutcomeChange(
         measure=measure,
-        patients=rows.patients,
+        patients=_patients(changes),
         shoulders=len(change),
-        first=float(rows.first.mean()),
-        last=float(rows.last.mean()),
+        first=float(changes["first"].mean()),
+        last=float(changes["last"].mean()),
         change=intervals.of_mean(SampleSums(len(change), float(change.sum()), float((change**2).sum()))),
-        important=_share(rows.improvement, limits.important, np.greater_equal),
+        important=_share(changes["improvement"], limits.important, np.greater_equal),
         # As for one patient (kata.clinic.questionnaires.changes): a change that is not larger may be due to chance.
-        detectable=_share(rows.improvement, limits.detectable, np.greater),
-        weeks_to_important=[float(quartile) for quartile in np.percentile(improved.weeks, (25, 50, 75))]
-        if improved.patients >= LEAST_SHOWN
+        detectable=_share(changes["improvement"], limits.detectable, np.greater),
+        weeks_to_important=[float(quartile) for quartile in np.percentile(improved["weeks"], (25, 50, 75))]
+        if _patients(improved) >= LEAST_SHOWN
         else None,
     )
 

@@ -9,7 +9,16 @@ from kata.clinic import texts
 from kata.clinic.profile.zone import TheZone
 from kata.clinic.statistics import outcomes, usage, worklist
 from kata.clinic.statistics.recent_days import recent_days
-from kata.clinic.statistics.schemas import Outcomes, PatientAdherences, Period, Stops, TrackingQuality, Usage, Worklist
+from kata.clinic.statistics.schemas import (
+    ClinicAdherence,
+    Outcomes,
+    PatientAdherences,
+    Period,
+    Stops,
+    TrackingQuality,
+    Usage,
+    Worklist,
+)
 from kata.clinic.statistics.usage import Span
 from kata.database.base import utc_now
 from kata.dependencies import PROBLEMS, TheActor, TheDatabase
@@ -98,16 +107,24 @@ def get_stop_counts(database: TheDatabase, span: TheSpan) -> Stops:
 
 
 @router.get("/api/statistics/outcomes", summary="Get the outcomes of the clinic", responses=PROBLEMS.of(422))
-def get_outcomes(database: TheDatabase, span: TheSpan, zone: TheZone) -> Outcomes:
+def get_outcomes(database: TheDatabase, span: TheSpan) -> Outcomes:
     """Return the change of SPADI, pain and range of motion from the first to the last assessment, by stage and by programme.
 
     The figures cover episodes whose last assessment is in the time. Groups of fewer than 10 patients are hidden. Restricted records are
-    counted, because no patient is named. Adherence is that of 28 days of the clinic, the last of which is today.
+    counted, because no patient is named.
     """
-    days = recent_days(utc_now(), zone)
     with database.read() as session:
-        followed = worklist.adherence(worklist.followed(session, days), days)
-        return outcomes.outcomes(session, span, followed)
+        return outcomes.outcomes(session, span)
+
+
+@router.get("/api/statistics/clinic-adherence", summary="Get the adherence of the clinic")
+def get_clinic_adherence(database: TheDatabase, zone: TheZone) -> ClinicAdherence:
+    """Return how the present programmes were followed in the last four weeks.
+
+    Four weeks are 28 days of the clinic, the last of which is today. Restricted records are counted, because no patient is named.
+    """
+    with database.read() as session:
+        return worklist.clinic_adherence(session, recent_days(utc_now(), zone))
 
 
 @router.get("/api/statistics/adherence", summary="Get the patients by adherence")

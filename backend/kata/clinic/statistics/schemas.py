@@ -205,6 +205,13 @@ class ProgrammeAdherence(AdherenceDays):
     )
 
 
+class ClinicAdherence(Schema):
+    """Adherence to all followed programmes. Restricted records are counted, because no patient is named."""
+
+    least_programmes: int = Field(description="Smallest number of programmes that is shown.")
+    adherence: ProgrammeAdherence | None = Field(description="Null while fewer programmes are followed.")
+
+
 class PatientAdherence(DuePatient):
     """How one patient followed the present programme in the last four weeks."""
 
@@ -230,4 +237,3 @@ class Outcomes(Schema):
     )
     least_patients: int = Field(description="Smallest number of patients of a group that is shown.")
     groups: list[OutcomeGroup]
-    adherence: ProgrammeAdherence | None = Field(description="Null while fewer than 10 programmes are followed.")

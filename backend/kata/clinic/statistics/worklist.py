@@ -2,7 +2,6 @@
 
 import math
 from collections import defaultdict
-from collections.abc import Iterator
 from dataclasses import dataclass
 from datetime import datetime, timedelta
 from typing import Any, Final, Literal
@@ -22,6 +21,8 @@ from kata.clinic.sessions.schemas import SessionPatient
 from kata.clinic.sessions.tables import SessionRow
 from kata.clinic.statistics.recent_days import RecentDays
 from kata.clinic.statistics.schemas import (
+    LEAST_SHOWN,
+    ClinicAdherence,
     DuePatient,
     PatientAdherence,
     PatientAdherences,
@@ -49,6 +50,8 @@ class FollowedProgramme:
     made_at: datetime
     last_session_at: datetime | None
     held: int
+    patient_name: str
+    clinic_number: str
 
     @property
     def due_at(self) -> datetime:
@@ -120,7 +123,7 @@ def _followed_query() -> Select[Any]:
     return (
         select(
             ProgrammeRow.episode_id, EpisodeRow.patient_id, ProgrammeVersionRow.sessions_per_week, ProgrammeVersionRow.made_at,
-            last_at, count,
+            last_at, count, PatientRow.name, PatientRow.clinic_number,
         )
         .select_from(among)
         .join(EpisodeRow, EpisodeRow.id == among.c.episode_id)
@@ -139,6 +142,12 @@ def _followed_query() -> Select[Any]:
 
 
 _FOLLOWED: Final = _followed_query()
+
+
+def clinic_adherence(session: Session, days: RecentDays) -> ClinicAdherence:
+    """Return how all programmes were followed in these days, unless they are few."""
+    found = adherence(followed(session, days), days)
+    return ClinicAdherence(least_programmes=LEAST_SHOWN, adherence=found if found.programmes >= LEAST_SHOWN else None)
 
 
 def adherence(programmes: list[FollowedProgramme], days: RecentDays) -> ProgrammeAdherence:
@@ -167,9 +176,12 @@ def lowest_adherence(session: Session, actor: Actor, days: RecentDays) -> Patien
         return min(1.0, programme.held / limit) if limit else math.inf
 
     listed = sorted(programmes, key=lambda programme: (share(programme), programme.due_at))[:_MOST_FOLLOWED]
+    therapists = _therapists(session, listed)
     rows = [
-        PatientAdherence(**dict(due), prescribed=prescribed[programme.episode_id], held=programme.held)
-        for programme, due in _with_patients(session, listed)
+        PatientAdherence(
+            **_due(programme, therapists), prescribed=prescribed[programme.episode_id], held=programme.held
+        )
+        for programme in listed
     ]
     return PatientAdherences(first_day=days.first, last_day=days.today, rows=rows, count=len(programmes))
 
@@ -182,27 +194,22 @@ def _due_patients(
     for programme in sorted(programmes, key=lambda followed_programme: followed_programme.due_at):
         if programme.due_at < before:
             due.setdefault(programme.patient_id, programme)
-    return [patient for _, patient in _with_patients(session, list(due.values())[:_MOST])], len(due)
+    first = list(due.values())[:_MOST]
+    therapists = _therapists(session, first)
+    return [DuePatient(**_due(programme, therapists)) for programme in first], len(due)
 
 
-def _with_patients(
-    session: Session, programmes: list[FollowedProgramme]
-) -> Iterator[tuple[FollowedProgramme, DuePatient]]:
-    """Yield each programme with its patient, its last and next session and its therapist."""
-    patients = _patients(session, [programme.patient_id for programme in programmes])
-    therapists = _therapists(session, programmes)
-    for programme in programmes:
-        if programme.patient_id in patients:
-            yield (
-                programme,
-                DuePatient(
-                    patient=patients[programme.patient_id],
-                    due_at=programme.due_at,
-                    last_session_at=programme.last_session_at,
-                    sessions_per_week=programme.sessions_per_week,
-                    therapist=therapists.get(programme.episode_id, ""),
-                ),
-            )
+def _due(programme: FollowedProgramme, therapists: dict[UUID, str]) -> dict[str, Any]:
+    """Return the fields of :class:`DuePatient`."""
+    return {
+        "patient": SessionPatient(
+            id=programme.patient_id, name=programme.patient_name, clinic_number=programme.clinic_number
+        ),
+        "due_at": programme.due_at,
+        "last_session_at": programme.last_session_at,
+        "sessions_per_week": programme.sessions_per_week,
+        "therapist": therapists.get(programme.episode_id, ""),
+    }
 
 
 def _patients(session: Session, ids: list[UUID]) -> dict[UUID, SessionPatient]:

@@ -9,14 +9,9 @@ import { changeOfAll, wholePercent } from "../statistics/outcomeFormat";
 /** The period of the page that opens without a choice. */
 const PERIOD = { range: "months12" } as const;
 
-/** The outcomes of the last twelve months. */
-function useOutcomes() {
-  const span = spanOf(PERIOD, new Date());
-  return useQuery({ queryKey: ["outcomes", span], queryFn: () => api.outcomes(span) });
-}
-
 export function ImprovedTile() {
-  const { data, isError } = useOutcomes();
+  const span = spanOf(PERIOD, new Date());
+  const { data, isError } = useQuery({ queryKey: ["outcomes", span], queryFn: () => api.outcomes(span) });
   const change = data && changeOfAll(data, "spadi");
   const share = change?.important;
   const few = data && t("home:tiles.fewPatients", { count: data.least_patients });
@@ -48,7 +43,7 @@ export function ImprovedTile() {
 }
 
 export function AdherenceTile() {
-  const { data, isError } = useOutcomes();
+  const { data, isError } = useQuery({ queryKey: ["clinic-adherence"], queryFn: api.clinicAdherence });
   const adherence = data?.adherence;
   const share = adherence && adherence.prescribed > 0 ? adherence.held / adherence.prescribed : null;
   return (
@@ -66,7 +61,7 @@ export function AdherenceTile() {
         adherence
           ? describeAdherence(adherence)
           : data
-            ? t("home:tiles.fewPatients", { count: data.least_patients })
+            ? t("home:tiles.fewPatients", { count: data.least_programmes })
             : ""
       }
       failed={isError}

@@ -52,7 +52,7 @@ it("the tile of unsigned notes leads to their sessions", async () => {
 it("the tile of adherence leads to the patients behind its figure", async () => {
   const days = { first_day: "2026-11-03", last_day: "2026-11-30" };
   const adherence = { ...days, programmes: 12, overdue: 2, prescribed: 80, held: 60 };
-  vi.spyOn(api, "outcomes").mockResolvedValue({ adherence, groups: [], least_patients: 10 } as never);
+  vi.spyOn(api, "clinicAdherence").mockResolvedValue({ adherence, least_programmes: 10 });
   show(AdherenceTile);
   const tile = await screen.findByRole("link", { name: /75\u00a0%/ });
   expect(tile.getAttribute("href")).toBe("/clinic/adherence");

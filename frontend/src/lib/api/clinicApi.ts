@@ -10,6 +10,7 @@ export const clinicApi = {
     unwrap(client.GET("/api/statistics/tracking", { params: { query: span } })),
   stopCounts: (span: SpanQuery) => unwrap(client.GET("/api/statistics/stops", { params: { query: span } })),
   outcomes: (span: SpanQuery) => unwrap(client.GET("/api/statistics/outcomes", { params: { query: span } })),
+  clinicAdherence: () => unwrap(client.GET("/api/statistics/clinic-adherence")),
   patientAdherence: () => unwrap(client.GET("/api/statistics/adherence")),
   operation: () => unwrap(client.GET("/api/operation")),
 };

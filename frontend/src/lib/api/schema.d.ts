@@ -2266,9 +2266,31 @@ export interface paths {
          * @description Return the change of SPADI, pain and range of motion from the first to the last assessment, by stage and by programme.
          *
          *     The figures cover episodes whose last assessment is in the time. Groups of fewer than 10 patients are hidden. Restricted records are
-         *     counted, because no patient is named. Adherence is that of 28 days of the clinic, the last of which is today.
+         *     counted, because no patient is named.
          */
         get: operations["get_outcomes"];
+        put?: never;
+        post?: never;
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/api/statistics/clinic-adherence": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        /**
+         * Get the adherence of the clinic
+         * @description Return how the present programmes were followed in the last four weeks.
+         *
+         *     Four weeks are 28 days of the clinic, the last of which is today. Restricted records are counted, because no patient is named.
+         */
+        get: operations["get_clinic_adherence"];
         put?: never;
         post?: never;
         delete?: never;
@@ -4613,6 +4635,19 @@ export interface components {
              * @description True if every check is answered, so that a motion may be taught or loaded.
              */
             complete: boolean;
+        };
+        /**
+         * ClinicAdherence
+         * @description Adherence to all followed programmes. Restricted records are counted, because no patient is named.
+         */
+        ClinicAdherence: {
+            /**
+             * Least Programmes
+             * @description Smallest number of programmes that is shown.
+             */
+            least_programmes: number;
+            /** @description Null while fewer programmes are followed. */
+            adherence: components["schemas"]["ProgrammeAdherence"] | null;
         };
         /**
          * ClinicProfile
@@ -7855,8 +7890,6 @@ export interface components {
             least_patients: number;
             /** Groups */
             groups: components["schemas"]["OutcomeGroup"][];
-            /** @description Null while fewer than 10 programmes are followed. */
-            adherence: components["schemas"]["ProgrammeAdherence"] | null;
         };
         /**
          * OwnLoginSession
@@ -23417,6 +23450,71 @@ export interface operations {
             };
             /** @description The request is invalid; see its errors. */
             422: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description The screen is locked: give the password first. Stop works nevertheless. */
+            423: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Too many attempts: wait for the seconds in Retry-After. */
+            429: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description The apparatus' control program or the database does not answer. */
+            503: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    get_clinic_adherence: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["ClinicAdherence"];
+                };
+            };
+            /** @description No user is signed in at this browser. */
+            401: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Not allowed for this account, or the request came from another site's page. */
+            403: {
                 headers: {
                     [name: string]: unknown;
                 };
