@@ -10,7 +10,7 @@ from datetime import datetime, timedelta
 from typing import Any, Final, Literal, NamedTuple
 
 import numpy as np
-from sqlalchemy import ColumnElement, Label, String, case, cast, func, select
+from sqlalchemy import Label, Select, String, bindparam, case, cast, func, select
 from sqlalchemy.orm import InstrumentedAttribute, Session
 
 from kata.clinic.episodes.tables import EpisodeRow, StageRow
@@ -28,6 +28,7 @@ from kata.clinic.statistics.schemas import (
 )
 from kata.clinic.statistics.tables import EpisodeOutcomeRow
 from kata.clinic.statistics.usage import Span
+from kata.database.base import UtcDateTime
 
 _WEEK: Final = timedelta(weeks=1)
 _STAGES: Final = ("freezing", "frozen", "thawing", "")
@@ -55,8 +56,16 @@ def _text(column: InstrumentedAttribute[Any]) -> Label[str]:
     return cast(column, String).label(column.key)
 
 
-def _within(span: Span) -> tuple[ColumnElement[bool], ColumnElement[bool]]:
-    return EpisodeOutcomeRow.last_at >= span.since, EpisodeOutcomeRow.last_at < span.until
+_WITHIN: Final = (
+    EpisodeOutcomeRow.last_at >= bindparam("since", type_=UtcDateTime()),
+    EpisodeOutcomeRow.last_at < bindparam("until", type_=UtcDateTime()),
+)
+
+
+def _rows(session: Session, query: Select[Any], span: Span) -> Sequence[Any]:
+    """Return the rows of a query with :data:`_WITHIN`."""
+    # Rows of the connection cost less than those of the session.
+    return session.connection().execute(query, {"since": span.since, "until": span.until}).all()
 
 
 class _Episode(NamedTuple):
@@ -69,11 +78,11 @@ class _Episode(NamedTuple):
     """Name of the newest programme; empty if there is none. An archived programme is used only if there is no other."""
 
 
-def _episodes(session: Session, span: Span) -> dict[str, _Episode]:
-    """Return the episodes by id."""
+def _episodes_query() -> Select[Any]:
+    """Return the query of the episodes within the time, with a row for each stage. Building it takes a tenth of its time."""
     first = (
         select(EpisodeOutcomeRow.episode_id, func.min(EpisodeOutcomeRow.first_at).label("first_at"))
-        .where(*_within(span))
+        .where(*_WITHIN)
         .group_by(EpisodeOutcomeRow.episode_id)
         .subquery()
     )
@@ -84,15 +93,22 @@ def _episodes(session: Session, span: Span) -> dict[str, _Episode]:
         .limit(1)
         .scalar_subquery()
     )
-    query = (
+    return (
         select(_text(EpisodeRow.id), _text(EpisodeRow.patient_id), first.c.first_at, StageRow.stage, StageRow.since, programme)
         .join(first, first.c.episode_id == EpisodeRow.id)
         .outerjoin(StageRow, StageRow.episode_id == EpisodeRow.id)
         .order_by(StageRow.since, StageRow.noted_at)
     )  # fmt: skip
+
+
+_EPISODES: Final = _episodes_query()
+
+
+def _episodes(session: Session, span: Span) -> dict[str, _Episode]:
+    """Return the episodes by id."""
     episodes: dict[str, _Episode] = {}
     # An episode has a row for each of its stages, the earliest first.
-    for episode_id, patient, first_at, stage, since, name in session.connection().execute(query).all():
+    for episode_id, patient, first_at, stage, since, name in _rows(session, _EPISODES, span):
         if since is not None and since <= first_at.astimezone(span.zone).date():
             episodes[episode_id] = _Episode(patient, stage, name or "")
         elif episode_id not in episodes:
@@ -115,14 +131,15 @@ _CHANGE: Final = np.dtype(
 """The change of one measure in an episode, a row of an array. Loops over thousands of changes take longer than the queries."""
 
 
+_CHANGES: Final = select(
+    _text(EpisodeOutcomeRow.episode_id), EpisodeOutcomeRow.measure, EpisodeOutcomeRow.first, EpisodeOutcomeRow.last,
+    case((EpisodeOutcomeRow.important_at.is_not(None), _text(EpisodeOutcomeRow.first_at))), _text(EpisodeOutcomeRow.important_at),
+).where(*_WITHIN, EpisodeOutcomeRow.last_at > EpisodeOutcomeRow.first_at)  # fmt: skip
+
+
 def _measured_changes(session: Session, span: Span, episodes: dict[str, _Episode]) -> Any:
     """Return the changes within the time as an array of :data:`_CHANGE`, measure by measure."""
-    row = EpisodeOutcomeRow
-    begin = case((row.important_at.is_not(None), _text(row.first_at)))
-    query = select(_text(row.episode_id), row.measure, row.first, row.last, begin, _text(row.important_at)).where(
-        *_within(span), row.last_at > row.first_at
-    )
-    rows = session.connection().execute(query).all()
+    rows = _rows(session, _CHANGES, span)
     ids, measures, first, last, begins, important = zip(*rows, strict=True) if rows else ((),) * 6
     changes = np.empty(len(rows), _CHANGE)
     changes["episode"] = _numbers(ids, list(episodes))
