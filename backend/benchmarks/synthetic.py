@@ -17,7 +17,7 @@ import numpy as np
 from sqlalchemy.orm import Session
 
 from benchmarks.bulk_insert import Insert, Rows, bulk_insert
-from benchmarks.synthetic_figures import StationHours, outcome_rows, stored_time
+from benchmarks.synthetic_figures import StationHours, outcome_row, stored_time
 from kata.audit.tables import AuditRow
 from kata.clinic.assessments.tables import AssessmentRow, RomRow
 from kata.clinic.episodes.tables import EpisodeRow, StageRow
@@ -232,7 +232,7 @@ class _Person:
                 measured = {"assessment_id": assessment, "side": "left", "kind": "passive", "position": position}
                 rows[RomRow].append(measured | {"motion": motion, "angle_deg": angle_deg + 5 * n})
                 values[motion].append((at, angle_deg + 5 * n))
-        rows[EpisodeOutcomeRow] += outcome_rows(self.episode_id, values)
+        rows[EpisodeOutcomeRow].append(outcome_row(self.episode_id, values))
 
 
 @dataclass

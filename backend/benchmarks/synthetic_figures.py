@@ -3,14 +3,13 @@
 """
 
 from collections import defaultdict
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 from datetime import datetime
 from typing import Any, Final
 from uuid import UUID
 
-from kata.clinic.statistics import parts
-from kata.clinic.statistics.measures import MEASURES, improvement
+from kata.clinic.statistics import episode_changes, parts
 
 _HOUR_SUMS: Final = (
     "sessions", "playbacks", "stopped", "played_s", "repetitions", "compared", "left_out", "rmse_sum_deg", "rmse_square_sum_deg2", "peak_deg",
@@ -47,16 +46,12 @@ class StationHours:
         return [{"hour": stored_time(hour), "station": station} | sums for (hour, station), sums in self._sums.items()]
 
 
-def outcome_rows(episode_id: UUID, values: dict[str, list[tuple[datetime, float]]]) -> Iterator[dict[str, Any]]:
-    """Yield the rows of ``episode_outcomes``. ``values``: time and value of each measure, in order."""
-    for measure, of in values.items():
-        (first_at, first), (last_at, last) = of[0], of[-1]
-        limit = MEASURES[measure].important  # type: ignore[index]
-        important = next((at for at, value in of if limit is not None and improvement(first, value) >= limit), None)
-        yield {
-            "episode_id": episode_id.hex, "measure": measure, "first_at": stored_time(first_at), "first": first,
-            "last_at": stored_time(last_at), "last": last, "important_at": important and stored_time(important),
-        }  # fmt: skip
+def outcome_row(episode_id: UUID, values: dict[str, list[tuple[datetime, float]]]) -> dict[str, Any]:
+    """Return the row of ``episode_outcomes``. ``values``: time and value of each measure, in order."""
+    ends = [stored_time(of[-1][0]) for of in values.values()]
+    return {
+        "episode_id": episode_id.hex, "begin_at": min(ends), "end_at": max(ends), "changes": episode_changes.pack(values),
+    }  # fmt: skip
 
 
 def stored_time(at: datetime) -> str:

@@ -2,8 +2,8 @@
 
 from collections.abc import Iterator
 from datetime import UTC, date, datetime, timedelta
-from math import isclose
-from typing import Literal
+from math import isclose, isnan
+from typing import Any, Literal
 from uuid import UUID, uuid4
 from zoneinfo import ZoneInfo, available_timezones
 
@@ -20,8 +20,9 @@ from kata.clinic.programmes.tables import ProgrammeRow, ProgrammeVersionRow
 from kata.clinic.progress import service as progress
 from kata.clinic.sessions import runs
 from kata.clinic.sessions.tables import RunRow, SessionRow, SessionStopRow
-from kata.clinic.statistics import derived_tables, intervals, outcomes, parts, usage, worklist
+from kata.clinic.statistics import derived_tables, episode_changes, intervals, outcomes, parts, usage, worklist
 from kata.clinic.statistics.intervals import SampleSums
+from kata.clinic.statistics.measures import MEASURES
 from kata.clinic.statistics.recent_days import recent_days
 from kata.clinic.statistics.schemas import LEAST_SHOWN
 from kata.clinic.statistics.tables import EpisodeOutcomeRow, StationHourRow
@@ -99,15 +100,29 @@ def test_a_withdrawn_assessment_is_no_outcome(database: Database) -> None:
     with database.write() as session:
         treat(session)
     with database.read() as session:
-        spadi = session.scalars(select(EpisodeOutcomeRow).where(EpisodeOutcomeRow.measure == "spadi")).one()
-        assert (spadi.first, spadi.last, spadi.important_at) == (60.0, 40.0, spadi.last_at)
+        outcome, spadi = spadi_of(session)
+        weeks = (spadi["last_at"] - spadi["first_at"]) / timedelta(weeks=1).total_seconds()
+        assert (spadi["first"], spadi["last"], spadi["improvement"], spadi["weeks"]) == (60.0, 40.0, 20.0, weeks)
+        assert outcome.begin_at.timestamp() == outcome.end_at.timestamp() == spadi["last_at"]
     with database.write() as session:
         newest = session.scalars(select(AssessmentRow).order_by(AssessmentRow.assessed_at.desc())).first()
         assert newest
         newest.withdrawn_at = NOW
     with database.read() as session:
-        spadi = session.scalars(select(EpisodeOutcomeRow).where(EpisodeOutcomeRow.measure == "spadi")).one()
-        assert (spadi.first, spadi.last, spadi.important_at) == (60.0, 60.0, None)
+        outcome, spadi = spadi_of(session)
+        assert (spadi["first"], spadi["last"], spadi["improvement"]) == (60.0, 60.0, 0.0)
+        assert isnan(spadi["weeks"]) and outcome.end_at.timestamp() == spadi["first_at"]
+    with database.write() as session:
+        for row in session.scalars(select(AssessmentRow)):
+            row.withdrawn_at = NOW
+    with database.read() as session:
+        assert session.scalars(select(EpisodeOutcomeRow)).all() == []
+
+
+def spadi_of(session: Session) -> tuple[EpisodeOutcomeRow, Any]:
+    """Return the outcomes of the only episode, and the change of its SPADI."""
+    row = session.scalars(select(EpisodeOutcomeRow)).one()
+    return row, episode_changes.unpack([row.changes])[0, list(MEASURES).index("spadi")]
 
 
 def test_days_begin_at_the_clinics_midnight(database: Database) -> None:
@@ -378,7 +393,8 @@ def test_adherence_of_the_clinic_is_hidden_for_few_programmes(database: Database
     with database.read() as session:
         found = worklist.clinic_adherence(session, DAYS)
         assert found.adherence == worklist.adherence(worklist.followed(session, DAYS), DAYS)
-    assert found.adherence and (found.adherence.programmes, found.least_programmes) == (LEAST_SHOWN, LEAST_SHOWN)
+    assert found.adherence is not None
+    assert (found.adherence.programmes, found.least_programmes) == (LEAST_SHOWN, LEAST_SHOWN)
 
 
 def test_change_of_a_patient_names_the_shoulder(database: Database) -> None:

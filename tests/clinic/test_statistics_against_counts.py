@@ -23,7 +23,8 @@ from kata.clinic.recordings.tables import RecordingRow
 from kata.clinic.restricted import service as restricted
 from kata.clinic.sessions import runs
 from kata.clinic.sessions.tables import MotorTrackingRow, RunRow, SessionRow, SessionStopRow
-from kata.clinic.statistics import derived_tables, outcomes, usage, worklist
+from kata.clinic.statistics import derived_tables, episode_changes, outcomes, usage, worklist
+from kata.clinic.statistics.measures import MEASURES, improvement
 from kata.clinic.statistics.recent_days import recent_days
 from kata.clinic.statistics.schemas import LEAST_SHOWN
 from kata.clinic.statistics.tables import EpisodeOutcomeRow
@@ -48,6 +49,9 @@ ZONES = (
 )  # fmt: skip
 """Zones with and without whole hours, most with a change of the offset in the time of the records."""
 REPETITION_S = 10.0
+MEASURED = ("spadi", "pain", "flexion")
+Values = dict[str, list[tuple[datetime, float]]]
+"""Times and values of each measure, in order."""
 
 
 class RandomClinic:
@@ -56,6 +60,8 @@ class RandomClinic:
     def __init__(self, seed: int) -> None:
         self.random = random.Random(seed)
         self._numbers = iter(range(1, 1_000_000))
+        self.outcomes: dict[UUID, Values] = {}
+        """The assessments of each episode."""
 
     def fill(self, session: Session, patients: int) -> None:
         for _ in range(patients):
@@ -91,8 +97,15 @@ class RandomClinic:
         for stage in self.random.sample(("freezing", "frozen", "thawing"), self.random.randrange(4)):
             at = self._time(90)
             session.add(StageRow(id=self._id(), episode_id=episode.id, stage=stage, since=at.date(), noted_at=at))
-        for measure in self.random.sample(("spadi", "pain", "flexion"), self.random.randrange(4)):
-            self._outcome(session, episode.id, measure)
+        values = {measure: self._values() for measure in self.random.sample(MEASURED, self.random.randrange(4))}
+        if values:
+            self.outcomes[episode.id] = values
+            ends = [of[-1][0] for of in values.values()]
+            session.add(
+                EpisodeOutcomeRow(
+                    episode_id=episode.id, begin_at=min(ends), end_at=max(ends), changes=episode_changes.pack(values)
+                )
+            )
         for _ in range(self.random.randrange(12)):
             self._session(session, patient_id, episode.id)
 
@@ -111,18 +124,10 @@ class RandomClinic:
                 )
             )  # fmt: skip
 
-    def _outcome(self, session: Session, episode_id: UUID, measure: str) -> None:
-        first_at, last_at = sorted((self._time(200), self._time(200)))
-        if self.random.random() < 0.2:
-            last_at = first_at
-        first, last = (round(self.random.uniform(0, 90), 2) for _ in range(2))
-        important = measure != "flexion" and self.random.random() < 0.5
-        session.add(
-            EpisodeOutcomeRow(
-                episode_id=episode_id, measure=measure, first_at=first_at, first=first, last_at=last_at, last=last,
-                important_at=last_at if important else None,
-            )
-        )  # fmt: skip
+    def _values(self) -> list[tuple[datetime, float]]:
+        """Return times and values of one to three assessments of a measure, the first first."""
+        times = sorted(self._time(200) for _ in range(self.random.choice((1, 2, 2, 3, 3))))
+        return [(at, round(self.random.uniform(0, 90), 2)) for at in times]
 
     def _session(self, session: Session, patient_id: UUID, episode_id: UUID) -> None:
         at = self._time(self.random.choice((1, 60)))
@@ -197,9 +202,11 @@ def session(request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFac
         database = stack.enter_context(closing(Database(url)))
         upgrade(database)
         derived_tables.DerivedTablesHook(database)
+        clinic = RandomClinic(seed=len(request.param))
         with database.write() as writing:
-            RandomClinic(seed=len(request.param)).fill(writing, 150)
+            clinic.fill(writing, 150)
         with database.read() as reading:
+            reading.info["outcomes"] = clinic.outcomes
             yield reading
 
 
@@ -407,10 +414,16 @@ def test_outcomes(session: Session, days: int) -> None:
 def counted(session: Session, span: Span) -> dict[tuple[str, str], dict[str, list[Any]]]:
     """Return the patient, the first and the last value, and the weeks until an improvement, by group and measure."""
     episodes = {row.id: row.patient_id for row in rows(session, EpisodeRow)}
-    within = [row for row in rows(session, EpisodeOutcomeRow) if span.since <= row.last_at < span.until]
+    assessed: dict[UUID, Values] = session.info["outcomes"]
+    within = [
+        (episode_id, measure, of)
+        for episode_id, values in assessed.items()
+        for measure, of in values.items()
+        if span.since <= of[-1][0] < span.until
+    ]
     begun: dict[UUID, datetime] = {}
-    for row in within:
-        begun[row.episode_id] = min(begun.get(row.episode_id, NOW), row.first_at)
+    for episode_id, _, of in within:
+        begun[episode_id] = min(begun.get(episode_id, NOW), of[0][0])
     stages, programmes = {}, {}
     for stage in sorted(rows(session, StageRow), key=lambda row: (row.since, row.noted_at)):
         if stage.episode_id in begun and stage.since <= begun[stage.episode_id].astimezone(TOKYO).date():
@@ -418,12 +431,15 @@ def counted(session: Session, span: Span) -> dict[tuple[str, str], dict[str, lis
     for programme in sorted(rows(session, ProgrammeRow), key=lambda row: (row.archived_at is None, row.created_at)):
         programmes[programme.episode_id] = programme.name
     groups: dict[tuple[str, str], dict[str, list[Any]]] = defaultdict(lambda: defaultdict(list))
-    for row in within:
-        if row.last_at == row.first_at:
+    for episode_id, measure, of in within:
+        (first_at, first), (last_at, last) = of[0], of[-1]
+        if last_at == first_at:
             continue
-        weeks = (row.important_at - row.first_at) / timedelta(weeks=1) if row.important_at else None
-        of = (episodes[row.episode_id], row.first, row.last, weeks)
-        stage, programme = stages.get(row.episode_id, ""), programmes.get(row.episode_id, "")
+        limit = MEASURES[measure].important  # type: ignore[index]
+        important = [at for at, value in of if limit and improvement(first, value) >= limit]
+        weeks = (important[0] - first_at) / timedelta(weeks=1) if important else None
+        change = (episodes[episode_id], first, last, weeks)
+        stage, programme = stages.get(episode_id, ""), programmes.get(episode_id, "")
         for group in (("all", ""), ("stage", stage), ("programme", programme)):
-            groups[group][row.measure].append(of)
+            groups[group][measure].append(change)
     return groups

@@ -43,7 +43,7 @@ NOT_WRITTEN: Final = frozenset(
         # Derived by the program from other columns.
         "patients.search_text", "stations.config", "run_corrections.station", "end_feel_runs.station", "spools.station", "schemas.oldest", "schemas.revision",
         "station_versions.software", "station_versions.station", "station_versions.config",
-        "exported_statements.final_digest", "session_stops.therapist", "session_stops.station", "station_hours.station", "episode_outcomes.measure",
+        "exported_statements.final_digest", "session_stops.therapist", "session_stops.station", "station_hours.station",
         # Imported on the service's computer; shown only in the patient's mode, which no record page shows.
         "questionnaire_texts.questionnaire", "questionnaire_texts.language", "questionnaire_texts.title", "questionnaire_texts.copyright",
         "patient_modes.questionnaire", "patient_modes.language",

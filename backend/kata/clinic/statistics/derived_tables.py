@@ -21,8 +21,8 @@ from sqlalchemy.orm import Session
 from kata.clinic.assessments.tables import AssessmentRow, RomRow
 from kata.clinic.episodes.tables import EpisodeRow
 from kata.clinic.sessions.tables import RunRow, SessionRow
-from kata.clinic.statistics import parts
-from kata.clinic.statistics.measures import MEASURES, improvement
+from kata.clinic.statistics import episode_changes, parts
+from kata.clinic.statistics.measures import MEASURES
 from kata.clinic.statistics.tables import EpisodeOutcomeRow, StationHourRow
 from kata.database.base import Base
 from kata.database.engine import Database
@@ -159,23 +159,18 @@ def _refresh_episode(session: Session, episode_id: UUID) -> None:
     for assessment_id, motion, position, angle_deg in session.execute(measured):
         if (motion, position) in names:
             values[names[motion, position]].append((at_of[assessment_id], angle_deg))
-    rows = [_outcome(episode_id, measure, sorted(points)) for measure, points in values.items() if points]
-    current_measures = [row["measure"] for row in rows]
-    delete_old = delete(EpisodeOutcomeRow).where(
-        EpisodeOutcomeRow.episode_id == episode_id, EpisodeOutcomeRow.measure.not_in(current_measures)
-    )
-    session.connection().execute(delete_old)
-    upsert(session, EpisodeOutcomeRow, rows)
-
-
-def _outcome(episode_id: UUID, measure: str, values: list[tuple[datetime, float]]) -> dict[str, Any]:
-    (first_at, first), (last_at, last) = values[0], values[-1]
-    limit = MEASURES[measure].important  # type: ignore[index]
-    important = (at for at, value in values if limit is not None and improvement(first, value) >= limit)
-    return {
-        "episode_id": episode_id, "measure": measure, "first_at": first_at, "first": first, "last_at": last_at, "last": last,
-        "important_at": next(important, None),
-    }  # fmt: skip
+    ordered = {measure: sorted(points) for measure, points in values.items() if points}
+    if ordered:
+        ends = [points[-1][0] for points in ordered.values()]
+        row = {
+            "episode_id": episode_id,
+            "begin_at": min(ends),
+            "end_at": max(ends),
+            "changes": episode_changes.pack(ordered),
+        }
+        upsert(session, EpisodeOutcomeRow, [row])
+    else:
+        session.connection().execute(delete(EpisodeOutcomeRow).where(EpisodeOutcomeRow.episode_id == episode_id))
 
 
 def _changes(row: Any, names: tuple[str, ...]) -> bool:

@@ -4,20 +4,21 @@ Records of restricted patients are counted, because a figure names no patient. S
 from the total, the next smallest group of the same kind is also hidden.
 """
 
+import math
 from collections import Counter
 from collections.abc import Sequence
-from datetime import datetime, timedelta
+from datetime import datetime, tzinfo
 from typing import Any, Final, Literal, NamedTuple
 
 import numpy as np
-from sqlalchemy import Label, Select, String, bindparam, case, cast, func, select
-from sqlalchemy.orm import InstrumentedAttribute, Session
+from sqlalchemy import Select, String, bindparam, cast, select
+from sqlalchemy.orm import Session
 
 from kata.clinic.episodes.tables import EpisodeRow, StageRow
 from kata.clinic.programmes.tables import ProgrammeRow
-from kata.clinic.statistics import intervals
+from kata.clinic.statistics import episode_changes, intervals
 from kata.clinic.statistics.intervals import SampleSums
-from kata.clinic.statistics.measures import MEASURES, improvement
+from kata.clinic.statistics.measures import MEASURES
 from kata.clinic.statistics.schemas import (
     LEAST_SHOWN,
     Estimate,
@@ -30,17 +31,19 @@ from kata.clinic.statistics.tables import EpisodeOutcomeRow
 from kata.clinic.statistics.usage import Span
 from kata.database.base import UtcDateTime
 
-_WEEK: Final = timedelta(weeks=1)
 _STAGES: Final = ("freezing", "frozen", "thawing", "")
-_LIMITED: Final = {name for name, measure in MEASURES.items() if measure.important or measure.detectable}
 _By = Literal["stage", "programme"]
 
 
 def outcomes(session: Session, span: Span) -> Outcomes:
     """Return the outcomes of the episodes whose last assessment is within the time. The station of ``span`` is ignored."""
-    episodes_by_id = _episodes(session, span)
-    episodes = list(episodes_by_id.values())
-    changes = _measured_changes(session, span, episodes_by_id)
+    rows = session.connection().execute(_EPISODES, {"since": span.since, "until": span.until}).all()
+    measured = episode_changes.unpack(row.changes for row in rows)
+    within = (measured["last_at"] >= span.since.timestamp()) & (measured["last_at"] < span.until.timestamp())
+    begins = np.where(within, measured["first_at"], np.inf).min(axis=1)
+    episodes = _episodes(rows, begins.tolist(), span.zone)
+    chosen = [episode.row for episode in episodes]
+    changes = _changes(measured[chosen], within[chosen], episodes)
     groups = [_group("all", "", changes)]
     groups += _groups("stage", changes, [episode.stage for episode in episodes], _STAGES)
     groups += _groups("programme", changes, [episode.programme for episode in episodes])
@@ -51,41 +54,8 @@ def outcomes(session: Session, span: Span) -> Outcomes:
     )
 
 
-def _text(column: InstrumentedAttribute[Any]) -> Label[str]:
-    """Return ids and times as text. Making thousands of UUIDs and times takes longer than the queries."""
-    return cast(column, String).label(column.key)
-
-
-_WITHIN: Final = (
-    EpisodeOutcomeRow.last_at >= bindparam("since", type_=UtcDateTime()),
-    EpisodeOutcomeRow.last_at < bindparam("until", type_=UtcDateTime()),
-)
-
-
-def _rows(session: Session, query: Select[Any], span: Span) -> Sequence[Any]:
-    """Return the rows of a query with :data:`_WITHIN`."""
-    # Rows of the connection cost less than those of the session.
-    return session.connection().execute(query, {"since": span.since, "until": span.until}).all()
-
-
-class _Episode(NamedTuple):
-    """By what an episode is grouped."""
-
-    patient: str
-    stage: str
-    """Stage at the first assessment; empty if none was recorded."""
-    programme: str
-    """Name of the newest programme; empty if there is none. An archived programme is used only if there is no other."""
-
-
 def _episodes_query() -> Select[Any]:
-    """Return the query of the episodes within the time, with a row for each stage. Building it takes a tenth of its time."""
-    first = (
-        select(EpisodeOutcomeRow.episode_id, func.min(EpisodeOutcomeRow.first_at).label("first_at"))
-        .where(*_WITHIN)
-        .group_by(EpisodeOutcomeRow.episode_id)
-        .subquery()
-    )
+    """Return the query of the episodes that may end within the time, with a row for each stage. Building it takes a tenth of its time."""
     programme = (
         select(ProgrammeRow.name)
         .where(ProgrammeRow.episode_id == EpisodeRow.id)
@@ -93,69 +63,71 @@ def _episodes_query() -> Select[Any]:
         .limit(1)
         .scalar_subquery()
     )
+    # Ids are read as text, because making thousands of UUIDs takes longer than the query.
+    episode_id, patient_id = (cast(column, String) for column in (EpisodeRow.id, EpisodeRow.patient_id))
     return (
-        select(_text(EpisodeRow.id), _text(EpisodeRow.patient_id), first.c.first_at, StageRow.stage, StageRow.since, programme)
-        .join(first, first.c.episode_id == EpisodeRow.id)
+        select(episode_id, patient_id, EpisodeOutcomeRow.changes, StageRow.stage, StageRow.since, programme)
+        .join(EpisodeOutcomeRow, EpisodeOutcomeRow.episode_id == EpisodeRow.id)
         .outerjoin(StageRow, StageRow.episode_id == EpisodeRow.id)
+        .where(
+            EpisodeOutcomeRow.end_at >= bindparam("since", type_=UtcDateTime()),
+            EpisodeOutcomeRow.begin_at < bindparam("until", type_=UtcDateTime()),
+        )
         .order_by(StageRow.since, StageRow.noted_at)
-    )  # fmt: skip
+    )
 
 
 _EPISODES: Final = _episodes_query()
 
 
-def _episodes(session: Session, span: Span) -> dict[str, _Episode]:
-    """Return the episodes by id."""
+class _Episode(NamedTuple):
+    """By what an episode is grouped."""
+
+    row: int
+    """Number of its row."""
+    patient: str
+    stage: str
+    """Stage at the first assessment; empty if none was recorded."""
+    programme: str
+    """Name of the newest programme; empty if there is none. An archived programme is used only if there is no other."""
+
+
+def _episodes(rows: Sequence[Any], begins: Sequence[float], zone: tzinfo) -> list[_Episode]:
+    """Return the episodes. ``begins``: Unix time of the first assessment for each row; infinite if none ends within the time."""
     episodes: dict[str, _Episode] = {}
     # An episode has a row for each of its stages, the earliest first.
-    for episode_id, patient, first_at, stage, since, name in _rows(session, _EPISODES, span):
-        if since is not None and since <= first_at.astimezone(span.zone).date():
-            episodes[episode_id] = _Episode(patient, stage, name or "")
+    for number, ((episode_id, patient, _, stage, since, name), begin) in enumerate(zip(rows, begins, strict=True)):
+        if begin == math.inf:
+            continue
+        if since is not None and since <= datetime.fromtimestamp(begin, zone).date():
+            episodes[episode_id] = _Episode(number, patient, stage, name or "")
         elif episode_id not in episodes:
-            episodes[episode_id] = _Episode(patient, "", name or "")
-    return episodes
+            episodes[episode_id] = _Episode(number, patient, "", name or "")
+    return list(episodes.values())
 
 
 _CHANGE: Final = np.dtype(
     [
-        # Number of the episode, in the order of _episodes, and a number that stands for its patient.
-        ("episode", int), ("patient", int),
-        # Number of the measure in MEASURES.
-        ("measure", int), ("first", float), ("last", float),
-        # By how much the value fell, as shown. NaN for a measure without a limit.
-        ("improvement", float),
-        # Weeks until the first important improvement; NaN if there was none.
-        ("weeks", float),
+        # Numbers of the episode, of its patient, and of the measure in MEASURES.
+        ("episode", int), ("patient", int), ("measure", int),
+        # As in kata.clinic.statistics.episode_changes.
+        ("first", float), ("last", float), ("improvement", float), ("weeks", float),
     ]
 )  # fmt: skip
-"""The change of one measure in an episode, a row of an array. Loops over thousands of changes take longer than the queries."""
+"""The change of one measure in an episode, a row of an array. Loops over thousands of changes take longer than the query."""
 
 
-_CHANGES: Final = select(
-    _text(EpisodeOutcomeRow.episode_id), EpisodeOutcomeRow.measure, EpisodeOutcomeRow.first, EpisodeOutcomeRow.last,
-    case((EpisodeOutcomeRow.important_at.is_not(None), _text(EpisodeOutcomeRow.first_at))), _text(EpisodeOutcomeRow.important_at),
-).where(*_WITHIN, EpisodeOutcomeRow.last_at > EpisodeOutcomeRow.first_at)  # fmt: skip
-
-
-def _measured_changes(session: Session, span: Span, episodes: dict[str, _Episode]) -> Any:
+def _changes(measured: Any, within: Any, episodes: Sequence[_Episode]) -> Any:
     """Return the changes within the time as an array of :data:`_CHANGE`, measure by measure."""
-    rows = _rows(session, _CHANGES, span)
-    ids, measures, first, last, begins, important = zip(*rows, strict=True) if rows else ((),) * 6
-    changes = np.empty(len(rows), _CHANGE)
-    changes["episode"] = _numbers(ids, list(episodes))
-    patients = [episode.patient for episode in episodes.values()]
-    changes["patient"] = _numbers(patients, list(dict.fromkeys(patients)))[changes["episode"]]
-    changes["measure"] = _numbers(measures, list(MEASURES))
-    changes["first"], changes["last"] = first, last
-    changes["improvement"] = [
-        improvement(before, after) if measure in _LIMITED else np.nan
-        for measure, before, after in zip(measures, first, last, strict=True)
-    ]
-    changes["weeks"] = [
-        (datetime.fromisoformat(at) - datetime.fromisoformat(since)) / _WEEK if at else np.nan
-        for since, at in zip(begins, important, strict=True)
-    ]
-    return changes.take(np.argsort(changes["measure"], kind="stable"))
+    changed = (within & (measured["last_at"] > measured["first_at"])).T
+    measure, episode = np.nonzero(changed)
+    changes = np.empty(len(episode), _CHANGE)
+    changes["episode"], changes["measure"] = episode, measure
+    patients = [of.patient for of in episodes]
+    changes["patient"] = _numbers(patients, list(dict.fromkeys(patients)))[episode]
+    for name in ("first", "last", "improvement", "weeks"):
+        changes[name] = measured[name].T[changed]
+    return changes
 
 
 def _patients(changes: Any) -> int:

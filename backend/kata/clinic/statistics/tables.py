@@ -5,7 +5,7 @@
 from datetime import datetime
 from uuid import UUID
 
-from sqlalchemy import ForeignKey, Index, String
+from sqlalchemy import ForeignKey, Index, LargeBinary, String
 from sqlalchemy.orm import Mapped, mapped_column
 
 from kata.database.base import Base, UtcDateTime
@@ -40,23 +40,16 @@ class StationHourRow(Base):
 
 
 class EpisodeOutcomeRow(Base):
-    """First and last value of one measure in an episode of care."""
+    """First and last value of each measure in an episode of care."""
 
     __tablename__ = "episode_outcomes"
-    # The outcomes read all columns of this index and no row.
-    __table_args__ = (
-        Index(
-            "ix_episode_outcomes_last_at",
-            "last_at", "episode_id", "measure", "first_at", "first", "last", "important_at",
-        ),
-    )  # fmt: skip
+    # A period's episodes are found without reading the other rows.
+    __table_args__ = (Index("ix_episode_outcomes_end_at", "end_at", "begin_at"),)
 
     episode_id: Mapped[UUID] = mapped_column(ForeignKey("episodes.id"), primary_key=True)
-    measure: Mapped[str] = mapped_column(String(32), primary_key=True)
-    """Name of the measure (:data:`kata.clinic.statistics.schemas.OutcomeMeasure`)."""
-    first_at: Mapped[datetime] = mapped_column(UtcDateTime)
-    first: Mapped[float]
-    last_at: Mapped[datetime] = mapped_column(UtcDateTime)
-    last: Mapped[float]
-    important_at: Mapped[datetime | None] = mapped_column(UtcDateTime)
-    """Time of the first assessment whose change from the first value was important; None if there was none, or no limit is known."""
+    begin_at: Mapped[datetime] = mapped_column(UtcDateTime)
+    """Earliest time of the last assessments of the measures."""
+    end_at: Mapped[datetime] = mapped_column(UtcDateTime)
+    """Latest time of the last assessments of the measures."""
+    changes: Mapped[bytes] = mapped_column(LargeBinary)
+    """The changes of the measures (:mod:`kata.clinic.statistics.episode_changes`)."""
