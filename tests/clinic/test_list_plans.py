@@ -18,7 +18,7 @@ from kata.clinic.patients import service as patients
 from kata.clinic.restricted import service as restricted
 from kata.clinic.sessions import lists
 from kata.clinic.sessions.lists import SessionFilter
-from kata.clinic.statistics import usage, worklist
+from kata.clinic.statistics import outcomes, usage, worklist
 from kata.clinic.statistics.recent_days import recent_days
 from kata.clinic.statistics.usage import Span
 from kata.clinic.statistics.worklist import FollowedProgramme
@@ -196,6 +196,16 @@ def test_figures_read_only_the_hours_of_their_time(empty: Database, ask: Callabl
     ends = "SEARCH station_hours USING PRIMARY KEY"
     of_time = "SEARCH station_hours USING PRIMARY KEY (hour>? AND hour<?)"
     assert set(found) == {ends, of_time}
+
+
+def test_outcomes_read_only_the_episodes_of_their_time(empty: Database) -> None:
+    found = looks(empty, lambda session: outcomes.outcomes(session, Span(MAY, JUNE)))
+    assert found == [
+        "SEARCH episode_outcomes USING INDEX ix_episode_outcomes_end_at (end_at>?)",
+        "SEARCH episodes USING INDEX sqlite_autoindex_episodes_1 (id=?)",
+        "SEARCH stages USING INDEX ix_stages_episode_id (episode_id=?) LEFT-JOIN",
+        "SEARCH programmes USING INDEX ix_programmes_episode_id (episode_id=?)",
+    ]
 
 
 @pytest.mark.parametrize("station", [None, "Station 1"])

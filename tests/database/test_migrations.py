@@ -32,6 +32,7 @@ from kata.database.engine import Database, DatabaseError
 from kata.database.series import pack, unpack
 from kata.database.upgrade import migrations, upgrade
 from tests.support.array_formats import FIRST_FORMAT
+from tests.support.treatment import treat
 
 RELEASED = ("0001", "0002", "0003", "0004")
 NOW = datetime(2025, 4, 1, 9, 30, 0, 123456, tzinfo=UTC)
@@ -222,6 +223,23 @@ def test_upgrade_sums_whole_motions_between_the_midnights_of_zones(empty: Databa
     at_version(empty, "0036", command.downgrade)
     assert [(str(row["hour"])[11:16], row["compared"]) for row in station_hours(empty)] == [("18:00", 2)]
     assert [row["worst_rmse_deg"] for row in contents(empty)["runs"]] == [0.75, 0.75]
+
+
+def test_outcomes_of_an_episode_become_one_row_and_measures_again(empty: Database) -> None:
+    upgrade(empty)
+    derived_tables.DerivedTablesHook(empty)
+    with empty.write() as session:
+        for sessions in range(2):
+            treat(session, sessions=sessions)
+    stored = contents(empty)["episode_outcomes"]
+    assert len(stored) == 2
+    at_version(empty, "0038", command.downgrade)
+    rows = contents(empty)["episode_outcomes"]
+    important = {row["measure"]: (row["first"], row["last"], row["important_at"] == row["last_at"]) for row in rows}
+    assert important["spadi"] == (60.0, 40.0, True)
+    assert important["flexion"][2] is False
+    at_version(empty, "0039")
+    assert contents(empty)["episode_outcomes"] == stored
 
 
 def station_hours(database: Database) -> list[Row]:
