@@ -216,7 +216,7 @@ def _patients(session: Session, ids: list[UUID]) -> dict[UUID, SessionPatient]:
     query = select(PatientRow.id, PatientRow.name, PatientRow.clinic_number).where(PatientRow.id.in_(ids))
     return {
         row.id: SessionPatient(id=row.id, name=row.name, clinic_number=row.clinic_number)
-        for row in session.execute(query)
+        for row in session.connection().execute(query)
     }
 
 
@@ -239,7 +239,7 @@ def _therapists(session: Session, programmes: list[FollowedProgramme]) -> dict[U
     if not seen:
         return {}
     query = _LAST_THERAPISTS.where(EpisodeRow.id.in_(seen))
-    return {row.id: row.therapist or "" for row in session.execute(query)}
+    return {row.id: row.therapist or "" for row in session.connection().execute(query)}
 
 
 def _of_day(visible: ColumnElement[bool], today: datetime) -> Select[UUID]:
@@ -267,7 +267,7 @@ def _changes(session: Session, actor: Actor, since: datetime, hidden: Select[UUI
         AssessmentRow.withdrawn_at.is_(None),
     )
     values: dict[tuple[UUID, str], list[tuple[datetime, float]]] = defaultdict(list)
-    for row in session.execute(assessed.order_by(AssessmentRow.assessed_at)):
+    for row in session.connection().execute(assessed.order_by(AssessmentRow.assessed_at)):
         for measure, value in (("spadi", row.spadi_score), ("pain", row.pain_average)):
             if value is not None:
                 values[row.episode_id, measure].append((row.assessed_at, float(value)))
