@@ -47,7 +47,9 @@ class local_week(local_day):  # noqa: N801 - a SQL function
 @compiles(local_day, "sqlite")
 def _sqlite(element: local_day, compiler: SQLCompiler, **options: Any) -> str:
     moment, minutes = element.clauses
-    seconds = f"unixepoch({compiler.process(moment, **options)}) + ({compiler.process(minutes, **options)}) * 60"
+    # Not unixepoch(), which SQLite has since 3.38 only. Julian days have milliseconds.
+    unix_s = f"CAST((julianday({compiler.process(moment, **options)}) - 2440587.5) * 86400 + 0.001 AS INTEGER)"
+    seconds = f"{unix_s} + ({compiler.process(minutes, **options)}) * 60"
     day = f"({seconds}) / 86400"
     # The first Monday is day 4.
     return f"({day} - 4) / 7 * 7 + 4" if isinstance(element, local_week) else day
