@@ -48,7 +48,7 @@ class local_week(local_day):  # noqa: N801 - a SQL function
 def _sqlite(element: local_day, compiler: SQLCompiler, **options: Any) -> str:
     moment, minutes = element.clauses
     # Not unixepoch(), which SQLite has since 3.38 only. Julian days have milliseconds.
-    unix_s = f"CAST((julianday({compiler.process(moment, **options)}) - 2440587.5) * 86400 + 0.001 AS INTEGER)"
+    unix_s = f"CAST((julianday({compiler.process(moment, **options)}) - 2440587.5) * 86400 + 0.0004 AS INTEGER)"
     seconds = f"{unix_s} + ({compiler.process(minutes, **options)}) * 60"
     day = f"({seconds}) / 86400"
     # The first Monday is day 4.
