@@ -5,6 +5,7 @@ import react from "@vitejs/plugin-react";
 import type { Plugin } from "vite";
 import { defineConfig } from "vitest/config";
 import { checkCatalogues } from "./catalogues.mjs";
+import { unwrapPlotly } from "./plotlyModule.ts";
 import { writePreloads } from "./preloads.ts";
 
 /** The service to which `npm run dev` sends requests. */
@@ -40,6 +41,16 @@ const replacing = globSync(TESTS).filter((file) =>
 /** A missing or surplus translation fails the build. */
 const catalogues: Plugin = { name: "catalogues", buildStart: checkCatalogues };
 
+/** Browsers compile Plotly while they load it, in another thread than the page's. */
+const plotly: Plugin = {
+  name: "plotly",
+  apply: "build",
+  transform: {
+    filter: { id: /plotly-basic\.min\.js$/ },
+    handler: (source) => ({ code: unwrapPlotly(source), map: null }),
+  },
+};
+
 /** Texts that load late, by the modules that wait for them. No other module may wait for them. */
 const LATE = /catalogue\.ts$|[\\/](commissioning|administration|locales)[\\/]/;
 
@@ -61,7 +72,7 @@ const CHUNKS = [
 ];
 
 export default defineConfig({
-  plugins: [react(), catalogues, written],
+  plugins: [react(), catalogues, plotly, written],
   server: { proxy: { "/api": { target: service, ws: true } } },
   // The service replaces this by a new nonce in each response (kata/api/static_files.py).
   html: { cspNonce: "KATA-NONCE" },

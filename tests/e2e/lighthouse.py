@@ -1,7 +1,8 @@
 """``python -m tests.e2e.lighthouse --program PATH``: Lighthouse's scores of home, patient, session and station of a seeded clinic.
 
-Each page is loaded as a telephone, a tablet and a desktop. ``--page`` and ``--device`` choose some of them; each may be repeated. A line has
-the device, the page, the scores, the layout shift, the time of the largest paint, and the audits below full score outside of performance.
+Each page is loaded as a telephone, a tablet and a desktop. ``--page`` and ``--device`` choose some of them; each may be repeated.
+``--keep`` stores the whole reports. A line has the device, the page, the scores, the layout shift, the time of the largest paint, how long
+the page was blocked, and the audits below full score outside of performance.
 Build the page first. ``KATA_CHROMIUM`` names the browser. Lighthouse is an npm package; ``npm install --prefix FOLDER lighthouse`` fetches it.
 """
 
@@ -36,6 +37,7 @@ def main(
     page: Annotated[list[str] | None, typer.Option(help="Only this page, for example patient.")] = None,
     device: Annotated[list[str] | None, typer.Option(help=f"Only one of {', '.join(_DEVICES)}.")] = None,
     runs: Annotated[int, typer.Option(help="Number of runs of each page.")] = 1,
+    keep: Annotated[Path | None, typer.Option(help="Folder for Lighthouse's whole reports.")] = None,
 ) -> None:
     """Print Lighthouse's scores of four pages of a seeded clinic."""
     with (
@@ -47,8 +49,11 @@ def main(
         pages = {name: path for name, path in _pages(clinic, cookie).items() if name in (page or [name])}
         for form in device or _DEVICES:
             for name_of_page, path in pages.items():
-                for _ in range(runs):
+                for run in range(runs):
                     result = _result(program, clinic.url + path, folder, _DEVICES[form])
+                    if keep:
+                        keep.mkdir(parents=True, exist_ok=True)
+                        (keep / f"{form}-{name_of_page}-{run + 1}.json").write_text(json.dumps(result))
                     typer.echo(f"{form} {name_of_page}: {_summary(result)}; load {os.getloadavg()[0]:.1f}")
 
 
@@ -74,17 +79,18 @@ def _result(program: Path, url: str, folder: Path, options: tuple[str, ...]) -> 
 
 
 def _summary(result: dict[str, Any]) -> str:
-    """Return the scores, the layout shift, the largest paint, and the audits without full score outside of performance."""
+    """Return the scores, layout shift, largest paint, blocking time, and audits without full score outside of performance."""
     categories, audits = result["categories"], result["audits"]
     scores = ", ".join(f"{name} {100 * (categories[name]['score'] or 0):.0f}" for name in _CATEGORIES)
     named = {reference["id"] for name in _CATEGORIES[1:] for reference in categories[name]["auditRefs"]}
     failed = sorted(name for name in named if (audits[name]["score"] is not None and audits[name]["score"] < 1))
-    shift, paint_ms = (
-        audits[name].get("numericValue", 0) for name in ("cumulative-layout-shift", "largest-contentful-paint")
+    shift, paint_ms, blocked_ms = (
+        audits[name].get("numericValue", 0)
+        for name in ("cumulative-layout-shift", "largest-contentful-paint", "total-blocking-time")
     )
     shifted = [item["node"]["selector"] for item in audits["layout-shifts"].get("details", {}).get("items", [])]
     moved = f" of {shifted[0]}" if shifted else ""
-    paint = f"largest paint {paint_ms / 1000:.1f} s"
+    paint = f"largest paint {paint_ms / 1000:.1f} s, blocked {blocked_ms:.0f} ms"
     return f"{scores}; shift {shift:.3f}{moved}; {paint}; below full score: {', '.join(failed) or 'none'}"
 
 

@@ -112,3 +112,13 @@ def test_preloads_name_all_files_of_the_addressed_page() -> None:
             assert needed(f"src/features/{feature}.tsx", set()) - first <= files, path
             assert manifest[f"src/locales/{language}/index.ts"]["file"] in files
             assert manifest[f"src/locales/{other}/index.ts"]["file"] not in files
+
+
+def test_browsers_compile_plotly_while_they_load_it() -> None:
+    """Functions in parentheses are compiled then, all others at their first call (``frontend/plotlyModule.ts``)."""
+    manifest: dict[str, Any] = json.loads((DIST / ".vite/manifest.json").read_text())
+    (built,) = (chunk["file"] for name, chunk in manifest.items() if name.endswith("plotly-basic.min.js"))
+    source = (DIST / built).read_text()
+    assert re.match(r"var (\w+)=\(\(\)=>\{", source)
+    parts = re.findall(r"\w+=\w+\((\(?)(?:\(\w+(?:,\w+)?\)|\w+)=>\{", source)
+    assert parts.count("(") > 300, parts
