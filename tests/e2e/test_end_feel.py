@@ -27,7 +27,7 @@ def hold_until_playing(page: Page, button: Locator) -> None:
     expect(button).to_be_enabled(timeout=LONG_MS)
     button.hover()
     page.mouse.down()
-    expect(page.get_by_test_id("mode")).to_have_text("Playing", timeout=LONG_MS)
+    expect(page.get_by_test_id("mode")).to_have_text("Playing, torque on", timeout=LONG_MS)
     page.mouse.up()
 
 

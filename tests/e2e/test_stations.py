@@ -84,7 +84,7 @@ def test_station_list_shows_patients_and_marks_silent_stations(
         for watcher in (page, technicians):
             watcher.goto(f"{clinic.url}/stations")
             other = tile(watcher, "Station 2")
-            for words in ("Playing", "E-stop ready", "30 s left", "Operated by Sato Jun"):
+            for words in ("Playing, torque on", "E-stop ready", "30 s left", "Operated by Sato Jun"):
                 expect(other.get_by_text(words, exact=True)).to_be_visible(timeout=LONG_MS)
             expect(tile(watcher, "Station 1").get_by_text("Idle, torque off")).to_be_visible()
         for words in (NAME, "Her flexion"):
@@ -109,5 +109,5 @@ def test_station_list_shows_patients_and_marks_silent_stations(
         expect(tile(watcher, "Station 1").get_by_text(SILENT)).to_have_count(0)
 
     with closing(Elsewhere(services_url, patient["id"])):
-        expect(tile(page, "Station 2").get_by_text("Playing")).to_be_visible(timeout=LONG_MS)
+        expect(tile(page, "Station 2").get_by_text("Playing, torque on")).to_be_visible(timeout=LONG_MS)
     context.close()

@@ -390,7 +390,7 @@ def test_moving_arm_stops_beside_an_open_dialog(finger: Page, clinic: Clinic, wa
         _open(finger, f"{clinic.url}/patients", "tablet")
         for way in ways:
             station.play(session, recording)
-            expect(mode).to_have_text("Playing", timeout=LONG_MS)
+            expect(mode).to_have_text("Playing, torque on", timeout=LONG_MS)
             finger.get_by_role("button", name="New patient").tap()
             expect(finger.get_by_role("dialog")).to_be_visible()
             if way == "touch":
@@ -407,7 +407,7 @@ def test_moving_arm_stops_beside_an_open_dialog(finger: Page, clinic: Clinic, wa
                 finger.keyboard.press("Escape")
             expect(finger.get_by_role("dialog")).to_be_hidden()
         station.play(session, recording)
-        expect(mode).to_have_text("Playing", timeout=LONG_MS)
+        expect(mode).to_have_text("Playing, torque on", timeout=LONG_MS)
         finger.get_by_role("textbox", name="Search").fill("abc")
         finger.keyboard.press("Escape")
         expect(finger.get_by_test_id("stop-answer")).to_contain_text("Confirmed by the device")

@@ -113,12 +113,12 @@ def test_session_goes_from_checklist_to_addendum_by_keyboard_alone(page: Page) -
     press(page, move)
     expect(page.get_by_test_id("mode")).to_have_text("Recording loaded, torque off")
     with held(page, move):
-        expect(page.get_by_test_id("mode")).to_have_text("Moving to the start", timeout=LONG_MS)
+        expect(page.get_by_test_id("mode")).to_have_text("Moving to the start, torque on", timeout=LONG_MS)
     play = visit.get_by_role("button", name="Play", exact=True)
     expect(play).to_be_enabled(timeout=LONG_MS)
     press(page, visit.get_by_role("button", name="Reduce range", exact=True))
     with held(page, play):
-        expect(page.get_by_test_id("mode")).to_have_text("Playing", timeout=LONG_MS)
+        expect(page.get_by_test_id("mode")).to_have_text("Playing, torque on", timeout=LONG_MS)
     expect(page.get_by_test_id("mode")).to_have_text("Idle, torque off", timeout=LONG_MS)
     expect(page.get_by_text("The playback is saved.")).to_be_visible(timeout=LONG_MS)
     press(page, visit.get_by_role("button", name="Finish playing: go to pain after"))

@@ -4,19 +4,18 @@ import { t } from "../lib/i18n";
 type Torque = Live["torque"];
 
 /**
- * Return the apparatus state in the therapist's words. After a stop they include the torque. A stop counts as held,
- * too, while the torque is unknown, and then the words say that it is unknown.
+ * Return the apparatus state and the torque that the drives report. After a stop of an arm that counts as held because
+ * the torque is unknown, the words say that it is unknown.
  */
 export function describeMode(live: Pick<Live, "mode" | "stop" | "run"> & { torque: Torque | null }): string {
-  if (live.mode === "stopped") return describeStopped(live.torque ?? "unknown", live.stop?.arm_held === true);
-  if (live.mode === "playing" && live.run?.reversing) return t("common:modes.reversing");
-  return t(`common:modes.${live.mode}`);
+  const torque = live.torque ?? "unknown";
+  return t("common:modes.withTorque", { mode: describeActivity(live), torque: t(`common:torque.${torque}`) });
 }
 
-function describeStopped(torque: Torque, armHeld: boolean): string {
-  if (torque === "unknown") return t("common:modes.stoppedUnknown");
-  if (armHeld) return t("common:modes.holding");
-  return torque === "on" ? t("common:modes.stoppedOn") : t("common:modes.stopped");
+function describeActivity({ mode, stop, run, torque }: Parameters<typeof describeMode>[0]): string {
+  if (mode === "stopped" && stop?.arm_held && torque === "on") return t("common:modes.holding");
+  if (mode === "playing" && run?.reversing) return t("common:modes.reversing");
+  return t(`common:modes.${mode}`);
 }
 
 const MOVING: Live["mode"][] = ["approaching", "playing", "paused", "returning"];

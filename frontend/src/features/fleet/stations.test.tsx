@@ -46,7 +46,7 @@ describe("a tile", () => {
     for (const words of [
       "Yamada Hanako",
       "Flexion",
-      "Playing",
+      "Playing, torque on",
       "30 s left",
       "E-stop ready",
       "Operated by Sato",
@@ -102,10 +102,10 @@ describe("words", () => {
   it("describe a held and a returning arm", () => {
     const cause = { code: "x", category: 2 as const, message: "", next_step: "", axis: null, cleared: true };
     expect(describeActivity({ ...state, mode: "stopped", arm_held: true, causes: [cause] })).toBe(
-      "Stopped, holding the arm",
+      "Stopped, holding, torque on",
     );
     const progress = { position_s: 1, duration_s: 2, left_s: 1, reversing: true };
-    expect(describeActivity({ ...state, progress })).toBe("Moving back after resistance");
+    expect(describeActivity({ ...state, progress })).toBe("Moving back after resistance, torque on");
   });
 
   it("describe the length of a take", () => {

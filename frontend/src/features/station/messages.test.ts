@@ -29,24 +29,30 @@ describe("the state on the path", () => {
 });
 
 describe("the apparatus state", () => {
-  it.each([
-    ["off", false, "Stopped, torque off"],
-    // The drives report torque off some cycles after the stop.
-    ["on", false, "Stopped, torque on"],
-    ["on", true, "Stopped, holding the arm"],
+  const MODES = ["offline", "idle", "teaching", "ready", "approaching", "playing", "paused", "returning", "stopped"] as const;
+
+  it.each(MODES)("names the torque that the drives report while %s", (mode) => {
+    const words = (["on", "off", "unknown", null] as const).map((torque) =>
+      describeMode({ mode, torque, stop: null, run: null }),
+    );
+    const state = words[0]?.replace(/, torque on$/, "");
+    expect(words).toEqual(["on", "off", "unknown", "unknown"].map((torque) => `${state}, torque ${torque}`));
+  });
+
+  it("says after a stop if the motors hold the arm", () => {
+    const held = { ...stop, arm_held: true };
+    const describeStop = (torque: "on" | "unknown") =>
+      describeMode({ mode: "stopped", torque, stop: held, run: null });
+    expect(describeStop("on")).toBe("Stopped, holding, torque on");
     // The arm counts as held, because the motors may hold it.
-    ["unknown", true, "Stopped, torque unknown"],
-    ["unknown", false, "Stopped, torque unknown"],
-    [null, false, "Stopped, torque unknown"],
-  ] as const)("after a stop with torque %s and held %s", (torque, arm_held, words) => {
-    expect(describeMode({ mode: "stopped", torque, stop: { ...stop, arm_held }, run: null })).toBe(words);
+    expect(describeStop("unknown")).toBe("Stopped, torque unknown");
   });
 
   it("distinguishes playing from taking the arm back", () => {
-    expect(describeMode({ mode: "playing", torque: "on", stop: null, run })).toBe("Playing");
+    expect(describeMode({ mode: "playing", torque: "on", stop: null, run })).toBe("Playing, torque on");
     expect(
       describeMode({ mode: "playing", torque: "on", stop: null, run: { ...run, reversing: true } }),
-    ).toBe("Moving back after resistance");
+    ).toBe("Moving back after resistance, torque on");
   });
 });
 
