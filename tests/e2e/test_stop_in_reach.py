@@ -3,8 +3,10 @@
 `make test` goes through four pages and a few dialogs, the campaign through all.
 """
 
+import json
 import re
 from collections.abc import Iterator
+from itertools import product
 from typing import Any, Final
 
 import pytest
@@ -14,6 +16,7 @@ from kata.auth.login_session import COOKIE
 from tests.support.accessibility import addresses
 from tests.support.browser_clinic import LONG_MS, Clinic
 from tests.support.page_actions import first_page, wait_until_idle
+from tests.support.paths import ROOT
 from tests.support.shown_pages import SIZES
 from tests.support.shown_station import ShownStation
 from tests.support.stop_in_reach import tab_to_stop, untouchable, untouchable_stop
@@ -62,6 +65,10 @@ _HEADER: Final = """() => {
 """The header's height, and its parts that are beyond its edges or over each other."""
 
 
+_CUT_WORDS: Final = """() => [...document.querySelectorAll('header [data-testid] :not(svg, svg *), header [data-testid]')]
+    .filter((part) => getComputedStyle(part).clipPath === 'none' && part.scrollWidth > part.clientWidth + 1)
+    .map((part) => part.textContent)"""
+"""Words of the header that their frame cuts."""
 _EVERY: Final = pytest.param(True, marks=pytest.mark.campaign)
 _LOW: Final = ((640, 360), SIZES["landscape"], (800, 360), (932, 430))
 """Sizes of telephones in landscape."""
@@ -280,6 +287,43 @@ def test_header_says_simulated_at_every_size(tab: Page, clinic: Clinic, language
         assert tab.evaluate(_HEADER)["outside"] == [], size
         if size == "telephone":
             assert tab.evaluate(_HEADER)["height"] == 124
+
+
+_SHOW: Final = """([state, torque]) => {
+    for (const [testid, words] of [['mode', torque], ['estop', state]]) {
+        const walker = document.createTreeWalker(document.querySelector(`header [data-testid=${testid}]`), NodeFilter.SHOW_TEXT);
+        walker.nextNode().data = words;
+    }
+}"""
+"""Writes other words into the header."""
+
+
+@pytest.mark.parametrize("language", ["en", "ja"])
+def test_header_has_space_for_station_and_every_state(tab: Page, clinic: Clinic, language: str) -> None:
+    """With three stations, a telephone's header once did not say whose state and Stop it shows. Long states once were cut."""
+    tab.add_init_script(f"localStorage.setItem('kata.language', '{language}')")
+    tab.goto(clinic.url)
+    header = tab.locator("header")
+    expect(header.get_by_test_id("connection")).to_have_attribute("data-connected", "true", timeout=LONG_MS)
+    words = json.loads((ROOT / f"frontend/src/locales/{language}/common.json").read_text())
+    together = words["modes"].pop("withTorque")
+    modes = [
+        together.replace("{{mode}}", mode).replace("{{torque}}", words["torque"][torque])
+        for name, mode in words["modes"].items()
+        for torque in (["on"] if name == "holding" else words["torque"])
+    ]
+    estops = [words["estop"]["closed"], words["estop"]["pressed"], words["estop"]["missing"]]
+    # The apparatus cannot move before a released switch is acknowledged.
+    stopped = [mode for mode in modes if mode.startswith(words["modes"]["stopped"])]
+    for size, (width, height) in SIZES.items():
+        tab.set_viewport_size({"width": width, "height": height})
+        before = tab.evaluate(_HEADER)["height"]
+        for estop, mode in [*product(estops, modes), *((words["estop"]["released"], mode) for mode in stopped)]:
+            tab.evaluate(_SHOW, [estop, mode])
+            assert tab.evaluate(_HEADER) == {"height": before, "outside": []}, (size, estop, mode)
+            assert tab.evaluate(_CUT_WORDS) == [], (size, estop, mode)
+        for part in ("station-name", "estop", "mode", "connection"):
+            expect(header.get_by_test_id(part)).to_be_in_viewport(ratio=1)
 
 
 def test_key_of_stop_is_named_beside_a_mouse_only(tab: Page, finger: Page, clinic: Clinic) -> None:

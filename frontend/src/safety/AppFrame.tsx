@@ -73,11 +73,11 @@ function storeBannersHeight(banners: HTMLDivElement | null) {
   return () => observer.disconnect();
 }
 
-/** Names the station whose state is beside it. A smaller screen has no room for it. */
+/** Names the station whose state and Stop are beside it. */
 function StationName() {
   const station = useStation();
   return (
-    <Text fw={600} visibleFrom="md" data-testid="station-name">
+    <Text fw={600} className={classes.stationName ?? ""} data-testid="station-name">
       {station?.name}
     </Text>
   );
@@ -96,6 +96,7 @@ function ModeBadge() {
       variant="light"
       color={alive ? "indigo" : "gray"}
       tt="none"
+      className={classes.mode ?? ""}
       data-testid="mode"
     >
       {alive && mode ? describeMode({ mode, torque, stop, run }) : t("common:shell.modeUnknown")}
@@ -117,7 +118,11 @@ function ConnectionBadge() {
       : t("common:shell.live");
   return (
     <Group gap={6} wrap="nowrap" data-testid="connection" data-connected={connected}>
-      {connected ? <IconPlugConnected size={18} /> : <IconPlugConnectedX size={18} />}
+      {connected ? (
+        <IconPlugConnected size={18} className={classes.connectedIcon} />
+      ) : (
+        <IconPlugConnectedX size={18} />
+      )}
       <Text size="sm" role="status" className={classes.connectionWords ?? ""}>
         {connected ? connectedText : noConnection}
       </Text>
