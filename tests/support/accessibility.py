@@ -140,14 +140,44 @@ _UNREACHABLE = """() => [...document.querySelectorAll('main *')]
 """Scrolled areas that no keyboard reaches. axe finds only those that it can prove."""
 
 
+_CUT_TABLES = """() => [...document.querySelectorAll('main table')].flatMap((table) => {
+    const frame = table.closest('.mantine-ScrollArea-viewport') ?? document.querySelector('main');
+    const heads = table.querySelectorAll('thead th');
+    const cut = table.offsetWidth > frame.clientWidth + 1 && heads.length <= MOST_COLUMNS && table.checkVisibility();
+    return cut ? [`the table of ${[...heads].map((head) => head.innerText).join(', ')} is cut`] : [];
+})""".replace("MOST_COLUMNS", "6")
+"""Tables that are wider than their frame. A table of more columns, such as five motors, is read while it scrolls sideways."""
+_BROKEN = r"""() => {
+    const kept = /\d{4}年\d{1,2}月\d{1,2}日|\d{1,2}月\d{1,2}日|[−\d][\d.]*[°%]?〜[−\d][\d.]*[°%点]?/g;
+    const walker = document.createTreeWalker(document.body, NodeFilter.SHOW_TEXT);
+    const found = [];
+    for (let node = walker.nextNode(); node; node = walker.nextNode()) {
+        if (!node.parentElement.checkVisibility({visibilityProperty: true}) || node.parentElement.closest('svg, script, style')) continue;
+        const places = [...node.data].flatMap((letter, place) => letter === '\u2060' ? [] : [place]);
+        for (const {0: text, index} of places.map((place) => node.data[place]).join('').matchAll(kept)) {
+            const range = document.createRange();
+            range.setStart(node, places[index]);
+            range.setEnd(node, places[index + text.length - 1] + 1);
+            const lines = new Set([...range.getClientRects()].filter(({width}) => width > 0).map(({top}) => Math.round(top)));
+            if (lines.size > 1) found.push(`${text} is on two lines`);
+        }
+    }
+    return found;
+}"""
+"""Japanese dates and ranges of numbers that a line break divides."""
+
+
 def _misfits(page: Page) -> list[str]:
     wider_px = int(page.evaluate("document.documentElement.scrollWidth - innerWidth"))
     wide = [f"{wider_px} px wider than the screen"] if wider_px > 0 else []
-    return [*wide, *(str(found) for script in (_CUT, _UNREACHABLE) for found in page.evaluate(script))]
+    return [
+        *wide,
+        *(str(found) for script in (_CUT, _UNREACHABLE, _CUT_TABLES, _BROKEN) for found in page.evaluate(script)),
+    ]
 
 
 def misfits_on_telephone(page: Page, redrawn_s: float = _REDRAWN_S) -> list[str]:
-    """Return what does not fit the width of a telephone (WCAG 1.4.10 Reflow), and tables that scroll there only by touch.
+    """Return what does not fit the width of a telephone (WCAG 1.4.10 Reflow), divided dates, and tables that scroll there only by touch.
 
     Leave the page's size as it was. ``redrawn_s``: how long the page may take to draw its figures for the new width.
     """

@@ -20,7 +20,7 @@ export default (words) => {
     const inContext = new RegExp('(?<![A-Za-z])(?:' + words.units_after + ')|' + words.scales);
     const countedHead = new RegExp(any(words.count_heads));
     const found = [];
-    const withSpaces = (text) => text.replaceAll('\u00a0', ' ');
+    const withSpaces = (text) => text.replaceAll('\u00a0', ' ').replaceAll('\u2060', '');
     const headingBefore = (one) => document.evaluate(
         'preceding::*[self::h2 or self::h3][1]', one, null, XPathResult.FIRST_ORDERED_NODE_TYPE).singleNodeValue;
 

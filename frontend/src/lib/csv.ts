@@ -1,9 +1,11 @@
 import type { Schemas } from "./api/client";
+import { withoutJoiners } from "./joinUnits";
 
 /** Return one cell. An apostrophe is put before a text that a spreadsheet would run as a formula. */
 function cell(value: string | number | null): string {
   if (value === null) return "";
-  const text = typeof value === "number" ? String(value) : value.replace(/^[=+\-@\t\r]/, "'$&");
+  const text =
+    typeof value === "number" ? String(value) : withoutJoiners(value).replace(/^[=+\-@\t\r]/, "'$&");
   return /[",\r\n]/.test(text) ? `"${text.replaceAll('"', '""')}"` : text;
 }
 

@@ -1,5 +1,6 @@
 import { clinicFormat, dayOf } from "./days";
 import { t } from "./i18n";
+import { joinUnits } from "./joinUnits";
 import { LOCALE } from "./language";
 
 const DAY = { year: "numeric", month: "short", day: "numeric" } as const;
@@ -12,14 +13,14 @@ const time = clinicFormat(LOCALE, { hour: "2-digit", minute: "2-digit" }, STATED
 const clock = clinicFormat(LOCALE, { hour: "2-digit", minute: "2-digit", second: "2-digit" }, STATED);
 
 /** Return a calendar day such as 1968-04-12 in words. It does not depend on the time zone. */
-export const formatDay = (iso: string) => calendarDay.format(Date.parse(iso));
+export const formatDay = (iso: string) => joinUnits(calendarDay.format(Date.parse(iso)));
 /** Return the clinic's day of a time. */
-export const formatDayOf = (moment: string) => day(new Date(moment));
+export const formatDayOf = (moment: string) => joinUnits(day(new Date(moment)));
 /** Return two days of the clinic in short: without the year if it is the same, else without the day. */
 export function formatShortDays(moments: string[]): string[] {
   const dates = moments.map((moment) => new Date(moment));
   const years = new Set(dates.map((date) => dayOf(date).slice(0, 4)));
-  return dates.map(years.size > 1 ? month : dayOfYear);
+  return dates.map(years.size > 1 ? month : dayOfYear).map(joinUnits);
 }
 export const formatMoment = (iso: string) => {
   const moment = new Date(iso);

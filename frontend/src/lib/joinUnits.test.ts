@@ -14,6 +14,19 @@ it.each([
   expect(joinUnits(text)).toBe(joined);
 });
 
+const seen = (text: string) => text.replaceAll("\u2060", "|");
+
+it.each([
+  ["2026年11月21日 10:30", "2026|年|11|月|21|日 10:30"],
+  ["11月21日〜12月5日", "11|月|21|日〜12|月|5|日"],
+  ["改善 −39.0〜−26.6点", "改善 −39.0|〜|−26.6|点"],
+  ["53〜82%。", "53|〜|82%。"],
+  ["30°〜60°", "30°|〜|60°"],
+  ["3年、3回", "3|年、3回"],
+])("keeps date and range together: %s", (text, joined) => {
+  expect(seen(joinUnits(text))).toBe(joined);
+});
+
 it("is done in every text", () => {
   expect(t("sessions:session.smallestRange", { percent: 80 })).toContain("80\u00a0%");
 });

@@ -1,4 +1,5 @@
 import { clinicFormat } from "./days";
+import { withoutJoiners } from "./joinUnits";
 import { LOCALE } from "./language";
 
 /** A typed text as a day such as 2026-11-21, or why it is none. */
@@ -31,7 +32,7 @@ const MONTH_FIRST = clinicFormat(LOCALE, {})(Date.UTC(2026, 10, 21, 12)).startsW
  * S43.4.12. A date of three numbers that ends with the year has the order of the locale.
  */
 export function readDay(typed: string): ReadDay {
-  const numbers = parts(typed.normalize("NFKC").trim().toLowerCase());
+  const numbers = parts(withoutJoiners(typed).normalize("NFKC").trim().toLowerCase());
   if (!numbers) return { problem: "unreadable" };
   const [year, month, day] = numbers;
   const iso = [
