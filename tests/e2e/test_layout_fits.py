@@ -119,18 +119,33 @@ def test_rows_of_key_figures_are_filled(page: Page, clinic: Clinic) -> None:
         assert page.evaluate(_UNEVEN_ROWS) == [], size
 
 
-@pytest.mark.parametrize("name", ["sessions", "patient-sessions", "accounts"])
-def test_tables_of_a_telephone_are_not_cut(page: Page, clinic: Clinic, name: str) -> None:
+@pytest.mark.parametrize("language", ["en", "ja"])
+@pytest.mark.parametrize(
+    "name", ["sessions", "patient-sessions", "patient-recordings", "accounts", "audit", "history", "stops"]
+)
+def test_tables_of_a_telephone_are_not_cut(page: Page, clinic: Clinic, name: str, language: str) -> None:
     """Their last column was once beyond the edge. A sorted column is wider by its arrow."""
+    page.evaluate("(language) => localStorage.setItem('kata.language', language)", language)
     page.set_viewport_size({"width": 360, "height": 740})
     page.goto(clinic.url + addresses(page, clinic)[name])
     table = page.locator("main table").first
     expect(table).to_be_visible(timeout=LONG_MS)
     heads = table.get_by_role("columnheader").filter(has=page.get_by_role("button"))
+    expect(heads).not_to_have_count(0)
     for number in range(heads.count()):
         heads.nth(number).get_by_role("button").click()
         edge = table.evaluate("(table) => table.getBoundingClientRect().right")
         assert edge <= 360 - 16, (heads.nth(number).inner_text(), edge)
+
+
+def test_plan_of_a_session_fits_a_telephone(page: Page, clinic: Clinic) -> None:
+    """What was planned is below the recording's name there. It was once beyond the edge."""
+    page.set_viewport_size({"width": 360, "height": 740})
+    page.goto(clinic.url + addresses(page, clinic)["session-plan"])
+    table = page.get_by_test_id("planned")
+    expect(table).to_be_visible(timeout=LONG_MS)
+    assert table.evaluate("(table) => table.getBoundingClientRect().right") <= 360 - 16
+    expect(table.get_by_text("% of the range").first).to_be_visible()
 
 
 _BROWSER_BARS_PX: Final = 128

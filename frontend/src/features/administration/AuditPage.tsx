@@ -130,10 +130,13 @@ const NUMBER_AND_TIME: Column<Entry>[] = [
     key: "time",
     head: t("administration:audit.time"),
     value: ({ at }) => at,
-    cell: ({ at }) => (
+    cell: (entry) => (
       <>
-        <span style={{ whiteSpace: "nowrap" }}>{formatDayOf(at)}</span>{" "}
-        <span style={{ whiteSpace: "nowrap" }}>{formatClock(new Date(at))}</span>
+        <span style={{ whiteSpace: "nowrap" }}>{formatDayOf(entry.at)}</span>{" "}
+        <span style={{ whiteSpace: "nowrap" }}>{formatClock(new Date(entry.at))}</span>
+        <Text size="sm" hiddenFrom="sm">
+          {describeUser(entry)}
+        </Text>
       </>
     ),
   },
@@ -141,6 +144,7 @@ const NUMBER_AND_TIME: Column<Entry>[] = [
 
 const userColumn = (names: Names): Column<Entry> => ({
   key: "user",
+  onWide: true,
   head: t("administration:audit.user"),
   value: (entry) => joined([describeUser(entry), describeRole(entry, names)]),
   cell: (entry) => (

@@ -163,6 +163,7 @@ const COLUMNS: Column<Backup>[] = [
   },
   {
     key: "size",
+    onWide: true,
     head: t("administration:backups.size"),
     right: true,
     value: (backup) => (backup.problem ? null : toMegabytes(backup.bytes)),

@@ -189,6 +189,7 @@ function columnsOf(other: number | undefined): Column<Row>[] {
     },
     {
       key: "accepted",
+      onWide: true,
       head: t("commissioning:settings.accepted"),
       value: (row) => describeAcceptedValues(row.accepted),
       cell: (row) => describeAcceptedValues(row.accepted),
@@ -251,6 +252,7 @@ function motorColumns(rows: MotorRow[]): Column<MotorRow>[] {
     { key: "unit", head: t("commissioning:settings.unit"), value: unit, cell: unit },
     {
       key: "accepted",
+      onWide: true,
       head: t("commissioning:settings.accepted"),
       value: sharedRange,
       cell: sharedRange,
@@ -344,11 +346,19 @@ const HISTORY_COLUMNS: Column<Version>[] = [
     head: t("commissioning:history.since"),
     always: true,
     value: ({ since }) => since,
-    cell: ({ since }) => formatMoment(since),
+    cell: (version) => (
+      <>
+        {formatMoment(version.since)}
+        <Text size="sm" hiddenFrom="sm">
+          {changedBy(version)}
+        </Text>
+      </>
+    ),
   },
-  { key: "who", head: t("commissioning:history.who"), value: changedBy, cell: changedBy },
+  { key: "who", onWide: true, head: t("commissioning:history.who"), value: changedBy, cell: changedBy },
   {
     key: "software",
+    onWide: true,
     head: t("commissioning:history.software"),
     value: ({ software }) => software,
     cell: ({ software }) => software,

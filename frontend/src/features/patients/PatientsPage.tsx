@@ -154,6 +154,7 @@ const COLUMNS: Column<Patient>[] = [
   },
   {
     key: "shoulder",
+    onWide: true,
     head: t("patients:patients.shoulder"),
     value: ({ affected_side }) => (affected_side ? formatSide(affected_side) : null),
     cell: ({ affected_side }) => formatSide(affected_side),

@@ -51,7 +51,7 @@ const columnsOf = (items: Recording[]): Column<Recording>[] => [
           {recording.name}
         </PageLink>
         {recording.archived_at && t("patients:recordings.archived")}{" "}
-        <SimulatedBadge simulated={recording.simulated} />
+        <SimulatedBadge simulated={recording.simulated} short />
         {recording.parent_id && (
           <Text size="sm" c="dimmed">
             {describeOrigin(recording, items)}

@@ -5,7 +5,6 @@ import { formatDuration } from "../../lib/format";
 import { t } from "../../lib/i18n";
 import { PageLink } from "../../ui/links";
 import { ProblemNote } from "../../ui/ProblemNote";
-import { ScrolledTable } from "../../ui/ScrolledTable";
 import { describeItem, describePrescription, differences, lower } from "./describeProgramme";
 import { describeEndRangeTime } from "./EndRangeAdherence";
 
@@ -47,41 +46,47 @@ export function PlannedAndDone({ sessionId }: { sessionId: string }) {
   );
 }
 
+/** A telephone shows what was planned below the recording's name. */
 function PlanTable({ items, ended }: { items: Schemas["ItemDone"][]; ended: boolean }) {
   return (
-    <ScrolledTable minWidth={480}>
-      <Table withTableBorder verticalSpacing="sm" data-testid="planned">
-        <Table.Thead>
-          <Table.Tr>
-            <Table.Th w={40}>{t("programmes:plan.number")}</Table.Th>
-            <Table.Th>{t("programmes:plan.recording")}</Table.Th>
-            <Table.Th>{t("programmes:plan.repetitions")}</Table.Th>
-            <Table.Th>{t("programmes:plan.planned")}</Table.Th>
-            <Table.Th>{t("programmes:plan.differences")}</Table.Th>
+    <Table withTableBorder verticalSpacing="sm" data-testid="planned">
+      <Table.Thead>
+        <Table.Tr>
+          <Table.Th w={40} visibleFrom="sm">
+            {t("programmes:plan.number")}
+          </Table.Th>
+          <Table.Th>{t("programmes:plan.recording")}</Table.Th>
+          <Table.Th>{t("programmes:plan.repetitions")}</Table.Th>
+          <Table.Th visibleFrom="sm">{t("programmes:plan.planned")}</Table.Th>
+          <Table.Th>{t("programmes:plan.differences")}</Table.Th>
+        </Table.Tr>
+      </Table.Thead>
+      <Table.Tbody>
+        {items.map((item) => (
+          <Table.Tr key={item.position}>
+            <Table.Td visibleFrom="sm">{item.position}</Table.Td>
+            <Table.Td>
+              {item.recording_name}
+              <Text size="sm" hiddenFrom="sm">
+                {describePrescription(item)}
+              </Text>
+            </Table.Td>
+            <Table.Td>
+              {t("programmes:plan.repeated", { done: item.repetitions_done, planned: item.repetitions })}
+              {item.end_range && (
+                <Text>
+                  {t("programmes:plan.endRange", {
+                    time: describeEndRangeTime(item.end_range_s ?? null, 60 * item.end_range.minutes),
+                  })}
+                </Text>
+              )}
+            </Table.Td>
+            <Table.Td visibleFrom="sm">{describePrescription(item)}</Table.Td>
+            <Table.Td>{describeDifferences(item, ended)}</Table.Td>
           </Table.Tr>
-        </Table.Thead>
-        <Table.Tbody>
-          {items.map((item) => (
-            <Table.Tr key={item.position}>
-              <Table.Td>{item.position}</Table.Td>
-              <Table.Td>{item.recording_name}</Table.Td>
-              <Table.Td>
-                {t("programmes:plan.repeated", { done: item.repetitions_done, planned: item.repetitions })}
-                {item.end_range && (
-                  <Text>
-                    {t("programmes:plan.endRange", {
-                      time: describeEndRangeTime(item.end_range_s ?? null, 60 * item.end_range.minutes),
-                    })}
-                  </Text>
-                )}
-              </Table.Td>
-              <Table.Td>{describePrescription(item)}</Table.Td>
-              <Table.Td>{describeDifferences(item, ended)}</Table.Td>
-            </Table.Tr>
-          ))}
-        </Table.Tbody>
-      </Table>
-    </ScrolledTable>
+        ))}
+      </Table.Tbody>
+    </Table>
   );
 }
 

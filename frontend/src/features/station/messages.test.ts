@@ -29,7 +29,17 @@ describe("the state on the path", () => {
 });
 
 describe("the apparatus state", () => {
-  const MODES = ["offline", "idle", "teaching", "ready", "approaching", "playing", "paused", "returning", "stopped"] as const;
+  const MODES = [
+    "offline",
+    "idle",
+    "teaching",
+    "ready",
+    "approaching",
+    "playing",
+    "paused",
+    "returning",
+    "stopped",
+  ] as const;
 
   it.each(MODES)("names the torque that the drives report while %s", (mode) => {
     const words = (["on", "off", "unknown", null] as const).map((torque) =>

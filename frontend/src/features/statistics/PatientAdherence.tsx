@@ -94,6 +94,7 @@ const COLUMNS: Column<Row>[] = [
   },
   {
     key: "prescribed",
+    onWide: true,
     head: t("statistics:figures.prescribed"),
     right: true,
     total: true,
