@@ -392,7 +392,7 @@ the shoulder rhythm, which has no unit.
 """
 WORDS: Final = {
     "address", "agent", "button", "by", "cause", "changes", "chart", "check", "choices", "chosen", "closed", "columns",
-    "contraindications", "day", "diagnosis", "digest", "doctor", "due", "during", "effect", "endRange", "ended", "explanation",
+    "contraindications", "day", "diagnosis", "digest", "doctor", "due", "during", "effect", "endRange", "ended", "explanation", "mode", "torqueState",
     "fault", "file", "first", "fixtures", "folder", "gain", "groups", "help", "identifiers", "item", "kana", "key", "kind", "kinds",
     "label", "last", "link", "list", "made", "measure", "moment", "motion", "motions", "motors", "name", "names", "newest", "nextStep",
     "none", "note", "on", "opened", "outcome", "parent", "patient", "plane", "problem", "provider", "quantity", "reason", "recording",

@@ -308,7 +308,7 @@ def test_header_has_space_for_station_and_every_state(tab: Page, clinic: Clinic,
     words = json.loads((ROOT / f"frontend/src/locales/{language}/common.json").read_text())
     together = words["modes"].pop("withTorque")
     modes = [
-        together.replace("{{mode}}", mode).replace("{{torque}}", words["torque"][torque])
+        together.replace("{{mode}}", mode).replace("{{torqueState}}", words["torque"][torque])
         for name, mode in words["modes"].items()
         for torque in (["on"] if name == "holding" else words["torque"])
     ]

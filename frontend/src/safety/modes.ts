@@ -9,7 +9,10 @@ type Torque = Live["torque"];
  */
 export function describeMode(live: Pick<Live, "mode" | "stop" | "run"> & { torque: Torque | null }): string {
   const torque = live.torque ?? "unknown";
-  return t("common:modes.withTorque", { mode: describeActivity(live), torque: t(`common:torque.${torque}`) });
+  return t("common:modes.withTorque", {
+    mode: describeActivity(live),
+    torqueState: t(`common:torque.${torque}`),
+  });
 }
 
 function describeActivity({ mode, stop, run, torque }: Parameters<typeof describeMode>[0]): string {
