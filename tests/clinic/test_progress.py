@@ -216,8 +216,8 @@ def test_the_spadi_shows_where_a_change_begins_to_matter(database: Database, fil
         "Pain": ([0, 2, 3], [60, 40, 20]),
         "Disability": ([0, 2, 3], [30, 30, 30]),
         "Baseline": ([-0.2, 3.2], [45, 45]),
-        "8 points better: possibly important, possibly chance": ([-0.2, 3.2], [37, 37]),
-        "Over 17 points better: important, and more than chance": ([-0.2, 3.2], [28, 28]),
+        "8 points better: MCID reached, possibly measurement error": ([-0.2, 3.2], [37, 37]),
+        "Over 17 points better: beyond measurement error": ([-0.2, 3.2], [28, 28]),
     }
     assert (figure.layout.shapes[0].y0, figure.layout.shapes[0].y1) == (28, 37)
     line_ends = line_names_of(figure)
@@ -226,7 +226,7 @@ def test_the_spadi_shows_where_a_change_begins_to_matter(database: Database, fil
     # A legend of seven lines leaves 150 px for the 108 points on a telephone, and a name is 18 px high.
     assert np.diff([name.y for name in line_ends]).min() >= 18 * 108 / 150 - 1e-9
     table = numbers.spadi(points)
-    assert names(table)[-2:] == ["Change from baseline, points", "Important change"]
+    assert names(table)[-2:] == ["Change from baseline, points", "Change of at least the MCID"]
     assert [row[-2:] for row in table.rows] == [[0, "no"], [None, ""], [-10, "possibly better"], [-20, "better"]]
 
 
@@ -253,14 +253,14 @@ def test_other_questionnaires_show_where_a_change_matters(database: Database, fi
     assert upper == {
         "Total": [24, 36],
         "Baseline": [24, 24],
-        "From here on possibly important, possibly chance": [30, 30],
-        "Beyond this line important, more than chance": [30, 30],
+        "From here on the MCID is reached, possibly measurement error": [30, 30],
+        "Beyond this line more than measurement error": [30, 30],
     }
     assert lower == {
         "Total": [75, 50],
         "Baseline": [75, 75],
-        "From here on possibly important, possibly chance": pytest.approx([61.6, 61.6]),
-        "Beyond this line important, more than chance": pytest.approx([57.9, 57.9]),
+        "From here on the MCID is reached, possibly measurement error": pytest.approx([61.6, 61.6]),
+        "Beyond this line more than measurement error": pytest.approx([57.9, 57.9]),
     }
     titles = [title.text for title in figure.layout.annotations if title.xref == "paper"]
     assert titles == ["Oxford Shoulder Score", "QuickDASH"]
@@ -272,7 +272,7 @@ def test_other_questionnaires_show_where_a_change_matters(database: Database, fi
     shown = [trace.name for trace in figure.data if trace.showlegend]
     assert len(shown) == len(set(shown)) == 4
     table = numbers.questionnaires(panels)
-    assert names(table)[2:] == ["Total, points", "Change from baseline, points", "Important change"]
+    assert names(table)[2:] == ["Total, points", "Change from baseline, points", "Change of at least the MCID"]
     assert [row[1:] for row in table.rows] == [
         ["Oxford Shoulder Score", 24, 0, "no"],
         ["Oxford Shoulder Score", 36, 12, "better"],
@@ -282,8 +282,8 @@ def test_other_questionnaires_show_where_a_change_matters(database: Database, fi
     ]
     source = "van Kampen et al. 2013, J Orthop Surg Res 8, 40"
     assert [(note.title, str(note.sentence), note.source) for note in notes.questionnaires(panels)[2:]] == [
-        ("QuickDASH", "Patients call a change of 13.4 points important.", source),
-        ("QuickDASH", "A change of 17.1 points or less may be chance.", source),
+        ("QuickDASH", "Patients call a change of 13.4 points important (MCID).", source),
+        ("QuickDASH", "A change of 17.1 points or less may be measurement error (SDC).", source),
     ]
 
 

@@ -202,10 +202,10 @@ def test_episode_report_matches_the_database_rows(signed: tuple[SessionContent, 
         "Onset 1 Jun 2026", "Freezing 1 Jun 2026", "Frozen 20 Oct 2026", "Abduction / adduction (motion 4) – 95",
         "Highest resistance level: 12 of 25", "Highest speed: 35 °/s", "Set by Sato Ken", "Flexion Active 95 31 Oct 2026 116 11 Nov 2026 +21 141 (11 Nov 2026) 180",
         "External rotation, arm at the side Passive 23 31 Oct 2026 44 11 Nov 2026 +21 69 (11 Nov 2026) 60", "At rest 3 31 Oct 2026 2 11 Nov 2026 −1",
-        "(SPADI), 0 to 100 points, lower is better 60.0 31 Oct 2026 40.0 11 Nov 2026 −20.0 important improvement, more than chance",
+        "(SPADI), 0 to 100 points, lower is better 60.0 31 Oct 2026 40.0 11 Nov 2026 −20.0 improvement beyond measurement error",
         "3 sessions, 2 Nov 2026 to 8 Nov 2026.", "Planned repetitions that were completed: 3 of 18.",
-        "Playbacks that were stopped: 3.", "Motor 3 does not answer. 3", "2 Nov 2026 Sato Ken Yes 6 1 1 7 5", "a change of 8 to 13 points important (Roy, MacDermid",
-        "A change of 17 points or less may be chance (Tveita et al. 2008",
+        "Playbacks that were stopped: 3.", "Motor 3 does not answer. 3", "2 Nov 2026 Sato Ken Yes 6 1 1 7 5", "a change of 8 to 13 points important (MCID; Roy, MacDermid",
+        "A change of 17 points or less may be measurement error (SDC; Tveita et al. 2008",
     ):  # fmt: skip
         assert said in text, said
     japanese = " ".join(texts_of(rendering.episode_pdf(care, print_options("ja"))))
@@ -322,11 +322,11 @@ def test_report_rates_every_questionnaire_by_its_own_limits(
     text = " ".join(Parsed(rendering.episode_page(answered, print_options())).text.split())
     first, second = "30 Nov 2026", "7 Dec 2026"
     for said in (
-        f"QuickDASH, 0 to 100 points, lower is better 50.0 {first} 36.4 {second} −13.6 improvement, possibly important, possibly chance",
-        f"Oxford Shoulder Score, 0 to 48 points, higher is better 36.0 {first} 24.0 {second} −12.0 important worsening, more than chance",
+        f"QuickDASH, 0 to 100 points, lower is better 50.0 {first} 36.4 {second} −13.6 improvement of at least the MCID, possibly measurement error",
+        f"Oxford Shoulder Score, 0 to 48 points, higher is better 36.0 {first} 24.0 {second} −12.0 worsening beyond measurement error",
         f"higher is better 58.3 {second} – – – –",
-        "QuickDASH: patients call a change of 13.4 points important (van Kampen et al. 2013, J Orthop Surg Res 8, 40). A change of 17.1 "
-        "points or less may be chance (van Kampen",
+        "QuickDASH: patients call a change of 13.4 points important (MCID; van Kampen et al. 2013, J Orthop Surg Res 8, 40). A change of 17.1 "
+        "points or less may be measurement error (SDC; van Kampen",
     ):  # fmt: skip
         assert said in text, said
     # Only a value of two days or more has a trend.
@@ -334,8 +334,8 @@ def test_report_rates_every_questionnaire_by_its_own_limits(
     japanese = Parsed(rendering.episode_page(answered, print_options("ja"))).text
     for said in (
         "QuickDASH（0〜100点、低いほど良好）",
-        "意味のある改善の可能性（測定誤差の可能性あり）",
-        "測定誤差を超える意味のある悪化",
+        "MCID以上の改善（測定誤差の可能性あり）",
+        "測定誤差を超える悪化",
     ):
         assert said in japanese, said
 

@@ -127,7 +127,7 @@ def improved_in_twelve_months(office: Office, artefacts: Path) -> None:
     expect(tile).to_be_in_viewport(timeout=LONG_MS)
     expect(tile).to_contain_text(re.compile(r"\d+ %"), timeout=LONG_MS)
     tile.click()
-    verdict = office.page.get_by_text(re.compile(r"^\d+ % had an important improvement")).first
+    verdict = office.page.get_by_text(re.compile(r"^\d+ % improved by at least the MCID")).first
     expect(verdict).to_be_in_viewport(timeout=LONG_MS)
     office.record(artefacts, "what share of patients improved in twelve months", 1)
     today = utc_now()

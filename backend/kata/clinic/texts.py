@@ -371,10 +371,10 @@ FIGURE_SPADI: Final = message("figure_spadi", "SPADI")
 FIGURE_DISABILITY: Final = message("figure_disability", "Disability")
 FIGURE_SPADI_SCALE: Final = message("figure_spadi_scale", "SPADI, 0 (none) to 100 (worst)")
 FIGURE_BETTER_PERHAPS: Final = message(
-    "figure_better_perhaps", "{points:g} points better: possibly important, possibly chance"
+    "figure_better_perhaps", "{points:g} points better: MCID reached, possibly measurement error"
 )
 FIGURE_BETTER_IMPORTANT: Final = message(
-    "figure_better_important", "Over {points:g} points better: important, and more than chance"
+    "figure_better_important", "Over {points:g} points better: beyond measurement error"
 )
 FIGURE_TOTAL: Final = message("figure_total", "Total")
 FIGURE_TOTAL_POINTS: Final = message("figure_total_points", "Total, points")
@@ -384,18 +384,18 @@ FIGURE_HIGHER_IS_BETTER: Final = message(
     "figure_higher_is_better", "{lowest:g} to {highest:g} points, higher is better"
 )
 FIGURE_PERHAPS_FROM_HERE: Final = message(
-    "figure_perhaps_from_here", "From here on possibly important, possibly chance"
+    "figure_perhaps_from_here", "From here on the MCID is reached, possibly measurement error"
 )
-FIGURE_IMPORTANT_BEYOND: Final = message("figure_important_beyond", "Beyond this line important, more than chance")
+FIGURE_IMPORTANT_BEYOND: Final = message("figure_important_beyond", "Beyond this line more than measurement error")
 FIGURE_IMPORTANT_NOTE: Final = message(
-    "figure_important_note", "Patients call a change of {least_points:g} points important."
+    "figure_important_note", "Patients call a change of {least_points:g} points important (MCID)."
 )
 FIGURE_IMPORTANT_RANGE_NOTE: Final = message(
     "figure_important_range_note",
-    "Patients call a change of {least_points:g} to {most_points:g} points important.",
+    "Patients call a change of {least_points:g} to {most_points:g} points important (MCID).",
 )
 FIGURE_DETECTABLE_NOTE: Final = message(
-    "figure_detectable_note", "A change of {detectable_points:g} points or less may be chance."
+    "figure_detectable_note", "A change of {detectable_points:g} points or less may be measurement error (SDC)."
 )
 FIGURE_T_SCORE_NOTE: Final = message(
     "figure_t_score_note",
@@ -425,7 +425,7 @@ FIGURE_OTHER_SIDE_DEG: Final = message("figure_other_side_deg", "Other side (new
 FIGURE_REFERENCE_DEG: Final = message("figure_reference_deg", "Reference, °")
 FIGURE_WHEN: Final = message("figure_when", "When")
 FIGURE_CHANGE_POINTS: Final = message("figure_change_points", "Change from baseline, points")
-FIGURE_IMPORTANT_CHANGE: Final = message("figure_important_change", "Important change")
+FIGURE_IMPORTANT_CHANGE: Final = message("figure_important_change", "Change of at least the MCID")
 FIGURE_SESSION: Final = message("figure_session", "Session")
 FIGURE_RECORDING: Final = message("figure_recording", "Recording")
 FIGURE_METHOD: Final = message("figure_method", "Method")

@@ -158,13 +158,13 @@ class OutcomeChange(Schema):
     last: float = Field(description="Mean of the last values.")
     change: Estimate | None = Field(description="Mean of last minus first.")
     important: Estimate | None = Field(
-        description="Share of shoulders with an important improvement; null without a verified limit."
+        description="Share of shoulders with an improvement of at least the MCID; null without a verified limit."
     )
     detectable: Estimate | None = Field(
         description="Share of shoulders with an improvement beyond chance; null without a verified limit."
     )
     weeks_to_important: list[float] | None = Field(
-        description="Quartiles of the weeks until the first important improvement, for the shoulders that reached it; null for fewer than 10 patients."
+        description="Quartiles of the weeks until the first improvement of at least the MCID, for the shoulders that reached it; null for fewer than 10 patients."
     )
 
 
@@ -232,7 +232,7 @@ class Outcomes(Schema):
     """Outcomes of the patients whose last assessment is in the chosen time. Restricted records are counted, because no patient is named."""
 
     limits: dict[str, list[float | None]] = Field(
-        description="By measure: the smallest important improvement, and the largest improvement that may be due to chance.",
+        description="By measure: the MCID, and the largest improvement that may be measurement error.",
         examples=[{"spadi": [13.0, 17.0]}],
     )
     least_patients: int = Field(description="Smallest number of patients of a group that is shown.")

@@ -62,7 +62,7 @@ describe("the newest findings", () => {
     const scores = screen.getAllByRole("listitem").map((item) => item.textContent);
     expect(scores).toEqual([
       "Pain (0 to 10): at rest 2 (−2), average over the last week 5 (unchanged)",
-      "SPADI 45 of 100 (−10): pain 60, disability 30. Possibly important improvement (from 8 to 13 points), but 17 points or less may be chance",
+      "SPADI 45 of 100 (−10): pain 60, disability 30. Improvement of at least the MCID (8 to 13 points), but 17 points or less may be measurement error",
     ]);
     expect(screen.getByTestId("newest-assessment").textContent).toMatch(/^Left shoulder, /);
   });
@@ -81,12 +81,12 @@ describe("the newest findings", () => {
   });
 
   it.each([
-    [-7.9, "No important change"],
-    [-8, "Possibly important improvement"],
-    [-17, "Possibly important improvement (from 8 to 13 points), but 17 points or less may be chance"],
-    [-17.1, "Important improvement, more than chance (over 17 points)"],
-    [8, "Possibly important worsening"],
-    [17.1, "Important worsening, more than chance (over 17 points)"],
+    [-7.9, "Change below the MCID"],
+    [-8, "Improvement of at least the MCID"],
+    [-17, "Improvement of at least the MCID (8 to 13 points), but 17 points or less may be measurement error"],
+    [-17.1, "Improvement beyond measurement error (SDC, 17 points)"],
+    [8, "Worsening of at least the MCID"],
+    [17.1, "Worsening beyond measurement error (SDC, 17 points)"],
   ])("a SPADI change of %d reads: %s", (change, verdict) => {
     const score = { pain: 50, disability: 50, total: 50 + change };
     const words = describeSpadi({ ...ASSESSMENT, spadi_score: score }, withTotal(50), FORM);
@@ -94,9 +94,9 @@ describe("the newest findings", () => {
   });
 
   it.each([
-    [43.3, 60.5, "SPADI 43.3 of 100 (−17.2)", "Important improvement"],
-    [43.375, 50.875, "SPADI 43.4 of 100 (−7.5)", "No important change"],
-    [43, 60, "SPADI 43 of 100 (−17)", "Possibly important improvement"],
+    [43.3, 60.5, "SPADI 43.3 of 100 (−17.2)", "Improvement beyond measurement error"],
+    [43.375, 50.875, "SPADI 43.4 of 100 (−7.5)", "Change below the MCID"],
+    [43, 60, "SPADI 43 of 100 (−17)", "Improvement of at least the MCID"],
   ])("a SPADI of %d after %d is shown so that its verdict fits", (total, first, shown, verdict) => {
     const words = describeSpadi(
       { ...ASSESSMENT, spadi_score: { pain: 50, disability: 50, total } },

@@ -7829,13 +7829,13 @@ export interface components {
             last: number;
             /** @description Mean of last minus first. */
             change: components["schemas"]["Estimate"] | null;
-            /** @description Share of shoulders with an important improvement; null without a verified limit. */
+            /** @description Share of shoulders with an improvement of at least the MCID; null without a verified limit. */
             important: components["schemas"]["Estimate"] | null;
             /** @description Share of shoulders with an improvement beyond chance; null without a verified limit. */
             detectable: components["schemas"]["Estimate"] | null;
             /**
              * Weeks To Important
-             * @description Quartiles of the weeks until the first important improvement, for the shoulders that reached it; null for fewer than 10 patients.
+             * @description Quartiles of the weeks until the first improvement of at least the MCID, for the shoulders that reached it; null for fewer than 10 patients.
              */
             weeks_to_important: number[] | null;
         };
@@ -7872,7 +7872,7 @@ export interface components {
         Outcomes: {
             /**
              * Limits
-             * @description By measure: the smallest important improvement, and the largest improvement that may be due to chance.
+             * @description By measure: the MCID, and the largest improvement that may be measurement error.
              * @example {
              *       "spadi": [
              *         13,
