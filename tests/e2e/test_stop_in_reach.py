@@ -393,6 +393,19 @@ def _open(finger: Page, address: str, size: str) -> None:
     finger.wait_for_load_state("networkidle")
 
 
+_SMALL_SWITCHES: Final = """() => [...document.querySelectorAll('.mantine-SegmentedControl-label, .mantine-Switch-root')]
+    .filter((target) => target.checkVisibility({visibilityProperty: true}) && target.getBoundingClientRect().height < 44)
+    .map((target) => target.textContent)"""
+
+
+@pytest.mark.parametrize("name", ["station", "session", "patients", "home", "usage"])
+def test_switches_are_high_enough_for_a_finger(finger: Page, clinic: Clinic, name: str) -> None:
+    """On a telephone they once were 23 to 28 px high."""
+    _open(finger, clinic.url + addresses(finger, clinic)[name], "telephone")
+    expect(finger.locator(".mantine-SegmentedControl-label, .mantine-Switch-root").first).to_be_visible(timeout=LONG_MS)
+    assert finger.evaluate(_SMALL_SWITCHES) == []
+
+
 def _tap_stop(page: Page) -> None:
     """Touch Stop. A touch has no effect on a covered button, and Playwright reports what covers it."""
     page.get_by_role("button", name="Stop", exact=True, include_hidden=True).tap(timeout=LONG_MS)
