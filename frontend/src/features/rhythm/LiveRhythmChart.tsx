@@ -58,6 +58,14 @@ export function LiveRhythmChart(props: {
             points={path(curve.elevation_deg, curve.scapula_deg)}
           />
         ))}
+        {/* Below the curves, whose colours would otherwise not be those of the legend. */}
+        <polyline
+          className={classes.trail}
+          points={path(
+            trail.map((point) => point.elevation_deg),
+            trail.map((point) => point.scapula_deg),
+          )}
+        />
         {rhythm.curves.map((curve) => (
           <polyline
             key={`${curve.direction} ${curve.plane_deg}`}
@@ -66,13 +74,6 @@ export function LiveRhythmChart(props: {
             points={path(curve.elevation_deg, curve.scapula_deg)}
           />
         ))}
-        <polyline
-          className={classes.trail}
-          points={path(
-            trail.map((point) => point.elevation_deg),
-            trail.map((point) => point.scapula_deg),
-          )}
-        />
         {now && (
           <circle
             className={classes.now}
