@@ -117,18 +117,15 @@ const AFTER_PATIENT: Column<Session>[] = [
   },
 ];
 
-const ENDED: Column<Session> = {
-  key: "ended",
-  head: t("sessions:sessions.ended"),
-  value: ({ ended_at }) => ended_at,
-  cell: ({ ended_at, started_at }) =>
-    ended_at ? formatAfter(ended_at, started_at) : t("sessions:sessions.open"),
-};
-
-const SIGNED: Column<Session> = {
-  key: "signed",
-  head: t("sessions:sessions.signed"),
-  value: ({ signed_at }) => signed_at,
-  cell: ({ signed_at, started_at }) =>
-    signed_at ? formatAfter(signed_at, started_at) : t("sessions:sessions.notSigned"),
-};
+/** Return a column of a time after the start. `without`: the words of a session that has none yet. */
+const laterColumn = (key: "ended" | "signed", without: string): Column<Session> => ({
+  key,
+  head: t(`sessions:sessions.${key}`),
+  value: (session) => session[`${key}_at`],
+  cell: (session) => {
+    const at = session[`${key}_at`];
+    return at ? formatAfter(at, session.started_at) : without;
+  },
+});
+const ENDED = laterColumn("ended", t("sessions:sessions.open"));
+const SIGNED = laterColumn("signed", t("sessions:sessions.notSigned"));
