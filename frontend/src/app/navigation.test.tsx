@@ -4,6 +4,8 @@ import { createMemoryHistory } from "@tanstack/react-router";
 import { cleanup, render, screen } from "@testing-library/react";
 import { afterEach, expect, it } from "vitest";
 import { AccountMenu } from "../features/auth/AccountMenu";
+import { authStore } from "../features/auth/authState";
+import { VIEWER } from "../features/auth/testUsers";
 import { NavigationLink } from "./NavigationLink";
 import { PAGES } from "./pages";
 import { TestRouter } from "./TestRouter";
@@ -50,9 +52,14 @@ it.each([
   ["/programmes/1", "Patients"],
   ["/recordings/1", "Patients"],
   ["/patients/1/programmes/new", "Patients"],
-  ["/commissioning", "Station"],
+  ["/commissioning", "Administration"],
   ["/stations", "Stations"],
   ["/account", "Ito Mai"],
 ])("on %s marks %s", (path, name) => {
   expect(currentOn(path)).toEqual([name]);
+});
+
+it("marks the station for a technician, whose station page leads to the commissioning", () => {
+  authStore.signedIn({ ...VIEWER, permissions: [...VIEWER.permissions, "commission"] });
+  expect(currentOn("/commissioning")).toEqual(["Station"]);
 });

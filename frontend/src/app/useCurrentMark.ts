@@ -1,12 +1,19 @@
 import { useRouterState } from "@tanstack/react-router";
+import { useMe } from "../features/auth/hooks";
 import type { Page } from "./pages";
 import classes from "./Shell.module.css";
 
 export const CURRENT = { className: classes.here ?? "", "aria-current": "page" } as const;
 
 /** Return the properties of a link that mark it as the current one on its page, on the pages below it and on its parts. */
-export function useCurrentMark({ to, parts = [] }: Pick<Page, "to" | "parts">) {
-  const onPart = useIsOn(parts);
+export function useCurrentMark({
+  to,
+  parts = [],
+  partsWithout,
+}: Pick<Page, "to" | "parts" | "partsWithout">) {
+  const permissions = useMe()?.permissions ?? [];
+  const isOn = useIsOn(parts);
+  const onPart = isOn && !(partsWithout && permissions.includes(partsWithout));
   return {
     activeProps: CURRENT,
     inactiveProps: onPart ? CURRENT : {},
