@@ -123,7 +123,7 @@ def find_by_kana(office: Office, artefacts: Path) -> None:
 
 
 def improved_in_twelve_months(office: Office, artefacts: Path) -> None:
-    tile = office.page.get_by_role("link", name=re.compile(r"^Important improvement in 12 months \(SPADI\)"))
+    tile = office.page.get_by_role("link", name=re.compile(r"^Improved by at least the MCID in 12 months \(SPADI\)"))
     expect(tile).to_be_in_viewport(timeout=LONG_MS)
     expect(tile).to_contain_text(re.compile(r"\d+ %"), timeout=LONG_MS)
     tile.click()
