@@ -83,7 +83,10 @@ describe("the newest findings", () => {
   it.each([
     [-7.9, "Change below the MCID"],
     [-8, "Improvement of at least the MCID"],
-    [-17, "Improvement of at least the MCID (8 to 13 points), but 17 points or less may be measurement error"],
+    [
+      -17,
+      "Improvement of at least the MCID (8 to 13 points), but 17 points or less may be measurement error",
+    ],
     [-17.1, "Improvement beyond measurement error (SDC, 17 points)"],
     [8, "Worsening of at least the MCID"],
     [17.1, "Worsening beyond measurement error (SDC, 17 points)"],
