@@ -60,7 +60,7 @@ def test_two_assessments_a_week_apart_become_progress(page: Page) -> None:
     form.get_by_role("button", name="Save assessment").click()
     expect(newest.get_by_role("row", name=re.compile(r"^Flexion 120° \(\+25°\)"))).to_be_visible()
     expect(newest).to_contain_text("SPADI 50 of 100 (−20)")
-    expect(newest).to_contain_text("Important improvement")
+    expect(newest).to_contain_text("Improvement beyond measurement error")
     page.get_by_role("button", name="All assessments").click()
 
     section.get_by_role("link", name="Progress").click()
