@@ -1,3 +1,4 @@
+import "./catalogue";
 import { Alert, Badge, Card, Group, Progress, Stack, Text, Title } from "@mantine/core";
 import { IconAlertTriangle, IconPlugConnectedX } from "@tabler/icons-react";
 import type { ReactNode } from "react";

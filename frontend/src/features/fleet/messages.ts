@@ -1,3 +1,4 @@
+import "./catalogue";
 import type { Schemas } from "../../lib/api/client";
 import { formatDuration, formatMoment } from "../../lib/format";
 import { t } from "../../lib/i18n";

@@ -1,3 +1,4 @@
+import "../fleet/catalogue";
 import { Grid, Group, SimpleGrid, Stack, Text, Title } from "@mantine/core";
 import { useRouter } from "@tanstack/react-router";
 import { useSyncExternalStore } from "react";

@@ -1,3 +1,4 @@
+import "./catalogue";
 import { ActionIcon } from "@mantine/core";
 import { IconBell } from "@tabler/icons-react";
 import { lazy, useState } from "react";

@@ -1,3 +1,4 @@
+import "./catalogue";
 import { Button, Modal, Stack, Text } from "@mantine/core";
 import { useMutation, useQueryClient } from "@tanstack/react-query";
 import { api } from "../../lib/api/client";

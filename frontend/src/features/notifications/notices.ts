@@ -1,3 +1,4 @@
+import "./catalogue";
 import type { Schemas } from "../../lib/api/client";
 import { t } from "../../lib/i18n";
 import { describeStop } from "../sessions/describeStop";

@@ -5,9 +5,7 @@ import auth from "./auth.json";
 import common from "./common.json";
 import digitalTwin from "./digital-twin.json";
 import episodes from "./episodes.json";
-import fleet from "./fleet.json";
 import home from "./home.json";
-import notifications from "./notifications.json";
 import patientMode from "./patient-mode.json";
 import patients from "./patients.json";
 import programmes from "./programmes.json";
@@ -27,9 +25,7 @@ export default {
   common,
   "digital-twin": digitalTwin,
   episodes,
-  fleet,
   home,
-  notifications,
   "patient-mode": patientMode,
   patients,
   programmes,
