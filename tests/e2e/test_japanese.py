@@ -38,6 +38,8 @@ OURS: Final = frozenset(
         "JSON",
         "UTF",
         "SPADI",
+        "MCID",
+        "SDC",
         "RMSE",
         "RMS",
         "OpenID",

@@ -31,7 +31,7 @@ export default (words) => {
         if (!layout) {
             // Not drawn by Plotly.
             const titles = [...figure.querySelectorAll('.xtitle, .ytitle')].map((one) => one.textContent).join(' | ');
-            if (!axisWords.test(titles)) found.push('a figure with the titles "' + titles.slice(0, 150) + '"');
+            if (!axisWords.test(withSpaces(titles))) found.push('a figure with the titles "' + titles.slice(0, 150) + '"');
             continue;
         }
         const axes = Object.entries(layout).filter(([name, axis]) => /^[xy]axis\d*$/.test(name) && axis.visible !== false);
@@ -42,7 +42,7 @@ export default (words) => {
             // Panels above each other share the title of the lowest one's x axis.
             const shared = axes.filter(([other, one]) => name[0] === 'x' && other[0] === 'x' && one.domain[0] === axis.domain[0]);
             const texts = [titleOf(axis), axis.ticksuffix ?? '', ...panels.map((one) => one.text), ...shared.map(([, one]) => titleOf(one))];
-            if (!texts.some((one) => axisWords.test(one))) found.push(`an axis ${name} with the titles "${texts.join(' | ').slice(0, 150)}"`);
+            if (!texts.some((one) => axisWords.test(withSpaces(one)))) found.push(`an axis ${name} with the titles "${texts.join(' | ').slice(0, 150)}"`);
         }
     }
 

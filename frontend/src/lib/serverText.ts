@@ -1,5 +1,6 @@
 import type english from "../../server-messages.json";
 import type { components } from "./api/schema";
+import { joinUnits } from "./joinUnits";
 import { LANGUAGE, type Language } from "./language";
 
 type Schemas = components["schemas"];
@@ -33,7 +34,7 @@ export function translateServerText(text: string, key: Key | null | undefined): 
   const template =
     key && catalogue && Object.hasOwn(catalogue, key.code) ? catalogue[key.code as ServerCode] : undefined;
   if (!key || template === undefined) return text;
-  return template.replace(
+  const filled = template.replace(
     /\{\{|\}\}|\{(\w+):([^}]*)\}/g,
     (match: string, name: string | undefined, type: string) => {
       if (name === undefined) return match.charAt(0);
@@ -41,6 +42,7 @@ export function translateServerText(text: string, key: Key | null | undefined): 
       return value === undefined ? "" : formatParameter(value, type);
     },
   );
+  return joinUnits(filled);
 }
 
 /** Translate the texts of a figure or table at their JSON pointers. */
