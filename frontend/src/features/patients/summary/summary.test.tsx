@@ -70,7 +70,9 @@ describe("last month", () => {
     const words = screen.getByTestId("since-last-month").textContent;
     expect(words).toContain("Left: Flexion, active105° +15°");
     expect(words).toContain("Pain, average over the last week5 of 10 −1\u00a0point");
-    expect(words).toContain("SPADI, 0\u00a0to\u00a010045 of 100 −25\u00a0points Improvement beyond measurement error");
+    expect(words).toContain(
+      "SPADI, 0\u00a0to\u00a010045 of 100 −25\u00a0points Improvement beyond measurement error",
+    );
   });
 
   it("claims no change without an earlier assessment", () => {
