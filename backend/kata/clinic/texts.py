@@ -236,7 +236,7 @@ CHOOSE_OTHER_SETTINGS: Final = message("choose_other_settings", "Choose other se
 SESSION_SIGNED: Final = message("session_signed", "This session is signed and cannot be changed.")
 LEARNING_FELL_BACK: Final = message(
     "learning_fell_back",
-    "the error of motor {motors:name} grew by more than 10 %: the earlier correction of all motors is used again, and they learn half as fast",
+    "an error grew by more than 10 %: the earlier correction of motor {motors:name} is used again, and it learns half as fast",
 )
 LEARNING_DISTURBED: Final = message(
     "learning_disturbed",

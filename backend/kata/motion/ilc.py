@@ -8,10 +8,10 @@ correction is not late by this lag. Q is a low-pass filter without phase shift. 
 for learning. The leak removes corrections that are no longer confirmed. Source: Bristow, Tharayil and Alleyne 2006, IEEE
 Control Systems 26(3), Eq. 9 and the section on plant inversion.
 
-Learning must not make the error grow. If the RMS or the peak of an axis' error is clearly larger than ever before, the drives differ from
-the identified model. The correction then falls back to that of the best repetition, and the gain is halved (:class:`LearnedRepetition`).
-All axes fall back, because one arm couples them: the correction of one can increase the error of another. If the error is larger although
-the correction is that of the best repetition, the arm has changed, and this repetition counts as the best.
+Learning must not make the error grow. If the RMS or the peak of an axis' error is clearly larger than ever before, the drive differs from
+the identified model. The axis falls back to its correction in the best repetition, and its gain is halved (:class:`LearnedRepetition`). One
+arm couples the axes: if the error has grown although the axis had nearly this correction, the correction of another axis has caused it, and all
+axes fall back. If all axes had nearly the corrections of the best repetition, the arm has changed, and this repetition counts as the best.
 
 The patient's own movement must not be learned. The correction therefore does not change at places where the arm was stopped,
 paused or moved back, where a motor was heavily loaded, or near a limit. Where one motor has little torque left, no axis learns: the
@@ -42,6 +42,8 @@ _GROWN_ERROR_RATIO: Final = 1.1
 """An error has grown if it exceeds this multiple of the smallest error plus its noise. Smaller changes come from muscle tone."""
 _RMS_NOISE_DEG: Final = 0.02
 _PEAK_NOISE_DEG: Final = 0.05
+_SAME_CORRECTION_DEG: Final = 0.01
+"""A smaller change of an axis' correction does not make its error grow."""
 _START_S: Final = 1.0
 """Errors count from this time on. Before, they depend on where the arm was put."""
 _LEAST_FREE_SHARE: Final = 0.3
@@ -74,21 +76,23 @@ class LearnedRepetition:
     """``(5,)``: smallest RMS error; NaN for an axis with too little undisturbed time."""
     peak_deg: Floats
     """``(5,)``: smallest peak of the smoothed error, also where the arm was loaded; NaN if nothing was undisturbed."""
-    gain: float
-    """Share of the error that is corrected in each repetition."""
+    gain: Floats
+    """``(5,)``: share of the error that is corrected in each repetition."""
     fell_back: tuple[int, ...] = ()
-    """Motors (1-5) whose error had grown. The correction of all motors is therefore the earlier one."""
+    """Motors (1-5) that use the correction of the best repetition again."""
 
     def compared_with(self, repetition: "LearnedRepetition") -> "LearnedRepetition":
         """Return what counts after another repetition."""
-        same = np.array_equal(repetition.played_deg, self.played_deg)
+        own = np.abs(repetition.played_deg - self.played_deg).max(axis=0) > _SAME_CORRECTION_DEG
         grown = (repetition.error_deg > _GROWN_ERROR_RATIO * self.error_deg + _RMS_NOISE_DEG) | (
             repetition.peak_deg > _GROWN_ERROR_RATIO * self.peak_deg + _PEAK_NOISE_DEG
         )
-        if grown.any() and same:
+        if grown.any() and not own.any():
             return replace(repetition, gain=self.gain)
         if grown.any():
-            return replace(self, gain=self.gain / 2, fell_back=tuple(int(axis) + 1 for axis in np.flatnonzero(grown)))
+            back = np.ones(N_AXES, dtype=bool) if (grown & ~own).any() else grown
+            motors = tuple(int(axis) + 1 for axis in np.flatnonzero(back))
+            return replace(self, gain=np.where(back, self.gain / 2, self.gain), fell_back=motors)
         best = repetition if repetition.total_deg <= self.total_deg or np.isnan(self.total_deg) else self
         return LearnedRepetition(
             best.played_deg,
@@ -147,7 +151,7 @@ def next_correction(
     lag = servo_model.first_s * speed + servo_model.second_s2 * acceleration
     missing = smooth_error + after_integral(lag, servo_model.integrated_share(STEP_S))
     earlier = before.learned_from if before else None
-    gain = earlier.gain if earlier else _GAIN
+    gain = earlier.gain if earlier else np.full(N_AXES, _GAIN)
     target = smoothed(grid, (1 - _LEAK) * previous + gain * missing, _CUTOFF_HZ)
 
     expected_nm = servo_model.load.torque_nm(trajectory.motions(repetition.path_s))
@@ -173,8 +177,8 @@ def next_correction(
     learned_from = LearnedRepetition(previous, float(total), error_rms, peaks, gain)
     if earlier:
         learned_from = earlier.compared_with(learned_from)
-    if learned_from.fell_back:
-        learned = learned_from.played_deg
+    for motor in learned_from.fell_back:
+        learned[:, motor - 1] = learned_from.played_deg[:, motor - 1]
     return Correction(STEP_S, np.clip(learned, -MAX_CORRECTION_DEG, MAX_CORRECTION_DEG), learned_from)
 
 

@@ -76,7 +76,7 @@ def learn(
     assert repetition is not None
     if repetition.fell_back:
         log.warning(
-            "the error of motors %s grew in run %s: the earlier correction of all motors is used",
+            "an error grew in run %s: motors %s use their earlier correction",
             repetition.fell_back,
             run_id,
         )
@@ -86,7 +86,7 @@ def learn(
         "correction_deg": correction.angles_deg,
         "played_deg": repetition.played_deg,
         "error_deg": np.tile(repetition.error_deg, (count, 1)),
-        "gain": np.full(count, repetition.gain),
+        "gain": np.tile(repetition.gain, (count, 1)),
         "fell_back": np.tile(np.isin(np.arange(N_AXES) + 1, repetition.fell_back).astype(np.float64), (count, 1)),
         "total_deg": np.full(count, repetition.total_deg),
         "peak_deg": np.tile(repetition.peak_deg, (count, 1)),

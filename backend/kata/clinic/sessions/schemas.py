@@ -206,7 +206,7 @@ class LearningNote(Schema):
 
     message: str = Field(
         examples=[
-            "the error of motor 3 grew by more than 10 %: the earlier correction of all motors is used again, and they learn half as fast"
+            "an error grew by more than 10 %: the earlier correction of motor 3 is used again, and it learns half as fast"
         ]
     )
     message_key: OptionalKey = None

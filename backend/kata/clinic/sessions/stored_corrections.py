@@ -65,7 +65,7 @@ def correction(session: DatabaseSession, run_id: UUID | None) -> Correction | No
             total_deg=float(columns["total_deg"][0]),
             error_deg=columns["error_deg"][0],
             peak_deg=columns["peak_deg"][0],
-            gain=float(columns["gain"][0]),
+            gain=columns["gain"][0],
             fell_back=tuple(int(axis) + 1 for axis in np.flatnonzero(columns["fell_back"][0])),
         )
     return Correction(float(columns["time_s"][1]), columns["correction_deg"], repetition)

@@ -6767,7 +6767,7 @@ export interface components {
         LearningNote: {
             /**
              * Message
-             * @example the error of motor 3 grew by more than 10 %: the earlier correction of all motors is used again, and they learn half as fast
+             * @example an error grew by more than 10 %: the earlier correction of motor 3 is used again, and it learns half as fast
              */
             message: string;
             /** @description Code and parameters of the English text; null: it has none. */
