@@ -278,7 +278,7 @@ def pushed(peak_deg: float, torque_nm: float = 0.0) -> Repetition:
 
 
 @pytest.mark.parametrize("torque_nm", [0.0, 1.5])
-def test_a_peak_that_grows_falls_back_even_where_nothing_is_learned(torque_nm: float) -> None:
+def test_grown_peak_falls_back_even_where_nothing_is_learned(torque_nm: float) -> None:
     """The RMS hardly changes. Half of the resistance is exceeded with 1.5 Nm."""
     first = again(None, pushed(0.3, torque_nm))
     same, grown = again(first, pushed(0.33, torque_nm)), again(first, pushed(0.5, torque_nm))
@@ -313,7 +313,7 @@ def test_where_one_motor_has_little_torque_left_no_motor_learns(torque_nm: float
 
 @settings(max_examples=20)
 @given(st.integers(0, 2**32 - 1), st.floats(0.0, 1.0))
-def test_on_coupled_drives_an_error_that_grows_is_answered_at_once(seed: int, coupling: float) -> None:
+def test_grown_error_on_coupled_drives_is_answered_at_once(seed: int, coupling: float) -> None:
     """Each motor moves the others by a random share of its correction, in any direction, and its own gain is wrong."""
     rng = np.random.default_rng(seed)
     effect = np.diag(rng.uniform(-0.5, 2.5, 5)) + coupling * rng.uniform(-1.0, 1.0, (5, 5))
