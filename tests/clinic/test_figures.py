@@ -207,6 +207,24 @@ def test_a_large_worker_is_replaced_after_its_tasks() -> None:
         worker.close()
 
 
+def test_everyday_tasks_do_not_cost_the_worker() -> None:
+    """A new worker would take two seconds for the libraries of each of these tasks."""
+    worker = figures.FigureWorker()
+    try:
+        first = worker.build(os.getpid)
+        for module in (
+            "kata.clinic.programmes.checks",
+            "kata.clinic.recordings.derive",
+            "kata.clinic.rhythm.service",
+            "kata.clinic.sessions.run_results",
+            "kata.interop.motion_csv",
+        ):
+            worker.build(exec, f"import {module}")
+            assert worker.build(os.getpid) == first, module
+    finally:
+        worker.close()
+
+
 class ThreadInsteadOfProcess(ThreadPoolExecutor):
     """Starts in microseconds, so that thousands of workers can be replaced."""
 

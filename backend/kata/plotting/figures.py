@@ -45,9 +45,10 @@ _EXPORTS_AT_ONCE: Final = 2
 """Maximum number of export threads. More threads would not finish a file earlier, but would compete with the event loop, and
 so with Stop.
 """
-_LARGEST_WORKER_BYTES: Final = 40 << 20
-"""Private memory of a worker that is still used for the next task. A worker has 18 MB at its start, and 30 MB after figures and results of a
-playback of 26 minutes. A printed report takes 50 MB, an export of samples more.
+_LARGEST_WORKER_BYTES: Final = 70 << 20
+"""Private memory of a worker that is still used for the next task. A worker has 20 MB at its start, 30 MB after figures and results of a
+playback of 26 minutes, and 66 MB after the first check of a programme or rhythm, which import the library of the database. A new worker needs
+two seconds for that. Printed reports and exports of samples leave more.
 """
 _NICENESS: Final = 10
 """Niceness of the worker, so that the service and its heartbeats have priority over figures."""
