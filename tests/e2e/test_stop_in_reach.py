@@ -301,8 +301,10 @@ _SHOW: Final = """([state, torque]) => {
 @pytest.mark.parametrize("language", ["en", "ja"])
 def test_header_has_space_for_station_and_every_state(tab: Page, clinic: Clinic, language: str) -> None:
     """With three stations, a telephone's header once did not say whose state and Stop it shows. Long states once were cut."""
-    tab.add_init_script(f"localStorage.setItem('kata.language', '{language}')")
     tab.goto(clinic.url)
+    tab.evaluate("(language) => localStorage.setItem('kata.language', language)", language)
+    tab.reload()
+    expect(tab.locator("html")).to_have_attribute("lang", language)
     header = tab.locator("header")
     expect(header.get_by_test_id("connection")).to_have_attribute("data-connected", "true", timeout=LONG_MS)
     words = json.loads((ROOT / f"frontend/src/locales/{language}/common.json").read_text())
