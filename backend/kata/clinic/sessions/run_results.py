@@ -18,7 +18,7 @@ from kata.database.series import Series, unpack
 from kata.device.config import StationConfig
 from kata.device.journal import PHASE_PLAYING, PHASE_REDUCED_RANGE, Journal
 from kata.motion import edit
-from kata.motion.axes import BASIC_MOTIONS, Side
+from kata.motion.axes import BASIC_MOTIONS
 from kata.motion.end_range import USUAL, EndRangeCounter, EndRangeThreshold
 from kata.motion.ilc import Correction
 from kata.plotting import downsampling
@@ -33,7 +33,6 @@ class EndedPlayback:
     recording: Series
     """The taught samples as they are stored."""
     settings: edit.PlaybackSettings
-    side: Side
     outcome: str
     config: StationConfig
     """Configuration of the station that imports the journal, with the run's side: the station may have been turned since."""
@@ -94,7 +93,7 @@ def calculate(playback: EndedPlayback) -> PlaybackResults:
     if not np.any((journal.phase == PHASE_PLAYING) | (journal.phase == PHASE_REDUCED_RANGE)):
         return PlaybackResults(run)
     full_range = edit.without_range(playback.motion, playback.taught, playback.settings.range_percent)
-    compared_run = run_errors.compare_run(playback.run_id, journal, playback.motion, full_range, playback.side)
+    compared_run = run_errors.compare_run(playback.run_id, journal, playback.motion, full_range, playback.config.side)
     run |= compared_run.run
     if compared_run.comparison is None:
         return PlaybackResults(run)

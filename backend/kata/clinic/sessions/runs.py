@@ -195,15 +195,13 @@ def ended_playback(session: DatabaseSession, journal: Journal, config: StationCo
     if row is None or row.rate_hz is not None or row.end_feel:
         return None
     learns = row.method == "learned"
-    side = side_of(row.recording.side)
     return EndedPlayback(
         run_id=journal.id,
         journal=journal,
         recording=recordings.stored_samples(session, row.recording_id),
         settings=settings_of(row),
-        side=side,
         outcome=outcome_of(journal),
-        config=msgspec.structs.replace(config, side=side),
+        config=msgspec.structs.replace(config, side=side_of(row.recording.side)),
         end_range=end_range.thresholds_of(plans.end_range_of(session, row)),
         learns=learns,
         correction=stored_corrections.correction(session, row.corrected_by) if learns else None,
