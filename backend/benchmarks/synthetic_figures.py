@@ -48,9 +48,10 @@ class StationHours:
 
 def outcome_row(episode_id: UUID, values: dict[str, list[tuple[datetime, float]]]) -> dict[str, Any]:
     """Return the row of ``episode_outcomes``. ``values``: time and value of each measure, in order."""
-    ends = [stored_time(of[-1][0]) for of in values.values()]
+    begin_at, end_at = episode_changes.ends(values)
     return {
-        "episode_id": episode_id.hex, "begin_at": min(ends), "end_at": max(ends), "changes": episode_changes.pack(values),
+        "episode_id": episode_id.hex, "begin_at": stored_time(begin_at), "end_at": stored_time(end_at),
+        "changes": episode_changes.pack(values),
     }  # fmt: skip
 
 

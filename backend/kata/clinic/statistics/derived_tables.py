@@ -161,13 +161,10 @@ def _refresh_episode(session: Session, episode_id: UUID) -> None:
             values[names[motion, position]].append((at_of[assessment_id], angle_deg))
     ordered = {measure: sorted(points) for measure, points in values.items() if points}
     if ordered:
-        ends = [points[-1][0] for points in ordered.values()]
+        begin_at, end_at = episode_changes.ends(ordered)
         row = {
-            "episode_id": episode_id,
-            "begin_at": min(ends),
-            "end_at": max(ends),
-            "changes": episode_changes.pack(ordered),
-        }
+            "episode_id": episode_id, "begin_at": begin_at, "end_at": end_at, "changes": episode_changes.pack(ordered),
+        }  # fmt: skip
         upsert(session, EpisodeOutcomeRow, [row])
     else:
         session.connection().execute(delete(EpisodeOutcomeRow).where(EpisodeOutcomeRow.episode_id == episode_id))

@@ -38,6 +38,12 @@ def pack(values: Mapping[str, Sequence[tuple[datetime, float]]]) -> bytes:
     return changes.tobytes()
 
 
+def ends(values: Mapping[str, Sequence[tuple[datetime, float]]]) -> tuple[datetime, datetime]:
+    """Return the earliest and the latest time of the measures' last assessments. ``values``: as for :func:`pack`, not empty."""
+    last = [of[-1][0] for of in values.values()]
+    return min(last), max(last)
+
+
 def unpack(blobs: Iterable[bytes]) -> Any:
     """Return an array with a row for each episode and a column for each measure."""
     return np.frombuffer(b"".join(blobs), _CHANGE).reshape(-1, len(MEASURES))
