@@ -27,7 +27,8 @@ class CommissioningWatch:
         self._database, self._config, self._file = database, config, station_file
         self._simulated = simulated
         self._seen: object = None
-        self.status = self._evaluate()
+        """Configuration and versions of the files that the last complete check has used."""
+        self.status = self._evaluate(config)
         self.on_change: Callable[[Refusal | None], None] = lambda refusal: None
 
     @property
@@ -42,29 +43,30 @@ class CommissioningWatch:
         )
 
     def use(self, config: StationConfig) -> None:
-        """Evaluate the record against another configuration from now on."""
-        self._config, self._seen = config, None
+        """Evaluate the record against another configuration from now on. Call it from any thread, also during a check."""
+        self._config = config
 
     def check(self) -> None:
-        """Evaluate and import the records if a file has changed since the last call. Call it from one thread, at any interval.
+        """Evaluate and import the records if a file or the configuration has changed since the last call. Call it from one thread, at any interval.
 
         :raises DatabaseUnavailableError: when the database does not answer. The next call imports the records.
         """
         if self._file is None:
             return
-        versions = [(path, path.stat().st_mtime_ns, path.stat().st_size) for path in record_paths(self._file)]
-        if versions == self._seen:
+        config = self._config
+        files = [(path, path.stat().st_mtime_ns, path.stat().st_size) for path in record_paths(self._file)]
+        if (config, files) == self._seen:
             return
-        self.status = self._evaluate()
+        self.status = self._evaluate(config)
         self.on_change(self.refusal)
-        import_records(self._database, self._config.name, self._file)
-        self._seen = versions
+        import_records(self._database, config.name, self._file)
+        self._seen = config, files
 
-    def _evaluate(self) -> CommissioningStatus | None:
+    def _evaluate(self, config: StationConfig) -> CommissioningStatus | None:
         """Return the commissioning status; None if no commissioning is needed."""
         if self._simulated or self._file is None:
             return None
-        status = commissioning_status(self._file, self._config)
+        status = commissioning_status(self._file, config)
         if status.missing is not None:
             log.error("the station is not commissioned: %s; no patient can be treated", status.missing)
         return status
