@@ -32,6 +32,7 @@ def measured(client: TestClient, body: dict[str, Any]) -> dict[str, Any]:
     run = accepted(client, "load-end-feel", body)
     accepted(client, "approach")
     until_mode(client, "paused")
+    assert client.get("/api/station").json()["live"]["run"]["left_s"] is None
     accepted(client, "play")
     until_mode(client, "idle", within_s=120)
     eventually(lambda: client.get(f"/api/runs/{run['id']}").json()["ended_at"])

@@ -107,6 +107,7 @@ async def send_load(
         end_range=started.end_range,
         side=started.side,
         limits=started.allowed,
+        duration_known=command.end_feel is None and not command.self_paced,
     )
     never_begun = partial(stores.event_spool.put_not_begun, "run", run.id)
     refusal = await station.command(command, occupation, by=operator, refused_late=never_begun)

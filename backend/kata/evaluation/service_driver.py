@@ -184,7 +184,7 @@ class ServiceDriver:
 
         def remaining_s() -> float:
             run = self.station.live().run
-            return run.left_s if run else 0.0
+            return (run.left_s if run else None) or 0.0
 
         await self._until(step, duration_s, remaining_s, lambda: self.station.live().mode in modes)
 

@@ -27,7 +27,9 @@ class PlaybackProgress(_Schema):
 
     position_s: float = Field(ge=0, description="Position in the recording, seconds.")
     duration_s: float = Field(ge=0, description="Length of the playback, seconds.")
-    left_s: float = Field(description="Remaining time of approach or return, else of the recording, seconds.")
+    left_s: float | None = Field(
+        description="Remaining time of approach or return, else of the recording, seconds; null: it depends on the patient."
+    )
     reversing: bool = Field(description="The arm moves back from resistance.")
 
 

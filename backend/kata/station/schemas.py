@@ -219,7 +219,10 @@ class RunLive(_Schema):
     patient: PatientRef | None
     position_s: float = Field(ge=0, description="Position in the recording, seconds.")
     duration_s: float = Field(ge=0, description="Length of the playback in this run, seconds.")
-    left_s: float = Field(description="Remaining time of approach or return, else of the recording, seconds.")
+    left_s: float | None = Field(
+        description="Remaining time of approach or return, else of the recording, seconds; null: it depends on the patient, in an end-feel "
+        "test, a stretch or a self-paced run."
+    )
     at_start: bool = Field(description="The arm is held at the recording's start and ready to play.")
     resistance_level: ResistanceLevel
     reversals: int = Field(ge=0, description="Number of times that the arm met resistance and moved back.")

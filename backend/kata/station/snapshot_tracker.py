@@ -22,6 +22,9 @@ _STILL_STOPPING: Final = "still_stopping"
 _TORQUE_OFF_NS: Final = 500_000_000
 """Drives report torque off within some cycles. For this time after a stop its ``arm_held`` stays False."""
 
+_ON_PATH: Final = frozenset({"playing", "paused"})
+"""Modes in which the remaining time is that of the path. In the others it is that of approach or return, which do not depend on the patient."""
+
 
 @dataclass(frozen=True)
 class Occupation:
@@ -40,6 +43,8 @@ class Occupation:
     """The shoulder that a run moves; None for a teaching."""
     limits: object = None
     """The doctor's limits with which a run was checked; None for a teaching. The station only stores them."""
+    duration_known: bool = True
+    """False for a run whose length depends on the patient: an end-feel test, a stretch, and a self-paced run."""
 
 
 class SnapshotTracker:
@@ -105,6 +110,8 @@ class SnapshotTracker:
             state["run"]["resistance_key"] = reversal and msgspec.to_builtins(reversal.message_key)
             end_range = self._end_range(snapshot)
             state["run"]["end_range"] = end_range and end_range.live()
+            if snapshot.mode in _ON_PATH and not self._duration_known(snapshot.run.run_id):
+                state["run"]["left_s"] = None
         state["rhythm"] = self._rhythm.live()
         state["verified_since"] = self.verified_since
         if snapshot.stop:
@@ -152,6 +159,10 @@ class SnapshotTracker:
             self._torque_since_ns = None
         elif self._torque_since_ns is None:
             self._torque_since_ns = snapshot.t_ns
+
+    def _duration_known(self, run_id: str) -> bool:
+        """Return False if the run is known to last as long as the patient makes it last."""
+        return not self.occupation or self.occupation.id != run_id or self.occupation.duration_known
 
     def _with_occupation(self, state: dict[str, Any] | None, key: str) -> dict[str, Any] | None:
         if state is None:

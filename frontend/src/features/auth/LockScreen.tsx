@@ -105,7 +105,9 @@ function ApparatusState() {
       <Text fz={40} fw={700}>
         {describeMode({ mode, torque, stop, run })}
       </Text>
-      {moving && run && <Text fz={28}>{t("auth:locked.left", { span: formatDuration(run.left_s) })}</Text>}
+      {moving && run && run.left_s !== null && (
+        <Text fz={28}>{t("auth:locked.left", { span: formatDuration(run.left_s) })}</Text>
+      )}
     </Stack>
   );
 }

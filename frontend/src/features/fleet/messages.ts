@@ -21,7 +21,8 @@ export function describeActivity(state: State): string {
 
 /** Return the progress of a playback or a take, or an empty text. */
 export function describeProgress(state: State): string {
-  if (state.progress) return t("fleet:stations.left", { span: formatDuration(state.progress.left_s) });
+  const left = state.progress?.left_s ?? null;
+  if (left !== null) return t("fleet:stations.left", { span: formatDuration(left) });
   return state.take_s === null ? "" : t("fleet:stations.take", { span: formatDuration(state.take_s) });
 }
 

@@ -108,6 +108,11 @@ describe("words", () => {
     expect(describeActivity({ ...state, progress })).toBe("Moving back after resistance, torque on");
   });
 
+  it("describe no remaining time that depends on the patient", () => {
+    const progress = { position_s: 2, duration_s: 2, left_s: null, reversing: false };
+    expect(describeProgress({ ...state, progress })).toBe("");
+  });
+
   it("describe the length of a take", () => {
     expect(describeProgress({ ...state, progress: null, take_s: 61 })).toBe("Take: 1\u00a0min 1\u00a0s");
     expect(describeProgress({ ...state, progress: null })).toBe("");

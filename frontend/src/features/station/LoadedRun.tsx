@@ -43,12 +43,12 @@ export function LoadedRun({ run }: { run: Schemas["RunLive"] }) {
         </Text>
       )}
       {mode === "ready" && <MoveToStart />}
-      {mode === "approaching" && (
+      {mode === "approaching" && run.left_s !== null && (
         <Text fz={28} fw={700} role="status">
           {t("station:play.approaching", { left: formatDuration(run.left_s) })}
         </Text>
       )}
-      {mode === "returning" && (
+      {mode === "returning" && run.left_s !== null && (
         <Text fz={28} fw={700} role="status">
           {t("station:play.returning", { left: formatDuration(run.left_s) })}
         </Text>
@@ -92,7 +92,7 @@ function RunningPlayback({ mode, run }: RunState) {
         <Text fz={28} fw={700} role="status">
           {describePath(mode, run)}
         </Text>
-        {!run.self_pacing && (
+        {run.left_s !== null && (
           <Text fz={28} data-testid="left">
             {t("station:play.remaining", { left: formatDuration(run.left_s) })}
           </Text>

@@ -17,9 +17,13 @@ export function PlayPanel({ session, wanted }: { session: Session | null; wanted
       {run ? (
         <LoadedRun run={run} />
       ) : (
-        session && <RecordingChooser session={session} wanted={wanted} level={level} onLevel={setLevel} />
+        session && (
+          <>
+            <RecordingChooser session={session} wanted={wanted} level={level} onLevel={setLevel} />
+            <SavedRuns session={session} />
+          </>
+        )
       )}
-      {session && <SavedRuns session={session} />}
     </Stack>
   );
 }

@@ -8739,9 +8739,9 @@ export interface components {
             duration_s: number;
             /**
              * Left S
-             * @description Remaining time of approach or return, else of the recording, seconds.
+             * @description Remaining time of approach or return, else of the recording, seconds; null: it depends on the patient.
              */
-            left_s: number;
+            left_s: number | null;
             /**
              * Reversing
              * @description The arm moves back from resistance.
@@ -10402,9 +10402,9 @@ export interface components {
             duration_s: number;
             /**
              * Left S
-             * @description Remaining time of approach or return, else of the recording, seconds.
+             * @description Remaining time of approach or return, else of the recording, seconds; null: it depends on the patient, in an end-feel test, a stretch or a self-paced run.
              */
-            left_s: number;
+            left_s: number | null;
             /**
              * At Start
              * @description The arm is held at the recording's start and ready to play.
