@@ -35,7 +35,7 @@ help: ## list the targets
 	@awk -F ':.*## ' '/^[a-z-]+:.*## / {printf "  make %-9s %s\n", $$1, $$2}' Makefile
 
 run: $(PACKAGES) $(PAGE) ## the clinic with a simulated apparatus, at http://127.0.0.1:8000
-	@$(BIN)/kata serve --simulate --data .data
+	@$(BIN)/kata serve --simulate --data .data $(addprefix --station ,$(wildcard .data/station.toml))
 
 seed: $(PACKAGES) ## sixty invented patients with two years of history for `make run`, into an empty clinic
 	@$(BIN)/kata seed --data .data

@@ -161,10 +161,13 @@ def test_taught_motions_are_called_as_on_the_page(language: Literal["en", "ja"])
         assert name == (word if isinstance(word, str) else word.english)
 
 
-def test_service_shows_a_japanese_clinic_at_its_first_station(tmp_path: Path) -> None:
-    result = CliRunner().invoke(app, ["seed", "--data", str(tmp_path), "--patients", "1", "--language", "ja"])
+@pytest.mark.parametrize("language", ["en", "ja"])
+def test_service_shows_the_clinic_at_its_first_station(tmp_path: Path, language: Literal["en", "ja"]) -> None:
+    result = CliRunner().invoke(app, ["seed", "--data", str(tmp_path), "--patients", "1", "--language", language])
     assert f"kata serve --simulate --station {tmp_path / 'station.toml'}" in result.output.replace("\n", "")
-    assert config.read(tmp_path / "station.toml").name == seed_people.INVENTED_TEXTS["ja"].stations[0]
+    station = config.read(tmp_path / "station.toml")
+    assert station.name == seed_people.INVENTED_TEXTS[language].stations[0]
+    assert station.arm is not None
 
 
 def test_older_playbacks_of_later_patients_have_figures_alone(tmp_path: Path) -> None:

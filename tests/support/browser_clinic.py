@@ -147,9 +147,8 @@ def seeded_clinic(
     fill(database, 1, utc_now(), language=language)
     database.close()
     signed_in = sign_in()
-    station = write_station(folder) if language == "ja" else None
     # Pictures show the default rate.
-    with clinic_in(folder, full_rate=True, station=station) as clinic:
+    with clinic_in(folder, full_rate=True, station=write_station(folder, language)) as clinic:
         yield clinic, signed_in
 
 

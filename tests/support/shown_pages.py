@@ -93,6 +93,8 @@ class ShownPages:
             "playing": self._playing,
             "stopped": self._stopped,
             **{name: partial(self._step, place) for name, place in _LAST_STEPS.items()},
+            "self-paced": partial(self._other_way, self._station.play_self_paced, "self-paced"),
+            "stretch": partial(self._other_way, self._station.stretch, "stretch"),
             "teaching": self._teaching,
             **{name: partial(self._home, cookie) for name, cookie in homes.items()},
             "questionnaire": partial(self._questionnaire, tablet, pages),
@@ -179,6 +181,18 @@ class ShownPages:
         self.page.locator("main nav button").nth(place).click()
         expect(self.page.locator("main nav button").nth(place)).to_have_attribute("aria-current", "step")
 
+    def _other_way(self, play: Callable[[dict[str, Any], dict[str, Any]], None], shown: str) -> None:
+        """Show the station while the apparatus moves in another way. ``shown``: test id of its state."""
+        if self._treated is None:
+            self._playing()
+        assert self._treated
+        self._station.press_estop()
+        self._station.release_estop()
+        # Without a graphics card, the apparatus is not drawn for a page that is opened while the motors have torque.
+        self._show(f"{self._clinic.url}/station?patient={self._treated[0]['patient']['id']}")
+        play(*self._treated)
+        expect(self.page.get_by_test_id(shown)).to_be_visible(timeout=LONG_MS)
+
     def _teaching(self) -> None:
         """Show the station while a motion is taught."""
         self.leave()
@@ -192,6 +206,7 @@ class ShownPages:
             self._station.finish_teaching()
             self._teaches = False
         if self._treated:
+            self._station.press_estop()
             self._station.release_estop()
             self._station.end_session(self._treated[0])
             self._treated = None

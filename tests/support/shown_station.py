@@ -16,6 +16,13 @@ _AGAIN: Final = frozenset({"not_verified", "expired"})
 """Refusals that end: the drives' settings are being checked, or a busy computer delayed the command."""
 _PLAYED: Final = {"speed_percent": 50.0, "repetitions": 20, "resistance_level": 15}
 """Long enough for a screenshot of every size."""
+_EFFORT_NM: Final = 1.5
+"""Effort of the simulated patient that carries a self-paced motion."""
+_STRETCH: Final = {"torque_nm": 1.5, "speed_deg_s": 10.0, "resistance_level": 20, "hold_s": 60.0}
+
+
+def _of(session: dict[str, Any], recording: dict[str, Any]) -> dict[str, Any]:
+    return {"session_id": session["id"], "recording_id": recording["id"]}
 
 
 class ShownStation:
@@ -70,16 +77,35 @@ class ShownStation:
                 self._sent("PUT", f"{path}/checklist/{check}", confirmation(check, recording["id"]))
         seen = self._client.get(path).json()["updated_at"]
         self._sent("PATCH", path, {"pain_before": 4, "updated_at": seen})
-        body = {"session_id": session["id"], "recording_id": recording["id"], **_PLAYED}
+        self._play("load", _of(session, recording) | _PLAYED)
+
+    def play_self_paced(self, session: dict[str, Any], recording: dict[str, Any]) -> None:
+        """Play the recording at the patient's pace, with the doctor's permission. The simulated patient helps."""
+        permitted = {"self_paced_permitted": True, "limits_by": "Dr. Mori"}
+        self._sent("PATCH", f"/api/episodes/{session['episode_id']}", permitted)
+        self._play("load", _of(session, recording) | _PLAYED | {"self_paced": True, "resistance_level": 20})
+        self._sent("POST", "/api/simulator/effort", {"effort_nm": _EFFORT_NM})
+        self._until(lambda live: live["run"]["self_pacing"]["pace_percent"] > 0)
+
+    def stretch(self, session: dict[str, Any], recording: dict[str, Any]) -> None:
+        """Measure the baseline of an end-feel test, then stretch until the arm is held."""
+        self._sent("POST", "/api/simulator/effort", {"effort_nm": 0.0})
+        asked = _of(session, recording) | _STRETCH
+        self._play("load-end-feel", asked | {"kind": "baseline"})
+        self._until_mode("idle")
+        self._play("load-end-feel", asked | {"kind": "stretch"})
+        self._until(lambda live: live["run"]["stretch"]["phase"] == "hold")
+
+    def _play(self, load: str, body: dict[str, Any]) -> None:
         limit = time.monotonic() + START_LIMIT_S
-        while refused := self._try_to_play(body):
+        while refused := self._try_to_play(load, body):
             assert time.monotonic() < limit, refused
 
-    def _try_to_play(self, body: dict[str, Any]) -> str:
+    def _try_to_play(self, load: str, body: dict[str, Any]) -> str:
         """Load, approach and play. Return why it failed, or ""."""
         self.make_idle()
-        for command, wanted in (("load", "ready"), ("approach", "paused"), ("play", "playing")):
-            answer = self._answer(command, body if command == "load" else None)
+        for command, wanted in ((load, "ready"), ("approach", "paused"), ("play", "playing")):
+            answer = self._answer(command, body if command == load else None)
             if answer.status_code != 200:
                 return str(answer.text)
             live = self._until_mode(wanted, "stopped", "idle")

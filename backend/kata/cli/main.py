@@ -150,9 +150,8 @@ def seed(
         patient_count = seeded(settings, number, patients, language)
     except FAILURES as error:
         fail(str(error))
-    station = f" --station {settings.data / STATION_FILE}" if language == "ja" else ""
     typer.echo(
-        f"Created {patient_count} invented patients. `kata serve --simulate{station}` shows them. Their clinic numbers begin with {NUMBER}."
+        f"Created {patient_count} invented patients. `kata serve --simulate --station {settings.data / STATION_FILE}` shows them. Their clinic numbers begin with {NUMBER}."
     )
 
 

@@ -103,15 +103,16 @@ def seeded(settings: Settings, number: int, patients: int, language: Language = 
             count = fill(database, number, utc_now(), patients, language)
         finally:
             database.close()
-    if language == "ja":
-        write_station(settings.data)
+    write_station(settings.data, language)
     return count
 
 
-def write_station(data: Path) -> Path:
-    """Write the file of the first Japanese station into the clinic's folder and return it. The default name of a station is English."""
-    file, name = data / STATION_FILE, INVENTED_TEXTS["ja"].stations[0]
-    config.write(msgspec.structs.replace(config.simulated("simulator"), name=name), file)
+def write_station(data: Path, language: Language) -> Path:
+    """Write the file of the first station into the clinic's folder and return it. Its load is identified, so that every function of the
+    apparatus can be tried.
+    """
+    file, name = data / STATION_FILE, INVENTED_TEXTS[language].stations[0]
+    config.write(msgspec.structs.replace(config.simulated_with_load("simulator"), name=name), file)
     return file
 
 
