@@ -85,7 +85,7 @@ class ShownStation:
         self._sent("PATCH", f"/api/episodes/{session['episode_id']}", permitted)
         self._play("load", _of(session, recording) | _PLAYED | {"self_paced": True, "resistance_level": 20})
         self._sent("POST", "/api/simulator/effort", {"effort_nm": _EFFORT_NM})
-        self._until(lambda live: live["run"]["self_pacing"]["pace_percent"] > 0)
+        self._until(lambda live: live["run"]["self_pacing"]["work_j"] > 0)
 
     def stretch(self, session: dict[str, Any], recording: dict[str, Any]) -> None:
         """Measure the baseline of an end-feel test, then stretch until the arm is held."""

@@ -41,6 +41,16 @@ it("is not offered for another method", () => {
   expect(box).toHaveProperty("checked", false);
 });
 
+it("shows no pace while the recording rests before its motion", () => {
+  render(
+    <MantineProvider env="test">
+      <SelfPacedStatus pacing={{ pace_percent: 100, effort_nm: 0, threshold_nm: 0, work_j: 0 }} />
+    </MantineProvider>,
+  );
+  expect(screen.getByText("The motion has not begun yet.")).toBeTruthy();
+  expect(screen.queryByText(/Pace/)).toBeNull();
+});
+
 it("shows pace, effort and work", () => {
   render(
     <MantineProvider env="test">

@@ -33,6 +33,8 @@ export function SelfPacedChoice(props: {
 
 /** Pace, effort and work of a self-paced playback. */
 export function SelfPacedStatus({ pacing }: { pacing: Schemas["SelfPacingLive"] }) {
+  // A recording begins with a rest. The apparatus passes it with a pace of 100 %, without an effort that it could compare.
+  if (pacing.threshold_nm === 0) return <Text>{t("station:selfPaced.notBegun")}</Text>;
   return (
     <Stack gap={4} role="group" aria-label={t("station:selfPaced.title")} data-testid="self-paced">
       <Group justify="space-between">
