@@ -126,7 +126,7 @@ def test_the_clinic_has_two_years_of_all_kinds_of_courses() -> None:
 CODED = {
     "clinic_number", "code", "config", "device", "dominant_side", "end_reason", "fixtures", "kind", "limits", "measure", "method",
     "motion", "outcome", "position", "role", "sex", "side", "stage", "stop_code", "username", "verification", "version", "checks",
-    "search_text", "revision", "oldest",
+    "search_text", "sort_key", "revision", "oldest",
     # The page translates these messages by the keys beside them.
     "message", "message_key", "stop_key", "stop_message",
 }  # fmt: skip

@@ -23,6 +23,7 @@ from kata.clinic.assessments.tables import AssessmentRow, RomRow
 from kata.clinic.episodes.tables import EpisodeRow, StageRow
 from kata.clinic.events.tables import DeviceEventRow
 from kata.clinic.patients.search import text_of
+from kata.clinic.patients.sorting import sort_key
 from kata.clinic.patients.tables import PatientRow
 from kata.clinic.programmes.tables import ProgrammeRow, ProgrammeVersionRow
 from kata.clinic.recordings import service as recordings
@@ -167,7 +168,7 @@ class _Person:
             {
                 "id": key, "clinic_number": number, "name": self.name, "kana": self.kana, "sex": "female",
                 "birth_date": born.isoformat(), "notes": "", "created_at": at, "updated_at": at, "restricted": restricted,
-                "search_text": text_of(self.name, self.kana, number, born),
+                "search_text": text_of(self.name, self.kana, number, born), "sort_key": sort_key(self.name, self.kana),
             }
         )  # fmt: skip
         rows[EpisodeRow].append(

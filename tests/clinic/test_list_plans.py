@@ -29,7 +29,7 @@ THERAPIST = Actor(UUID(int=1), UUID(int=2), "Sato Ken", "therapist", frozenset({
 HIDDEN = restricted.hidden(THERAPIST)
 MAY = datetime(2019, 5, 1, tzinfo=UTC)
 JUNE = datetime(2019, 6, 1, tzinfo=UTC)
-ALL_PATIENTS = "SCAN patients USING COVERING INDEX ix_patients_name_id"
+ALL_PATIENTS = "SCAN patients USING COVERING INDEX ix_patients_sort_key_id"
 IN_ORDER = {
     "SCAN sessions USING INDEX ix_sessions_started_at_id",
     ALL_PATIENTS,

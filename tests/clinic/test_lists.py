@@ -19,6 +19,7 @@ from kata.clinic.episodes import service as episodes
 from kata.clinic.episodes.schemas import EpisodeCreate
 from kata.clinic.patients import search, service
 from kata.clinic.patients.schemas import PatientCreate, PatientUpdate
+from kata.clinic.patients.sorting import sort_key
 from kata.clinic.patients.tables import PatientRow
 from kata.clinic.recordings import service as recordings
 from kata.clinic.recordings.tables import RecordingRow, TeachingRow
@@ -131,6 +132,36 @@ def test_patients_come_in_the_order_of_their_names_each_once(database: Database)
     assert sorted(numbers) == ["0", "1", "2", "3", "5", "6"]
     assert set(numbers[:2]) == {"1", "6"}
     assert found(database, archived=True) == ["4"]
+
+
+def test_patients_come_in_the_order_of_their_readings(database: Database) -> None:
+    for number, (name, kana) in enumerate(
+        [("山田 花子", "ヤマダ ハナコ"), ("林 葵", "ハヤシ アオイ"), ("森田 葵", "モリタ アオイ"), ("森 蓮", "もり れん"),
+         ("Sato Ken", "サトウ ケン"), ("abe Mai", None), ("阿部 健", "アベ ケン"), ("Ōta Jun", "オオタ ジュン")]
+    ):  # fmt: skip
+        sign_up(database, str(number), name, kana=kana)
+    assert found(database) == ["5", "7", "4", "6", "1", "3", "2", "0"]
+    with database.write() as session:
+        [row] = service.find(session, search="阿部", archived=False, limit=1, after=None)[0]
+        service.update(session, row.id, PatientUpdate(kana="ワベ ケン"))
+    assert found(database)[-1] == "6"
+
+
+@pytest.mark.parametrize(
+    "readings",
+    [
+        # Voiced kana count first as the plain ones, and only then differ.
+        ["カイ", "ガイ", "かき", "カギ", "がき", "ガギ"],
+        ["キョウ", "きよう", "きょうこ"],
+        ["オオタ", "オータカ", "オオタキ"],
+        ["ハラ", "ばらい", "ﾊﾟﾗｳ"],
+        ["ヴァン", "うい"],
+    ],
+    ids=str,
+)
+def test_readings_sort_in_the_order_of_the_kana(readings: list[str]) -> None:
+    keys = [sort_key("名", reading) for reading in readings]
+    assert keys == sorted(set(keys))
 
 
 @SQLITE_FIRST

@@ -22,6 +22,7 @@ from sqlalchemy import event
 
 from kata.clinic.patients import service as patients
 from kata.clinic.patients.schemas import PatientCreate
+from kata.clinic.patients.sorting import sort_key
 from kata.clinic.recordings.tables import RECORDING_COLUMNS, RECORDING_SAMPLES
 from kata.clinic.sessions import correction_learning
 from kata.clinic.sessions.tables import RUN_COLUMNS, RUN_SAMPLES
@@ -240,6 +241,18 @@ def test_outcomes_of_an_episode_become_one_row_and_measures_again(empty: Databas
     assert important["flexion"][2] is False
     at_version(empty, "0039")
     assert contents(empty)["episode_outcomes"] == stored
+
+
+def test_patients_of_every_version_get_their_place_in_lists(empty: Database) -> None:
+    filled(empty, "0004")
+    upgrade(empty)
+    rows = contents(empty)["patients"]
+    assert [row["sort_key"] for row in rows] == [sort_key(row["name"], row["kana"]) for row in rows]
+    at_version(empty, "0039", command.downgrade)
+    with empty.writer.begin() as connection:
+        connection.exec_driver_sql("UPDATE patients SET name = '佐藤 健', kana = 'ガートウ ｹﾝ'")
+    upgrade(empty)
+    assert {row["sort_key"] for row in contents(empty)["patients"]} == {sort_key("佐藤 健", "ガートウ ｹﾝ")}
 
 
 def station_hours(database: Database) -> list[Row]:

@@ -41,7 +41,7 @@ NOT_WRITTEN: Final = frozenset(
         "accounts.code_hash", "accounts.password_hash", "accounts.totp_sealed", "recovery_codes.code_hash",
         "access_tokens.secret_hash", "sign_ins.before_hash", "sign_ins.secret_hash", "accounts.oidc_subject",
         # Derived by the program from other columns.
-        "patients.search_text", "stations.config", "run_corrections.station", "end_feel_runs.station", "spools.station", "schemas.oldest", "schemas.revision",
+        "patients.search_text", "patients.sort_key", "stations.config", "run_corrections.station", "end_feel_runs.station", "spools.station", "schemas.oldest", "schemas.revision",
         "station_versions.software", "station_versions.station", "station_versions.config",
         "exported_statements.final_digest", "session_stops.therapist", "session_stops.station", "station_hours.station",
         # Imported on the service's computer; shown only in the patient's mode, which no record page shows.

@@ -165,6 +165,8 @@ def _recordings(database: Database, worker: FigureWorker, patient_id: UUID, path
     yield "recordings.csv", path
 
 
+_FOR_LISTS: Final = ("search_text", "sort_key")
+"""Columns that are derived from others for searching and sorting."""
 _ORIGIN: Final = ("side", "simulated")
 """Columns that a table needs to be read without the other files."""
 
@@ -300,7 +302,7 @@ def _cell(value: object) -> object:
 def _plain(row: Base, **parts: list[Any]) -> dict[str, Any]:
     """Return every column of a row and of its parts. Columns that are added later are exported automatically."""
     columns = {column_name(attribute): getattr(row, attribute.key) for attribute in inspect(type(row)).column_attrs}
-    plain = {name: _as_json(value) for name, value in columns.items() if name != "search_text"}
+    plain = {name: _as_json(value) for name, value in columns.items() if name not in _FOR_LISTS}
     return plain | {name: [_plain(part) for part in some] for name, some in parts.items()}
 
 

@@ -5,7 +5,7 @@ import type { ComponentProps } from "react";
 import { afterEach, beforeEach, describe, expect, it, vi } from "vitest";
 import * as csv from "../lib/csv";
 import { DataTable } from "./DataTable";
-import type { Column } from "./tableRows";
+import { type Column, shownTable, sortedRows } from "./tableRows";
 
 type Row = { name: string; stops: number | null };
 const ROWS: Row[] = [
@@ -52,6 +52,23 @@ beforeEach(() => {
 afterEach(() => {
   cleanup();
   vi.restoreAllMocks();
+});
+
+it("sorts by a column's order where its value has another", () => {
+  const patients = [
+    { name: "山田", kana: "ヤマダ" },
+    { name: "阿部", kana: "アベ" },
+  ];
+  const name: Column<(typeof patients)[0]> = {
+    key: "name",
+    head: "Name",
+    value: (row) => row.name,
+    order: (row) => row.kana,
+    cell: (row) => row.name,
+  };
+  const sorted = sortedRows(patients, [name], { key: "name", direction: "ascending" });
+  expect(sorted.map((row) => row.name)).toEqual(["阿部", "山田"]);
+  expect(shownTable(sorted, [name]).rows).toEqual([["阿部"], ["山田"]]);
 });
 
 it("sorts upwards, downwards and as it was, without a value last", () => {

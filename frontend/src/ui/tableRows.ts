@@ -3,13 +3,14 @@ import type { Schemas } from "../lib/api/client";
 import { LANGUAGE } from "../lib/language";
 
 /**
- * One column of a table. Rows are sorted by `value`, and the CSV file contains it; null: the cell is empty. A column of
- * buttons has no `value`.
+ * One column of a table. The CSV file contains `value`, and rows are sorted by it unless the column has an `order`; null:
+ * the cell is empty. A column of buttons has no `value`.
  */
 export interface Column<Row> {
   key: string;
   head: string;
   value?: (row: Row) => string | number | null;
+  order?: (row: Row) => string;
   cell: (row: Row) => ReactNode;
   right?: boolean;
   /** True if the table shows the sum of the column, or what it shows for these rows instead. */
@@ -35,7 +36,8 @@ export function turned(sorting: Sorting, key: string): Sorting {
 
 /** Return the rows in order. Rows without a value come last in both directions. */
 export function sortedRows<Row>(rows: Row[], columns: Column<Row>[], sorting: Sorting): Row[] {
-  const value = columns.find(({ key }) => key === sorting?.key)?.value;
+  const column = columns.find(({ key }) => key === sorting?.key);
+  const value = column?.order ?? column?.value;
   if (!value) return rows;
   const sign = sorting?.direction === "descending" ? -1 : 1;
   return [...rows].sort((one, other) => {

@@ -33,7 +33,7 @@ def list_patients(
     limit: Limit = 50,
     after: After = None,
 ) -> Page[Patient]:
-    """Return patients in the order of their names.
+    """Return patients in the order of their names: Latin names by letter, other names by their reading in kana.
 
     A restricted record that you may not see is found only by its complete clinic number, and shows only number and name.
     """

@@ -17,14 +17,14 @@ from kata.database.base import utc_now
 from kata.errors import ProblemError, check_version, not_found
 from kata.pagination import Keyset
 
-_BY_NAME: Final = Keyset(tuple[str, UUID], PatientRow.name, PatientRow.id)
+_BY_NAME: Final = Keyset(tuple[str, UUID], PatientRow.sort_key, PatientRow.id)
 _MAY_BE_EMPTIED: Final = {"kana", "birth_date", "dominant_side"}
 
 
 def find(
     session: Session, *, search: str, archived: bool, limit: int, after: str | None, hidden: Select[UUID] | None = None
 ) -> tuple[Sequence[PatientRow], str | None]:
-    """Return a page of patients found by name, kana, number or birth date, in the order of their names, and the next cursor.
+    """Return a page of patients found by name, kana, number or birth date, in their order (``sorting``), and the next cursor.
 
     Patients in ``hidden`` (a query of ids) are found only by their complete number.
 
@@ -43,10 +43,12 @@ def find(
             is_shown = or_(is_shown, PatientRow.id.in_(exactly_numbered))
         query = query.where(is_shown)
     page_ids = _BY_NAME.page(query, after, limit).subquery()
-    records = select(PatientRow).join(page_ids, page_ids.c.id == PatientRow.id).order_by(PatientRow.name, PatientRow.id)
+    records = (
+        select(PatientRow).join(page_ids, page_ids.c.id == PatientRow.id).order_by(PatientRow.sort_key, PatientRow.id)
+    )
     # One query, because a second one with the ids of the page would take longer than the join with a few episodes.
     rows = session.scalars(records.options(joinedload(PatientRow.episodes).lazyload(EpisodeRow.stages))).unique().all()
-    return _BY_NAME.cut(rows, limit, lambda row: (row.name, row.id))
+    return _BY_NAME.cut(rows, limit, lambda row: (row.sort_key, row.id))
 
 
 def get(session: Session, patient_id: UUID, *, to_change: bool = False) -> PatientRow:

@@ -1,7 +1,7 @@
 """Tables of patients."""
 
 from datetime import date, datetime
-from typing import Any
+from typing import Any, Final
 from uuid import UUID
 
 from sqlalchemy import JSON, Connection, ForeignKey, Index, String, Text, event, false, text
@@ -9,13 +9,23 @@ from sqlalchemy.engine.default import DefaultExecutionContext
 from sqlalchemy.orm import Mapped, Mapper, mapped_column, relationship
 
 from kata.clinic.episodes.tables import EpisodeRow
-from kata.clinic.patients import search
+from kata.clinic.patients import search, sorting
 from kata.database.base import Base, UtcDateTime
+
+_SORT_KEY: Final = String(sorting.MAX_SORT_LETTERS).with_variant(
+    String(sorting.MAX_SORT_LETTERS, collation="C"), "postgresql"
+)
+"""Compared by the codes of the characters, in every language of a server."""
 
 
 def _found_by(context: DefaultExecutionContext) -> str:
     values: dict[str, Any] = context.get_current_parameters()  # type: ignore[no-untyped-call]
     return search.text_of(values["name"], values.get("kana"), values["clinic_number"], values.get("birth_date"))
+
+
+def _sorted_by(context: DefaultExecutionContext) -> str:
+    values: dict[str, Any] = context.get_current_parameters()  # type: ignore[no-untyped-call]
+    return sorting.sort_key(values["name"], values.get("kana"))
 
 
 class PatientRow(Base):
@@ -24,7 +34,7 @@ class PatientRow(Base):
     __tablename__ = "patients"
     __table_args__ = (
         # A search needs only this index, which has the order of the list.
-        Index("ix_patients_name_id", "name", "id", "archived_at", "search_text"),
+        Index("ix_patients_sort_key_id", "sort_key", "id", "archived_at", "search_text"),
         # For finding the restricted records without reading the others.
         Index("ix_patients_restricted", "id", sqlite_where=text("restricted = 1"), postgresql_where=text("restricted")),
     )
@@ -46,6 +56,8 @@ class PatientRow(Base):
     """Time at which the identifying data were erased at the patient's request."""
     search_text: Mapped[str] = mapped_column(String(search.MAX_SEARCH_LETTERS), default=_found_by)
     """Result of :func:`kata.clinic.patients.search.text_of`; updated with every change of the searched fields."""
+    sort_key: Mapped[str] = mapped_column(_SORT_KEY, default=_sorted_by, server_default="")
+    """Result of :func:`kata.clinic.patients.sorting.sort_key`; updated with every change of name or reading."""
 
     episodes: Mapped[list[EpisodeRow]] = relationship(order_by=EpisodeRow.opened_at, lazy="selectin")
 
@@ -70,6 +82,7 @@ class PatientRow(Base):
 @event.listens_for(PatientRow, "before_update")
 def _changed(mapper: Mapper[PatientRow], connection: Connection, row: PatientRow) -> None:
     row.search_text = search.text_of(row.name, row.kana, row.clinic_number, row.birth_date)
+    row.sort_key = sorting.sort_key(row.name, row.kana)
 
 
 class ErasureRow(Base):

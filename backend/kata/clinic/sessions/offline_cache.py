@@ -18,6 +18,7 @@ from sqlalchemy.orm import Session as DatabaseSession
 from kata.clinic.banner import PatientBanner
 from kata.clinic.events import service as events
 from kata.clinic.events.observer import ESTOP_TESTED, AlarmsEnded, NewDeviceEvent
+from kata.clinic.patients.sorting import sort_key
 from kata.clinic.sessions import checks, prefetch
 from kata.clinic.sessions.prefetch import CachedPatient
 from kata.clinic.sessions.schemas import (
@@ -143,8 +144,8 @@ class OfflineCache:
         """Return the patients whose session can begin or continue, by name. Empty while the database is available."""
         if not self.is_needed:
             return []
-        ready = [entry.as_ready() for entry in self._ready()]
-        return sorted(ready, key=lambda entry: (entry.patient.name, entry.patient.clinic_number))
+        names = sorted(self._ready(), key=lambda entry: sort_key(entry.identity.name, entry.identity.kana))
+        return [entry.as_ready() for entry in names]
 
     @property
     def ready_patients(self) -> int:

@@ -125,8 +125,9 @@ const COLUMNS: Column<Patient>[] = [
     key: "name",
     head: t("patients:patients.name"),
     always: true,
-    // Sorted by the reading, as usual for a Japanese list.
-    value: ({ name, kana }) => kana || name,
+    value: ({ name }) => name,
+    // As the service sorts them: a Japanese name by its reading.
+    order: ({ name, kana }) => (/^\p{Script=Latin}/u.test(name) ? name : kana || name),
     cell: ({ id, name, kana }) => (
       <>
         <PageLink to="/patients/$patientId" params={{ patientId: id }}>

@@ -1063,7 +1063,7 @@ export interface paths {
         };
         /**
          * List or search patients
-         * @description Return patients in the order of their names.
+         * @description Return patients in the order of their names: Latin names by letter, other names by their reading in kana.
          *
          *     A restricted record that you may not see is found only by its complete clinic number, and shows only number and name.
          */
