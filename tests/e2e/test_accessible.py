@@ -163,6 +163,19 @@ def test_walk_finds_a_scrolled_area_that_no_keyboard_reaches(browser: Browser) -
     assert misfits_on_telephone(page, redrawn_s=0.0) == ["Touch Wide is scrolled only by touch or mouse"]
 
 
+def test_walk_finds_a_divided_range_at_both_sizes(browser: Browser) -> None:
+    page = browser.new_page()
+    narrow = '<p style="width: 1em">'
+    page.set_content(
+        f"""<main>{narrow}7 to 8</p>{narrow}7&nbsp;of&nbsp;8 to</p>{narrow}3&nbsp;Nov&nbsp;2026 to 5&nbsp;Nov&nbsp;2026</p>
+        <p style="width: 30vw; font-size: 20px">On the screen of a telephone Station 1</p></main>"""
+    )
+    assert misfits_on_telephone(page, redrawn_s=0.0) == [
+        "7 to 8 is on two lines",
+        "7 to 8 is on two lines",
+    ]
+
+
 @pytest.mark.parametrize("scheme", ["light", pytest.param("dark", marks=pytest.mark.campaign)])
 def test_alarms_and_the_door_can_be_read_by_everybody(page: Page, clinic: Clinic, scheme: Any) -> None:
     page.emulate_media(color_scheme=scheme, reduced_motion="reduce")

@@ -148,13 +148,19 @@ _CUT_TABLES = """() => [...document.querySelectorAll('main table')].flatMap((tab
 })""".replace("MOST_COLUMNS", "6")
 """Tables that are wider than their frame. A table of more columns, such as five motors, is read while it scrolls sideways."""
 _BROKEN = r"""() => {
-    const kept = /\d{4}年\d{1,2}月\d{1,2}日|\d{1,2}月\d{1,2}日|[−\d][\d.]*[°%]?〜[−\d][\d.]*[°%点]?/g;
+    const kept = new RegExp([
+        /\d{4}年\d{1,2}月\d{1,2}日|\d{1,2}月\d{1,2}日|[−\d][\d.]*[°%]?〜[−\d][\d.]*[°%点]?/,
+        /\b\d{1,2} [A-Z][a-z]{2,3} \d{4}\b|\b[A-Z][a-z]{2,3} \d{1,2}, \d{4}\b/,
+        /(?<![\w.])[+−]?\d[\d.,]*[°%]? (?:to|of) [+−]?\d[\d.,]*(?![\d.,]*(?:°? ±| [A-Z]))/,
+        /\b(?:Station|Motor|Take|Version) \d+\b|\S+ \[[^\][]{1,8}\]/,
+    ].map(({source}) => source).join('|'), 'g');
     const walker = document.createTreeWalker(document.body, NodeFilter.SHOW_TEXT);
     const found = [];
     for (let node = walker.nextNode(); node; node = walker.nextNode()) {
         if (!node.parentElement.checkVisibility({visibilityProperty: true}) || node.parentElement.closest('svg, script, style')) continue;
         const places = [...node.data].flatMap((letter, place) => letter === '\u2060' ? [] : [place]);
-        for (const {0: text, index} of places.map((place) => node.data[place]).join('').matchAll(kept)) {
+        const letters = places.map((place) => node.data[place]).join('').replaceAll('\u00a0', ' ');
+        for (const {0: text, index} of letters.matchAll(kept)) {
             const range = document.createRange();
             range.setStart(node, places[index]);
             range.setEnd(node, places[index + text.length - 1] + 1);
@@ -164,7 +170,7 @@ _BROKEN = r"""() => {
     }
     return found;
 }"""
-"""Japanese dates and ranges of numbers that a line break divides."""
+"""Dates, ranges of numbers, and names with their numbers, that a line break divides."""
 
 
 def _misfits(page: Page) -> list[str]:
@@ -177,12 +183,15 @@ def _misfits(page: Page) -> list[str]:
 
 
 def misfits_on_telephone(page: Page, redrawn_s: float = _REDRAWN_S) -> list[str]:
-    """Return what does not fit the width of a telephone (WCAG 1.4.10 Reflow), divided dates, and tables that scroll there only by touch.
+    """Return what does not fit the width of a telephone (WCAG 1.4.10 Reflow), and tables that scroll there only by touch.
+
+    Divided dates and ranges are also those at the page's own size.
 
     Leave the page's size as it was. ``redrawn_s``: how long the page may take to draw its figures for the new width.
     """
     before = page.viewport_size
     assert before
+    divided = [str(found) for found in page.evaluate(_BROKEN)]
     page.set_viewport_size({"width": _TELEPHONE_PX, "height": before["height"]})
     try:
         # Figures are drawn again for the new width, and the open tab is scrolled into view. ``wait_for_function`` needs an evaluation that
@@ -190,7 +199,7 @@ def misfits_on_telephone(page: Page, redrawn_s: float = _REDRAWN_S) -> list[str]
         until = time.monotonic() + redrawn_s
         while (found := _misfits(page)) and time.monotonic() < until:
             page.wait_for_timeout(100)
-        return found
+        return divided + found
     finally:
         page.set_viewport_size(before)
 

@@ -18,15 +18,18 @@ const EVENING = "2026-11-20T22:30:05Z";
 
 it("shows every day and time in the clinic's zone", () => {
   setClinicZone("Asia/Tokyo");
-  expect(formatDayOf(EVENING)).toBe("Nov 21, 2026");
-  expect(formatMoment(EVENING)).toMatch(/^Nov 21, 2026, 0?7:30\sAM$/);
+  expect(formatDayOf(EVENING)).toBe("Nov\u00a021,\u00a02026");
+  expect(formatMoment(EVENING)).toMatch(/^Nov\u00a021,\u00a02026, 0?7:30\sAM$/);
   expect(formatAfter("2026-11-20T23:00:00Z", EVENING)).toMatch(/^0?8:00\sAM$/);
   expect(formatClock(new Date(EVENING))).toMatch(/^0?7:30:05\sAM$/);
-  expect(formatShortDays(["2026-12-31T20:00:00Z", "2027-02-01T00:00:00Z"])).toEqual(["Jan 1", "Feb 1"]);
-  expect(formatDay("2026-11-20")).toBe("Nov 20, 2026");
+  expect(formatShortDays(["2026-12-31T20:00:00Z", "2027-02-01T00:00:00Z"])).toEqual([
+    "Jan\u00a01",
+    "Feb\u00a01",
+  ]);
+  expect(formatDay("2026-11-20")).toBe("Nov\u00a020,\u00a02026");
   setClinicZone("America/Chicago");
-  expect(formatDayOf(EVENING)).toBe("Nov 20, 2026");
-  expect(formatDay("2026-11-20")).toBe("Nov 20, 2026");
+  expect(formatDayOf(EVENING)).toBe("Nov\u00a020,\u00a02026");
+  expect(formatDay("2026-11-20")).toBe("Nov\u00a020,\u00a02026");
 });
 
 it.each(["", "Mars/Olympus"])("shows and states UTC if the clinic's zone is %j", (name) => {
@@ -35,14 +38,14 @@ it.each(["", "Mars/Olympus"])("shows and states UTC if the clinic's zone is %j",
     expect(new Date(EVENING).getDate()).toBe(21);
     setClinicZone(name);
     expect(isZoneMissing()).toBe(true);
-    expect(formatDayOf(EVENING)).toBe("Nov 20, 2026");
-    expect(formatMoment(EVENING)).toMatch(/^Nov 20, 2026, 10:30\sPM UTC$/);
+    expect(formatDayOf(EVENING)).toBe("Nov\u00a020,\u00a02026");
+    expect(formatMoment(EVENING)).toMatch(/^Nov\u00a020,\u00a02026, 10:30\sPM UTC$/);
     expect(formatClock(new Date(EVENING))).toMatch(/^10:30:05\sPM UTC$/);
     // The value of a form's field has no zone.
     expect(toLocalDateTime(new Date(EVENING))).toBe("2026-11-20T22:30");
     setClinicZone("UTC");
     expect(isZoneMissing()).toBe(false);
-    expect(formatMoment(EVENING)).toMatch(/^Nov 20, 2026, 10:30\sPM$/);
+    expect(formatMoment(EVENING)).toMatch(/^Nov\u00a020,\u00a02026, 10:30\sPM$/);
   } finally {
     vi.unstubAllEnvs();
   }

@@ -19,7 +19,7 @@ it("shows only the time for a later moment that day", () => {
 
 it("leaves the year out of short days only within one year", () => {
   const [first, last] = [new Date(2026, 9, 21).toISOString(), new Date(2026, 10, 25).toISOString()];
-  expect(formatShortDays([first, last])).toEqual(["Oct 21", "Nov 25"]);
+  expect(formatShortDays([first, last])).toEqual(["Oct\u00a021", "Nov\u00a025"]);
   expect(formatShortDays([new Date(2025, 9, 21).toISOString(), last])).toEqual(["10/25", "11/26"]);
 });
 

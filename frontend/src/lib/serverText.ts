@@ -33,7 +33,7 @@ export async function loadServerTexts(language: Language = LANGUAGE): Promise<vo
 export function translateServerText(text: string, key: Key | null | undefined): string {
   const template =
     key && catalogue && Object.hasOwn(catalogue, key.code) ? catalogue[key.code as ServerCode] : undefined;
-  if (!key || template === undefined) return text;
+  if (!key || template === undefined) return joinUnits(text);
   const filled = template.replace(
     /\{\{|\}\}|\{(\w+):([^}]*)\}/g,
     (match: string, name: string | undefined, type: string) => {

@@ -176,7 +176,7 @@ it("saves only the selected rows, in the order shown", () => {
   fireEvent.click(screen.getByRole("checkbox", { name: "Select Sato" }));
   fireEvent.click(screen.getByRole("checkbox", { name: "Select Ito" }));
   expect(all().indeterminate).toBe(true);
-  expect(screen.getByRole("status").textContent).toBe("2 of 3 rows selected");
+  expect(screen.getByRole("status").textContent).toBe("2\u00a0of\u00a03 rows selected");
   // Sorted by name: the order of the file is that of the table.
   fireEvent.click(screen.getByRole("button", { name: "Name" }));
   fireEvent.click(screen.getByRole("button", { name: "Save 2 selected as CSV" }));

@@ -4,6 +4,7 @@ import { useMutation } from "@tanstack/react-query";
 import { type ReactNode, useState } from "react";
 import { saveFile, toCsv } from "../lib/csv";
 import { t } from "../lib/i18n";
+import { joinUnits } from "../lib/joinUnits";
 import type { SavedRows } from "../lib/usePagedQuery";
 import { CsvButton } from "./CsvButton";
 import { ProblemNote } from "./ProblemNote";
@@ -98,7 +99,7 @@ export function DataTable<Row>(props: DataTableProps<Row>) {
                 {rowName && <SelectRow id={rowKey(row)} name={rowName(row)} selection={selection} />}
                 {shown.map((column) => (
                   <Table.Td key={column.key} {...numbers(column)}>
-                    {column.cell(row)}
+                    {joined(column.cell(row))}
                   </Table.Td>
                 ))}
               </Table.Tr>
@@ -111,6 +112,9 @@ export function DataTable<Row>(props: DataTableProps<Row>) {
     </Stack>
   );
 }
+
+/** Return what a cell shows. A text of a record, such as the name of a station, comes without joiners. */
+const joined = (shown: ReactNode) => (typeof shown === "string" ? joinUnits(shown) : shown);
 
 /** Says how many rows are shown or selected. */
 function RowCount(props: { count: number; more: boolean; canFetchAll: boolean; selection: Selection }) {

@@ -4,6 +4,7 @@ import { type KeyboardEvent, useRef, useState } from "react";
 import { isDay } from "../lib/days";
 import { formatDay } from "../lib/format";
 import { t } from "../lib/i18n";
+import { withoutJoiners } from "../lib/joinUnits";
 import { readDay } from "../lib/readDay";
 import classes from "./ui.module.css";
 
@@ -65,7 +66,7 @@ export function DateField({ label, value, max, onChange, error, required = false
       placeholder={t("ui:day.placeholder")}
       maxLength={40}
       autoComplete="off"
-      value={typed ?? (isDay(value) ? formatDay(value) : value)}
+      value={typed ?? (isDay(value) ? withoutJoiners(formatDay(value)) : value)}
       error={problem ?? error}
       onChange={(event) => type(event.currentTarget.value)}
       onBlur={finish}

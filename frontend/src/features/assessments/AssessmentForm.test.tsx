@@ -183,11 +183,11 @@ describe("the SPADI", () => {
     show(ASSESSMENT);
     open("SPADI");
     const scoreText = () => screen.getByRole("status").textContent;
-    expect(scoreText()).toContain("SPADI 45 of 100: pain 60, disability 30");
+    expect(scoreText()).toContain("SPADI 45\u00a0of\u00a0100: pain 60, disability 30");
     pick(/^1\. /, 10);
     pick(/^13\. /, 3);
-    expect(scoreText()).toContain("SPADI 49 of 100: pain 68, disability 30");
-    expect(scoreText()).toContain("1 of 13 items not answered");
+    expect(scoreText()).toContain("SPADI 49\u00a0of\u00a0100: pain 68, disability 30");
+    expect(scoreText()).toContain("1\u00a0of\u00a013 items not answered");
     press("Save assessment");
     await waitFor(() => expect(update).toHaveBeenCalled());
     expect(update.mock.calls[0]?.[1].spadi).toEqual([10, 6, 6, 6, 6, 3, 3, 3, 3, 3, 3, 3, null]);

@@ -61,8 +61,8 @@ describe("the newest findings", () => {
     ]);
     const scores = screen.getAllByRole("listitem").map((item) => item.textContent);
     expect(scores).toEqual([
-      "Pain (0 to 10): at rest 2 (−2), average over the last week 5 (unchanged)",
-      "SPADI 45 of 100 (−10): pain 60, disability 30. Improvement of at least the MCID (8 to 13 points), but 17 points or less may be measurement error",
+      "Pain (0\u00a0to\u00a010): at rest 2 (−2), average over the last week 5 (unchanged)",
+      "SPADI 45\u00a0of\u00a0100 (−10): pain 60, disability 30. Improvement of at least the MCID (8\u00a0to\u00a013 points), but 17 points or less may be measurement error",
     ]);
     expect(screen.getByTestId("newest-assessment").textContent).toMatch(/^Left shoulder, /);
   });
@@ -85,7 +85,7 @@ describe("the newest findings", () => {
     [-8, "Improvement of at least the MCID"],
     [
       -17,
-      "Improvement of at least the MCID (8 to 13 points), but 17 points or less may be measurement error",
+      "Improvement of at least the MCID (8\u00a0to\u00a013 points), but 17 points or less may be measurement error",
     ],
     [-17.1, "Improvement beyond measurement error (SDC, 17 points)"],
     [8, "Worsening of at least the MCID"],
@@ -97,9 +97,9 @@ describe("the newest findings", () => {
   });
 
   it.each([
-    [43.3, 60.5, "SPADI 43.3 of 100 (−17.2)", "Improvement beyond measurement error"],
-    [43.375, 50.875, "SPADI 43.4 of 100 (−7.5)", "Change below the MCID"],
-    [43, 60, "SPADI 43 of 100 (−17)", "Improvement of at least the MCID"],
+    [43.3, 60.5, "SPADI 43.3\u00a0of\u00a0100 (−17.2)", "Improvement beyond measurement error"],
+    [43.375, 50.875, "SPADI 43.4\u00a0of\u00a0100 (−7.5)", "Change below the MCID"],
+    [43, 60, "SPADI 43\u00a0of\u00a0100 (−17)", "Improvement of at least the MCID"],
   ])("a SPADI of %d after %d is shown so that its verdict fits", (total, first, shown, verdict) => {
     const words = describeSpadi(
       { ...ASSESSMENT, spadi_score: { pain: 50, disability: 50, total } },

@@ -26,8 +26,10 @@ describe("the state", () => {
   afterEach(cleanup);
 
   it("names the days", () => {
-    expect(describeState(state)).toBe("Commissioned on Mar 2, 2026. Periodic check due on Mar 9, 2026.");
-    expect(describeState({ ...state, state: "due" })).toMatch(/has been due since Mar 9, 2026/);
+    expect(describeState(state)).toBe(
+      "Commissioned on Mar\u00a02,\u00a02026. Periodic check due on Mar\u00a09,\u00a02026.",
+    );
+    expect(describeState({ ...state, state: "due" })).toMatch(/has been due since Mar\u00a09,\u00a02026/);
   });
 
   it("alerts with the reason when patients are refused", async () => {
@@ -131,10 +133,10 @@ describe("the words of a station's file", () => {
 
   it("say which values a field accepts", () => {
     expect(describeAcceptedValues(null)).toBe("");
-    expect(describeAcceptedValues({ ...accepted, low: -9600.5 })).toBe("−9600.5 to 508");
-    expect(describeAcceptedValues({ ...accepted, high: 16383 })).toBe("0 to 16383");
-    expect(describeAcceptedValues({ ...accepted, step: 2 })).toBe("0 to 508 in steps of 2");
-    expect(describeAcceptedValues({ ...accepted, none: -1 })).toBe("0 to 508, or −1 for none");
+    expect(describeAcceptedValues({ ...accepted, low: -9600.5 })).toBe("−9600.5\u00a0to\u00a0508");
+    expect(describeAcceptedValues({ ...accepted, high: 16383 })).toBe("0\u00a0to\u00a016383");
+    expect(describeAcceptedValues({ ...accepted, step: 2 })).toBe("0\u00a0to\u00a0508 in steps of 2");
+    expect(describeAcceptedValues({ ...accepted, none: -1 })).toBe("0\u00a0to\u00a0508, or −1 for none");
     expect(describeAcceptedValues({ ...accepted, choices: [-1, 1] })).toBe("One of −1, 1");
     expect(describeAcceptedValues({ ...accepted, choices: [1120, 1000000] })).toBe("One of 1120, 1000000");
   });
@@ -210,7 +212,7 @@ describe("the tuning of gains", () => {
   it("fills in the proposal and measures with it", () => {
     const answers = shown(review);
     expect(screen.getByText(/proposes other gains for motors 3\./)).toBeTruthy();
-    expect(field("Motor 3, Derivative gain (no unit), next measurement").value).toBe("500");
+    expect(field("Motor\u00a03, Derivative gain (no unit), next measurement").value).toBe("500");
     expect(screen.queryByRole("button", { name: "Take back" })).toBeNull();
     fireEvent.click(button("Measure with the new gains (motors move)"));
     expect(answers).toEqual([
@@ -221,7 +223,7 @@ describe("the tuning of gains", () => {
   it("refuses gains outside the limits, and unchanged gains", () => {
     shown({ ...review, motors: review.motors.map((motor) => ({ ...motor, proposed: gains })) });
     expect(button("Measure with the new gains (motors move)").disabled).toBe(true);
-    const p = field("Motor 2, Proportional gain (no unit), next measurement");
+    const p = field("Motor\u00a02, Proportional gain (no unit), next measurement");
     fireEvent.change(p, { target: { value: "3201" } });
     expect(screen.getByText("Outside 800 to 3200")).toBeTruthy();
     expect(button("Measure with the new gains (motors move)").disabled).toBe(true);
@@ -253,7 +255,7 @@ describe("the tuning of gains", () => {
 
   it("says with which fault the gains end the step", () => {
     shown({ ...review, fault: "Motor 3 overshoots." });
-    expect(screen.getByRole("status").textContent).toMatch(/ends with a fault: Motor 3 overshoots/);
+    expect(screen.getByRole("status").textContent).toMatch(/ends with a fault: Motor\u00a03 overshoots/);
   });
 
   it("draws former and present response of changed motors in one chart", () => {
@@ -281,8 +283,8 @@ describe("the tuning of gains", () => {
     const table = responseTable([curve(1, 300, 2), { ...curve(2, 300, 3), times_s: [0, 0.5] }]);
     expect(table.columns.map(({ name }) => name)).toEqual([
       "Time (s)",
-      "Motor 1, Angle (°)",
-      "Motor 2, Angle (°)",
+      "Motor\u00a01, Angle (°)",
+      "Motor\u00a02, Angle (°)",
     ]);
     expect(table.rows).toEqual([
       [0, 0, 0],

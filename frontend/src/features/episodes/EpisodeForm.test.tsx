@@ -170,7 +170,7 @@ describe("an episode on the patient's page", () => {
   it("shows the doctor's limits and a missing stage", () => {
     show(<EpisodeCard episode={EPISODE} onSaved={onDone} />);
     expect(screen.getByTestId("limits").textContent).toBe(
-      "Limits set by Dr. MoriAbduction / adduction of the shoulder: at most 90°Resistance level: at most 12 of 25Motor speed: at most 40°/s",
+      "Limits set by Dr. MoriAbduction / adduction of the shoulder: at most 90°Resistance level: at most 12\u00a0of\u00a025Motor speed: at most 40°/s",
     );
     expect(screen.getByText("No stage recorded")).toBeTruthy();
   });
@@ -207,7 +207,10 @@ describe("an episode on the patient's page", () => {
 
 describe("words", () => {
   it.each([
-    [{ motion: 4, lowest_deg: 0, highest_deg: 90 }, "Abduction / adduction of the shoulder: 0 to 90°"],
+    [
+      { motion: 4, lowest_deg: 0, highest_deg: 90 },
+      "Abduction / adduction of the shoulder: 0\u00a0to\u00a090°",
+    ],
     [{ motion: 1, lowest_deg: -10 }, "Abduction / adduction of the scapula: at least −10°"],
   ])("of a limit", (limit, words) => expect(describeLimit(limit)).toBe(words));
 });

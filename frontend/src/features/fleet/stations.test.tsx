@@ -2,6 +2,7 @@ import { MantineProvider } from "@mantine/core";
 import { cleanup, render, screen } from "@testing-library/react";
 import { afterEach, beforeEach, describe, expect, it, vi } from "vitest";
 import { t } from "../../lib/i18n";
+import { withoutJoiners } from "../../lib/joinUnits";
 import { describeActivity, describeProgress, type Shown, type State, silentSince } from "./messages";
 import { StationTile } from "./StationTile";
 import { STATIONS_LOST_AFTER_MS, StationsStore } from "./store";
@@ -68,7 +69,7 @@ describe("a tile", () => {
   it("of a silent station shows only since when", () => {
     show({ ...shown, silent: true, state: null });
     expect(screen.getByText(t("fleet:stations.silent"))).toBeDefined();
-    expect(screen.getByText(silentSince(shown.heard_at))).toBeDefined();
+    expect(screen.getByText(withoutJoiners(silentSince(shown.heard_at)))).toBeDefined();
     expect(screen.queryByText(/Yamada|Playing|E-stop/)).toBeNull();
   });
 

@@ -56,7 +56,9 @@ it("the tile of adherence leads to the patients behind its figure", async () => 
   show(AdherenceTile);
   const tile = await screen.findByRole("link", { name: /75\u00a0%/ });
   expect(tile.getAttribute("href")).toBe("/clinic/adherence");
-  expect(tile.textContent).toContain("Nov 3, 2026 to Nov 30, 2026. 60 of 80 sessions");
+  expect(tile.textContent).toContain(
+    "Nov\u00a03,\u00a02026 to Nov\u00a030,\u00a02026. 60\u00a0of\u00a080 sessions",
+  );
 });
 
 it("the tile of stops says which days it asks for, as the tile of adherence does", async () => {
@@ -64,8 +66,8 @@ it("the tile of stops says which days it asks for, as the tile of adherence does
   const counted = vi.spyOn(api, "stopCounts");
   counted.mockResolvedValue({ rows: [], sessions: 5, stopped_sessions: 0 } as never);
   show(StopsTile);
-  const tile = await screen.findByRole("link", { name: /0 of 5/ });
-  expect(tile.textContent).toContain("Nov 3, 2026 to Nov 30, 2026. No stop");
+  const tile = await screen.findByRole("link", { name: /0\u00a0of\u00a05/ });
+  expect(tile.textContent).toContain("Nov\u00a03,\u00a02026 to Nov\u00a030,\u00a02026. No stop");
   expect(counted).toHaveBeenCalledWith({
     since: "2026-11-03T00:00:00.000Z",
     until: "2026-12-01T00:00:00.000Z",
@@ -87,7 +89,7 @@ it("the tile of stops counts a session with two causes once, and adds up the sta
   ];
   vi.spyOn(api, "stopCounts").mockResolvedValue({ rows, sessions: 5, stopped_sessions: 5 } as never);
   show(StopsTile);
-  const tile = await screen.findByRole("link", { name: /5 of 5/ });
+  const tile = await screen.findByRole("link", { name: /5\u00a0of\u00a05/ });
   expect(tile.textContent).toMatch(/Most frequent: .*emergency stop/i);
 });
 

@@ -90,12 +90,12 @@ it("shows done, changed and omitted items", async () => {
       .getAllByRole("cell")
       .filter((_, place) => place === 2 || place === 4)
       .map((cell) => cell.textContent);
-  expect(cells(1)).toEqual(["10 of 10", "–"]);
+  expect(cells(1)).toEqual(["10\u00a0of\u00a010", "–"]);
   expect(cells(2)).toEqual([
-    "4 of 10",
+    "4\u00a0of\u00a010",
     "stopped, range 80\u00a0% instead of 100\u00a0%, range reduced during playback, down to 60\u00a0%",
   ]);
-  expect(cells(3)).toEqual(["0 of 10", "Not played"]);
+  expect(cells(3)).toEqual(["0\u00a0of\u00a010", "Not played"]);
   expect(screen.getByText(/14 of 30 planned/)).toBeTruthy();
   expect(screen.getByTestId("besides").textContent).toBe(
     "Played outside the programme: Reach (10 repetitions).",

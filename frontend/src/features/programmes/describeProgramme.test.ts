@@ -29,10 +29,12 @@ const version = (items: ProgrammeItem[], given: Partial<ProgrammeVersion> = {}):
 
 describe("the description of a programme", () => {
   it("lists its settings", () => {
-    expect(describeItem(item("Lift"))).toBe("As taught, once; resistance level 8 of 25");
+    expect(describeItem(item("Lift"))).toBe("As taught, once; resistance level 8\u00a0of\u00a025");
     expect(
       describeItem(item("Lift", { range_percent: 80, repetitions: 10, pause_s: 2, resistance_level: 5 })),
-    ).toBe("80\u00a0% of the range, 10 repetitions, pause of 2\u00a0s at each end; resistance level 5 of 25");
+    ).toBe(
+      "80\u00a0% of the range, 10 repetitions, pause of 2\u00a0s at each end; resistance level 5\u00a0of\u00a025",
+    );
     expect(describeItem({ ...item("Lift"), resistance_level: null, method: null })).toBe("As taught, once");
     expect(describeVersion(version([item("Lift")]))).toBe("1 recording, playing time 1\u00a0min 30\u00a0s");
     const more = { timer_minutes: 20, sessions_per_week: 3 };
@@ -61,7 +63,7 @@ describe("the changes between two versions", () => {
     expect(changes(before, after)).toEqual([
       "Turn removed",
       "Lift: range 80\u00a0% instead of 100\u00a0%, resistance level 5 instead of 8",
-      "Hold added: as taught, once; resistance level 8 of 25",
+      "Hold added: as taught, once; resistance level 8\u00a0of\u00a025",
     ]);
   });
 
@@ -84,7 +86,7 @@ describe("the changes between two versions", () => {
       ProgrammeVersion,
     ];
     expect(describeItem(item("Lift", { self_paced: true }))).toBe(
-      "As taught, once; the patient sets the pace; resistance level 8 of 25",
+      "As taught, once; the patient sets the pace; resistance level 8\u00a0of\u00a025",
     );
     expect(changes(own, patients)).toEqual(["Lift: pace of the patient instead of of the recording"]);
   });

@@ -4,6 +4,7 @@ import { IconTable } from "@tabler/icons-react";
 import type { Schemas } from "../../lib/api/client";
 import { formatDeg, formatMoment } from "../../lib/format";
 import { t } from "../../lib/i18n";
+import { joinUnits } from "../../lib/joinUnits";
 import { translatePlaced } from "../../lib/serverText";
 import { SaveTableButton } from "../../ui/CsvButton";
 import { reachByKeyboard } from "../../ui/reachByKeyboard";
@@ -40,7 +41,7 @@ export function NumbersTable(props: { name: string; title: string; table: Schema
               <Table.Tr>
                 {table.columns.map((column) => (
                   <Table.Th key={column.name} scope="col" ta={alignment(column)}>
-                    {column.name}
+                    {joinUnits(column.name)}
                   </Table.Th>
                 ))}
               </Table.Tr>

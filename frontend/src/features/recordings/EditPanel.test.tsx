@@ -105,20 +105,22 @@ describe("an edited recording", () => {
     choose("Stretch at the end of the range");
     press("Beyond the end of the range: increase");
     press("Preview");
-    expect((await screen.findByRole("alert")).textContent).toContain("motor 3 would go to 128.0° at 4.0 s.");
+    expect((await screen.findByRole("alert")).textContent).toContain(
+      "motor 3 would go to 128.0° at 4.0\u00a0s.",
+    );
     expect(preview.mock.calls[0]?.[1]).toEqual({ do: "stretch", further_deg: 4, back_deg: 5, hold_s: 10 });
     expect(saveButton()).toBeNull();
   });
 
   it("needs at least one motor", async () => {
     choose("Some motors only");
-    for (const motor of [1, 2, 5]) press(`Motor ${motor}`);
+    for (const motor of [1, 2, 5]) press(`Motor\u00a0${motor}`);
     press("Preview");
     await waitFor(() => expect(preview.mock.calls[0]?.[1]).toEqual({ do: "isolate", motors: [3, 4] }));
-    for (const motor of [3, 4]) press(`Motor ${motor}`);
+    for (const motor of [3, 4]) press(`Motor\u00a0${motor}`);
     expect(screen.getByRole("button", { name: "Preview" }).hasAttribute("disabled")).toBe(true);
-    press("Motor 5");
-    expect(screen.getByRole("button", { name: "Motor 5" }).getAttribute("aria-pressed")).toBe("true");
+    press("Motor\u00a05");
+    expect(screen.getByRole("button", { name: "Motor\u00a05" }).getAttribute("aria-pressed")).toBe("true");
   });
 
   it.each([
@@ -183,7 +185,7 @@ describe("a retouch", () => {
     choose("Change a part of the curve");
     press("Add a point");
     press("Change: increase");
-    press("Motor 4");
+    press("Motor\u00a04");
     press("Add a point");
     await screen.findByRole("slider", { name: "Point 1" });
     press("Delete the point");

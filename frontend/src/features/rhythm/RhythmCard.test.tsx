@@ -62,7 +62,7 @@ it("shows ratios, reasons and the published ratio of each direction", async () =
   vi.spyOn(api, "recordingRhythm").mockResolvedValue(rhythm({}));
   show(<RhythmOfRecording recordingId="r" />);
   const [, raising, lowering] = within(await screen.findByTestId("ratios")).getAllByRole("row");
-  expect(raising?.textContent).toContain("2.8Scapula at the apparatus' limit2.6 (30 to 71°)");
+  expect(raising?.textContent).toContain("2.8Scapula at the apparatus' limit2.6 (30\u00a0to\u00a071°)");
   expect(raising?.textContent).toContain("2.0, standard deviation 0.4 (Giphart et al., 2013)");
   expect(lowering?.textContent).toContain("No published value for this plane and direction");
   expect(screen.getByText(/not of bones/)).toBeTruthy();

@@ -81,7 +81,7 @@ describe("the search", () => {
     patients.mockResolvedValue({ items: [], next: null });
     show(["read_records"]);
     await search("2026/11/5");
-    expect(await screen.findByRole("option", { name: /Nov 5, 2026/ })).toBeTruthy();
+    expect(await screen.findByRole("option", { name: /Nov\u00a05,\u00a02026/ })).toBeTruthy();
     expect(sessions).toHaveBeenCalledWith({
       since: new Date("2026-11-05T00:00").toISOString(),
       until: new Date("2026-11-06T00:00").toISOString(),

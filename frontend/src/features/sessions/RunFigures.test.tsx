@@ -36,9 +36,15 @@ it("shows the motor with the largest error first, another one or all on request"
   );
   const shown = () =>
     screen.queryAllByRole("figure").map((plot) => plot.getAttribute("aria-label")?.slice(0, 8));
-  await vi.waitFor(() => expect(shown()).toEqual(["Motor 3:"]));
-  fireEvent.click(screen.getByRole("radio", { name: "Motor 5" }));
-  expect(shown()).toEqual(["Motor 5:"]);
+  await vi.waitFor(() => expect(shown()).toEqual(["Motor\u00a03:"]));
+  fireEvent.click(screen.getByRole("radio", { name: "Motor\u00a05" }));
+  expect(shown()).toEqual(["Motor\u00a05:"]);
   fireEvent.click(screen.getByRole("radio", { name: "All motors" }));
-  expect(shown()).toEqual(["Motor 1:", "Motor 2:", "Motor 3:", "Motor 4:", "Motor 5:"]);
+  expect(shown()).toEqual([
+    "Motor\u00a01:",
+    "Motor\u00a02:",
+    "Motor\u00a03:",
+    "Motor\u00a04:",
+    "Motor\u00a05:",
+  ]);
 });

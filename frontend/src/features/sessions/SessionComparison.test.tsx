@@ -4,6 +4,7 @@ import { cleanup, fireEvent, render, screen, within } from "@testing-library/rea
 import { afterEach, beforeEach, expect, it, vi } from "vitest";
 import { api, type Schemas, type Session } from "../../lib/api/client";
 import { formatMoment } from "../../lib/format";
+import { withoutJoiners } from "../../lib/joinUnits";
 import { SessionComparison } from "./SessionComparison";
 
 const at = (day: number) => `2026-11-0${day}T09:00:00Z`;
@@ -41,7 +42,7 @@ function show(of: Partial<Session> = {}) {
 
 async function choose(day: number) {
   fireEvent.click(await screen.findByRole("combobox", { name: "Session" }));
-  fireEvent.click(await screen.findByText(formatMoment(at(day))));
+  fireEvent.click(await screen.findByText(withoutJoiners(formatMoment(at(day)))));
 }
 
 it("compares the session with the chosen one", async () => {

@@ -60,7 +60,7 @@ it("compares pain and the recordings of both sessions", () => {
     ["0", "0", "0"],
     ["0.30", "0.20", "−0.10"],
     ["0.80", "0.60", "−0.20"],
-    ["10.0 to 52.5", "10.0 to 60.0", ""],
+    ["10.0\u00a0to\u00a052.5", "10.0\u00a0to\u00a060.0", ""],
   ]);
   expect(turn?.title).toBe("Turn");
   expect(cells(turn?.lines)).toEqual([
@@ -82,6 +82,6 @@ it("compares no errors of a partial run, but its range", () => {
   expect(lines?.slice(5)).toEqual([
     ["0.20", "–", ""],
     ["0.60", "–", ""],
-    ["10.0 to 60.0", "10.0 to 60.0", ""],
+    ["10.0\u00a0to\u00a060.0", "10.0\u00a0to\u00a060.0", ""],
   ]);
 });

@@ -50,9 +50,9 @@ const session = (peak_deg: number, range: [number, number]) =>
 afterEach(cleanup);
 
 it.each([
-  [1.214, [5.04, 78.46], "1.21", "5.0 to 78.5"],
-  [-0.996, [-7.25, 70.5], "1.00", "−7.3 to 70.5"],
-  [0.049, [-0.04, 90], "0.05", "0.0 to 90.0"],
+  [1.214, [5.04, 78.46], "1.21", "5.0\u00a0to\u00a078.5"],
+  [-0.996, [-7.25, 70.5], "1.00", "−7.3\u00a0to\u00a070.5"],
+  [0.049, [-0.04, 90], "0.05", "0.0\u00a0to\u00a090.0"],
 ] as [number, [number, number], string, string][])(
   "the error %s and the range %s",
   async (peak, range, error, reached) => {

@@ -48,10 +48,10 @@ describe("the resistance level", () => {
 
   it("marks the level of the last run", () => {
     show(8, 8);
-    expect(screen.getByTestId("level").textContent).toBe("8 of 25, as last time");
+    expect(screen.getByTestId("level").textContent).toBe("8\u00a0of\u00a025, as last time");
     cleanup();
     show(9, 8);
-    expect(screen.getByTestId("level").textContent).toBe("9 of 25");
+    expect(screen.getByTestId("level").textContent).toBe("9\u00a0of\u00a025");
   });
 });
 

@@ -41,5 +41,5 @@ it("a station's change is the difference of the shown numbers", async () => {
   show({ rows: [week], drift: [{ ...station, drifting: false }], left_out: 0 });
   const [head, row] = await screen.findAllByRole("row");
   expect(head?.textContent).toContain("Playbacks, last four weeks");
-  expect(row?.textContent).toContain("0.710.68−0.03 (−0.09 to 0.05)27");
+  expect(row?.textContent).toContain("0.710.68−0.03 (−0.09\u00a0to\u00a00.05)27");
 });

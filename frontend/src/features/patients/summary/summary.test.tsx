@@ -132,7 +132,9 @@ it("trends say in words what they draw, oldest first", () => {
   const rows = [assessed("2026-11-20", { pain_average: 2 }), assessed("2026-10-20", { pain_average: 7 })];
   show(<Trends assessments={rows} side="left" />);
   const pain = within(screen.getByRole("region", { name: "Left shoulder: Pain, 0\u00a0to\u00a010" }));
-  expect(pain.getByRole("img").getAttribute("aria-label")).toContain("from 7 to 2 in 2 assessments");
+  expect(pain.getByRole("img").getAttribute("aria-label")).toContain(
+    "from 7\u00a0to\u00a02 in 2 assessments",
+  );
   fireEvent.click(screen.getByRole("button", { name: "Show numbers" }));
   const table = within(screen.getByRole("table", { name: "Numbers: Left shoulder: Pain and SPADI" }));
   const cells = table.getAllByRole("cell").map((cell) => cell.textContent);

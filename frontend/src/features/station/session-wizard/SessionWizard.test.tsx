@@ -225,7 +225,7 @@ describe("before a session", () => {
     await screen.findByText("1. Flexion: 90 % of the range; resistance level 18 of 25");
     expect(screen.getByText("Timer: 30 minutes")).toBeTruthy();
     const limits = (await screen.findByTestId("limits")).textContent;
-    expect(limits).toBe("Limits set by Dr AbeResistance level: at most 20 of 25");
+    expect(limits).toBe("Limits set by Dr AbeResistance level: at most 20\u00a0of\u00a025");
   });
 });
 
