@@ -98,7 +98,7 @@ def test_a_motions_number_is_not_taken_for_a_motor(
         assert not re.search(r">\s*[1-6] (Abduction|Flexion|External|Horizontal|Scapular|肩)", page.html)
 
 
-@pytest.mark.parametrize(("language", "motor"), [("en", "Motor "), ("ja", "モータ")])
+@pytest.mark.parametrize(("language", "motor"), [("en", "Motor\u00a0"), ("ja", "モータ")])
 def test_a_motors_number_is_not_taken_for_a_motion(
     treated: tuple[SessionContent, EpisodeContent], language: Language, motor: str
 ) -> None:

@@ -27,6 +27,7 @@ from kata.motion.edit import AS_TAUGHT
 from kata.plotting.figures import RunFigureSamples
 from kata.reporting import charts, episode, letterhead, rehabilitation_plan, rendering, session
 from kata.reporting.content import DatedValue, EpisodeContent, Limit, RehabilitationPlanContent, SessionContent
+from kata.reporting.joining import join_units
 from kata.reporting.letterhead import Letterhead, LetterheadError
 from kata.reporting.phrases import LANGUAGES, PHRASES, STOP_REASONS_JA, Language, Phrases
 from kata.reporting.rendering import PrintOptions, ReportPage
@@ -162,7 +163,7 @@ def test_report_has_end_range_time_only_where_it_was_counted(signed: tuple[Sessi
         Parsed(rendering.session_page(replace(visit, runs=(run, *others)), print_options())).text
         for run in (counted, first)
     ]
-    assert [page.count("End-range time, s") for page in pages] == [1, 0]
+    assert [page.count("End-range time,\u00a0s") for page in pages] == [1, 0]
     assert "92 (last 5°, at least 1.5 Nm)" in " ".join(pages[0].split())
 
 
@@ -190,9 +191,9 @@ def test_one_repetition_and_one_session_are_singular(signed: tuple[SessionConten
     once = replace(item.playback_settings, asked=replace(item.playback_settings.asked, repetitions=1))
     plan = replace(visit.plan, items=(replace(item, playback_settings=once, repetitions_done=1),))
     text = Parsed(rendering.session_page(replace(visit, plan=plan), print_options())).text
-    assert re.search(r"1 of 1 repetition\b", text)
+    assert re.search("1\u00a0of\u00a01 repetition\\b", text)
     text = Parsed(rendering.episode_page(replace(care, sessions=care.sessions[:1]), print_options())).text
-    assert "1 session, 2 Nov 2026." in text
+    assert "1 session, 2\u00a0Nov\u00a02026." in text
 
 
 def test_episode_report_matches_the_database_rows(signed: tuple[SessionContent, EpisodeContent]) -> None:
@@ -536,8 +537,31 @@ def test_numbers_use_a_real_minus_and_zero_has_none(value: float | None, digits:
 
 def test_a_day_is_the_clinics() -> None:
     late = datetime(2026, 11, 2, 20, 0, tzinfo=UTC)
-    assert Phrases("en", "Asia/Tokyo").moment(late) == "3 Nov 2026 05:00"
+    assert Phrases("en", "Asia/Tokyo").moment(late) == "3\u00a0Nov\u00a02026 05:00"
     assert Phrases("ja", "Asia/Tokyo").day(late) == "2026年11月3日"
+
+
+@pytest.mark.parametrize(
+    ("text", "joined"),
+    [
+        ("−39.0 to −26.6", "−39.0_to_−26.6"),
+        ("1 of 7 repetitions", "1_of_7 repetitions"),
+        ("30° to 60°", "30°_to_60°"),
+        ("3 Nov 2026 to 30 Nov 2026 02:10", "3_Nov_2026 to 30_Nov_2026 02:10"),
+        ("83° ± 5° to 170° ± 6°", "83°_±_5° to 170°_±_6°"),
+        ("Apparatus angle, °", "Apparatus angle,_°"),
+        ("range 90 %, motor 5, Station 2", "range 90_%, motor_5, Station_2"),
+        ("3 sessions, up to 5", "3 sessions, up to 5"),
+    ],
+)
+def test_no_line_breaks_within_a_range_or_date(text: str, joined: str) -> None:
+    assert join_units(text).replace("\u00a0", "_") == joined
+
+
+def test_no_line_of_a_report_breaks_within_a_range(signed: tuple[SessionContent, EpisodeContent]) -> None:
+    visit, care = signed
+    for page in (rendering.session_page(visit, print_options()), rendering.episode_page(care, print_options())):
+        assert re.findall("\\d (?:to|of) −?\\d+(?!\\d|\u00a0[A-Z])|angle, °", Parsed(page).text) == []
 
 
 # -- curves ---------------------------------------------------------------------------------------------------------

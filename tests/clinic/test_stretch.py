@@ -93,7 +93,7 @@ def test_guide_and_record_show_the_stretch(clinic: Clinic, recording: UUID) -> N
 
 
 @SQLITE_FIRST
-@pytest.mark.parametrize(("language", "words"), [("en", "stretch, held for 84 s"), ("ja", "ストレッチ、保持84秒")])
+@pytest.mark.parametrize(("language", "words"), [("en", "stretch, held for 84\u00a0s"), ("ja", "ストレッチ、保持84秒")])
 def test_session_report_states_the_held_time(clinic: Clinic, recording: UUID, language: Language, words: str) -> None:
     held(clinic, recording)
     with clinic.database.read() as session:

@@ -7,6 +7,7 @@ from kata.clinic.assessments import rom
 from kata.clinic.local_time import zone_of
 from kata.clinic.rounding import as_shown, change_as_shown
 from kata.device.ipc_messages import RESISTANCE_LEVELS
+from kata.reporting.joining import join_units
 
 Language = Literal["en", "ja"]
 LANGUAGES: Final[tuple[Language, ...]] = ("en", "ja")
@@ -508,7 +509,7 @@ class Phrases:
 
     def text(self, key: str, /, **values: object) -> str:
         """Return the phrase of a key, filled with its parameters."""
-        return PHRASES[key][self._column].format(**values)
+        return join_units(PHRASES[key][self._column].format(**values))
 
     def named(self, kind: str, value: str | int) -> str:
         """Return the phrase of a value of the record, or the value itself if there is no phrase."""
@@ -569,7 +570,7 @@ class Phrases:
         local = self._local(when) if isinstance(when, datetime) else when
         if self.language == "ja":
             return f"{local.year}年{local.month}月{local.day}日"
-        return f"{local.day} {_MONTHS[local.month - 1]} {local.year}"
+        return join_units(f"{local.day} {_MONTHS[local.month - 1]} {local.year}")
 
     def clock(self, when: datetime) -> str:
         """Return a time of day."""
