@@ -149,6 +149,7 @@ _CUT_TABLES = """() => [...document.querySelectorAll('main table')].flatMap((tab
 """Tables that are wider than their frame. A table of more columns, such as five motors, is read while it scrolls sideways."""
 _BROKEN = r"""() => {
     const kept = new RegExp([
+        /\d{4}年\d{1,2}月\d{1,2}日〜\d{1,2}月\d{1,2}日|\d{1,2} [A-Z][a-z]{2,3} to \d{1,2} [A-Z][a-z]{2,3} \d{4}/,
         /\d{4}年\d{1,2}月\d{1,2}日|\d{1,2}月\d{1,2}日|[−\d][\d.]*[°%]?〜[−\d][\d.]*[°%点]?/,
         /\b\d{1,2} [A-Z][a-z]{2,3} \d{4}\b|\b[A-Z][a-z]{2,3} \d{1,2}, \d{4}\b/,
         /(?<![\w.])[+−]?\d[\d.,]*[°%]? (?:to|of) [+−]?\d[\d.,]*(?![\d.,]*(?:°? ±| [A-Z]))/,

@@ -7,6 +7,8 @@ export default (words) => {
         '(?:[A-Z][a-z]+|et al\\.|他) ?(?:19|20)\\d{2}, [A-Z][A-Za-z ]+ \\d+(?:\\(\\d+\\))?, \\d+(?:-\\d+)?',
         '\\d{1,2}:\\d{2}(?::\\d{2})?(?:\\s?[AP]M)?', '\\d{4}-\\d{2}-\\d{2}', '[A-Z][a-z]{2} \\d{1,2}, \\d{4}',
         '\\d{1,2} [A-Z][a-z]{2,} \\d{4}', '\\d{4}年(?:\\d{1,2}月(?:\\d{1,2}日)?)?', '\\d{1,2}/\\d{1,2}',
+        // The first day of a period, whose year is at its end; the last day, whose year is at its beginning.
+        '[A-Z][a-z]{2,3} \\d{1,2} to(?= [A-Z])', '\\d{1,2} [A-Z][a-z]{2,3} to(?= \\d)', '日〜\\d{1,2}月\\d{1,2}日',
         '(?:[a-z], |revised |et al\\. )(?:19|20)\\d{2}(?=[.,;)])',
     ].join('|'), 'g');
     const any = (list) => '(?:' + list.join('|') + ')';

@@ -3,10 +3,12 @@ import {
   changeAsShown,
   formatAfter,
   formatChange,
+  formatDays,
   formatMeasured,
   formatMoment,
   formatShortDays,
 } from "./format";
+import { withoutJoiners } from "./joinUnits";
 
 it("shows only the time for a later moment that day", () => {
   const began = new Date(2026, 10, 22, 23, 30).toISOString();
@@ -15,6 +17,18 @@ it("shows only the time for a later moment that day", () => {
   expect(formatMoment(sameDay)).toContain(formatAfter(sameDay, began));
   expect(formatAfter(sameDay, began)).not.toContain("2026");
   expect(formatAfter(nextDay, began)).toBe(formatMoment(nextDay));
+});
+
+it.each([
+  ["2026-11-03", "2026-11-30", "Nov 3 to Nov 30, 2026"],
+  ["2025-12-30", "2026-01-02", "Dec 30, 2025 to Jan 2, 2026"],
+  ["2026-11-03", "2026-11-03", "Nov 3, 2026"],
+])("writes the year of a period once: %s to %s", (first, last, period) => {
+  expect(withoutJoiners(formatDays(first, last))).toBe(period);
+});
+
+it("divides no period of one year", () => {
+  expect(formatDays("2026-11-03", "2026-11-30")).not.toContain(" ");
 });
 
 it("leaves the year out of short days only within one year", () => {

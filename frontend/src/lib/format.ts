@@ -1,10 +1,15 @@
 import { clinicFormat, dayOf } from "./days";
 import { t } from "./i18n";
 import { joinUnits } from "./joinUnits";
-import { LOCALE } from "./language";
+import { LANGUAGE, LOCALE } from "./language";
 
 const DAY = { year: "numeric", month: "short", day: "numeric" } as const;
 const calendarDay = new Intl.DateTimeFormat(LOCALE, { ...DAY, timeZone: "UTC" });
+const calendarDayOfYear = new Intl.DateTimeFormat(LOCALE, {
+  month: "short",
+  day: "numeric",
+  timeZone: "UTC",
+});
 const day = clinicFormat(LOCALE, DAY);
 const dayOfYear = clinicFormat(LOCALE, { month: "short", day: "numeric" });
 const month = clinicFormat(LOCALE, { year: "2-digit", month: "numeric" });
@@ -16,6 +21,19 @@ const clock = clinicFormat(LOCALE, { hour: "2-digit", minute: "2-digit", second:
 export const formatDay = (iso: string) => joinUnits(calendarDay.format(Date.parse(iso)));
 /** Return the clinic's day of a time. */
 export const formatDayOf = (moment: string) => joinUnits(day(new Date(moment)));
+/** Return a period from one calendar day to another. Within one year it has the year once, and fits a line of a tile. */
+export function formatDays(first: string, last: string): string {
+  if (first === last) return formatDay(first);
+  if (first.slice(0, 4) !== last.slice(0, 4)) {
+    return t("common:format.range", { from: formatDay(first), to: formatDay(last) });
+  }
+  const [from, to] = LANGUAGE === "ja" ? [calendarDay, calendarDayOfYear] : [calendarDayOfYear, calendarDay];
+  const period = t("common:format.range", {
+    from: from.format(Date.parse(first)),
+    to: to.format(Date.parse(last)),
+  });
+  return period.replaceAll(" ", "\u00a0").replace("〜", "\u2060〜\u2060");
+}
 /** Return two days of the clinic in short: without the year if it is the same, else without the day. */
 export function formatShortDays(moments: string[]): string[] {
   const dates = moments.map((moment) => new Date(moment));

@@ -57,7 +57,7 @@ it("the tile of adherence leads to the patients behind its figure", async () => 
   const tile = await screen.findByRole("link", { name: /75\u00a0%/ });
   expect(tile.getAttribute("href")).toBe("/clinic/adherence");
   expect(tile.textContent).toContain(
-    "Nov\u00a03,\u00a02026 to Nov\u00a030,\u00a02026. 60\u00a0of\u00a080 sessions",
+    "Nov\u00a03\u00a0to\u00a0Nov\u00a030,\u00a02026. 60\u00a0of\u00a080 sessions",
   );
 });
 
@@ -67,7 +67,7 @@ it("the tile of stops says which days it asks for, as the tile of adherence does
   counted.mockResolvedValue({ rows: [], sessions: 5, stopped_sessions: 0 } as never);
   show(StopsTile);
   const tile = await screen.findByRole("link", { name: /0\u00a0of\u00a05/ });
-  expect(tile.textContent).toContain("Nov\u00a03,\u00a02026 to Nov\u00a030,\u00a02026. No stop");
+  expect(tile.textContent).toContain("Nov\u00a03\u00a0to\u00a0Nov\u00a030,\u00a02026. No stop");
   expect(counted).toHaveBeenCalledWith({
     since: "2026-11-03T00:00:00.000Z",
     until: "2026-12-01T00:00:00.000Z",

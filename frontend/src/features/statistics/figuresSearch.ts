@@ -1,7 +1,6 @@
 import type { Schemas, SpanQuery } from "../../lib/api/client";
 import { addDays, dayOf, isDay, midnight } from "../../lib/days";
-import { formatDay } from "../../lib/format";
-import { t } from "../../lib/i18n";
+import { formatDays } from "../../lib/format";
 
 export const SUBJECTS = ["outcomes", "adherence", "usage", "stops", "tracking"] as const;
 export type Subject = (typeof SUBJECTS)[number];
@@ -72,5 +71,4 @@ export function spanOf(search: FiguresSearch, now: Date): SpanQuery {
 }
 
 /** Return the first and last day of a period in words. */
-export const describeSpan = (days: { from: string; to: string }) =>
-  t("common:format.range", { from: formatDay(days.from), to: formatDay(days.to) });
+export const describeSpan = (days: { from: string; to: string }) => formatDays(days.from, days.to);
