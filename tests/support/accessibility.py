@@ -123,11 +123,18 @@ _CUT = """() => {
         }
         return false;
     };
-    return [...document.querySelectorAll('button, a[href], .mantine-SegmentedControl-label')]
-        .filter((control) => control.checkVisibility({visibilityProperty: true}) && cut(control))
-        .map((control) => `${control.textContent} is cut`);
+    const outgrown = (heading) => {
+        const {paddingRight, borderRightWidth} = getComputedStyle(heading.parentElement);
+        const edge = heading.parentElement.getBoundingClientRect().right - parseFloat(paddingRight) - parseFloat(borderRightWidth);
+        return heading.offsetWidth > 1 && heading.getBoundingClientRect().right > edge + 1;
+    };
+    const found = (selector, fails) => [...document.querySelectorAll(selector)]
+        .filter((element) => element.checkVisibility({visibilityProperty: true}) && fails(element))
+        .map((element) => `${element.textContent} is cut`);
+    return [...found('button, a[href], .mantine-SegmentedControl-label', cut), ...found('main :is(h1, h2, h3)', outgrown)];
 }"""
-"""Controls that are partly outside a frame that does not scroll, labels without space, and an open tab out of view."""
+"""Controls that are partly outside a frame that does not scroll, labels without space, an open tab out of view, and headings that are wider
+than the part of the page that they are in."""
 _UNREACHABLE = """() => [...document.querySelectorAll('main *')]
     .filter((area) => {
         const {overflowX, overflowY} = getComputedStyle(area);
@@ -153,7 +160,7 @@ _BROKEN = r"""() => {
         /\d{4}年\d{1,2}月\d{1,2}日|\d{1,2}月\d{1,2}日|[−\d][\d.]*[°%]?〜[−\d][\d.]*[°%点]?/,
         /\b\d{1,2} [A-Z][a-z]{2,3} \d{4}\b|\b[A-Z][a-z]{2,3} \d{1,2}, \d{4}\b/,
         /(?<![\w.])[+−]?\d[\d.,]*[°%]? (?:to|of) [+−]?\d[\d.,]*(?![\d.,]*(?:°? ±| [A-Z]))/,
-        /\b(?:Station|Motor|Take|Version) \d+\b|\S+ \[[^\][]{1,8}\]/,
+        /\b(?:Station|Motor|Take|Version) \d+\b|(?:ステーション|モータ)\d+|\S+ \[[^\][]{1,8}\]/,
     ].map(({source}) => source).join('|'), 'g');
     const walker = document.createTreeWalker(document.body, NodeFilter.SHOW_TEXT);
     const found = [];

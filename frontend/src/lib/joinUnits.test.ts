@@ -34,6 +34,7 @@ it.each([
   ["53〜82%。", "53|〜|82%。"],
   ["30°〜60°", "30°|〜|60°"],
   ["3年、3回", "3|年、3回"],
+  ["ステーション1のモータ5", "ステーション|1のモータ|5"],
 ])("keeps date, range and number together: %s", (text, joined) => {
   expect(seen(joinUnits(text))).toBe(joined);
 });

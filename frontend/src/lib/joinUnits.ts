@@ -15,9 +15,9 @@ const ENGLISH_RANGE = /(?<=\d[°%]?)(?<!\u00a0\d{4}) (to|of) (?=[+−-]?\d)(?!\d
 /** The space before a unit in brackets, and within the name of a numbered thing. */
 const BEFORE_BRACKET_OR_NUMBER = / (?=\[[^\][]{1,8}\])|(?<=\b(?:Station|Motor|Take|Version)) (?=\d)/g;
 
-/** Places within a Japanese date such as 2026年11月21日, and within a range of numbers such as −7.0〜70.2点. */
+/** Places within a Japanese date such as 2026年11月21日, a range of numbers such as −7.0〜70.2点, and the name モータ5. */
 const WITHIN_DATE_OR_RANGE =
-  /(?<=\d)(?=[年月日])|(?<=\d年|\d月)(?=\d)|(?<=[\d°%])(?=〜[−\d])|(?<=[\d°%]〜)(?=[−\d])|(?<=〜−?[\d.,]+)(?=点)/g;
+  /(?<=\d)(?=[年月日])|(?<=\d年|\d月)(?=\d)|(?<=[\d°%])(?=〜[−\d])|(?<=[\d°%]〜)(?=[−\d])|(?<=〜−?[\d.,]+)(?=点)|(?<=ステーション|モータ)(?=\d)/g;
 /** Forbids a line break, and is not seen. */
 const WORD_JOINER = "\u2060";
 

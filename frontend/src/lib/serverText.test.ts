@@ -10,7 +10,7 @@ const nested = (code: string, text: string, params = {}) => ({ code, text, param
 describe("a server text on a Japanese page", () => {
   it.each([
     ["The emergency stop was pressed.", { code: "estop_pressed", params: {} }, "非常停止が押されました。"],
-    ["Motor 3 does not answer.", { code: "drive_silent", params: { motor: 3 } }, "モータ3が応答しません。"],
+    ["Motor 3 does not answer.", { code: "drive_silent", params: { motor: 3 } }, "モータ\u20603が応答しません。"],
     [
       "This is for the left shoulder, but the apparatus is set to the right one.",
       {
@@ -40,7 +40,7 @@ describe("a server text on a Japanese page", () => {
           reason: nested("motor_would_jerk", "motor 4 would jerk at 3.1 s", { motor: 4, at_s: 3.0999 }),
         },
       },
-      "この方法では再生できません：モータ4の動きが3.1秒の時点で急変します。",
+      "この方法では再生できません：モータ\u20604の動きが3.1秒の時点で急変します。",
     ],
     [
       "Abduction is archived.",

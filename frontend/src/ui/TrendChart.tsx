@@ -118,7 +118,7 @@ export function TrendLegend({ trends }: { trends: Trend[] }) {
                 strokeWidth={2}
                 strokeDasharray={look.dash}
               />
-            </svg>{" "}
+            </svg>
             {trend.name}
           </span>
         );

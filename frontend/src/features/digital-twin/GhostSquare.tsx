@@ -2,9 +2,10 @@ import { Text } from "@mantine/core";
 import { SCENE_COLOURS } from "./colours";
 import { useScheme } from "./useScheme";
 
-const SQUARE = "■";
+/** With a no-break space, so that the text stays beside it. */
+const SQUARE = "■\u00a0";
 
-/** A square in the ghost's colour, for a legend. */
+/** A square in the ghost's colour, before a text of a legend. */
 export function GhostSquare() {
   return (
     <Text span c={SCENE_COLOURS[useScheme()].ghost} inherit aria-hidden>

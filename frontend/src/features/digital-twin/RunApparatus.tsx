@@ -42,7 +42,8 @@ function Played({ played }: { played: Schemas["PlayedMotion"] }) {
   return (
     <>
       <Text>
-        {t("digital-twin:run.solid")} <GhostSquare /> {t("digital-twin:run.ghost")}
+        {t("digital-twin:run.solid")} <GhostSquare />
+        {t("digital-twin:run.ghost")}
       </Text>
       {played.reversals_s.length > 0 && (
         <Text fw={600}>

@@ -57,7 +57,8 @@ export default function StationApparatus() {
 function GhostNote() {
   return (
     <Text fw={600}>
-      <GhostSquare /> {t("digital-twin:ghost.explanation")}
+      <GhostSquare />
+      {t("digital-twin:ghost.explanation")}
     </Text>
   );
 }

@@ -134,3 +134,16 @@ it("pages are found by parts of their names, within the permissions", () => {
   expect(clinics).toEqual([undefined, "Administration"]);
   expect(names("station settings", "commission")).toEqual(["Station settings and commissioning"]);
 });
+
+it.each(["en", "ja"])("pages have different names where the page is %s", async (language) => {
+  vi.resetModules();
+  localStorage.setItem("kata.language", language);
+  const { findPages } = await import("./searchResults");
+  const needs = ["see_station", "read_records", "own_account", "administer", "commission"] as const;
+  // What leads to the clinic's figures and to its settings differs by the section.
+  const labels = findPages("", needs).filter(
+    ({ detail, target }) => !(detail && target.to.endsWith("/clinic")),
+  );
+  expect(new Set(labels.map(({ words }) => words)).size).toBe(labels.length);
+  localStorage.clear();
+});

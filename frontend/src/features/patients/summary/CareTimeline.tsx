@@ -124,19 +124,19 @@ function Keys() {
       <span>
         <svg width={16} height={14} aria-hidden>
           <circle className={classes.visit} cx={8} cy={7} r={6} />
-        </svg>{" "}
+        </svg>
         {t("patients:summary.keys.session")}
       </span>
       <span>
         <svg width={16} height={14} aria-hidden>
           <rect className={classes.stopped} x={2} y={1} width={12} height={12} strokeWidth={2} />
-        </svg>{" "}
+        </svg>
         {t("patients:summary.keys.stopped")}
       </span>
       <span>
         <svg width={16} height={14} aria-hidden>
           <path d="M8 1l6 6l-6 6l-6 -6z" fill="none" stroke="var(--mantine-color-text)" strokeWidth={2} />
-        </svg>{" "}
+        </svg>
         {t("patients:summary.keys.assessment")}
       </span>
     </div>

@@ -19,7 +19,7 @@ import { BeginStep } from "./BeginStep";
 import { NrsScale } from "./NrsScale";
 import { PreflightChecklist, useChecklist } from "./PreflightChecklist";
 import classes from "./sessionWizard.module.css";
-import { canGoTo, nextItem, STEPS, type Step, stepAfter, stepOf } from "./steps";
+import { canGoTo, nextItem, STEPS, type Step, stepAfter, stepOf, stepsDone } from "./steps";
 
 const HELP: Record<Step, HelpTopic> = {
   begin: "session",
@@ -174,7 +174,7 @@ function NoteStep({ session, onBeginAnother }: { session: Session; onBeginAnothe
 
 function Steps(props: { step: Step; session: Session | null; locked: boolean; onGo: (step: Step) => void }) {
   const { step, session, locked, onGo } = props;
-  const reached = STEPS.indexOf(stepOf(session));
+  const done = stepsDone(session, locked);
   return (
     <Group component="nav" gap={6} aria-label={t("station:wizard.steps")}>
       {STEPS.map((listed, place) => (
@@ -185,7 +185,7 @@ function Steps(props: { step: Step; session: Session | null; locked: boolean; on
           disabled={locked || !canGoTo(listed, session)}
           onClick={() => onGo(listed)}
         >
-          {place < reached ? (
+          {place < done ? (
             <IconCircleCheckFilled size={22} aria-label={t("station:wizard.done")} />
           ) : (
             <b>{place + 1}</b>

@@ -9,6 +9,7 @@ import {
   type Step,
   stepAfter,
   stepOf,
+  stepsDone,
 } from "./steps";
 
 const answer = (check: SessionState["checks"][number]["check"]) => ({
@@ -34,6 +35,15 @@ describe("the current step", () => {
     ["it has ended", { ...FRESH, ended_at: "2026-11-21T09:30:00Z" }, "note"],
   ])("follows from the record when %s", (_, session, step) => {
     expect(stepOf(session)).toBe(step);
+  });
+
+  it.each<[SessionState, boolean, number]>([
+    [FRESH, false, 1],
+    // Another tablet answered the checks, and this one does not have the record yet.
+    [FRESH, true, 3],
+    [{ ...FRESH, runs: [RUN], pain_during: 0 }, true, 4],
+  ])("has the steps before it done, at least those before a loaded motion", (session, isLoaded, done) => {
+    expect(stepsDone(session, isLoaded)).toBe(done);
   });
 
   it("can go back within the session only", () => {

@@ -30,6 +30,13 @@ export function stepOf(session: SessionState | null): Step {
 }
 
 /**
+ * Return how many steps are done. A motion that is loaded has passed the steps before playing, also if they were done on
+ * another screen and the session's record is not fetched again yet.
+ */
+export const stepsDone = (session: SessionState | null, isLoaded: boolean): number =>
+  Math.max(STEPS.indexOf(stepOf(session)), isLoaded ? STEPS.indexOf("play") : 0);
+
+/**
  * Return true if the step can be opened. Before the session only the first step can be opened, after its end
  * only the note.
  */
