@@ -92,7 +92,7 @@ function fontOf(value: string): CSSProperties {
   return { fontWeight, fontSize, lineHeight };
 }
 
-/** Lists rules with their values. `children` returns a sample of a value. */
+/** Lists rules with their values. `children` returns a sample of a value. Three columns would not fit a telephone. */
 function Rules(props: {
   title: string;
   rules: readonly { value: string; use: string }[];
@@ -109,8 +109,10 @@ function Rules(props: {
           {props.rules.map(({ value, use }) => (
             <Table.Tr key={value}>
               {sample && <Table.Td>{sample(value)}</Table.Td>}
-              <Table.Td>{value}</Table.Td>
-              <Table.Td>{use}</Table.Td>
+              <Table.Td>
+                <Text fw={600}>{value}</Text>
+                {use}
+              </Table.Td>
             </Table.Tr>
           ))}
         </Table.Tbody>
