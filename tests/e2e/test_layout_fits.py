@@ -142,7 +142,7 @@ def test_plan_of_a_session_fits_a_telephone(page: Page, clinic: Clinic) -> None:
     """What was planned is below the recording's name there. It was once beyond the edge."""
     page.set_viewport_size({"width": 360, "height": 740})
     page.goto(clinic.url + addresses(page, clinic)["session-plan"])
-    table = page.get_by_test_id("planned")
+    table = page.get_by_test_id("planned").get_by_role("table")
     expect(table).to_be_visible(timeout=LONG_MS)
     assert table.evaluate("(table) => table.getBoundingClientRect().right") <= 360 - 16
     expect(table.get_by_text("% of the range").first).to_be_visible()

@@ -10,7 +10,11 @@ const nested = (code: string, text: string, params = {}) => ({ code, text, param
 describe("a server text on a Japanese page", () => {
   it.each([
     ["The emergency stop was pressed.", { code: "estop_pressed", params: {} }, "非常停止が押されました。"],
-    ["Motor 3 does not answer.", { code: "drive_silent", params: { motor: 3 } }, "モータ\u20603が応答しません。"],
+    [
+      "Motor 3 does not answer.",
+      { code: "drive_silent", params: { motor: 3 } },
+      "モータ\u20603が応答しません。",
+    ],
     [
       "This is for the left shoulder, but the apparatus is set to the right one.",
       {

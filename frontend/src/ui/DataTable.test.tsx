@@ -206,3 +206,35 @@ it("saves the rows of all pages in the order shown, and says when there are too 
     ["stops.csv", "\ufeffName,Stops\r\nAbe,\r\nIto,2\r\nKato,3\r\nSato,10\r\n"],
   ]);
 });
+
+it("shows a column below another one on a telephone, until the user chooses it there", async () => {
+  cleanup();
+  vi.stubGlobal("matchMedia", (query: string) => ({
+    matches: query.includes("max-width"),
+    addEventListener: () => undefined,
+    removeEventListener: () => undefined,
+  }));
+  const columns: Column<Row>[] = [
+    { key: "name", head: "Name", always: true, value: ({ name }) => name, cell: ({ name }) => name },
+    {
+      key: "stops",
+      head: "Stops",
+      below: "name",
+      value: ({ stops }) => stops,
+      cell: ({ stops }) => `Stops: ${stops}`,
+    },
+  ];
+  render(
+    <MantineProvider env="test">
+      <DataTable name="moved" label="Moved" columns={columns} rows={ROWS} rowKey={({ name }) => name} />
+    </MantineProvider>,
+  );
+  expect(screen.getAllByRole("columnheader").map((head) => head.textContent)).toEqual(["Name"]);
+  // A row without a value says nothing below.
+  expect(names()).toEqual(["ItoStops: 2", "Abe", "SatoStops: 10"]);
+  fireEvent.click(screen.getByRole("button", { name: "Columns" }));
+  fireEvent.click(await screen.findByRole("checkbox", { name: "Stops" }));
+  expect(names()).toEqual(["Ito", "Abe", "Sato"]);
+  expect(screen.getAllByRole("columnheader")).toHaveLength(2);
+  vi.unstubAllGlobals();
+});

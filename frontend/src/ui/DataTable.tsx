@@ -44,7 +44,7 @@ interface DataTableProps<Row> {
 export function DataTable<Row>(props: DataTableProps<Row>) {
   const { name, label, columns, rowKey, rowName, more = false, fetchAll, isDimmed, dense = false } = props;
   const [sorting, setSorting] = useState<Sorting>(null);
-  const { hidden, setHidden } = useHiddenColumns(name, columns);
+  const { hidden, setHidden, movedBelow } = useHiddenColumns(name, columns);
   const shown = columns.filter(({ key, always }) => always || !hidden.includes(key));
   const rows = sortedRows(props.rows, columns, sorting);
   const selection = useSelection(rows.map(rowKey));
@@ -100,6 +100,9 @@ export function DataTable<Row>(props: DataTableProps<Row>) {
                 {shown.map((column) => (
                   <Table.Td key={column.key} {...numbers(column)}>
                     {joined(column.cell(row))}
+                    {movedBelow(column).map((moved) => (
+                      <Below key={moved.key} column={moved} row={row} />
+                    ))}
                   </Table.Td>
                 ))}
               </Table.Tr>
@@ -115,6 +118,16 @@ export function DataTable<Row>(props: DataTableProps<Row>) {
 
 /** Return what a cell shows. A text of a record, such as the name of a station, comes without joiners. */
 const joined = (shown: ReactNode) => (typeof shown === "string" ? joinUnits(shown) : shown);
+
+/** What a hidden column says, below the cell of another one. */
+function Below<Row>({ column, row }: { column: Column<Row>; row: Row }) {
+  if (column.value?.(row) === null) return null;
+  return (
+    <Text size="sm" component="div">
+      {joined(column.cell(row))}
+    </Text>
+  );
+}
 
 /** Says how many rows are shown or selected. */
 function RowCount(props: { count: number; more: boolean; canFetchAll: boolean; selection: Selection }) {

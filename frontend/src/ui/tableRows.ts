@@ -21,6 +21,8 @@ export interface Column<Row> {
   always?: boolean;
   /** True if a telephone hides the column until the user chooses it. */
   onWide?: boolean;
+  /** Key of the column whose cells say on a telephone what this column says, until the user chooses it there. */
+  below?: string;
 }
 
 /** How the rows are sorted. Null: in the order of the service. */

@@ -94,21 +94,18 @@ const COLUMNS: Column<Account>[] = [
     head: t("administration:accounts.name"),
     always: true,
     value: ({ name }) => name,
-    cell: ({ name, username, role, disabled_at }) => (
+    cell: ({ name, username, disabled_at }) => (
       // A long name breaks, so that a telephone shows the buttons beside it.
       <Box miw="7.75rem" style={{ overflowWrap: "anywhere" }}>
         <Text fw={600}>{name}</Text>
         <Text size="sm">{username}</Text>
-        <Text size="sm" hiddenFrom="sm">
-          {t(`auth:roles.${role}.name`)}
-        </Text>
         {disabled_at && <Badge color="gray">{t("administration:accounts.disabled")}</Badge>}
       </Box>
     ),
   },
   {
     key: "role",
-    onWide: true,
+    below: "name",
     head: t("administration:accounts.role"),
     value: ({ role }) => t(`auth:roles.${role}.name`),
     cell: ({ role }) => t(`auth:roles.${role}.name`),

@@ -134,9 +134,6 @@ const NUMBER_AND_TIME: Column<Entry>[] = [
       <>
         <span style={{ whiteSpace: "nowrap" }}>{formatDayOf(entry.at)}</span>{" "}
         <span style={{ whiteSpace: "nowrap" }}>{formatClock(new Date(entry.at))}</span>
-        <Text size="sm" hiddenFrom="sm">
-          {describeUser(entry)}
-        </Text>
       </>
     ),
   },
@@ -144,7 +141,7 @@ const NUMBER_AND_TIME: Column<Entry>[] = [
 
 const userColumn = (names: Names): Column<Entry> => ({
   key: "user",
-  onWide: true,
+  below: "time",
   head: t("administration:audit.user"),
   value: (entry) => joined([describeUser(entry), describeRole(entry, names)]),
   cell: (entry) => (

@@ -346,16 +346,9 @@ const HISTORY_COLUMNS: Column<Version>[] = [
     head: t("commissioning:history.since"),
     always: true,
     value: ({ since }) => since,
-    cell: (version) => (
-      <>
-        {formatMoment(version.since)}
-        <Text size="sm" hiddenFrom="sm">
-          {changedBy(version)}
-        </Text>
-      </>
-    ),
+    cell: ({ since }) => formatMoment(since),
   },
-  { key: "who", onWide: true, head: t("commissioning:history.who"), value: changedBy, cell: changedBy },
+  { key: "who", below: "since", head: t("commissioning:history.who"), value: changedBy, cell: changedBy },
   {
     key: "software",
     onWide: true,

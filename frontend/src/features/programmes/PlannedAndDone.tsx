@@ -1,12 +1,16 @@
-import { Stack, Table, Text, Title } from "@mantine/core";
+import { Stack, Text, Title } from "@mantine/core";
 import { useQuery } from "@tanstack/react-query";
 import { api, type Schemas } from "../../lib/api/client";
 import { formatDuration } from "../../lib/format";
 import { t } from "../../lib/i18n";
+import { DataTable } from "../../ui/DataTable";
 import { PageLink } from "../../ui/links";
 import { ProblemNote } from "../../ui/ProblemNote";
+import type { Column } from "../../ui/tableRows";
 import { describeItem, describePrescription, differences, lower } from "./describeProgramme";
 import { describeEndRangeTime } from "./EndRangeAdherence";
+
+type Item = Schemas["ItemDone"];
 
 /** Compares a session's programme with its runs. Renders nothing without a programme. */
 export function PlannedAndDone({ sessionId }: { sessionId: string }) {
@@ -46,49 +50,68 @@ export function PlannedAndDone({ sessionId }: { sessionId: string }) {
   );
 }
 
-/** A telephone shows what was planned below the recording's name. */
-function PlanTable({ items, ended }: { items: Schemas["ItemDone"][]; ended: boolean }) {
+function PlanTable({ items, ended }: { items: Item[]; ended: boolean }) {
   return (
-    <Table withTableBorder verticalSpacing="sm" data-testid="planned">
-      <Table.Thead>
-        <Table.Tr>
-          <Table.Th w={40} visibleFrom="sm">
-            {t("programmes:plan.number")}
-          </Table.Th>
-          <Table.Th>{t("programmes:plan.recording")}</Table.Th>
-          <Table.Th>{t("programmes:plan.repetitions")}</Table.Th>
-          <Table.Th visibleFrom="sm">{t("programmes:plan.planned")}</Table.Th>
-          <Table.Th>{t("programmes:plan.differences")}</Table.Th>
-        </Table.Tr>
-      </Table.Thead>
-      <Table.Tbody>
-        {items.map((item) => (
-          <Table.Tr key={item.position}>
-            <Table.Td visibleFrom="sm">{item.position}</Table.Td>
-            <Table.Td>
-              {item.recording_name}
-              <Text size="sm" hiddenFrom="sm">
-                {describePrescription(item)}
-              </Text>
-            </Table.Td>
-            <Table.Td>
-              {t("programmes:plan.repeated", { done: item.repetitions_done, planned: item.repetitions })}
-              {item.end_range && (
-                <Text>
-                  {t("programmes:plan.endRange", {
-                    time: describeEndRangeTime(item.end_range_s ?? null, 60 * item.end_range.minutes),
-                  })}
-                </Text>
-              )}
-            </Table.Td>
-            <Table.Td visibleFrom="sm">{describePrescription(item)}</Table.Td>
-            <Table.Td>{describeDifferences(item, ended)}</Table.Td>
-          </Table.Tr>
-        ))}
-      </Table.Tbody>
-    </Table>
+    <div data-testid="planned">
+      <DataTable
+        name="session-plan"
+        label={t("programmes:plan.title")}
+        columns={[...PLAN_COLUMNS, differencesColumn(ended)]}
+        rows={items}
+        rowKey={({ position }) => String(position)}
+        dense
+      />
+    </div>
   );
 }
+
+const PLAN_COLUMNS: Column<Item>[] = [
+  {
+    key: "number",
+    onWide: true,
+    head: t("programmes:plan.number"),
+    value: ({ position }) => position,
+    cell: ({ position }) => position,
+  },
+  {
+    key: "recording",
+    always: true,
+    head: t("programmes:plan.recording"),
+    value: ({ recording_name }) => recording_name,
+    cell: ({ recording_name }) => recording_name,
+  },
+  {
+    key: "repetitions",
+    head: t("programmes:plan.repetitions"),
+    value: ({ repetitions_done }) => repetitions_done,
+    cell: (item) => (
+      <>
+        {t("programmes:plan.repeated", { done: item.repetitions_done, planned: item.repetitions })}
+        {item.end_range && (
+          <Text>
+            {t("programmes:plan.endRange", {
+              time: describeEndRangeTime(item.end_range_s ?? null, 60 * item.end_range.minutes),
+            })}
+          </Text>
+        )}
+      </>
+    ),
+  },
+  {
+    key: "planned",
+    below: "recording",
+    head: t("programmes:plan.planned"),
+    value: describePrescription,
+    cell: describePrescription,
+  },
+];
+
+const differencesColumn = (ended: boolean): Column<Item> => ({
+  key: "differences",
+  head: t("programmes:plan.differences"),
+  value: (item) => describeDifferences(item, ended),
+  cell: (item) => describeDifferences(item, ended),
+});
 
 /** Shows the runs that are not in the programme. */
 function PlayedOutside({ runs }: { runs: Schemas["PlannedRun"][] }) {
@@ -109,7 +132,7 @@ function PlayedOutside({ runs }: { runs: Schemas["PlannedRun"][] }) {
 }
 
 /** Describe how an item's runs differ from the plan. */
-function describeDifferences(item: Schemas["ItemDone"], ended: boolean): string {
+function describeDifferences(item: Item, ended: boolean): string {
   const words = item.runs.flatMap((run) =>
     [
       run.outcome === "completed" ? [] : t(`programmes:outcomes.${run.outcome}`),

@@ -1,4 +1,3 @@
-import { Text } from "@mantine/core";
 import type { Schemas } from "../../lib/api/client";
 import { t } from "../../lib/i18n";
 import { DataTable } from "../../ui/DataTable";
@@ -30,26 +29,20 @@ const causeColumn = (days: Days, canReadRecords: boolean): Column<Row> => ({
   head: t("statistics:figures.cause"),
   always: true,
   value: ({ code }) => describeStop(code),
-  cell: ({ code, station, sessions }) => (
-    <>
-      {canReadRecords && sessions > 0 ? (
-        <PageLink to="/sessions" search={{ stop: code, ...(station && { station }), ...days }}>
-          {describeStop(code)}
-        </PageLink>
-      ) : (
-        describeStop(code)
-      )}
-      <Text size="sm" hiddenFrom="sm">
-        {station}
-      </Text>
-    </>
-  ),
+  cell: ({ code, station, sessions }) =>
+    canReadRecords && sessions > 0 ? (
+      <PageLink to="/sessions" search={{ stop: code, ...(station && { station }), ...days }}>
+        {describeStop(code)}
+      </PageLink>
+    ) : (
+      describeStop(code)
+    ),
 });
 
 const COUNTS: Column<Row>[] = [
   {
     key: "station",
-    onWide: true,
+    below: "cause",
     head: t("statistics:figures.station"),
     value: ({ station }) => station || null,
     cell: ({ station }) => station || "–",
