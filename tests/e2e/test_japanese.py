@@ -139,7 +139,8 @@ def english_on(page: Page, records: set[str]) -> list[str]:
     cited = r"[A-Z][a-z]+他|MoraisとPascoal|J\. (?:[A-Z][a-z]+\.? )+\d{4}"
     for text in page.evaluate(SEEN):
         # Without paths, commands, the JSON of audit entries, and authors and journals.
-        left = re.sub(rf'/[\w./-]+|kata( [a-z]+)+( --[a-z]+)*|\w+: \{{".*\}}|{cited}', "", text)
+        plain = text.replace("\u00a0", " ").replace("\u2060", "")
+        left = re.sub(rf'/[\w./-]+|kata( [a-z]+)+( --[a-z]+)*|\w+: \{{".*\}}|{cited}', "", plain)
         if not words_in(left):
             continue
         for record in longest_first:
