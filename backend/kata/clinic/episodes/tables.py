@@ -4,7 +4,7 @@ from datetime import date, datetime
 from typing import Any
 from uuid import UUID
 
-from sqlalchemy import JSON, ForeignKey, String, Text, false
+from sqlalchemy import JSON, ForeignKey, Index, String, Text, false
 from sqlalchemy.orm import Mapped, mapped_column, relationship
 
 from kata.database.base import Base, UtcDateTime
@@ -52,9 +52,11 @@ class StageRow(Base):
     """The stage of the shoulder from a given day on: freezing, frozen or thawing."""
 
     __tablename__ = "stages"
+    # The clinic's outcomes read the stages of thousands of episodes from the index alone.
+    __table_args__ = (Index("ix_stages_episode_id", "episode_id", "since", "noted_at", "stage"),)
 
     id: Mapped[UUID] = mapped_column(primary_key=True)
-    episode_id: Mapped[UUID] = mapped_column(ForeignKey("episodes.id"), index=True)
+    episode_id: Mapped[UUID] = mapped_column(ForeignKey("episodes.id"))
     stage: Mapped[str] = mapped_column(String(16))
     since: Mapped[date]
     noted_at: Mapped[datetime] = mapped_column(UtcDateTime)

@@ -4,7 +4,7 @@ from datetime import datetime
 from typing import Any
 from uuid import UUID
 
-from sqlalchemy import JSON, ForeignKey, String, Text, UniqueConstraint, false
+from sqlalchemy import JSON, ForeignKey, Index, String, Text, UniqueConstraint, false
 from sqlalchemy.orm import Mapped, mapped_column, relationship
 
 from kata.clinic.episodes.tables import EpisodeRow
@@ -16,9 +16,11 @@ class ProgrammeRow(Base):
     """A prescription within an episode. Its versions contain the recordings and settings."""
 
     __tablename__ = "programmes"
+    # The clinic's outcomes read the programmes of thousands of episodes from the index alone.
+    __table_args__ = (Index("ix_programmes_episode_id", "episode_id", "archived_at", "created_at", "name"),)
 
     id: Mapped[UUID] = mapped_column(primary_key=True)
-    episode_id: Mapped[UUID] = mapped_column(ForeignKey("episodes.id"), index=True)
+    episode_id: Mapped[UUID] = mapped_column(ForeignKey("episodes.id"))
     name: Mapped[str] = mapped_column(String(100))
     created_at: Mapped[datetime] = mapped_column(UtcDateTime)
     updated_at: Mapped[datetime] = mapped_column(UtcDateTime)
