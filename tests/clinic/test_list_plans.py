@@ -203,8 +203,8 @@ def test_outcomes_read_only_the_episodes_of_their_time(empty: Database) -> None:
     assert found == [
         "SEARCH episode_outcomes USING INDEX ix_episode_outcomes_end_at (end_at>?)",
         "SEARCH episodes USING INDEX sqlite_autoindex_episodes_1 (id=?)",
-        "SEARCH stages USING INDEX ix_stages_episode_id (episode_id=?) LEFT-JOIN",
-        "SEARCH programmes USING INDEX ix_programmes_episode_id (episode_id=?)",
+        "SEARCH stages USING COVERING INDEX ix_stages_episode_id (episode_id=?) LEFT-JOIN",
+        "SEARCH programmes USING COVERING INDEX ix_programmes_episode_id (episode_id=?)",
     ]
 
 
