@@ -4,9 +4,12 @@ import {
   formatAfter,
   formatChange,
   formatDays,
+  formatDuration,
   formatMeasured,
   formatMoment,
   formatShortDays,
+  totalAsShown,
+  totalDuration,
 } from "./format";
 import { withoutJoiners } from "./joinUnits";
 
@@ -49,6 +52,16 @@ it.each([
   [3, 3, 0, 0],
 ])("shows the change from %s to %s as the difference of the shown numbers", (before, now, digits, change) => {
   expect(changeAsShown(before, now, digits)).toBe(change);
+});
+
+it("adds up times and numbers as they are shown", () => {
+  expect([9.6, 15.3, totalDuration([9.6, 15.3])].map(formatDuration)).toEqual([
+    "10\u00a0s",
+    "16\u00a0s",
+    "26\u00a0s",
+  ]);
+  expect(totalAsShown([0.334, 0.334, 0.334], 2)).toBe(0.99);
+  expect(totalAsShown([0.1, 0.2], 1)).toBe(0.3);
 });
 
 it("gives a change no sign if it is shown as none", () => {

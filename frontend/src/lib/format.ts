@@ -49,12 +49,21 @@ export const formatAfter = (iso: string, since: string) =>
   formatDayOf(iso) === formatDayOf(since) ? time(new Date(iso)) : formatMoment(iso);
 export const formatClock = (moment: number | Date) => clock(moment);
 
+const secondsAsShown = (duration_s: number) => Math.max(0, Math.ceil(duration_s));
+
+/** Return the sum of durations as they are shown, so that a reader who adds them up finds the same. */
+export const totalDuration = (durations_s: number[]) =>
+  durations_s.reduce((total_s, duration_s) => total_s + secondsAsShown(duration_s), 0);
+
+/** Return a counted time in whole seconds. A started second does not count yet. */
+export const countedSeconds = (time_s: number) => Math.floor(time_s);
+
 /**
  * Return 75.2 as 1 min 16 s. Its units distinguish it from a time of day and from hours. It is rounded up, so that
  * 0 s means finished.
  */
 export function formatDuration(duration_s: number): string {
-  const wholeSeconds = Math.max(0, Math.ceil(duration_s));
+  const wholeSeconds = secondsAsShown(duration_s);
   const minutes = Math.floor(wholeSeconds / 60);
   const seconds = wholeSeconds % 60;
   if (minutes === 0) return t("common:format.seconds", { seconds });
@@ -100,6 +109,10 @@ export const roundToTenths = (value: number) => roundTo(value, 1);
  */
 export const changeAsShown = (before: number, now: number, digits = 1) =>
   roundTo(roundTo(now, digits) - roundTo(before, digits), digits);
+
+/** Return the sum of numbers as they are shown, with the decimals of these numbers. */
+export const totalAsShown = (values: number[], digits: number) =>
+  values.reduce((total, value) => roundTo(total + roundTo(value, digits), digits), 0);
 
 /** Return degrees with the unit. */
 export const formatDegrees = (value: number | null, digits = 1): string => `${formatDeg(value, digits)}°`;

@@ -11,6 +11,7 @@ import { UNSIGNED } from "../sessions/sessionFilters";
 import { mostFrequentCause } from "../statistics/causes";
 import { describeDrift } from "../statistics/drift";
 import { daysOf, describeSpan, spanOf } from "../statistics/figuresSearch";
+import { describeHours } from "../statistics/hours";
 
 const GIGA = 1e9;
 const MEGA = 1e6;
@@ -34,7 +35,7 @@ export function UsageTile() {
     queryKey: ["usage", "tile"],
     queryFn: () => api.usage(spanOf(PERIODS.usage, new Date()), PERIODS.usage.by),
   });
-  const sum = (amount: "sessions" | "hours" | "repetitions") =>
+  const sum = (amount: "sessions" | "repetitions") =>
     (data?.rows ?? []).reduce((total, row) => total + row[amount], 0);
   return (
     <MetricLink
@@ -46,7 +47,7 @@ export function UsageTile() {
       unit={t("home:tiles.sessions", { count: sum("sessions") })}
       note={
         data
-          ? t("home:tiles.usageDetail", { hours: sum("hours").toFixed(1), repetitions: sum("repetitions") })
+          ? t("home:tiles.usageDetail", { hours: describeHours(data.rows), repetitions: sum("repetitions") })
           : ""
       }
       failed={isError}

@@ -2,7 +2,7 @@ import { Button, Group, Stack, Table, Text } from "@mantine/core";
 import { useDisclosure } from "@mantine/hooks";
 import { IconTable } from "@tabler/icons-react";
 import type { Schemas } from "../../lib/api/client";
-import { formatDay, formatDuration, formatMoment } from "../../lib/format";
+import { countedSeconds, formatDay, formatDuration, formatMoment } from "../../lib/format";
 import { t } from "../../lib/i18n";
 import { translateServerText } from "../../lib/serverText";
 import { PageLink } from "../../ui/links";
@@ -89,9 +89,9 @@ function DoneRow(props: { done: Done; bold?: boolean; children: React.ReactNode 
   );
 }
 
-/** Return whole minutes and seconds. A started second does not count yet. */
+/** Return a counted time in minutes and seconds. */
 const describeTime = (seconds: number | null) =>
-  seconds === null ? "–" : formatDuration(Math.floor(seconds));
+  seconds === null ? "–" : formatDuration(countedSeconds(seconds));
 
 /** Return the counted time beside the prescribed one, in minutes and seconds. */
 export const describeEndRangeTime = (counted_s: number | null, prescribed_s: number | null): string =>

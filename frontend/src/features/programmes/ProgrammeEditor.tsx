@@ -26,7 +26,7 @@ import { StageWarning } from "../patients/StageWarning";
 import { arePlayable, PlaySettings } from "../station/PlaySettings";
 import { ResistanceLevel } from "../station/ResistanceLevel";
 import { SelfPacedChoice } from "../station/SelfPaced";
-import { describeTimer } from "./describeProgramme";
+import { describeTimer, playingTimeS } from "./describeProgramme";
 import { added, type Draft, type DraftItem, itemsOf, type Wanted } from "./draft";
 import { EditableItems } from "./EditableItems";
 import { EndRangeFields, isEndRangeValid } from "./EndRangeFields";
@@ -72,7 +72,7 @@ export function ProgrammeEditor(props: EditorProps) {
   const drop = () => forgetDrafts(`programme ${props.draftKey}`);
   const fields = save.error instanceof ProblemError ? save.error.fields : {};
   const checked = preview.result?.items ?? [];
-  const timerWarning = describeTimer(draft.timer_minutes, preview.result?.duration_s ?? 0);
+  const timerWarning = describeTimer(draft.timer_minutes, playingTimeS(checked));
   return (
     <Stack component="section" aria-label={t("programmes:editor.title")}>
       {props.children?.(fields)}
@@ -182,7 +182,7 @@ function TotalTime({ draft, preview }: { draft: Draft; preview: ReturnType<typeo
   return (
     <Text size="lg" fw={600} data-testid="whole">
       {preview.result
-        ? t("programmes:editor.total", { duration: formatDuration(preview.result.duration_s) })
+        ? t("programmes:editor.total", { duration: formatDuration(playingTimeS(preview.result.items)) })
         : withoutLevel.length > 0
           ? t("programmes:editor.levelMissing", {
               recordings: withoutLevel.map((item) => item.recording_name),

@@ -25,7 +25,7 @@ import { useArchive } from "../../ui/archive";
 import { ProblemNote } from "../../ui/ProblemNote";
 import { RequirePermission } from "../auth/RequirePermission";
 import { PatientBanner } from "../patients/PatientBanner";
-import { changes, describeTimer, describeVersion } from "./describeProgramme";
+import { changes, describeTimer, describeVersion, playingTimeS } from "./describeProgramme";
 import { draftOf, type Wanted } from "./draft";
 import { ItemTable } from "./ItemTable";
 import { ProgrammeEditor } from "./ProgrammeEditor";
@@ -121,7 +121,7 @@ function ProgrammeTitle({ programme }: { programme: Programme }) {
 }
 
 function CurrentVersion({ version }: { version: ProgrammeVersion }) {
-  const timerWarning = describeTimer(version.timer_minutes, version.duration_s);
+  const timerWarning = describeTimer(version.timer_minutes, playingTimeS(version.items));
   return (
     <Stack gap="xs" component="section" aria-label={t("programmes:programme.currentContents")}>
       <Text size="lg" fw={600}>

@@ -43,6 +43,11 @@ describe("the description of a programme", () => {
     );
   });
 
+  it("has a playing time that is the sum of the shown ones", () => {
+    const short = version([item("Lift", { duration_s: 9.6 }), item("Turn", { duration_s: 15.3 })]);
+    expect(describeVersion({ ...short, duration_s: 24.9 })).toBe("2 recordings, playing time 26\u00a0s");
+  });
+
   it("compares the duration with the timer", () => {
     expect(describeTimer(null, 5000)).toBeNull();
     expect(describeTimer(2, 120)).toBeNull();

@@ -1,5 +1,5 @@
 import type { ProgrammeItem, ProgrammeVersion, Schemas } from "../../lib/api/client";
-import { formatDuration } from "../../lib/format";
+import { formatDuration, totalDuration } from "../../lib/format";
 import { t } from "../../lib/i18n";
 import { shoulderMotionName } from "../episodes/messages";
 import { describeSettings } from "../station/playSettingsModel";
@@ -57,11 +57,15 @@ export const describePrescription = (item: PlayedSettings & Pick<ProgrammeItem, 
       })
     : describeItem(item);
 
+/** Return the playing time of all items together. An item that cannot be played has none. */
+export const playingTimeS = (items: { duration_s: number | null }[]) =>
+  totalDuration(items.map(({ duration_s }) => duration_s ?? 0));
+
 /** Describe a version's settings. */
 export function describeVersion(version: ProgrammeVersion): string {
   let words: string = t("programmes:played.total", {
     count: version.items.length,
-    duration: formatDuration(version.duration_s),
+    duration: formatDuration(playingTimeS(version.items)),
   });
   if (version.timer_minutes !== null)
     words = t("programmes:played.withTimer", { words, count: version.timer_minutes });

@@ -18,10 +18,11 @@ const SESSION = {
   },
   runs: [
     run("a", 1, [
-      [4, 30],
+      [4, 30.9],
       [6, 500],
     ]),
-    run("b", 1, [[4, null]]),
+    run("b", 1, [[4, 12.8]]),
+    run("b2", 1, [[4, null]]),
     run("c", 2, [[4, 500]]),
     run("d", null, [[4, 500]]),
     run("now", 1, [[4, 500]]),
@@ -30,7 +31,7 @@ const SESSION = {
 
 it("adds the stored times of earlier playbacks that prescribe the motion", () => {
   const live = { run_id: "now", session_id: "s" };
-  expect(storedEndRangeS(SESSION, live, 4)).toBe(30);
+  expect(storedEndRangeS(SESSION, live, 4)).toBe(42);
   expect(storedEndRangeS(SESSION, { ...live, session_id: "other" }, 4)).toBe(0);
   expect(storedEndRangeS(null, live, 4)).toBe(0);
 });

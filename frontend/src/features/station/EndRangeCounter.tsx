@@ -1,6 +1,6 @@
 import { Group, Progress, Stack, Text } from "@mantine/core";
 import type { Schemas, Session } from "../../lib/api/client";
-import { formatDuration } from "../../lib/format";
+import { countedSeconds, formatDuration } from "../../lib/format";
 import { t } from "../../lib/i18n";
 import { useNewestSession } from "../../lib/patientQueries";
 import { translateServerText } from "../../lib/serverText";
@@ -23,7 +23,7 @@ export function EndRangeCounter({ run }: { run: Schemas["RunLive"] }) {
         <Text size="lg">{t("station:endRange.motion", { motion })}</Text>
         <Text size="lg" fw={600}>
           {t("station:endRange.of", {
-            time: formatDuration(Math.floor(total_s)),
+            time: formatDuration(countedSeconds(total_s)),
             goal: formatDuration(live.prescribed_s),
           })}
         </Text>
@@ -60,5 +60,5 @@ export function storedEndRangeS(
   return session.runs
     .filter(({ id, programme_position }) => id !== run.run_id && positions.includes(programme_position ?? 0))
     .flatMap(({ comparison }) => comparison?.motions ?? [])
-    .reduce((sum, one) => sum + (one.motion === motion ? (one.end_range_s ?? 0) : 0), 0);
+    .reduce((sum, one) => sum + (one.motion === motion ? countedSeconds(one.end_range_s ?? 0) : 0), 0);
 }

@@ -21,6 +21,7 @@ import {
   type Subject,
   spanOf,
 } from "./figuresSearch";
+import { describeHours } from "./hours";
 import { Outcomes } from "./Outcomes";
 import { PatientAdherence } from "./PatientAdherence";
 import { StopsTable } from "./StopsTable";
@@ -160,7 +161,7 @@ function Usage({ search }: { search: FiguresSearch }) {
   const span = spanOf(search, new Date());
   const usage = useQuery({ queryKey: ["usage", span, by], queryFn: () => api.usage(span, by ?? "week") });
   const rows = usage.data?.rows ?? [];
-  const sum = (amount: (typeof AMOUNTS)[number]) => rows.reduce((total, row) => total + row[amount], 0);
+  const sum = (amount: "sessions" | "repetitions") => rows.reduce((total, row) => total + row[amount], 0);
   return (
     <Stack>
       <Group>
@@ -194,7 +195,7 @@ function Usage({ search }: { search: FiguresSearch }) {
           summary={t("statistics:figures.usageSummary", {
             days: describeSpan(daysOf(search, new Date())),
             sessions: sum("sessions"),
-            hours: sum("hours").toFixed(1),
+            hours: describeHours(rows),
             repetitions: sum("repetitions"),
           })}
           figure={usageFigure(rows, search)}

@@ -4,6 +4,7 @@ import { t } from "../../lib/i18n";
 import { describeStop } from "../sessions/describeStop";
 import { causesOf, countOf } from "./causes";
 import type { FiguresSearch, Measure } from "./figuresSearch";
+import { HOURS_DIGITS } from "./hours";
 
 type Figure = Schemas["Figure"];
 type Table = Schemas["ProgressTable"];
@@ -79,7 +80,7 @@ export function usageFigure(rows: Schemas["StationUse"][], search: FiguresSearch
     x: own.map((row) => row.begins_on),
     y: own.map((row) => row[amount]),
     marker: barMarker(place),
-    hovertemplate: `%{x}: %{y:${amount === "hours" ? ".1f" : "d"}} ${t(`statistics:figures.${amount}`)}`,
+    hovertemplate: `%{x}: %{y:${amount === "hours" ? `.${HOURS_DIGITS}f` : "d"}} ${t(`statistics:figures.${amount}`)}`,
   }));
   return figure(traces, 360, {
     barmode: "stack",
@@ -96,7 +97,7 @@ export function usageTable(rows: Schemas["StationUse"][]): Table {
       column(t("statistics:figures.sessions")),
       column(t("statistics:figures.playbacks")),
       column(t("statistics:figures.stopped")),
-      column(t("statistics:figures.hours"), "number", 2),
+      column(t("statistics:figures.hours"), "number", HOURS_DIGITS),
       column(t("statistics:figures.repetitions")),
     ],
     rows: rows.map((row) => [
