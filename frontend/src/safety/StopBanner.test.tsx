@@ -30,12 +30,16 @@ type Options = {
   connected?: boolean;
   torqueFound?: boolean;
   causes?: (typeof cause)[];
+  refusal?: typeof NOTHING_FOUND;
 };
 
 function withState(options: Options) {
   const { arm_held, torque = "off", connected = true, torqueFound = false } = options;
-  const { causes = [cause] } = options;
-  const refusals: Partial<Live["refusals"]> = torqueFound ? {} : { release_torque: NOTHING_FOUND };
+  const { causes = [cause], refusal } = options;
+  const refusals: Partial<Live["refusals"]> = {
+    ...(!torqueFound && { release_torque: NOTHING_FOUND }),
+    ...(refusal && { acknowledge: refusal }),
+  };
   const live = {
     device: "running",
     age_ms: 5,
@@ -123,6 +127,49 @@ describe("a stop", () => {
     fireEvent.pointerDown(button, { button: 0 });
     fireEvent.pointerUp(button);
     expect(release).not.toHaveBeenCalled();
+  });
+});
+
+describe("a stop that cannot be acknowledged yet", () => {
+  const pressed = {
+    ...cause,
+    code: "estop_pressed",
+    message: "The emergency stop was pressed.",
+    next_step: "Release the switch, then acknowledge.",
+    cleared: false,
+  };
+  const times = (text: string, part: string) => text.split(part).length - 1;
+  const described = () => {
+    const id = screen.getByRole("button", { name: "Acknowledge" }).getAttribute("aria-describedby") ?? "";
+    return document.getElementById(id)?.textContent ?? "";
+  };
+
+  it("says its reason and the next step once", () => {
+    const { code, message, next_step } = pressed;
+    const refusal = { code, message, next_step };
+    const text = show({ arm_held: false, causes: [pressed], refusal });
+    expect([times(text, message), times(text, next_step)]).toEqual([1, 1]);
+    expect(described()).toContain(`${message} ${next_step}`);
+    expect(text).not.toContain("still present");
+  });
+
+  it("marks the cause that is still present among several", () => {
+    const { code, message, next_step } = pressed;
+    const refusal = { code, message, next_step };
+    show({ arm_held: false, causes: [cause, pressed], refusal });
+    expect(described()).toBe(`${message} The cause is still present. ${next_step}`);
+    expect(screen.getAllByText(/still present/)).toHaveLength(1);
+  });
+
+  it("says what else it waits for", () => {
+    const refusal = {
+      code: "not_verified",
+      message: "The motors' settings are being checked.",
+      next_step: "Wait a moment.",
+    };
+    show({ arm_held: false, refusal });
+    expect(described()).toBe("The motors' settings are being checked. Wait a moment.");
+    expect(screen.getByText(described())).toBeTruthy();
   });
 });
 
