@@ -5,7 +5,7 @@ import { describe, expect, it } from "vitest";
 import { SCENE_COLOURS } from "../features/digital-twin/colours";
 import { DARK_COLOURS } from "../ui/plotColours";
 import { contrast } from "../ui/testContrast";
-import { CONTROL_EDGE, STALE, TRACES } from "./theme";
+import { CONTROL_EDGE, STALE, TORQUE, TRACES } from "./theme";
 
 /** Return the hue in degrees and the chroma (0 for grey, 1 for a pure colour). */
 function hueOf(colour: string): { hue: number; chroma: number } {
@@ -80,6 +80,22 @@ describe("the edge of a cut table", () => {
       expect(contrast(indigo[8], mixed("#ffffff", "#000000", share))).toBeGreaterThanOrEqual(4.5);
       expect(contrast(indigo[3], mixed(dark[7], "#ffffff", share))).toBeGreaterThanOrEqual(4.5);
     }
+  });
+});
+
+describe("the state of a station with torque", () => {
+  const { dark, gray } = DEFAULT_THEME.colors;
+
+  it.each([
+    ["light", "#ffffff"],
+    ["light", gray[1]],
+    ["dark", dark[7]],
+    ["dark", dark[6]],
+  ] as const)("is seen and read in the %s scheme on %s", (scheme, background) => {
+    const { fill, text } = TORQUE[scheme];
+    expect(contrast(fill, background)).toBeGreaterThanOrEqual(3);
+    expect(contrast(text, fill)).toBeGreaterThanOrEqual(4.5);
+    expect(isAlarmColour(fill)).toBe(false);
   });
 });
 

@@ -64,6 +64,8 @@ export const variables: CSSVariablesResolver = (mantineTheme) => ({
     "--kata-stage-3": mantineTheme.colors.indigo[1],
     "--kata-setpoint": TRACES.light.setpoint,
     "--kata-measured": TRACES.light.measured,
+    "--kata-torque": TORQUE.light.fill,
+    "--kata-on-torque": TORQUE.light.text,
   },
   dark: {
     "--mantine-color-dimmed": mantineTheme.colors.dark[1],
@@ -92,11 +94,19 @@ export const variables: CSSVariablesResolver = (mantineTheme) => ({
     "--kata-stage-3": mantineTheme.colors.indigo[9],
     "--kata-setpoint": TRACES.dark.setpoint,
     "--kata-measured": TRACES.dark.measured,
+    "--kata-torque": TORQUE.dark.fill,
+    "--kata-on-torque": TORQUE.dark.text,
   },
 });
 
 /** Colours of the edge of fields, check boxes and radio buttons, at least 3:1 (WCAG 1.4.11). page.css uses them. */
 export const CONTROL_EDGE = { light: "#767d84", dark: "#909090" } as const;
+
+/** Fill and words of a station with torque: the fill at least 3:1 on the page, the words 4.5:1 on the fill. */
+export const TORQUE = {
+  light: { fill: "#3b5bdb", text: "#ffffff" },
+  dark: { fill: "#91a7ff", text: "#1f1f1f" },
+} as const;
 
 /** Colours of outdated words, at least 4.5:1 on the page and on a card (WCAG 1.4.3). */
 export const STALE = { light: "#666d74", dark: "#9a9a9a" } as const;

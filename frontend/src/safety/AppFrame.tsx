@@ -7,6 +7,7 @@ import { Alarms } from "../features/alarms/Alarms";
 import { t } from "../lib/i18n";
 import { useAge, useAlive, useConnected, useHeardAt, useLive, useStation } from "../lib/live/hooks";
 import { EstopBadge } from "./EstopBadge";
+import { ModeSign } from "./ModeSign";
 import { describeMode } from "./modes";
 import { StopBanner } from "./StopBanner";
 import { StopButton } from "./StopButton";
@@ -90,17 +91,9 @@ function ModeBadge() {
   const run = useLive("run");
   const torque = useLive("torque");
   return (
-    <Badge
-      size="xl"
-      radius="sm"
-      variant="light"
-      color={alive ? "indigo" : "gray"}
-      tt="none"
-      className={classes.mode ?? ""}
-      data-testid="mode"
-    >
+    <ModeSign torque={alive && mode ? torque : null} className={classes.mode ?? ""} testid="mode">
       {alive && mode ? describeMode({ mode, torque, stop, run }) : t("common:shell.modeUnknown")}
-    </Badge>
+    </ModeSign>
   );
 }
 

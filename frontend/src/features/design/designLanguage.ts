@@ -23,6 +23,7 @@ export const COLOUR_ROLES = [
   { value: "--kata-brand", use: "The frame of what names the patient; the place in the navigation." },
   { value: "--kata-setpoint", use: "What was requested, the other shoulder, a session that went well." },
   { value: "--kata-measured", use: "What was measured, the affected shoulder, a session with a stop." },
+  { value: "--kata-torque", use: "The ground of the state of a station whose motors hold or move an arm." },
   { value: "--kata-hover", use: "The ground of a number." },
   { value: "--kata-chosen", use: "What is chosen." },
   { value: "--mantine-color-dimmed", use: "What explains. Never what must be read." },

@@ -5,6 +5,7 @@ import type { ReactNode } from "react";
 import { t } from "../../lib/i18n";
 import { translateServerText } from "../../lib/serverText";
 import { EstopSign } from "../../safety/EstopBadge";
+import { ModeSign } from "../../safety/ModeSign";
 import { AlarmFrame } from "../alarms/Alarms";
 import {
   describeActivity,
@@ -76,9 +77,7 @@ function Doing({ state, hidden }: { state: State; hidden: boolean }) {
     <>
       <Group gap="xs">
         <EstopSign estop={alive ? state.estop : "unknown"} />
-        <Badge size="xl" radius="sm" variant="light" color={alive ? "indigo" : "gray"} tt="none">
-          {describeActivity(state)}
-        </Badge>
+        <ModeSign torque={alive ? state.torque : null}>{describeActivity(state)}</ModeSign>
       </Group>
       {state.causes.map((cause) => (
         <AlarmFrame

@@ -91,6 +91,19 @@ describe("a tile", () => {
     show({ ...shown, state: { ...state, device: "restarting", mode: "offline" } });
     expect(screen.getByText("E-stop unknown")).toBeDefined();
     expect(screen.getByText(t("fleet:stations.restarting"))).toBeDefined();
+    expect(document.querySelector("[data-torque]")?.getAttribute("data-torque")).toBe("unknown");
+  });
+
+  it("tells torque on, off and unknown apart by form", () => {
+    const looks = (["on", "off", "unknown"] as const).map((torque) => {
+      show({ ...shown, state: { ...state, torque } });
+      const sign = document.querySelector("[data-torque]");
+      const look = [sign?.getAttribute("data-torque"), sign?.querySelector("svg")?.getAttribute("class")];
+      cleanup();
+      return look;
+    });
+    expect(looks.map(([torque]) => torque)).toEqual(["on", "off", "unknown"]);
+    expect(new Set(looks.map(([, icon]) => icon)).size).toBe(3);
   });
 
   it("reports two services with one name", () => {
