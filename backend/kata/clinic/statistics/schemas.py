@@ -146,13 +146,13 @@ class Stops(Schema):
 
 
 class OutcomeChange(Schema):
-    """The change of one measure in one group of patients."""
+    """The change of one measure in one group of shoulders."""
 
     measure: OutcomeMeasure
     patients: int = Field(ge=0, description="Number of patients with at least two values.")
     shoulders: int = Field(
         ge=0,
-        description="Number of shoulders with at least two values: an episode of each counts once. Shares and means are of these.",
+        description="Number of shoulders with at least two values; one for each episode. Shares and means are of these.",
     )
     first: float = Field(description="Mean of the first values.")
     last: float = Field(description="Mean of the last values.")
@@ -169,11 +169,11 @@ class OutcomeChange(Schema):
 
 
 class OutcomeGroup(Schema):
-    """One group of patients."""
+    """One group of shoulders, one for each episode. It is shown or hidden by its number of patients."""
 
     by: Literal["all", "stage", "programme"]
     name: str = Field(
-        description="Stage at the first assessment or name of the newest programme; empty: without one, or all patients."
+        description="Stage at the first assessment or name of the newest programme; empty: without one, or all shoulders."
     )
     patients: int | None = Field(
         description="Number of patients; null: hidden, because this group or another group of its kind is small."
@@ -229,7 +229,7 @@ class PatientAdherences(AdherenceDays):
 
 
 class Outcomes(Schema):
-    """Outcomes of the patients whose last assessment is in the chosen time. Restricted records are counted, because no patient is named."""
+    """Outcomes of the episodes whose last assessment is in the chosen time. Restricted records are counted, because no patient is named."""
 
     limits: dict[str, list[float | None]] = Field(
         description="By measure: the MCID, and the largest improvement that may be measurement error.",

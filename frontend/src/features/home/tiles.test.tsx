@@ -96,7 +96,7 @@ it("the tile of stops counts a session with two causes once, and adds up the sta
 const EMPTY = { rows: [], drift: [], groups: [], sessions: 0, stopped_sessions: 0, least_patients: 10 };
 
 it.each([
-  ["outcomes", "12 months", ImprovedTile],
+  ["outcomes", "Shoulders improved by at least the MCID in 12 months", ImprovedTile],
   ["usage", "7 days", UsageTile],
   ["stops", "4 weeks", StopsTile],
   ["trackingQuality", "Last four weeks", TrackingTile],

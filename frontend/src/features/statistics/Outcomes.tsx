@@ -13,7 +13,7 @@ import { changeOfAll, hasPoints, wholePercent, withUnit } from "./outcomeFormat"
 
 type Found = Schemas["Outcomes"];
 
-/** Shows the outcomes of the treatment for all patients, by stage and by programme. */
+/** Shows the outcomes of the treatment for all shoulders, by stage and by programme. */
 export function Outcomes({ search }: { search: FiguresSearch }) {
   const navigate = useNavigate({ from: "/clinic/$subject" });
   const { station: _, ...span } = spanOf(search, new Date());
@@ -110,6 +110,7 @@ function Verdicts(props: { measure: Measure; change: Schemas["OutcomeChange"]; l
             limit_points: detectableLimit,
             low: wholePercent(detectable.low),
             high: wholePercent(detectable.high),
+            count: change.shoulders,
           })}
         />
       )}
@@ -122,6 +123,7 @@ function Verdicts(props: { measure: Measure; change: Schemas["OutcomeChange"]; l
             high: withUnit(measure, mean.high),
             first: formatDeg(change.first),
             last: withUnit(measure, change.last),
+            count: change.shoulders,
           })}
         />
       )}

@@ -191,7 +191,7 @@ export function stopsTable(rows: Schemas["StopCount"][]): Table {
 
 const STAGES: Partial<Record<string, string>> = t("episodes:stages", { returnObjects: true });
 
-/** Return a group of patients in words. */
+/** Return a group of shoulders in words. */
 export function describeGroup({ by, name }: Schemas["OutcomeGroup"]): string {
   if (by === "all") return t("statistics:figures.everyone");
   if (by === "stage")
@@ -225,7 +225,7 @@ export function outcomeFigure(shown: Shown[], part: "change" | "important", axis
     mode: "markers",
     showlegend: false,
     x: own.map(({ estimate }) => factor * estimate.value),
-    y: own.map(({ name, shoulders }) => `${name}<br>(n = ${shoulders})`),
+    y: own.map(({ name, shoulders }) => t("statistics:figures.groupSize", { name, count: shoulders })),
     error_x: {
       type: "data",
       symmetric: false,

@@ -15,6 +15,6 @@ export const withUnit = (measure: Measure, value: number | null | undefined) =>
     ? t("statistics:verdicts.points", { value: formatDeg(value) })
     : formatDegrees(value ?? null);
 
-/** Return how a measure changed in all patients, or undefined if there are too few. */
+/** Return how a measure changed in all shoulders, or undefined if there are too few patients. */
 export const changeOfAll = (found: Schemas["Outcomes"], measure: Measure) =>
   found.groups.find((group) => group.by === "all")?.changes.find((change) => change.measure === measure);

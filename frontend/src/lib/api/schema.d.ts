@@ -7799,7 +7799,7 @@ export interface components {
         };
         /**
          * OutcomeChange
-         * @description The change of one measure in one group of patients.
+         * @description The change of one measure in one group of shoulders.
          */
         OutcomeChange: {
             /**
@@ -7814,7 +7814,7 @@ export interface components {
             patients: number;
             /**
              * Shoulders
-             * @description Number of shoulders with at least two values: an episode of each counts once. Shares and means are of these.
+             * @description Number of shoulders with at least two values; one for each episode. Shares and means are of these.
              */
             shoulders: number;
             /**
@@ -7841,7 +7841,7 @@ export interface components {
         };
         /**
          * OutcomeGroup
-         * @description One group of patients.
+         * @description One group of shoulders, one for each episode. It is shown or hidden by its number of patients.
          */
         OutcomeGroup: {
             /**
@@ -7851,7 +7851,7 @@ export interface components {
             by: "all" | "stage" | "programme";
             /**
              * Name
-             * @description Stage at the first assessment or name of the newest programme; empty: without one, or all patients.
+             * @description Stage at the first assessment or name of the newest programme; empty: without one, or all shoulders.
              */
             name: string;
             /**
@@ -7867,7 +7867,7 @@ export interface components {
         };
         /**
          * Outcomes
-         * @description Outcomes of the patients whose last assessment is in the chosen time. Restricted records are counted, because no patient is named.
+         * @description Outcomes of the episodes whose last assessment is in the chosen time. Restricted records are counted, because no patient is named.
          */
         Outcomes: {
             /**
