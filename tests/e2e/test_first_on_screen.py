@@ -146,6 +146,6 @@ def test_due_patients_and_open_sessions_come_first_on_a_telephone(tab: Page, cli
         try:
             tab.reload()
             expect(tab.get_by_role("link", name=session["patient"]["name"]).first).to_be_in_viewport(timeout=LONG_MS)
-            expect(tab.get_by_text("Open", exact=True)).to_be_in_viewport()
+            expect(tab.get_by_test_id("open")).to_be_in_viewport()
         finally:
             station.end_session(session)

@@ -17,6 +17,7 @@ import { ButtonLink, PageLink } from "../../ui/links";
 import { ProblemNote } from "../../ui/ProblemNote";
 import { useOnTelephone } from "../../ui/useOnTelephone";
 import { useHasPermission, useMayOperate, useUserName } from "../auth/hooks";
+import { OpenMark } from "../sessions/OpenMark";
 import classes from "./home.module.css";
 
 const REFETCH_MS = 60_000;
@@ -37,9 +38,7 @@ export function Worklist() {
       title={t("home:today")}
       none={t("home:todayNone")}
       more={<PageLink to="/sessions">{t("home:allSessions")}</PageLink>}
-      items={sessions.map((session) => (
-        <SessionLine key={session.id} session={session} open={session.ended_at === null} />
-      ))}
+      items={sessions.map((session) => <SessionLine key={session.id} session={session} />)}
     />
   );
   // On a telephone the due patients take the whole screen, and an open session would not be seen.
@@ -55,7 +54,7 @@ export function Worklist() {
           <Part
             title={t("home:unsigned")}
             none={t("home:unsignedNone")}
-            items={unsigned.map((session) => <SessionLine key={session.id} session={session} open={false} />)}
+            items={unsigned.map((session) => <SessionLine key={session.id} session={session} />)}
           />
         )}
         {writes && (
@@ -139,7 +138,7 @@ function DueLine({ due }: { due: Schemas["DuePatient"] }) {
   );
 }
 
-function SessionLine({ session, open }: { session: Schemas["SessionSummary"]; open: boolean }) {
+function SessionLine({ session }: { session: Schemas["SessionSummary"] }) {
   return (
     <li className={classes.line ?? ""}>
       <div>
@@ -150,11 +149,7 @@ function SessionLine({ session, open }: { session: Schemas["SessionSummary"]; op
           {[formatMoment(session.started_at), session.station, session.therapist].filter(Boolean).join(" · ")}
         </Text>
       </div>
-      {open && (
-        <Text size="sm" fw={600}>
-          {t("home:open")}
-        </Text>
-      )}
+      <OpenMark session={session} />
     </li>
   );
 }

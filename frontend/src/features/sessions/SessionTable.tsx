@@ -7,6 +7,7 @@ import { DataTable } from "../../ui/DataTable";
 import { PageLink } from "../../ui/links";
 import { SimulatedBadge } from "../../ui/SimulatedBadge";
 import type { Column } from "../../ui/tableRows";
+import { OpenMark } from "./OpenMark";
 
 type Session = Schemas["SessionSummary"];
 
@@ -44,17 +45,20 @@ const STARTED: Column<Session> = {
   head: t("sessions:sessions.started"),
   always: true,
   value: ({ started_at }) => started_at,
-  cell: ({ id, started_at }) => (
-    // The day is on one line where the column is narrow.
-    <PageLink
-      to="/sessions/$sessionId"
-      params={{ sessionId: id }}
-      fz="sm"
-      display="inline-block"
-      miw="5.25rem"
-    >
-      {formatMoment(started_at)}
-    </PageLink>
+  cell: (session) => (
+    <>
+      {/* The day is on one line where the column is narrow. */}
+      <PageLink
+        to="/sessions/$sessionId"
+        params={{ sessionId: session.id }}
+        fz="sm"
+        display="inline-block"
+        miw="5.25rem"
+      >
+        {formatMoment(session.started_at)}
+      </PageLink>{" "}
+      <OpenMark session={session} />
+    </>
   ),
 };
 
@@ -127,5 +131,5 @@ const laterColumn = (key: "ended" | "signed", without: string): Column<Session> 
     return at ? formatAfter(at, session.started_at) : without;
   },
 });
-const ENDED = laterColumn("ended", t("sessions:sessions.open"));
+const ENDED = laterColumn("ended", "–");
 const SIGNED = laterColumn("signed", t("sessions:sessions.notSigned"));
