@@ -3,6 +3,7 @@ import { changeAsShown, formatDeg, formatMeasured } from "../../lib/format";
 import { t } from "../../lib/i18n";
 import { angleKey, PAIN_NAMES, type Side } from "./draft";
 import { formatScore, measureName } from "./messages";
+import { spadiMeaning } from "./spadiMeaning";
 
 /** Return 3 as "+3" and -3 as "−3", followed by `unit`; empty without a baseline. */
 function formatChange(value: number, first: number | null | undefined, unit = ""): string {
@@ -82,20 +83,13 @@ export function describeSpadi(
   });
 }
 
-/** Rate a shown change of the SPADI; a lower score is better. */
+/** Rate a shown change of the SPADI, with the limits. */
 export function rateSpadiChange(change: number, form: Schemas["AssessmentForm"]): string {
-  const size = Math.abs(change);
-  if (size < form.spadi_mcid_lower) return t("assessments:found.unimportant");
-  const limits = {
+  return t(`assessments:found.${spadiMeaning(change, form)}`, {
     least: form.spadi_mcid_lower,
     most: form.spadi_mcid_upper,
     detectable: form.spadi_mdc,
-  };
-  if (size <= form.spadi_mdc)
-    return change < 0
-      ? t("assessments:found.perhapsBetter", limits)
-      : t("assessments:found.perhapsWorse", limits);
-  return change < 0 ? t("assessments:found.better", limits) : t("assessments:found.worse", limits);
+  });
 }
 
 /** Return the totals of questionnaires other than the SPADI in words. */

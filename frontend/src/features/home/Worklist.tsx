@@ -4,20 +4,14 @@ import { useQuery } from "@tanstack/react-query";
 import { useNavigate, useSearch } from "@tanstack/react-router";
 import type { ReactNode } from "react";
 import { api, type Schemas } from "../../lib/api/client";
-import {
-  changeAsShown,
-  formatChange,
-  formatDayOf,
-  formatMeasured,
-  formatMoment,
-  formatSide,
-} from "../../lib/format";
+import { formatDayOf, formatMoment } from "../../lib/format";
 import { t } from "../../lib/i18n";
 import { ButtonLink, PageLink } from "../../ui/links";
 import { ProblemNote } from "../../ui/ProblemNote";
 import { useOnTelephone } from "../../ui/useOnTelephone";
 import { useHasPermission, useMayOperate, useUserName } from "../auth/hooks";
 import { OpenMark } from "../sessions/OpenMark";
+import { ChangeLine } from "./ChangeLine";
 import classes from "./home.module.css";
 
 const REFETCH_MS = 60_000;
@@ -150,30 +144,6 @@ function SessionLine({ session }: { session: Schemas["SessionSummary"] }) {
         </Text>
       </div>
       <OpenMark session={session} />
-    </li>
-  );
-}
-
-function ChangeLine({ change }: { change: Schemas["PatientChange"] }) {
-  const { before, now, measure } = change;
-  // The change is not judged, because a small change is within the error of measurement.
-  const difference = changeAsShown(before, now);
-  const words = difference === 0 ? t("home:unchanged") : formatChange(difference);
-  return (
-    <li className={classes.line ?? ""}>
-      <div>
-        <PatientLink patient={change.patient} />
-        <Text size="sm">
-          {[t(`home:${measure}`), formatSide(change.side), formatDayOf(change.assessed_at)].join(" · ")}
-        </Text>
-      </div>
-      <Text size="sm" fw={600}>
-        {t(`home:change.${measure}`, {
-          before: formatMeasured(before),
-          now: formatMeasured(now),
-          words,
-        })}
-      </Text>
     </li>
   );
 }
