@@ -24,7 +24,7 @@ export function ChangeLine({ change }: { change: Schemas["PatientChange"] }) {
           {[t(`home:${measure}`), formatSide(change.side), formatDayOf(change.assessed_at)].join(" · ")}
         </Text>
       </div>
-      <div>
+      <div className={classes.change ?? ""}>
         <Text size="sm" fw={600}>
           {t(`home:change.${measure}`, {
             before: formatMeasured(before),

@@ -4,13 +4,13 @@ import { outcomeFigure, trackingFigure } from "./charts";
 const share = { value: 0.77, low: 0.61, high: 0.88 };
 
 it("writes the percent of an axis as the texts beside it", () => {
-  const shown = [{ name: "All shoulders", change: { shoulders: 35, important: share } }];
+  const shown = [{ name: "All", change: { shoulders: 35, important: share } }];
   const { data, layout } = outcomeFigure(shown as Parameters<typeof outcomeFigure>[0], "important");
   expect(layout.xaxis).toMatchObject({ ticksuffix: " %", range: [0, 100] });
   expect(data[0]).toMatchObject({
     hovertemplate: "%{x:.1f} %",
     x: [77],
-    y: ["All shoulders<br>35 shoulders"],
+    y: ["All<br>35 shoulders"],
   });
 });
 
