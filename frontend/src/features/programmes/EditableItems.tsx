@@ -1,3 +1,4 @@
+import "./catalogue";
 import { ActionIcon, Button, Group, Table, Text, VisuallyHidden } from "@mantine/core";
 import { IconAdjustments, IconArrowDown, IconArrowUp, IconTrash } from "@tabler/icons-react";
 import { useEffect, useRef, useState } from "react";

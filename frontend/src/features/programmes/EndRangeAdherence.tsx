@@ -1,3 +1,4 @@
+import "./catalogue";
 import { Button, Group, Stack, Table, Text } from "@mantine/core";
 import { useDisclosure } from "@mantine/hooks";
 import { IconTable } from "@tabler/icons-react";

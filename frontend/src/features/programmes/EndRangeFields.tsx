@@ -1,3 +1,4 @@
+import "./catalogue";
 import { Group, Select, SimpleGrid, Stack, Switch, Text } from "@mantine/core";
 import { t } from "../../lib/i18n";
 import { HelpLink } from "../../ui/HelpLink";

@@ -1,3 +1,4 @@
+import "./catalogue";
 import { Table, Text } from "@mantine/core";
 import type { ProgrammeVersion } from "../../lib/api/client";
 import { formatDuration } from "../../lib/format";

@@ -1,3 +1,4 @@
+import "./catalogue";
 import { Radio, Stack, Text, TextInput, Title } from "@mantine/core";
 import { useNavigate, useParams } from "@tanstack/react-router";
 import { useState } from "react";

@@ -1,3 +1,4 @@
+import "./catalogue";
 import { Stack, Text, Title } from "@mantine/core";
 import { useQuery } from "@tanstack/react-query";
 import { api, type Schemas } from "../../lib/api/client";

@@ -1,3 +1,4 @@
+import "./catalogue";
 import { Badge, Group, Stack, Text, Title } from "@mantine/core";
 import { IconPlus } from "@tabler/icons-react";
 import { useQuery } from "@tanstack/react-query";

@@ -1,3 +1,4 @@
+import "./catalogue";
 import type { ProgrammeItem, ProgrammeVersion, Schemas } from "../../lib/api/client";
 import { formatDuration, totalDuration } from "../../lib/format";
 import { t } from "../../lib/i18n";

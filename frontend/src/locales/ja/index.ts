@@ -8,7 +8,6 @@ import episodes from "./episodes.json";
 import home from "./home.json";
 import patientMode from "./patient-mode.json";
 import patients from "./patients.json";
-import programmes from "./programmes.json";
 import progress from "./progress.json";
 import reports from "./reports.json";
 import search from "./search.json";
@@ -28,7 +27,6 @@ export default {
   home,
   "patient-mode": patientMode,
   patients,
-  programmes,
   progress,
   reports,
   search,

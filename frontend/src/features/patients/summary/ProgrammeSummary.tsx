@@ -1,3 +1,4 @@
+import "../../programmes/catalogue";
 import { Text, Title } from "@mantine/core";
 import { useQuery } from "@tanstack/react-query";
 import type { Schemas } from "../../../lib/api/client";
