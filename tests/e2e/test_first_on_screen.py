@@ -59,7 +59,7 @@ def test_station_page_names_its_station(tab: Page, clinic: Clinic, size: str) ->
 
 @pytest.mark.parametrize("size", [(768, 1024), SIZES["tablet"]])
 def test_pause_stays_on_a_scrolled_tablet(tab: Page, clinic: Clinic, size: tuple[int, int]) -> None:
-    """A loaded motion moves its controls above the live view. On a page that a step had scrolled, Pause was once above the screen."""
+    """Parts above the controls disappear when a motion is loaded. On a page that a step had scrolled, Pause was once above the screen."""
     tab.set_viewport_size(ViewportSize(width=size[0], height=size[1]))
     with ShownStation(clinic) as station:
         # The other patient stays due: a later test reads the list.
@@ -78,6 +78,33 @@ def test_pause_stays_on_a_scrolled_tablet(tab: Page, clinic: Clinic, size: tuple
             assert untouchable(pause) == ""
         finally:
             station.press_estop()
+            station.release_estop()
+            station.end_session(session)
+
+
+@pytest.mark.parametrize("size", [(768, 1024), SIZES["tablet"]])
+def test_loading_a_motion_keeps_the_order_of_the_page(tab: Page, clinic: Clinic, size: tuple[int, int]) -> None:
+    """A loaded motion once moved the live view from above the controls to below them."""
+    tab.set_viewport_size(ViewportSize(width=size[0], height=size[1]))
+    wizard = tab.get_by_role("region", name="Session")
+    live = tab.get_by_role("region", name="Arm and apparatus")
+
+    def is_live_below() -> bool:
+        controls, view = wizard.bounding_box(), live.bounding_box()
+        assert controls and view
+        return view["y"] > controls["y"]
+
+    with ShownStation(clinic) as station:
+        session, recording = station.begin_session("DEMO-002")
+        tab.goto(f"{clinic.url}/station?patient={session['patient']['id']}")
+        try:
+            expect(wizard).to_be_visible(timeout=LONG_MS)
+            before = is_live_below()
+            station.play(session, recording)
+            expect(wizard.get_by_role("button", name="Pause")).to_be_visible(timeout=LONG_MS)
+            assert is_live_below() == before
+            station.press_estop()
+        finally:
             station.release_estop()
             station.end_session(session)
 

@@ -11,6 +11,7 @@ from tests.support.browser_clinic import LONG_MS, Clinic
 from tests.support.page_actions import wait_until_idle
 from tests.support.shown_pages import SIZES
 from tests.support.shown_station import ShownStation
+from tests.support.stop_in_reach import untouchable
 
 pytestmark = [pytest.mark.shared_clinic("invented"), pytest.mark.three_dimensions]
 
@@ -167,9 +168,11 @@ def test_live_view_and_controls_fit_on_one_screen(page: Page, clinic: Clinic) ->
         page.set_viewport_size({"width": width, "height": height})
         for seen in (begin, page.get_by_test_id("apparatus-canvas"), page.get_by_test_id("angle-5")):
             expect(seen, size).to_be_in_viewport(ratio=1, timeout=LONG_MS)
+        assert untouchable(begin) == "", size
         if size == "tablet":
             page.set_viewport_size({"width": width, "height": height - _BROWSER_BARS_PX})
             expect(begin).to_be_in_viewport(ratio=1)
+            assert untouchable(begin) == ""
         # What belongs to the simulated apparatus comes after both.
         simulator = page.get_by_role("region", name="Simulated apparatus").bounding_box()
         last, live = begin.bounding_box(), page.get_by_test_id("angle-5").bounding_box()

@@ -110,7 +110,7 @@ function useStep(session: Session | null, known: boolean, playing: boolean) {
       if (step !== "play") scrollToSteps(heading.current);
     }
   }, [step, openedStep]);
-  // A motion that is loaded moves the steps up, so on a scrolled page Pause would be above the screen.
+  // Parts above the steps disappear when a motion is loaded, so on a scrolled page Pause would be above the screen.
   useLayoutEffect(() => {
     if (playing) scrollToSteps(heading.current, "nearest");
   }, [playing]);
