@@ -206,7 +206,7 @@ def _add_end_range(session: Session, session_id: UUID, items: Sequence[ItemDone]
     )
     counted_s: dict[tuple[int | None, int], float] = defaultdict(float)
     for position, motion, seconds in session.execute(query):
-        counted_s[position, motion] += counted_seconds(seconds)
+        counted_s[position, motion] += counted_seconds(seconds or 0.0)
     for item in items:
         if item.end_range:
             item.end_range_s = counted_s.get((item.position, item.end_range.motion))

@@ -240,7 +240,7 @@ def end_range(session: Session, timeline: EpisodeTimeline) -> EndRangeGain:
     )
     counted_s: dict[tuple[UUID, datetime, int], float] = defaultdict(float)
     for session_id, at, motion, seconds in session.execute(query):
-        counted_s[session_id, at, motion] += counted_seconds(seconds)
+        counted_s[session_id, at, motion] += counted_seconds(seconds or 0.0)
     sums: dict[tuple[int, int], float] = defaultdict(float)
     points = []
     for (_, at, motion), seconds in counted_s.items():
