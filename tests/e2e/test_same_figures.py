@@ -12,7 +12,10 @@ from tests.support.shown_station import ShownStation
 pytestmark = pytest.mark.shared_clinic("invented")
 
 TILES: Final = {
-    "Improved by at least the MCID in 12 months": (r"\n(\d+)\s%\n", r"Improvement of at least the MCID\n{0}\s%"),
+    "Shoulders improved by at least the MCID in 12 months": (
+        r"\n(\d+)\s%\n",
+        r"Shoulders improved by at least the MCID\n{0}\s%",
+    ),
     "Sessions in 7 days": (r"\n(\d+) sessions?\n", r"Sessions: {0}, hours"),
     "Sessions with a stop in 4 weeks": (r"\n(\d+\sof\s\d+) sessions?\n", r"\b{0} sessions with a stop"),
     "Unsigned notes": (r"\n(\d+) sessions?\n", r"\b{0} rows?\b"),
