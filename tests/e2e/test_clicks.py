@@ -127,9 +127,9 @@ def improved_in_twelve_months(office: Office, artefacts: Path) -> None:
         "link", name=re.compile(r"^Shoulders improved by at least the MCID in 12 months \(SPADI\)")
     )
     expect(tile).to_be_in_viewport(timeout=LONG_MS)
-    expect(tile).to_contain_text(re.compile(r"\d+ %"), timeout=LONG_MS)
+    expect(tile).to_contain_text(re.compile(r"\d+\s%"), timeout=LONG_MS)
     tile.click()
-    verdict = office.page.get_by_text(re.compile(r"^\d+ % of the shoulders improved by at least the MCID")).first
+    verdict = office.page.get_by_text(re.compile(r"^\d+\s% of the shoulders improved by at least the MCID")).first
     expect(verdict).to_be_in_viewport(timeout=LONG_MS)
     office.record(artefacts, "what share of patients improved in twelve months", 1)
     today = utc_now()
