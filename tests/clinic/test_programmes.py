@@ -463,8 +463,8 @@ def with_end_range_times(clinic: Clinic) -> tuple[UUID, UUID]:
     version = clinic.newest(programme.id)
     visit_id = clinic.visit(
         MONDAY, version.id,
-        *({"recording_id": lift, "programme_position": 1, "motions": reached(seconds)} for seconds in (70.8, 20.7, None)),
-        {"recording_id": lift, "programme_position": 2, "motions": reached(30.9)},
+        *({"recording_id": lift, "programme_position": 1, "motions": reached(seconds)} for seconds in (70.0, 20.0, None)),
+        {"recording_id": lift, "programme_position": 2, "motions": reached(30.0)},
         # Neither the other item's time nor that of a run outside the programme counts.
         {"recording_id": turn, "programme_position": 3, "motions": reached(500.0)},
         {"recording_id": lift, "programme_position": None, "motions": reached(500.0)},

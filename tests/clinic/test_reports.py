@@ -164,7 +164,7 @@ def test_report_has_end_range_time_only_where_it_was_counted(signed: tuple[Sessi
         for run in (counted, first)
     ]
     assert [page.count("End-range time,\u00a0s") for page in pages] == [1, 0]
-    assert "92 (last 5°, at least 1.5 Nm)" in " ".join(pages[0].split())
+    assert "92.4 (last 5°, at least 1.5 Nm)" in " ".join(pages[0].split())
 
 
 def test_report_without_readings_names_only_the_apparatus_angle(signed: tuple[SessionContent, EpisodeContent]) -> None:

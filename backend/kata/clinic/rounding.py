@@ -1,6 +1,5 @@
 """Numbers as pages and reports show them, and their changes."""
 
-import math
 from decimal import ROUND_HALF_UP, Decimal
 from functools import lru_cache
 from typing import Final
@@ -20,13 +19,6 @@ def change_as_shown(first: float, last: float, digits: int = 1) -> float:
     A reader who subtracts 79.8 from 44.1 expects −35.7, although the exact difference may be −35.62.
     """
     return float(_shown(last, digits) - _shown(first, digits))
-
-
-def counted_seconds(time_s: float) -> int:
-    """Return a counted time in whole seconds, as pages and reports show it. A total is the sum of these, so that a reader who adds the times of
-    single playbacks finds the same.
-    """
-    return math.floor(time_s)
 
 
 # Scores and angles of thousands of patients are few different numbers.

@@ -11,7 +11,6 @@ from kata.clinic.patients.tables import PatientRow
 from kata.clinic.programmes import adherence, planned
 from kata.clinic.programmes.adherence import AdherenceWeek, EndRangeDone
 from kata.clinic.programmes.tables import ProgrammeVersionRow
-from kata.clinic.rounding import counted_seconds
 from kata.clinic.sessions import end_feel, patient_angles, runs
 from kata.clinic.sessions import service as sessions
 from kata.clinic.sessions.patient_angles import PatientAngles
@@ -216,7 +215,7 @@ def _motion(row: MotionTrackingRow, run: RunRow, angles: PatientAngles) -> Motio
         _ends(row.played_min_deg, row.played_max_deg),
         (row.reference_min_deg, row.reference_max_deg),
         angles.of_run(run, row),
-        None if row.end_range_s is None else counted_seconds(row.end_range_s),
+        row.end_range_s,
         _ends(row.end_range_band_deg, row.end_range_torque_nm),
     )
 

@@ -16,7 +16,6 @@ from kata.clinic.episodes.tables import EpisodeRow
 from kata.clinic.local_time import midnight
 from kata.clinic.programmes.schemas import SessionsPerWeek
 from kata.clinic.programmes.tables import ProgrammeItemRow, ProgrammeRow, ProgrammeVersionRow
-from kata.clinic.rounding import counted_seconds
 from kata.clinic.sessions.schemas import EndRangePrescription
 from kata.clinic.sessions.tables import MotionTrackingRow, RunRow, SessionRow
 from kata.database.base import utc_now
@@ -260,7 +259,7 @@ def _counted_s(session: Session, episode_id: UUID) -> dict[tuple[UUID, int], flo
     counted_s: dict[tuple[UUID, int], float] = defaultdict(float)
     for session_id, motion, seconds, prescribed in session.execute(query):
         if prescribed["motion"] == motion:
-            counted_s[session_id, motion] += counted_seconds(seconds)
+            counted_s[session_id, motion] += seconds
     return counted_s
 
 

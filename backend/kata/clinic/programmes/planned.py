@@ -1,19 +1,17 @@
 """Compare plan and result of a session: the runs of each item, the skipped items and the extra runs."""
 
-from collections import defaultdict
 from collections.abc import Sequence
 from typing import Final, Literal
 from uuid import UUID
 
 from pydantic import Field
-from sqlalchemy import select
+from sqlalchemy import func, select
 from sqlalchemy.orm import Session, lazyload
 
 from kata.clinic import texts
 from kata.clinic.programmes import service
 from kata.clinic.programmes.schemas import Duration, Number, ProgrammeItem
 from kata.clinic.programmes.tables import ProgrammeVersionRow
-from kata.clinic.rounding import counted_seconds
 from kata.clinic.sessions.schemas import PlaybackSettings, RunOutcome
 from kata.clinic.sessions.tables import MotionTrackingRow, RunRow, SessionRow
 from kata.errors import ProblemError, not_found
@@ -200,13 +198,12 @@ def _add_end_range(session: Session, session_id: UUID, items: Sequence[ItemDone]
     if not any(item.end_range for item in items):
         return
     query = (
-        select(RunRow.programme_position, MotionTrackingRow.motion, MotionTrackingRow.end_range_s)
+        select(RunRow.programme_position, MotionTrackingRow.motion, func.sum(MotionTrackingRow.end_range_s))
         .join(MotionTrackingRow, MotionTrackingRow.run_id == RunRow.id)
-        .where(RunRow.session_id == session_id, MotionTrackingRow.end_range_s.is_not(None))
+        .where(RunRow.session_id == session_id)
+        .group_by(RunRow.programme_position, MotionTrackingRow.motion)
     )
-    counted_s: dict[tuple[int | None, int], float] = defaultdict(float)
-    for position, motion, seconds in session.execute(query):
-        counted_s[position, motion] += counted_seconds(seconds or 0.0)
+    counted_s = {(position, motion): seconds for position, motion, seconds in session.execute(query)}
     for item in items:
         if item.end_range:
             item.end_range_s = counted_s.get((item.position, item.end_range.motion))

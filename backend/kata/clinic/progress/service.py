@@ -33,7 +33,6 @@ from kata.clinic.progress.series import (
 )
 from kata.clinic.questionnaires.definitions import DEFINITIONS, score
 from kata.clinic.recordings.tables import RecordingRow
-from kata.clinic.rounding import counted_seconds
 from kata.clinic.sessions.tables import EndFeelRow, MotionTrackingRow, RunRow, SessionRow
 from kata.errors import not_found
 from kata.motion.axes import BASIC_MOTIONS
@@ -227,7 +226,7 @@ def end_range(session: Session, timeline: EpisodeTimeline) -> EndRangeGain:
     count.
     """
     query = (
-        select(SessionRow.id, SessionRow.started_at, MotionTrackingRow.motion, MotionTrackingRow.end_range_s)
+        select(SessionRow.started_at, MotionTrackingRow.motion, func.sum(MotionTrackingRow.end_range_s))
         .join(RunRow, RunRow.session_id == SessionRow.id)
         .join(RecordingRow, RecordingRow.id == RunRow.recording_id)
         .join(MotionTrackingRow, MotionTrackingRow.run_id == RunRow.id)
@@ -236,15 +235,13 @@ def end_range(session: Session, timeline: EpisodeTimeline) -> EndRangeGain:
             RecordingRow.side == timeline.side,
             MotionTrackingRow.end_range_s.is_not(None),
         )
+        .group_by(SessionRow.id, SessionRow.started_at, MotionTrackingRow.motion)
         .order_by(SessionRow.started_at, MotionTrackingRow.motion)
     )
-    counted_s: dict[tuple[UUID, datetime, int], float] = defaultdict(float)
-    for session_id, at, motion, seconds in session.execute(query):
-        counted_s[session_id, at, motion] += counted_seconds(seconds or 0.0)
     sums: dict[tuple[int, int], float] = defaultdict(float)
     points = []
-    for (_, at, motion), seconds in counted_s.items():
-        week, minutes = timeline.week(at), seconds / 60
+    for at, motion, seconds in session.execute(query):
+        week, minutes = timeline.week(at), (seconds or 0.0) / 60
         sums[motion, int(week)] += minutes
         points.append(EndRangePoint(BASIC_MOTIONS[motion - 1].name, at, week, minutes, sums[motion, int(week)]))
     gains = (

@@ -6,7 +6,7 @@ const words = (given: Partial<Motion>) => describeEndRange(given as Motion);
 
 it("an end-range time has the limits by which it was counted", () => {
   expect(words({ end_range_s: 92.6, end_range_band_deg: 5, end_range_torque_nm: 1.5 })).toBe(
-    "92\u00a0s (last 5°, at least 1.5\u00a0Nm)",
+    "92.6\u00a0s (last 5°, at least 1.5\u00a0Nm)",
   );
   expect(words({ end_range_s: null })).toBe("–");
 });

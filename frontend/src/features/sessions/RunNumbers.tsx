@@ -1,6 +1,6 @@
 import { Card, Group, Stack, Table, Text } from "@mantine/core";
 import type { Run } from "../../lib/api/client";
-import { countedSeconds, formatDeg, formatError, formatRange } from "../../lib/format";
+import { formatDeg, formatError, formatRange } from "../../lib/format";
 import { t } from "../../lib/i18n";
 import { translateServerText } from "../../lib/serverText";
 import { WideTable } from "../../ui/WideTable";
@@ -99,8 +99,8 @@ function MotionErrors({ motions }: { motions: Comparison["motions"] }) {
 /** Return the end-range time with the limits by which it was counted, or a dash if it was not counted. */
 export function describeEndRange(motion: Comparison["motions"][number]): string {
   const { end_range_s, end_range_band_deg, end_range_torque_nm } = motion;
-  const seconds = end_range_s == null ? "–" : String(countedSeconds(end_range_s));
-  if (end_range_band_deg == null || end_range_torque_nm == null) return seconds;
+  const seconds = formatDeg(end_range_s ?? null, 1);
+  if (end_range_s == null || end_range_band_deg == null || end_range_torque_nm == null) return seconds;
   return t("sessions:compared.endRange", {
     seconds,
     band: end_range_band_deg,

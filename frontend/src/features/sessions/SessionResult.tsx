@@ -101,7 +101,7 @@ export function ResultMetrics({ session }: { session: Session }) {
       {endRange && (
         <Metric
           label={t("sessions:result.endRange")}
-          value={formatDeg(endRange.total_s, 0)}
+          value={formatDeg(endRange.total_s, 1)}
           unit={t("sessions:result.seconds")}
           note={t("sessions:result.endRangeOf", {
             shoulder,

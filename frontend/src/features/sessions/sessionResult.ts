@@ -1,5 +1,4 @@
 import type { Run, Session } from "../../lib/api/client";
-import { countedSeconds } from "../../lib/format";
 import { describePatientAngle } from "./patientAngle";
 
 type ShoulderRuns = Pick<Session, "side" | "runs">;
@@ -103,7 +102,7 @@ export function longestEndRange(session: ShoulderRuns): EndRange | null {
     const { end_range_s, end_range_band_deg: band_deg, end_range_torque_nm: torque_nm } = motion;
     if (end_range_s == null || band_deg == null || torque_nm == null) continue;
     const key = [motion.motion, band_deg, torque_nm].join();
-    const total_s = (found.get(key)?.total_s ?? 0) + countedSeconds(end_range_s);
+    const total_s = (found.get(key)?.total_s ?? 0) + end_range_s;
     found.set(key, { motion, total_s, band_deg, torque_nm });
   }
   return [...found.values()].reduce<EndRange | null>(

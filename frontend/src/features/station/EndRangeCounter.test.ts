@@ -31,7 +31,7 @@ const SESSION = {
 
 it("adds the stored times of earlier playbacks that prescribe the motion", () => {
   const live = { run_id: "now", session_id: "s" };
-  expect(storedEndRangeS(SESSION, live, 4)).toBe(42);
+  expect(storedEndRangeS(SESSION, live, 4)).toBeCloseTo(43.7);
   expect(storedEndRangeS(SESSION, { ...live, session_id: "other" }, 4)).toBe(0);
   expect(storedEndRangeS(null, live, 4)).toBe(0);
 });

@@ -60,5 +60,5 @@ export function storedEndRangeS(
   return session.runs
     .filter(({ id, programme_position }) => id !== run.run_id && positions.includes(programme_position ?? 0))
     .flatMap(({ comparison }) => comparison?.motions ?? [])
-    .reduce((sum, one) => sum + (one.motion === motion ? countedSeconds(one.end_range_s ?? 0) : 0), 0);
+    .reduce((sum, one) => sum + (one.motion === motion ? (one.end_range_s ?? 0) : 0), 0);
 }
