@@ -41,8 +41,9 @@ seed: $(PACKAGES) ## sixty invented patients with two years of history for `make
 	@$(BIN)/kata seed --data .data
 
 # A worker runs whole modules. Most tests wait often, for a disk, a database, another process or a page: they have one worker more than there
-# are processors. Tests that move an arm in the test's own process or through a pseudo-terminal, and tests that measure, run apart from those
-# that keep both processors busy: the device stops when the service or the bytes come too late, as it must.
+# are processors, and those that wait for the apparatus two more. Tests that move an arm in the test's own process or through a
+# pseudo-terminal, and tests that measure, run apart from those that keep both processors busy: the device stops when the service or the bytes
+# come too late, as it must.
 MEASURED := tests/bench tests/evaluation/test_real_time.py tests/simulator/test_wire.py tests/simulator/test_modbus.py
 # The longest first: a worker that begins one at the end leaves the others idle.
 TIMED := $(addprefix tests/api/test_,station.py offline_session.py outage.py end_feel.py) tests/integration \
@@ -67,8 +68,8 @@ test: $(PACKAGES) $(PAGE) $(JUDGES) $(if $(KATA_CHROMIUM),,$(BROWSER)) ## a proo
 	@$(PARALLEL) 2 $(COUNTED) --cov
 	@$(PARALLEL) 3 $(OTHERS) $(call once_more,$(OTHERS))
 	@$(PARALLEL) 2 $(MEASURED) $(call once_more,$(MEASURED))
-	@$(PARALLEL) 3 $(TIMED) $(call once_more,$(TIMED))
-	@$(PARALLEL) 2 $(JOURNEYS) $(call once_more,$(JOURNEYS))
+	@$(PARALLEL) 4 $(TIMED) $(call once_more,$(TIMED))
+	@$(PARALLEL) 3 $(JOURNEYS) $(call once_more,$(JOURNEYS))
 
 test-fast: $(PACKAGES) ## the tests of device, motion, station and database, without a browser
 	@$(PARALLEL) 2 tests/device tests/motion tests/station tests/database
