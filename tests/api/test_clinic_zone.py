@@ -61,7 +61,7 @@ def days_of(client: TestClient, episode_id: UUID, session_id: UUID) -> dict[str,
         "page": client.get("/api/me").json()["time_zone"],
         "adherence": next(week["begins_on"] for week in weeks if week["sessions"]),
         "usage": next(row["begins_on"] for row in usage if row["sessions"]),
-        "report": [day for day in ("22 Nov 2026", "23 Nov 2026") if day in report.text],
+        "report": [day for day in ("22 Nov 2026", "23 Nov 2026") if day in report.text.replace("\u00a0", " ")],
         "backup": client.get("/api/backups").json()["next_at"][11:16],
     }
 
