@@ -26,11 +26,15 @@ from kata.device.ipc_messages import (
     frame,
     frames,
 )
+from kata.device.refusals import ANGLES_NOT_CURRENT
 from kata.simulator.apparatus import SimulatorEvent
 from kata.simulator.process import SimulatorProcess
 
 _EXPIRES_NS = 20_000_000_000
 """As long as the time-out of an answer, so that no command expires in these tests."""
+_AGAIN = frozenset({"not_verified", ANGLES_NOT_CURRENT})
+"""Refusals after which a command is sent again."""
+_AGAIN_S = 20.0
 
 
 class Rig:
@@ -112,12 +116,13 @@ class Rig:
         self.until(lambda: self.snapshots and self.snapshot.mode == mode, within_s)
 
     def send(self, command: Command) -> Refusal | None:
-        """Send and wait for the answer; send again while drives' settings are being checked.
+        """Send and wait for the answer; send again, like a person who presses again, after a lost answer of a drive, as on a busy computer.
 
-        After a lost answer of a drive, as on a busy computer, its settings are checked once more.
+        The drive's angles are then not current for a cycle, and its settings are checked once more.
         """
+        limit = time.monotonic() + _AGAIN_S
         refusal = self._refusal_of(command)
-        while refusal is not None and refusal.code == "not_verified":
+        while refusal is not None and refusal.code in _AGAIN and time.monotonic() < limit:
             self.until(lambda: all(refusal.code != "not_verified" for refusal in self.snapshot.refusals.values()))
             refusal = self._refusal_of(command)
         return refusal
