@@ -99,7 +99,10 @@ function RunningPlayback({ mode, run }: RunState) {
         )}
       </Group>
       <PlaybackControls mode={mode} run={run} />
-      <Progress size={20} value={share} aria-label={t("station:play.progress")} transitionDuration={100} />
+      {/* The arm of a stretch is at the end of its path while it is held. */}
+      {!run.stretch && (
+        <Progress size={20} value={share} aria-label={t("station:play.progress")} transitionDuration={100} />
+      )}
       {run.range_percent < 99.5 && (
         <Text size="lg" data-testid="range">
           {t("station:play.reducedRange", { percent: Math.round(run.range_percent) })}

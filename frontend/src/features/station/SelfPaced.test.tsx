@@ -57,7 +57,7 @@ it("shows pace, effort and work", () => {
       <SelfPacedStatus pacing={{ pace_percent: 62.4, effort_nm: 1.84, threshold_nm: 0.8, work_j: 3.26 }} />
     </MantineProvider>,
   );
-  expect(screen.getByText("Pace: 62 % of the recorded speed")).toBeTruthy();
+  expect(screen.getByText("Pace: 62 % of the set speed")).toBeTruthy();
   expect(screen.getByText("Effort: 1.8 Nm")).toBeTruthy();
   expect(screen.getByText(/Work so far: 3.3 J/)).toBeTruthy();
   expect(screen.getByText(/above 0.8 Nm/)).toBeTruthy();

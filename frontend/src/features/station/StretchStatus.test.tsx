@@ -30,6 +30,11 @@ it("shows the phase, the torque and the counted time", () => {
   expect(screen.getByText(/Held for 34 s so far/)).toBeTruthy();
 });
 
+it("does not say of an arm at its largest angle that it is held with the torque", () => {
+  show({ torque_nm: 1.1, held_s: 0 });
+  expect(screen.getByText("Held with less than 60 % of the torque, 12 s left")).toBeTruthy();
+});
+
 it("shows no torque below zero", () => {
   show({ phase: "out", torque_nm: -1.2 });
   expect(screen.getByText("Towards the torque")).toBeTruthy();
