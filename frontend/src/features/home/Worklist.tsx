@@ -6,6 +6,7 @@ import type { ReactNode } from "react";
 import { api, type Schemas } from "../../lib/api/client";
 import { formatDayOf, formatMoment } from "../../lib/format";
 import { t } from "../../lib/i18n";
+import { ASSESSMENT_FORM } from "../../lib/patientQueries";
 import { ButtonLink, PageLink } from "../../ui/links";
 import { ProblemNote } from "../../ui/ProblemNote";
 import { useOnTelephone } from "../../ui/useOnTelephone";
@@ -51,18 +52,28 @@ export function Worklist() {
             items={unsigned.map((session) => <SessionLine key={session.id} session={session} />)}
           />
         )}
-        {writes && (
-          <Part
-            title={t("home:changes")}
-            hint={t("home:changesExplained")}
-            none={t("home:changesNone")}
-            items={changes.map((change) => (
-              <ChangeLine key={`${change.patient.id} ${change.side} ${change.measure}`} change={change} />
-            ))}
-          />
-        )}
+        {writes && <Changes changes={changes} />}
       </SimpleGrid>
     </Stack>
+  );
+}
+
+function Changes({ changes }: { changes: Schemas["PatientChange"][] }) {
+  const form = useQuery(ASSESSMENT_FORM).data;
+  const limits = form && {
+    least: form.spadi_mcid_lower,
+    most: form.spadi_mcid_upper,
+    detectable: form.spadi_mdc,
+  };
+  return (
+    <Part
+      title={t("home:changes")}
+      hint={[t("home:changesExplained"), ...(limits ? [t("home:changesLimits", limits)] : [])].join(" ")}
+      none={t("home:changesNone")}
+      items={changes.map((change) => (
+        <ChangeLine key={`${change.patient.id} ${change.side} ${change.measure}`} change={change} />
+      ))}
+    />
   );
 }
 
