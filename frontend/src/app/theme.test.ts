@@ -7,6 +7,15 @@ import { DARK_COLOURS } from "../ui/plotColours";
 import { contrast } from "../ui/testContrast";
 import { CONTROL_EDGE, STALE, TORQUE, TRACES } from "./theme";
 
+const { dark, gray, indigo } = DEFAULT_THEME.colors;
+/** The page and a card, in both schemes. */
+const GROUNDS = [
+  ["light", "#ffffff"],
+  ["light", gray[1]],
+  ["dark", dark[7]],
+  ["dark", dark[6]],
+] as const;
+
 /** Return the hue in degrees and the chroma (0 for grey, 1 for a pure colour). */
 function hueOf(colour: string): { hue: number; chroma: number } {
   const [r, g, b] = [1, 3, 5].map((at) => Number.parseInt(colour.slice(at, at + 2), 16) / 255) as [
@@ -74,7 +83,6 @@ describe("the edge of a cut table", () => {
       ),
     ];
     expect(strengths).toHaveLength(2);
-    const { dark, indigo } = DEFAULT_THEME.colors;
     for (const [, strength] of strengths) {
       const share = Number(strength) / 100;
       expect(contrast(indigo[8], mixed("#ffffff", "#000000", share))).toBeGreaterThanOrEqual(4.5);
@@ -84,14 +92,7 @@ describe("the edge of a cut table", () => {
 });
 
 describe("the state of a station with torque", () => {
-  const { dark, gray } = DEFAULT_THEME.colors;
-
-  it.each([
-    ["light", "#ffffff"],
-    ["light", gray[1]],
-    ["dark", dark[7]],
-    ["dark", dark[6]],
-  ] as const)("is seen and read in the %s scheme on %s", (scheme, background) => {
+  it.each(GROUNDS)("is seen and read in the %s scheme on %s", (scheme, background) => {
     const { fill, text } = TORQUE[scheme];
     expect(contrast(fill, background)).toBeGreaterThanOrEqual(3);
     expect(contrast(text, fill)).toBeGreaterThanOrEqual(4.5);
@@ -111,29 +112,17 @@ function mixed(background: string, layer: string, share: number): string {
 }
 
 describe("outdated words", () => {
-  const { dark, gray } = DEFAULT_THEME.colors;
-
-  it.each([
-    ["light", "#ffffff"],
-    ["light", gray[1]],
-    ["dark", dark[7]],
-    ["dark", dark[6]],
-  ] as const)("are readable in the %s scheme on %s", (scheme, background) => {
+  it.each(GROUNDS)("are readable in the %s scheme on %s", (scheme, background) => {
     expect(contrast(STALE[scheme], background)).toBeGreaterThanOrEqual(4.5);
   });
 });
 
 describe("the edge of a control", () => {
-  const { dark, gray } = DEFAULT_THEME.colors;
-
-  // The page, a card, and the inside of a field.
-  it.each([
-    ["light", "#ffffff"],
-    ["light", gray[1]],
-    ["dark", dark[7]],
-    ["dark", dark[6]],
-    ["dark", dark[5]],
-  ] as const)("is visible in the %s scheme on %s", (scheme, background) => {
-    expect(contrast(CONTROL_EDGE[scheme], background)).toBeGreaterThanOrEqual(3);
-  });
+  // Also on the inside of a field.
+  it.each([...GROUNDS, ["dark", dark[5]]] as const)(
+    "is visible in the %s scheme on %s",
+    (scheme, background) => {
+      expect(contrast(CONTROL_EDGE[scheme], background)).toBeGreaterThanOrEqual(3);
+    },
+  );
 });

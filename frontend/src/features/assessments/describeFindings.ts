@@ -3,7 +3,7 @@ import { changeAsShown, formatDeg, formatMeasured } from "../../lib/format";
 import { t } from "../../lib/i18n";
 import { angleKey, PAIN_NAMES, type Side } from "./draft";
 import { formatScore, measureName } from "./messages";
-import { spadiMeaning } from "./spadiMeaning";
+import { spadiLimits, spadiMeaning } from "./spadiMeaning";
 
 /** Return 3 as "+3" and -3 as "−3", followed by `unit`; empty without a baseline. */
 function formatChange(value: number, first: number | null | undefined, unit = ""): string {
@@ -85,11 +85,7 @@ export function describeSpadi(
 
 /** Rate a shown change of the SPADI, with the limits. */
 export function rateSpadiChange(change: number, form: Schemas["AssessmentForm"]): string {
-  return t(`assessments:found.${spadiMeaning(change, form)}`, {
-    least: form.spadi_mcid_lower,
-    most: form.spadi_mcid_upper,
-    detectable: form.spadi_mdc,
-  });
+  return t(`assessments:found.${spadiMeaning(change, form)}`, spadiLimits(form));
 }
 
 /** Return the totals of questionnaires other than the SPADI in words. */

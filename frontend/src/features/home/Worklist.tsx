@@ -10,6 +10,7 @@ import { ASSESSMENT_FORM } from "../../lib/patientQueries";
 import { ButtonLink, PageLink } from "../../ui/links";
 import { ProblemNote } from "../../ui/ProblemNote";
 import { useOnTelephone } from "../../ui/useOnTelephone";
+import { spadiLimits } from "../assessments/spadiMeaning";
 import { useHasPermission, useMayOperate, useUserName } from "../auth/hooks";
 import { OpenMark } from "../sessions/OpenMark";
 import { ChangeLine } from "./ChangeLine";
@@ -60,15 +61,12 @@ export function Worklist() {
 
 function Changes({ changes }: { changes: Schemas["PatientChange"][] }) {
   const form = useQuery(ASSESSMENT_FORM).data;
-  const limits = form && {
-    least: form.spadi_mcid_lower,
-    most: form.spadi_mcid_upper,
-    detectable: form.spadi_mdc,
-  };
   return (
     <Part
       title={t("home:changes")}
-      hint={[t("home:changesExplained"), ...(limits ? [t("home:changesLimits", limits)] : [])].join(" ")}
+      hint={[t("home:changesExplained"), ...(form ? [t("home:changesLimits", spadiLimits(form))] : [])].join(
+        " ",
+      )}
       none={t("home:changesNone")}
       items={changes.map((change) => (
         <ChangeLine key={`${change.patient.id} ${change.side} ${change.measure}`} change={change} />

@@ -35,6 +35,7 @@ export function StretchStatus({ stretch }: { stretch: Schemas["StretchLive"] }) 
       <Text size="sm">
         {t("station:stretch.held", {
           time: formatDuration(Math.floor(stretch.held_s)),
+          percent: STATED_PERCENT,
           left: stretch.repetitions_left,
         })}
       </Text>
