@@ -131,8 +131,8 @@ def _of_a_place(session: Session, place: Place) -> list[Base]:
     teaching = TeachingRow(id=uuid4(), patient_id=place.patients, name="", side="left", started_at=now)
     stop = SessionStopRow(session_id=place.sessions, code="", started_at=now)
     contraindication = ContraindicationRow(
-        id=uuid4(), patient_id=place.patients, code="pacemaker", noted_at=now, noted_by=""
-    )
+        id=uuid4(), patient_id=place.patients, code="pacemaker", noted_at=now, noted_by="", signed_off_at=now, resolved_at=now,
+    )  # fmt: skip
     session.add_all([erasure, alarm, teaching, stop, contraindication])
     session.flush()
     return [

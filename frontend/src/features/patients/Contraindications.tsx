@@ -78,13 +78,16 @@ function Entry({ found, writes }: { found: Contraindication; writes: boolean }) 
         {t("patients:contraindications.noted", { by: found.noted_by, at: formatMoment(found.noted_at) })}
       </Text>
       {found.resolved_at ? (
-        <Text size="sm">
-          {t("patients:contraindications.resolved", {
-            by: found.resolved_by,
-            at: formatMoment(found.resolved_at),
-            reason: found.resolution,
-          })}
-        </Text>
+        <>
+          {found.signed_off_at && <Text size="sm">{describeEffect(found)}</Text>}
+          <Text size="sm">
+            {t("patients:contraindications.resolved", {
+              by: found.resolved_by,
+              at: formatMoment(found.resolved_at),
+              reason: found.resolution,
+            })}
+          </Text>
+        </>
       ) : (
         <>
           <Text fw={600}>{describeEffect(found)}</Text>

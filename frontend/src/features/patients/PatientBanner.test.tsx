@@ -147,4 +147,22 @@ describe("the contraindications", () => {
       expect(resolve).toHaveBeenCalledWith("c1", { reason: "United.", resolved_by: "Ito Mai" }),
     );
   });
+
+  it("say who had allowed and who resolved them", async () => {
+    const resolved = {
+      ...REPAIR,
+      signed_off_at: "2026-05-01T09:00:00Z",
+      signed_off_by: "Dr. Mori",
+      resolved_at: "2026-05-08T09:00:00Z",
+      resolved_by: "Ito Mai",
+      resolution: "Healed.",
+    };
+    vi.spyOn(api, "contraindications").mockResolvedValue({ items: [resolved], next: null });
+    vi.spyOn(api, "contraindicationKinds").mockResolvedValue({ items: [], next: null });
+    vi.spyOn(api, "episodes").mockResolvedValue({ items: [], next: null });
+    show(<Contraindications patientId="p" />);
+    expect(await screen.findByText("Allowed by Dr. Mori.")).toBeTruthy();
+    expect(screen.getByText(/Resolved by Ito Mai, .*: Healed\./)).toBeTruthy();
+    expect(screen.queryByRole("button", { name: "Resolve" })).toBeNull();
+  });
 });
