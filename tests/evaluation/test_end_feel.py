@@ -11,6 +11,8 @@ from kata.evaluation import end_feel
 from kata.evaluation.end_feel import GOALS, EndFeelCase, EndFeelErrors, cases, judge, summary
 from kata.motion.end_feel import SPEED_DEG_S
 from kata.simulator.independent.plant import IndependentPlant
+from kata.simulator.mechanics import Mechanics, PlantName
+from kata.simulator.plant import Plant
 
 CASE = EndFeelCase("simple", 0, "healthy", 3, speed_deg_s=10.0)
 """Twice the usual speed."""
@@ -63,6 +65,30 @@ def test_cases_of_the_independent_plant_have_every_stage() -> None:
         (0, "frozen", 3), (0, "freezing", 3), (0, "thawing", 3), (0, "healthy", 3),
     ]  # fmt: skip
     assert {case.motor for case in found} == {3, 4}
+
+
+@pytest.mark.parametrize("plant", ["simple", "mujoco"])
+def test_weight_of_the_baseline_is_chosen_by_the_arm(plant: PlantName) -> None:
+    for seed in range(4):
+        case = EndFeelCase(plant, seed, "healthy", 3)
+        arm, weight = (end_feel._mechanics(case, dummy=dummy)(seed) for dummy in (False, True))
+        assert _mass(weight) / _mass(arm) == pytest.approx(1.0, abs=0.1)
+        assert _mass(weight) != _mass(arm)
+
+
+def _mass(mechanics: Mechanics) -> float:
+    if isinstance(mechanics, Plant):
+        return mechanics.joints[2].parameters.weight_nm
+    assert isinstance(mechanics, IndependentPlant)
+    return mechanics.parameters.upper_arm_kg
+
+
+def test_torque_before_the_test_is_not_the_tests() -> None:
+    station = end_feel.PatientStation(CASE, end_feel.station_config("simple", 0))
+    asked = end_feel.requested(CASE, station)
+    station.noted_ns, station.against_nm = [0], [9.0]
+    run = station.play(asked.load, 6 * asked.out.duration_s)
+    assert end_feel.during_run(station.against_nm, station, run).max() < 3.0
 
 
 def test_test_weight_is_the_same_on_every_apparatus() -> None:

@@ -95,6 +95,14 @@ def test_shoulder_that_does_not_reach_the_torque_has_no_figures() -> None:
     assert found.curve.places_deg[-1] == 94.5
 
 
+def test_arm_taken_back_where_its_weighing_ends_was_not_weighed() -> None:
+    back_early = [repetition().between(0.0, FREE_DEG[1] + beyond_deg) for beyond_deg in (0.0, 0.5, 1.0)]
+    found = measured(back_early, BASELINE, growth(), FREE_DEG, CHOSEN_NM)
+    assert (found.unmeasured, found.figures) == ("arm_not_weighed", None)
+    later = [repetition().between(0.0, FREE_DEG[1] + 5.0)] * 3
+    assert measured(later, BASELINE, growth(), FREE_DEG, CHOSEN_NM).unmeasured == "torque_not_reached"
+
+
 def test_resistance_from_the_first_place_on_has_no_onset() -> None:
     stiff = TorqueAngleCurve(PLACES, np.full(len(PLACES), 1.5), np.full(len(PLACES), 1.5))
     assert figures_of(stiff, 1.2, 0.5) == "resistance_from_start"

@@ -45,7 +45,7 @@ from kata.motion.end_feel import (
 )
 from kata.motion.linkage import Floats
 from kata.simulator.effort import steady_push
-from kata.simulator.independent.patients import PATIENTS, PatientName, SimulatedPatient
+from kata.simulator.independent.patients import DUMMY, PATIENTS, PatientName, SimulatedPatient
 from kata.simulator.mechanics import Mechanics, PlantName
 from kata.simulator.parameters import REST_DEG
 from kata.simulator.plant import Plant
@@ -70,6 +70,8 @@ _BASELINE_SHARE: Final = 0.9
 _PERSONS_DIFFER_DEG: Final = 8.0
 _PERSONS_SOFTER: Final = 1.25
 """Persons of one stage on the independent plant differ by up to these values. They are our assumption."""
+_WEIGHT_DIFFERS: Final = 0.1
+"""A test weight chosen by the patient's body mass differs from the arm by up to this share. It is our assumption."""
 _GUARD_SHARE: Final = 0.01 / 0.3
 """A patient's torque rises and falls with a time constant of 0.3 s."""
 
@@ -127,6 +129,7 @@ class StiffPlant(Plant):
     ) -> None:
         """``dummy``: a test weight of the nominal arm instead of the patient. ``person``: :attr:`EndFeelCase.person`."""
         super().__init__(seed, turned=turned)
+        self._arm_nm = [joint.parameters.weight_nm for joint in self.joints]
         draw = Random(f"stiff {seed if person is None else person} {motor}").uniform
         for joint, nominal in zip(self.joints, Plant().joints, strict=True):
             if dummy:
@@ -139,6 +142,11 @@ class StiffPlant(Plant):
             far_deg = math.degrees(high) - _REST_MARGIN_DEG - REST_DEG[motor - 1]
             joint.rom = (low, high - math.radians(draw(15.0, min(60.0, far_deg))))
             joint.parameters = replace(joint.parameters, stiffness_nm=stiffness_nm)
+
+    def choose_weight(self, share: float) -> None:
+        """Put a test weight with this share of the arm's mass into the fixers."""
+        for joint, arm_nm in zip(self.joints, self._arm_nm, strict=True):
+            joint.parameters = replace(joint.parameters, weight_nm=share * arm_nm)
 
     def refit(self, motor: int, refit_deg: float) -> None:
         """Fasten the arm elsewhere (:attr:`EndFeelCase.refit_deg`)."""
@@ -237,12 +245,20 @@ def _mechanics(case: EndFeelCase, *, dummy: bool) -> Callable[..., Mechanics]:
         return partial(_stiff, case, dummy)
     from kata.simulator.independent.plant import IndependentPlant
 
-    return partial(IndependentPlant, patient=_shoulder_of(case), balancer_kg=BALANCER_KG, dummy=dummy)
+    weight = replace(DUMMY, arm_scale=_weight_share(case.seed) ** (1 / 3))
+    return partial(IndependentPlant, patient=weight if dummy else _shoulder_of(case), balancer_kg=BALANCER_KG)
+
+
+def _weight_share(seed: int | None) -> float:
+    """Return the mass of the test weight as a share of that of the arm."""
+    return 1.0 + Random(f"test weight {seed}").uniform(-_WEIGHT_DIFFERS, _WEIGHT_DIFFERS)
 
 
 def _stiff(case: EndFeelCase, dummy: bool, seed: int | None = None, *, turned: bool = False) -> StiffPlant:
     plant = StiffPlant(seed, turned=turned, dummy=dummy, motor=case.motor, person=case.person)
-    if not dummy:
+    if dummy:
+        plant.choose_weight(_weight_share(case.seed))
+    else:
         plant.refit(case.motor, case.refit_deg)
     return plant
 
@@ -261,11 +277,13 @@ def _shoulder_of(case: EndFeelCase) -> SimulatedPatient:
 
 @cache
 def station_config(plant: PlantName, seed: int) -> StationConfig:
-    """Return the station as after its commissioning, with the test weight in the fixers."""
+    """Return the station as after its commissioning, whose weight is a nominal arm."""
     config = simulated("virtual")
     if plant == "simple":
         return config
-    return identified(config, seed, _mechanics(EndFeelCase(plant, seed, "healthy", 3), dummy=True))
+    from kata.simulator.independent.plant import IndependentPlant
+
+    return identified(config, seed, partial(IndependentPlant, balancer_kg=BALANCER_KG, dummy=True))
 
 
 # -- one test ---------------------------------------------------------------------------------------------------------
@@ -283,7 +301,7 @@ def _evaluate(case: EndFeelCase) -> EndFeelErrors:
     station = PatientStation(case, station_config(case.plant, case.seed))
     asked = requested(case, station)
     run = station.play(asked.load, 6 * asked.out.duration_s)
-    peak_over_nm = max(station.against_nm) - CHOSEN_NM[case.motor]
+    peak_over_nm = float(during_run(station.against_nm, station, run).max()) - CHOSEN_NM[case.motor]
     try:
         result = _result(case, asked, run)
     except GuardingError as error:
@@ -292,6 +310,14 @@ def _evaluate(case: EndFeelCase) -> EndFeelErrors:
         return EndFeelErrors(case, str(error), peak_over_nm)
     truth = station.elastic_nm(asked.grid_deg)
     return _compared(case, result, TorqueAngleCurve(asked.grid_deg, truth, truth), peak_over_nm)
+
+
+def during_run(torques_nm: Sequence[float], station: PatientStation, run: Journal) -> Floats:
+    """Return those of a station's noted torques that belong to the run. A shoulder can be stretched at rest, before the run begins."""
+    playing_ns = run.t_ns[run.phase == PHASE_PLAYING]
+    noted_ns = np.array(station.noted_ns)
+    torques: Floats = np.array(torques_nm)[(noted_ns >= playing_ns[0]) & (noted_ns <= playing_ns[-1])]
+    return torques
 
 
 def _result(case: EndFeelCase, asked: "Requested", run: Journal) -> EndFeelResult:

@@ -27,6 +27,7 @@ from kata.evaluation.end_feel import (
     STAGES,
     EndFeelCase,
     PatientStation,
+    during_run,
     judge_run,
     requested,
     station_config,
@@ -116,8 +117,8 @@ def judge(patient: RandomPatient) -> PatientFigures:
     return PatientFigures(
         patient,
         outcome,
-        max(station.against_nm) - chosen_nm,
-        max(station.passive_nm) - chosen_nm,
+        float(during_run(station.against_nm, station, run).max()) - chosen_nm,
+        float(during_run(station.passive_nm, station, run).max()) - chosen_nm,
         figures.range_deg if figures else None,
         figures.stiffness_nm_deg if figures else None,
         answers_ms(station, run, asked.load, chosen_nm),

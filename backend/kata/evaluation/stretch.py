@@ -19,7 +19,7 @@ from rich.console import Console
 from kata.commissioning.direct_station import PlaybackError
 from kata.device.ipc_messages import Load
 from kata.device.journal import PHASE_PLAYING, Journal
-from kata.evaluation.end_feel import CHOSEN_NM, EndFeelCase, PatientStation, requested, station_config
+from kata.evaluation.end_feel import CHOSEN_NM, EndFeelCase, PatientStation, during_run, requested, station_config
 from kata.motion.end_feel import STATED_SHARE
 from kata.simulator.independent.patients import PatientName
 from kata.simulator.mechanics import PlantName
@@ -121,8 +121,8 @@ def judge(case: StretchCase) -> StretchFigures:
         run = station.play(asked.load, REPETITIONS * (3 * asked.out.duration_s + HOLD_S))
     except PlaybackError as error:
         return StretchFigures(case, str(error))
-    against = np.array(station.against_nm)
-    passive = np.array(station.passive_nm)
+    against = during_run(station.against_nm, station, run)
+    passive = during_run(station.passive_nm, station, run)
     chosen_nm = CHOSEN_NM[case.motor]
     counts = against >= STATED_SHARE * chosen_nm
     assert run.end is not None

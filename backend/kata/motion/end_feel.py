@@ -61,7 +61,7 @@ _SHORTEST_S: Final = 1.0
 _POINTS: Final = 31
 """Points of the straight line through a part of the curve."""
 
-Unmeasured = Literal["torque_not_reached", "resistance_from_start"]
+Unmeasured = Literal["arm_not_weighed", "torque_not_reached", "resistance_from_start"]
 
 
 class GuardingError(ValueError):
@@ -287,6 +287,9 @@ def measured(
     ]
     values = [figures_of(curve, stated_nm, onset_nm) for curve in net]
     reason = next((value for value in values if isinstance(value, str)), None)
+    if reason == "torque_not_reached" and places[-1] <= weighed_deg[1] + TURN_DEG:
+        # The device takes an arm back where its weighing ends, when the weight found there is uncertain.
+        reason = "arm_not_weighed"
     figures = [value for value in values if not isinstance(value, str)]
     return EndFeelResult(
         stated_nm,

@@ -278,6 +278,7 @@ PHRASES: Final[dict[str, tuple[str, str]]] = {
         "with dots at onset and range.",
         "装置と肩の間のトルク（重さと摩擦を除く）。点線：往路、破線：復路、実線：平均。丸は抵抗の開始と可動域。",
     ),
+    "unmeasured.arm_not_weighed": ("the arm could not be weighed", "腕の重さを測定できなかった"),
     "unmeasured.torque_not_reached": ("the torque was not reached", "トルクに達しなかった"),
     "unmeasured.resistance_from_start": ("resistance begins at the start", "開始位置から抵抗がある"),
     "unmeasured.guarding": ("the patient worked with or against the apparatus", "患者が装置に力を加えた"),

@@ -5782,9 +5782,9 @@ export interface components {
             baseline_run_id: string | null;
             /**
              * Unmeasured
-             * @description Reason why there are no figures. guarding: the repetitions differ by more than 0.2 Nm, so the patient worked with or against the apparatus. too_few_ways: fewer than two repetitions are complete. Null: there are figures, or the run has not ended.
+             * @description Reason why there are no figures. arm_not_weighed: the arm was taken back after the free range, because it weighs much more than the test weight, the shoulder resists from the start, or the patient worked. guarding: the repetitions differ by more than 0.2 Nm, so the patient worked with or against the apparatus. too_few_ways: fewer than two repetitions are complete. Null: there are figures, or the run has not ended.
              */
-            unmeasured: ("torque_not_reached" | "resistance_from_start" | "guarding" | "too_few_ways") | null;
+            unmeasured: ("arm_not_weighed" | "torque_not_reached" | "resistance_from_start" | "guarding" | "too_few_ways") | null;
             /** @description Means of the repetitions. */
             figures: components["schemas"]["EndFeelFigures"] | null;
             /** @description Half of the width of each figure's 95 % interval over the repetitions. */
