@@ -14,6 +14,7 @@ from kata.motion.end_feel import (
     TooFewWaysError,
     TorqueAngleCurve,
     arm_growth,
+    baseline_curve,
     curves,
     figures_of,
     measured,
@@ -101,6 +102,17 @@ def test_arm_taken_back_where_its_weighing_ends_was_not_weighed() -> None:
     assert (found.unmeasured, found.figures) == ("arm_not_weighed", None)
     later = [repetition().between(0.0, FREE_DEG[1] + 5.0)] * 3
     assert measured(later, BASELINE, growth(), FREE_DEG, CHOSEN_NM).unmeasured == "torque_not_reached"
+
+
+def test_noise_of_a_baseline_is_smoothed_and_its_weight_kept() -> None:
+    noise_nm = np.random.default_rng(1).normal(0.0, 0.1, (2, len(PLACES)))
+    noisy = TorqueAngleCurve(
+        PLACES, weight_nm(PLACES) + FRICTION_NM + noise_nm[0], weight_nm(PLACES) - FRICTION_NM + noise_nm[1]
+    )
+    found = baseline_curve([noisy])
+    assert np.std(found.mean_nm - weight_nm(PLACES)) < 0.4 * np.std(noisy.mean_nm - weight_nm(PLACES))
+    assert np.abs(np.mean(found.mean_nm - weight_nm(PLACES))) < 0.02
+    assert found.opposing_nm == pytest.approx(FRICTION_NM, abs=0.06)
 
 
 def test_resistance_from_the_first_place_on_has_no_onset() -> None:

@@ -37,10 +37,10 @@ from kata.motion.end_feel import (
     TooFewWaysError,
     TorqueAngleCurve,
     arm_growth,
+    baseline_curve,
     curves,
     figures_of,
     measured,
-    together,
     way_out,
 )
 from kata.motion.linkage import Floats
@@ -403,7 +403,7 @@ def _baseline(plant: PlantName, seed: int, motor: int, speed_deg_s: float) -> To
     strong_nm = _BASELINE_SHARE * config.axes[motor - 1].max_torque_nm
     out = _way(motor, speed_deg_s)
     test = EndFeel(motor=motor, torque_nm=strong_nm, expected_nm=(0.0, 0.0), repetitions=1)
-    return together(_curves(station.play(_load(out, test), 2 * out.duration_s), motor))
+    return baseline_curve(_curves(station.play(_load(out, test), 2 * out.duration_s), motor))
 
 
 def _way(motor: int, speed_deg_s: float) -> Motion:

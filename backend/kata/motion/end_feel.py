@@ -48,6 +48,8 @@ DISAGREEMENT_NM: Final = 0.2
 _SPAN_PLACES: Final = 12
 _SMOOTH_PLACES: Final = 13
 """An encoder's count of 0.09 deg makes a position loop give 0.25 Nm more or less."""
+_BASELINE_PLACES: Final = 41
+"""A baseline is one way out and back, so what is left of these counts would enter every repetition alike. Its weight and friction change slowly."""
 _LEAST_SAMPLES: Final = 3
 _HELD_PLACES: Final = 6
 """Number of places before the turn whose mean opposing torque is used near the turn."""
@@ -229,6 +231,16 @@ def together(repetitions: Sequence[TorqueAngleCurve]) -> TorqueAngleCurve:
     ).completed()
 
 
+def baseline_curve(repetitions: Sequence[TorqueAngleCurve]) -> TorqueAngleCurve:
+    """Return the baseline of ways out and back with the test weight.
+
+    :raises TooFewWaysError: without any.
+    """
+    curve = together(repetitions)
+    mean_nm, opposing_nm = (_smooth(values, _BASELINE_PLACES) for values in (curve.mean_nm, curve.opposing_nm))
+    return TorqueAngleCurve(curve.places_deg, mean_nm + opposing_nm, mean_nm - opposing_nm)
+
+
 def _at_common(curve: TorqueAngleCurve, other_curves: Sequence[TorqueAngleCurve]) -> TorqueAngleCurve:
     places = curve.places_deg
     keep = np.all([np.isin(places, other.places_deg) for other in other_curves], axis=0)
@@ -339,17 +351,15 @@ def figures_of(curve: TorqueAngleCurve, stated_nm: float, onset_nm: float) -> Fi
     )
 
 
-def _smooth(torque_nm: Floats) -> Floats:
-    """Return the values of parabolas through :data:`_SMOOTH_PLACES` neighbouring places (Savitzky and Golay 1964, Anal Chem 36, 1627-1639)."""
-    if len(torque_nm) < _SMOOTH_PLACES:
+def _smooth(torque_nm: Floats, places: int = _SMOOTH_PLACES) -> Floats:
+    """Return the values of parabolas through an odd number of neighbouring places (Savitzky and Golay 1964, Anal Chem 36, 1627-1639)."""
+    if len(torque_nm) < places:
         return torque_nm
-    half = _SMOOTH_PLACES // 2
-    parabolas = np.vander(np.arange(_SMOOTH_PLACES) - float(half), 3)
+    half = places // 2
+    parabolas = np.vander(np.arange(places) - float(half), 3)
     fit = parabolas @ np.linalg.pinv(parabolas)
-    inner = sliding_window_view(torque_nm, _SMOOTH_PLACES) @ fit[half]
-    smooth: Floats = np.concatenate(
-        [fit[:half] @ torque_nm[:_SMOOTH_PLACES], inner, fit[-half:] @ torque_nm[-_SMOOTH_PLACES:]]
-    )
+    inner = sliding_window_view(torque_nm, places) @ fit[half]
+    smooth: Floats = np.concatenate([fit[:half] @ torque_nm[:places], inner, fit[-half:] @ torque_nm[-places:]])
     return smooth
 
 

@@ -299,7 +299,7 @@ def complete(session: DatabaseSession, run: RunRow, row: EndFeelRow, journal: Jo
     )
     try:
         if row.kind == "baseline":
-            _complete_baseline(session, run, row, end_feel.together(curves))
+            _complete_baseline(session, run, row, end_feel.baseline_curve(curves))
         else:
             _measure(session, run, row, curves)
     except GuardingError as error:

@@ -71,6 +71,16 @@ it("offers the baseline first, and the test after it", async () => {
   expect(screen.getByText(/tried in simulation only/)).toBeTruthy();
 });
 
+it("measures a baseline again, with another weight", async () => {
+  show([motion({ baseline_run_id: "base" })]);
+  fireEvent.click(await screen.findByRole("button", { name: "Measure the baseline again" }));
+  expect(screen.getByText(/as heavy as the arm.* replaces the one of today/)).toBeTruthy();
+  expect(screen.getByRole("button", { name: "Hold to measure the baseline" })).toBeTruthy();
+  expect(screen.queryByRole("button", { name: "Move to the start of the test" })).toBeNull();
+  fireEvent.click(screen.getByRole("button", { name: "Keep the baseline of today" }));
+  expect(screen.getByRole("button", { name: "Move to the start of the test" })).toBeTruthy();
+});
+
 it.each([
   ["test", "base", "Move to the start of the test"],
   ["baseline", null, "Hold to measure the baseline"],

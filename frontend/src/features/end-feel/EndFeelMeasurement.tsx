@@ -1,5 +1,5 @@
 import "./catalogue";
-import { Card, NumberInput, Stack, Text, Title } from "@mantine/core";
+import { Button, Card, NumberInput, Stack, Text, Title } from "@mantine/core";
 import { useQuery, useQueryClient } from "@tanstack/react-query";
 import { useState } from "react";
 import { api, type Schemas, type Session } from "../../lib/api/client";
@@ -91,6 +91,8 @@ function MotionToMeasure({ motion, session, torque, speed, level }: ToMeasure) {
   const complete = useChecklist(session.id, motion.recording_id).data?.complete;
   const last = motion.tests[0];
   const [stretch, setStretch] = useState(USUAL_STRETCH);
+  const [replaced, setReplaced] = useState<string | null>(null);
+  const measured = motion.baseline_run_id !== null && motion.baseline_run_id !== replaced;
   const stretched = motion.stretches[0]?.stretch;
   const can = complete === true && level !== null && isTorque(torque);
   return (
@@ -106,7 +108,7 @@ function MotionToMeasure({ motion, session, torque, speed, level }: ToMeasure) {
         <PreflightChecklist sessionId={session.id} recordingId={motion.recording_id} onlyOpen />
       )}
       {last && <Text data-testid="end-feel-last">{describeResult(last)}</Text>}
-      {motion.baseline_run_id ? (
+      {measured ? (
         <>
           <Text>{t("endFeel:armIn")}</Text>
           <Text>{t("station:play.safetyCheck")}</Text>
@@ -123,12 +125,20 @@ function MotionToMeasure({ motion, session, torque, speed, level }: ToMeasure) {
             can={can && isStretch(stretch)}
             settings={stretchRequest(stretch)}
           />
+          <Button variant="default" onClick={() => setReplaced(motion.baseline_run_id)}>
+            {t("endFeel:measureAgain")}
+          </Button>
         </>
       ) : (
         <>
-          <Text>{t("endFeel:weightIn")}</Text>
+          <Text>{t(motion.baseline_run_id ? "endFeel:weightInAgain" : "endFeel:weightIn")}</Text>
           <Text>{t("endFeel:holdOn")}</Text>
           <MeasureButton kind="baseline" {...{ motion, session, torque, speed, level, can }} />
+          {motion.baseline_run_id && (
+            <Button variant="default" onClick={() => setReplaced(null)}>
+              {t("endFeel:keepBaseline")}
+            </Button>
+          )}
         </>
       )}
     </Stack>
