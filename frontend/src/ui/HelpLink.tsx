@@ -16,7 +16,9 @@ const MANUAL = {
   database: "#help-database",
   alarms: "#help-alarms",
   dose: "dose.html",
+  endFeel: "end-feel.html",
   retouch: "retouch.html",
+  rhythm: "rhythm.html",
 } as const;
 /** Guides for administrators and technicians, in English only. */
 const GUIDES = {

@@ -1,5 +1,5 @@
 import "./catalogue";
-import { Anchor, Card, Skeleton, Stack, Table, Text, Title } from "@mantine/core";
+import { Anchor, Card, Skeleton, Stack, Table, Text } from "@mantine/core";
 import { useQuery } from "@tanstack/react-query";
 import { api, type Schemas } from "../../lib/api/client";
 import { formatDeg, formatMoment } from "../../lib/format";
@@ -9,6 +9,7 @@ import { Plot } from "../../ui/Plot";
 import { ProblemNote } from "../../ui/ProblemNote";
 import { ScrolledTable } from "../../ui/ScrolledTable";
 import { SimulatedBadge } from "../../ui/SimulatedBadge";
+import { TitleWithHelp } from "../../ui/TitleWithHelp";
 import { describeStretch } from "./describeResult";
 
 type Test = Schemas["EndFeelRecord"];
@@ -20,9 +21,9 @@ export function EndFeelCard({ runId }: { runId: string }) {
   return (
     <Card withBorder component="section" aria-label={title}>
       <Stack>
-        <Title order={2} size="h3">
+        <TitleWithHelp topic="endFeel" order={2} size="h3">
           {title}
-        </Title>
+        </TitleWithHelp>
         <ProblemNote error={curves.error} />
         {curves.isPending && <Skeleton h={420} />}
         {curves.data && <Shown curves={curves.data} />}

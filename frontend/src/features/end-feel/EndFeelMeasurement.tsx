@@ -9,6 +9,7 @@ import { t } from "../../lib/i18n";
 import { store } from "../../lib/live/store";
 import { translateServerText } from "../../lib/serverText";
 import { ProblemNote } from "../../ui/ProblemNote";
+import { TitleWithHelp } from "../../ui/TitleWithHelp";
 import { CommandButton } from "../station/CommandButton";
 import { PreflightChecklist, useChecklist } from "../station/session-wizard/PreflightChecklist";
 import { describeResult, describeStretch } from "./describeResult";
@@ -39,9 +40,9 @@ export function EndFeelMeasurement({ session, level }: { session: Session; level
   return (
     <Card withBorder component="section" aria-label={t("endFeel:title")}>
       <Stack>
-        <Title order={2} size="h3">
+        <TitleWithHelp topic="endFeel" order={2} size="h3">
           {t("endFeel:title")}
-        </Title>
+        </TitleWithHelp>
         <Text fw={600}>{t("endFeel:simulatedOnly")}</Text>
         <Text>{t("endFeel:steps")}</Text>
         <ProblemNote error={guide.error} />

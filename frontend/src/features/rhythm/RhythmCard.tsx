@@ -1,5 +1,5 @@
 import "./catalogue";
-import { Card, Skeleton, Stack, Table, Text, Title } from "@mantine/core";
+import { Card, Skeleton, Stack, Table, Text } from "@mantine/core";
 import { type UseQueryResult, useQuery } from "@tanstack/react-query";
 import { api, type Schemas } from "../../lib/api/client";
 import { formatDeg, formatMoment } from "../../lib/format";
@@ -8,6 +8,7 @@ import { InlineSlot } from "../../ui/InlineSlot";
 import { PageLink } from "../../ui/links";
 import { Plot } from "../../ui/Plot";
 import { ProblemNote } from "../../ui/ProblemNote";
+import { TitleWithHelp } from "../../ui/TitleWithHelp";
 import { WideTable } from "../../ui/WideTable";
 import { NumbersTable } from "../progress/NumbersTable";
 import { bandHead, describeRatio, describeReference, describeWhole } from "./describeRatio";
@@ -31,9 +32,9 @@ function RhythmCard({ rhythm }: { rhythm: UseQueryResult<Rhythm> }) {
   return (
     <Card withBorder component="section" aria-label={t("rhythm:title")}>
       <Stack>
-        <Title order={2} size="h3">
+        <TitleWithHelp topic="rhythm" order={2} size="h3">
           {t("rhythm:title")}
-        </Title>
+        </TitleWithHelp>
         <Text>{t("rhythm:links")}</Text>
         <ProblemNote error={rhythm.error} />
         {rhythm.isPending && <Skeleton h={420} />}
