@@ -112,6 +112,9 @@ function MotionToMeasure({ motion, session, torque, speed, level }: ToMeasure) {
       {measured ? (
         <>
           <Text>{t("endFeel:armIn")}</Text>
+          <Button w="fit-content" variant="default" onClick={() => setReplaced(motion.baseline_run_id)}>
+            {t("endFeel:measureAgain")}
+          </Button>
           <Text>{t("station:play.safetyCheck")}</Text>
           <MeasureButton kind="test" {...{ motion, session, torque, speed, level, can }} />
           <Title order={4} size="h5">
@@ -126,9 +129,6 @@ function MotionToMeasure({ motion, session, torque, speed, level }: ToMeasure) {
             can={can && isStretch(stretch)}
             settings={stretchRequest(stretch)}
           />
-          <Button variant="default" onClick={() => setReplaced(motion.baseline_run_id)}>
-            {t("endFeel:measureAgain")}
-          </Button>
         </>
       ) : (
         <>
@@ -136,7 +136,7 @@ function MotionToMeasure({ motion, session, torque, speed, level }: ToMeasure) {
           <Text>{t("endFeel:holdOn")}</Text>
           <MeasureButton kind="baseline" {...{ motion, session, torque, speed, level, can }} />
           {motion.baseline_run_id && (
-            <Button variant="default" onClick={() => setReplaced(null)}>
+            <Button w="fit-content" variant="default" onClick={() => setReplaced(null)}>
               {t("endFeel:keepBaseline")}
             </Button>
           )}
