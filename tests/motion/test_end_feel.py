@@ -133,6 +133,14 @@ def test_repetitions_are_compared_where_all_have_been() -> None:
     assert found.curve.places_deg[-1] == 90.0
 
 
+def test_repetition_counts_beyond_the_turn_of_another() -> None:
+    early = repetition(shift_deg=-0.8)
+    three = [early.between(0.0, 92.0), repetition(), repetition()]
+    found = measured(three, BASELINE, growth(), FREE_DEG, CHOSEN_NM)
+    assert found.figures is not None
+    assert found.figures.range_deg == pytest.approx(98.0 + 6.0 * np.log(1.2 / 3.0) - 0.8 / 3, abs=0.2)
+
+
 def samples(outward: float, turns_deg: tuple[float, ...]) -> tuple[Floats, Floats, Floats]:
     """Return path, angle and torque of ways at 5 deg/s from 10 deg with friction and a capsule."""
     pieces = []

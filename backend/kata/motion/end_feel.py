@@ -288,15 +288,7 @@ def measured(
     if disagreement_nm > DISAGREEMENT_NM:
         raise GuardingError(disagreement_nm)
     stated_nm, onset_nm = STATED_SHARE * chosen_nm, ONSET_SHARE * chosen_nm
-    weight_nm = grows @ factors
-    net = [
-        TorqueAngleCurve(
-            places,
-            curve.out_nm - base.out_nm - weight_nm,
-            curve.back_nm - base.back_nm - weight_nm,
-        ).completed()
-        for curve in common
-    ]
+    net = [_without_weight(repetition, baseline, growth @ factors) for repetition in repetitions]
     values = [figures_of(curve, stated_nm, onset_nm) for curve in net]
     reason = next((value for value in values if isinstance(value, str)), None)
     if reason == "torque_not_reached" and places[-1] <= weighed_deg[1] + TURN_DEG:
@@ -314,6 +306,16 @@ def measured(
         together(net),
         disagreement_nm,
     )
+
+
+def _without_weight(repetition: TorqueAngleCurve, baseline: TorqueAngleCurve, weight_nm: Floats) -> TorqueAngleCurve:
+    """Return a repetition less the baseline and the arm's weight, which is ``(n,)`` at the baseline's places."""
+    curve = _at_common(repetition, [baseline])
+    base = _at_common(baseline, [curve])
+    weight_nm = weight_nm[np.isin(baseline.places_deg, base.places_deg)]
+    return TorqueAngleCurve(
+        base.places_deg, curve.out_nm - base.out_nm - weight_nm, curve.back_nm - base.back_nm - weight_nm
+    ).completed()
 
 
 def _arm_factors(growth: Floats, torque_nm: Floats) -> Floats:
