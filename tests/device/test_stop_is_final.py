@@ -157,6 +157,7 @@ def test_reconnected_arm_is_held_until_released(playing: Stepped) -> None:
     assert refusal.code == "torque_found"
 
     assert playing.send(ReleaseTorque()) is None
+    assert playing.link.events[-1].message == "Torque is released: the arm is supported."
     playing.forward(0.3)
     assert not playing.torque
     assert playing.snapshot.torque == "off"
@@ -183,6 +184,19 @@ def test_new_process_holds_the_arm_that_it_finds(tmp_path: Path) -> None:
     stepped.link.closing = True
     stepped.loop._torque_off_on_exit()
     assert stepped.torque
+
+
+def test_found_arm_waits_for_a_drive_until_it_is_silent(tmp_path: Path) -> None:
+    """The stop names every other drive that holds the arm."""
+    stepped = Stepped(tmp_path, apparatus=SteppedApparatus(torque=[True] * 5), settle=False)
+    stepped.apparatus.silent = {4}
+    stepped.forward(stepped.config.silence_ms / 1000)
+    assert stepped.mode == "offline"
+    stepped.cycle()
+    assert stepped.mode == "stopped"
+    assert stepped.snapshot.stop is not None
+    found = [cause.axis for cause in stepped.snapshot.stop.causes if cause.code == "torque_found"]
+    assert found == [1, 2, 3, 4]
 
 
 def test_torque_is_off_when_every_drive_confirms_it(playing: Stepped) -> None:
