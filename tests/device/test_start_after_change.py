@@ -15,12 +15,14 @@ def test_play_from_before_a_reversal_is_refused(stepped: Stepped) -> None:
     assert stepped.send(LOAD, a_trajectory(8.0)) is None
     assert stepped.send(Approach()) is None
     stepped.until("paused")
-    delayed = stamped(Play(), stepped.snapshot.stops, NEVER_NS)
+    stops = stepped.snapshot.stops
+    delayed = stamped(Play(), stops, NEVER_NS)
     assert stepped.send(Play()) is None
     stepped.forward(1.0)
     stepped.apparatus.torques_nm[AXIS] = PUSH_NM
     stepped.forward(0.2)
     assert [event.code for event in stepped.link.events].count("load_reversal") == 1
+    assert stepped.snapshot.stops == stops + 1
     stepped.apparatus.torques_nm[AXIS] = 0.0
     stepped.until("paused")
     refusal = stepped.send_as_it_is(delayed)
