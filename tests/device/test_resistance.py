@@ -13,6 +13,7 @@ from kata.device import journal
 from kata.device.config import StationConfig
 from kata.device.ipc_messages import Acknowledge, Approach, Pause, Play, Return
 from kata.device.journal import JournalDisk, JournalHeader, JournalWriter
+from kata.device.movement import Movement
 from kata.device.resistance import ResistanceMonitor, YieldOffset
 from kata.device.run import Run
 from kata.motion.trajectory import Trajectory
@@ -51,12 +52,12 @@ def stroke(began_stroke: Stepped, tmp_path: Path) -> Stepped:
     return began_stroke.copied(tmp_path)
 
 
-def push(stepped: Stepped, torque_nm: float = 2.0, cycles: int = 11) -> None:
-    """Let the patient resist motor 4 for this many cycles."""
-    stepped.apparatus.torques_nm[PUSHED] = torque_nm
+def push(stepped: Stepped, torque_nm: float = 2.0, cycles: int = 11, axis: int = PUSHED) -> None:
+    """Let the patient resist a motor for this many cycles."""
+    stepped.apparatus.torques_nm[axis] = torque_nm
     for _ in range(cycles):
         stepped.cycle()
-    stepped.apparatus.torques_nm[PUSHED] = 0.0
+    stepped.apparatus.torques_nm[axis] = 0.0
 
 
 def position_s(stepped: Stepped) -> float:
@@ -322,6 +323,20 @@ def test_resistance_during_approach_or_return_holds_the_arm_in_place(stepped: St
     assert end.cause_code == "load_on_the_way"
 
 
+def test_resistance_on_the_way_stops_as_fast_as_a_reversal(stroke: Stepped) -> None:
+    """In 0.08 s. A pause takes 0.2 s."""
+    assert stroke.send(Pause()) is None
+    stroke.until("paused")
+    assert stroke.send(Return()) is None
+    stroke.forward(1.0)
+    push(stroke, torque_nm=-2.0, cycles=12)
+    assert stroke.causes() == ["load_on_the_way"]
+    stroke.forward(0.1)
+    stands_deg = list(stroke.apparatus.angles_deg)
+    stroke.forward(0.2)
+    assert stroke.apparatus.angles_deg == stands_deg
+
+
 def test_pushes_before_and_after_a_pause_are_separate(stroke: Stepped) -> None:
     push(stroke, cycles=9)
     stroke.send(Pause())
@@ -380,19 +395,24 @@ def test_resistance_in_a_pause_holds_the_arm(stroke: Stepped, push_nm: float) ->
     assert stroke.mode == "idle"
 
 
-def test_a_push_that_outlasts_the_turn_holds_the_arm(stroke: Stepped) -> None:
-    """A reversal inside a hold leads nowhere: a push that continues after it stops the run."""
+def play_a_hold(stepped: Stepped) -> None:
+    """Stop the run, and play another recording, which moves no motor, for five seconds."""
     times = np.arange(0.0, 12.01, 0.01)
     angles = np.tile(np.array(REST_DEG), (len(times), 1))
-    stroke.link.request_stop()
-    stroke.forward(0.5)
-    assert stroke.send(Acknowledge()) is None
+    stepped.link.request_stop()
+    stepped.forward(0.5)
+    assert stepped.send(Acknowledge()) is None
     load = msgspec.structs.replace(LOAD, resistance_level=LEVEL, run_id="hold")
-    assert stroke.send(load, Trajectory(times, angles)) is None
-    assert stroke.send(Approach()) is None
-    stroke.until("paused")
-    stroke.send(Play())
-    stroke.forward(5.0)
+    assert stepped.send(load, Trajectory(times, angles)) is None
+    assert stepped.send(Approach()) is None
+    stepped.until("paused")
+    stepped.send(Play())
+    stepped.forward(5.0)
+
+
+def test_a_push_that_outlasts_the_turn_holds_the_arm(stroke: Stepped) -> None:
+    """A reversal inside a hold leads nowhere: a push that continues after it stops the run."""
+    play_a_hold(stroke)
     stroke.apparatus.torques_nm[PUSHED] = 3.9
     stroke.forward(0.3)
     assert reversals(stroke) == 1
@@ -465,6 +485,80 @@ def test_after_giving_way_the_recording_is_met_slowly(stepped: Stepped) -> None:
     assert stepped.apparatus.angles_deg[PUSHED] == pytest.approx(middle_deg[PUSHED], abs=0.01)
     stepped.until("idle")
     assert stepped.causes() == []
+
+
+def test_reversal_from_rest_yields_with_its_first_setpoint(stroke: Stepped) -> None:
+    stroke.send(Pause())
+    stroke.until("paused")
+    stroke.apparatus.torques_nm[PUSHED] = 2.0
+    stroke.forward(0.09)
+    assert stroke.send(Play()) is None
+    held_deg = stroke.apparatus.written[-1][PUSHED]
+    assert reversals(stroke) == 0
+    stroke.cycle()
+    assert stroke.link.events[-1].code == "load_reversal"
+    assert stroke.apparatus.written[-1][PUSHED] < held_deg
+
+
+@pytest.mark.parametrize(("axis", "torque_nm"), [(2, 3.0), (PUSHED, -3.0)])
+def test_reversal_yields_to_no_other_push(tmp_path: Path, axis: int, torque_nm: float) -> None:
+    """At level 1, at which 0.16 Nm of motor 4 are resistance. Another push counts only after 0.1 s."""
+    reversing = at_the_start(Stepped(tmp_path), level=1)
+    assert reversing.send(Play()) is None
+    reversing.forward(3.0)
+    push(reversing, torque_nm=0.3, cycles=12)
+    reversing.forward(0.3)
+    assert reversals(reversing) == 1
+    undisturbed = reversing.copied(tmp_path)
+    push(reversing, torque_nm=torque_nm, cycles=9, axis=axis)
+    undisturbed.forward(0.09)
+    assert reversing.apparatus.written == undisturbed.apparatus.written
+    others = np.delete(np.array(reversing.apparatus.written), PUSHED, axis=1)
+    assert np.abs(others - np.delete(REST_DEG, PUSHED)).max() < 1e-9
+
+
+def test_yielded_setpoint_returns_no_faster_than_the_recording_plays(stroke: Stepped) -> None:
+    """In a hold, after a yield. The setpoint returns by 0.05 deg times the speed override, which grows by 0.05 from setpoint to setpoint."""
+    play_a_hold(stroke)
+    push(stroke, torque_nm=3.9, cycles=40)
+    stroke.until("paused")
+    stroke.forward(0.1)
+    held_deg = stroke.apparatus.angles_deg[PUSHED]
+    assert held_deg < REST_DEG[PUSHED] - 2.0
+    assert stroke.send(Play()) is None
+    stroke.forward(0.1)
+    returned_deg = sum(0.05 * 0.05 * n for n in range(10))
+    assert stroke.apparatus.angles_deg[PUSHED] - held_deg == pytest.approx(returned_deg, abs=0.01)
+    stroke.forward(0.2)
+    assert stroke.send(Pause()) is None
+    paused_deg = stroke.apparatus.angles_deg[PUSHED]
+    stroke.until("paused")
+    stroke.forward(0.1)
+    assert stroke.apparatus.angles_deg[PUSHED] == pytest.approx(paused_deg, abs=0.06)
+    assert paused_deg < REST_DEG[PUSHED] - 0.5
+
+
+@pytest.mark.parametrize(("played_s", "torque_nm", "limit_deg"), [(0.0, 3.9, 19.0), (4.0, -3.9, 41.0)])
+def test_arm_leaves_a_limit_at_once_when_pushed_back(
+    stepped: Stepped, played_s: float, torque_nm: float, limit_deg: float
+) -> None:
+    """The offset of a yield does not grow while a limit holds the setpoint."""
+    limits = [(-180.0, 180.0)] * 5
+    limits[PUSHED] = (19.0, 41.0)
+    stepped.apparatus.angles_deg[PUSHED] = 22.0
+    load = msgspec.structs.replace(LOAD, resistance_level=LEVEL, limits_deg=tuple(limits))
+    assert stepped.send(load, a_trajectory(8.0)) is None
+    assert stepped.send(Approach()) is None
+    stepped.until("paused")
+    if played_s:
+        assert stepped.send(Play()) is None
+        stepped.forward(played_s)
+        assert stepped.send(Pause()) is None
+        stepped.until("paused")
+    push(stepped, torque_nm=torque_nm, cycles=300)
+    assert stepped.apparatus.angles_deg[PUSHED] == pytest.approx(limit_deg)
+    push(stepped, torque_nm=-torque_nm, cycles=20)
+    assert abs(stepped.apparatus.angles_deg[PUSHED] - limit_deg) > 1.0
 
 
 @pytest.mark.parametrize("rate_hz", [10, 100])
@@ -614,6 +708,31 @@ def test_a_place_of_long_ago_is_remembered(tmp_path: Path) -> None:
     run = a_run(tmp_path, a_trajectory())
     run.resisted_at_s = [1.0, 7.0, 1.5]
     assert run.resisted_again
+
+
+@pytest.mark.parametrize("sign", [1, -1])
+@pytest.mark.parametrize(
+    ("speed_deg_s", "torque_nm", "speed_override", "resists"),
+    [
+        (1.5, 0.5, -1.0, True),
+        (1.5, -0.5, -1.0, False),  # the motor brakes
+        (1.5, 0.0, -1.0, False),
+        (1.0, -0.5, -1.0, False),
+        (0.999, -0.5, -1.0, True),  # too slow to have a direction
+        (1.5, 0.5, 0.0, False),
+        (1.5, 0.5, 1.0, False),
+    ],
+)
+def test_only_torque_along_the_way_back_resists_it(
+    stroke: Stepped, sign: int, speed_deg_s: float, torque_nm: float, speed_override: float, resists: bool
+) -> None:
+    run = stroke.loop._machine._run
+    assert run is not None
+    run._speed_deg_s = np.full(5, sign * speed_deg_s)
+    movement = Movement(run.trajectory, speed_override=speed_override)
+    state = stroke.loop._state_builder.build(0, None, stroke.loop._loop_context(0, 0.0))
+    state = msgspec.structs.replace(state, torque_nm=(sign * torque_nm,) * 5)
+    assert run.resists_moving_back(PUSHED, movement, state) is resists
 
 
 def test_a_new_path_begins_without_the_last_ones_yield(tmp_path: Path) -> None:

@@ -441,6 +441,21 @@ def test_setpoint_is_held_inside_once_the_approach_has_settled(stepped: Stepped)
     assert max(setpoints) == 42.0
 
 
+def test_setpoint_turns_at_a_limit_without_delay(stepped: Stepped) -> None:
+    """The feed-forward ends at the limit, too. It would need two more setpoints to come back from beyond it."""
+    load(stepped, 16.0, 42.0)
+    run = stepped.loop._machine._run
+    assert run is not None
+    run.start_path(run.trajectory.start_deg)
+    movement = run.movement_along(run.trajectory, direction=0)
+    setpoints = []
+    for change_deg in [-0.5] * 8 + [0.2] * 2:
+        run._yield_offset.retreat(change_deg * (np.arange(5) == MOVING))
+        setpoints.append(run.setpoint(movement)[MOVING])
+    assert setpoints[-2] == 16.0
+    assert setpoints[-1] > 16.2
+
+
 @pytest.mark.parametrize(("beyond_deg", "return_deg"), [(PATH_TOLERANCE_DEG, 42.0), (1.001 * PATH_TOLERANCE_DEG, 40.0)])
 def test_return_leaves_the_nearest_pose_beyond_the_tolerance(
     stepped: Stepped, monkeypatch: pytest.MonkeyPatch, beyond_deg: float, return_deg: float
