@@ -8,7 +8,7 @@ from kata.device.config import StationConfig
 from kata.device.ipc_messages import Approach, EndFeel, Load, Pause, Play, ReduceRange, Refusal
 from kata.device.references import build
 from kata.motion.trajectory import Trajectory
-from tests.support.stepped import Stepped
+from tests.support.stepped import REST_DEG, Stepped
 from tests.support.stepped_shoulder import (
     AXIS,
     CHOSEN_NM,
@@ -143,15 +143,25 @@ def test_push_on_the_way_back_makes_it_faster(stepped: Stepped) -> None:
     assert before_deg - stepped.apparatus.angles_deg[AXIS] > 1.5 * 0.6 * SPEED_DEG_S
 
 
-def test_push_does_not_take_the_arm_beyond_the_start(stepped: Stepped) -> None:
-    started(stepped, ONCE)
-    shoulder = Shoulder(stepped, onset_deg=10.0)
+@pytest.mark.parametrize("start_deg", [0.0, 20.0])
+def test_push_does_not_take_the_arm_beyond_the_start(stepped: Stepped, start_deg: float) -> None:
+    stepped.apparatus.angles_deg[AXIS] = start_deg
+    started(stepped, ONCE, start_deg)
+    shoulder = Shoulder(stepped, onset_deg=start_deg + 10.0)
     while shoulder.largest_nm < CHOSEN_NM - 0.35:
         shoulder.cycle()
     shoulder.forward(0.5)
     shoulder.guarding_nm = 2.5
     shoulder.until("idle")
-    assert min(stepped.journal().setpoint_deg[:, AXIS]) > -0.2
+    assert min(stepped.journal().setpoint_deg[:, AXIS]) > start_deg - 0.2
+
+
+def test_other_motors_stay_at_rest_in_every_repetition(stepped: Stepped) -> None:
+    started(stepped, msgspec.structs.replace(TEST, repetitions=2))
+    Shoulder(stepped, onset_deg=5.0).until("idle")
+    assert len(turns(stepped)) == 2
+    others = np.delete(stepped.journal().setpoint_deg, AXIS, axis=1)
+    assert np.abs(others - np.delete(REST_DEG, AXIS)).max() < 1e-5
 
 
 def test_heavier_arm_without_weighing_is_taken_back_early(stepped: Stepped) -> None:
@@ -208,10 +218,11 @@ def test_pause_on_the_way_back_does_not_repeat_the_stretch(stepped: Stepped, tim
     assert len(turns(stepped)) == 1
 
 
-def test_pedal_during_a_pause_ends_the_test(stepped: Stepped) -> None:
+@pytest.mark.parametrize("played_s", [0.3, 3.0])
+def test_pedal_during_a_pause_ends_the_test(stepped: Stepped, played_s: float) -> None:
     started(stepped)
     shoulder = Shoulder(stepped)
-    shoulder.forward(3.0)
+    shoulder.forward(played_s)
     assert stepped.send(Pause()) is None
     shoulder.until("paused")
     stepped.apparatus.pedal_down = True

@@ -18,9 +18,9 @@ FRICTION_NM = 0.5
 TEST = EndFeel(motor=AXIS + 1, torque_nm=CHOSEN_NM, expected_nm=(FRICTION_NM, FRICTION_NM))
 
 
-def way(speed_deg_s: float = SPEED_DEG_S) -> Floats:
+def way(speed_deg_s: float = SPEED_DEG_S, start_deg: float = 0.0) -> Floats:
     angles = np.tile(np.array(REST_DEG), (len(TIMES_S), 1))
-    angles[:, AXIS] = speed_deg_s * TIMES_S
+    angles[:, AXIS] = start_deg + speed_deg_s * TIMES_S
     return angles
 
 
@@ -59,8 +59,9 @@ class Shoulder:
             self.cycle()
 
 
-def started(stepped: Stepped, test: EndFeel = TEST) -> None:
-    assert stepped.send(msgspec.structs.replace(LOAD, end_feel=test), Trajectory(TIMES_S, way())) is None
+def started(stepped: Stepped, test: EndFeel = TEST, start_deg: float = 0.0) -> None:
+    trajectory = Trajectory(TIMES_S, way(start_deg=start_deg))
+    assert stepped.send(msgspec.structs.replace(LOAD, end_feel=test), trajectory) is None
     assert stepped.send(Approach()) is None
     stepped.until("paused")
     assert stepped.send(Play()) is None
