@@ -276,6 +276,18 @@ def test_returning_arm_looks_for_a_straight_path_regularly(playing: Stepped, mon
     assert {cycles % 10 for cycles in looked_at[1:]} == {0}
 
 
+def test_remaining_time_of_a_return_counts_in_seconds(playing: Stepped, monkeypatch: pytest.MonkeyPatch) -> None:
+    """The arm moves back along the recording with half of its speed."""
+    answer_straight(monkeypatch, repeat(False))
+    _returning(playing)
+    left_s = []
+    for _ in range(2):
+        playing.forward(1.0)
+        assert playing.snapshot.run is not None
+        left_s.append(playing.snapshot.run.left_s)
+    assert left_s[0] - left_s[1] == pytest.approx(1.0, abs=0.01)
+
+
 @pytest.mark.counted
 def test_returning_arm_rests_before_it_leaves_the_recording(playing: Stepped, monkeypatch: pytest.MonkeyPatch) -> None:
     answer_straight(monkeypatch, chain([False, False], repeat(True)))
