@@ -102,6 +102,10 @@ class _Motor:
     wrong_since_ns: int | None = None
     energised_at_loss: bool = False
     """It had torque when the port was lost, and the arm has not been released since."""
+    had_torque: bool = False
+    """It had torque after the last cycle."""
+    named: bool = False
+    """The stop says that it has torque although it was switched off."""
     powerless: bool = False
     """Its torque was lost: power, reboot, exchange or a hardware error."""
 
@@ -237,6 +241,7 @@ class Judge:
         self._check_drives()
         for snapshot in snapshots[self._shown :]:
             self._torque_shown(snapshot)
+            self._torque_remains(snapshot)
             self._own_faults(snapshot)
         self._shown = len(snapshots)
         newest = snapshots[-1]
@@ -245,6 +250,7 @@ class Judge:
         self._end_feel(newest)
         for n, angle_deg in enumerate(self.world.angles_deg):
             self._motors[n].recent_angles_deg.append(angle_deg)
+            self._motors[n].had_torque = self.world.apparatus.drives[n].torque_on
             self._registers(n)
             self._resistance(n, newest)
         self._angles(newest)
@@ -400,6 +406,15 @@ class Judge:
         assert not (any(drive.torque_on for drive in drives) and snapshot.torque == "off"), (
             "torque is shown off and is on"
         )
+
+    def _torque_remains(self, snapshot: Snapshot) -> None:
+        """Uses the snapshot's causes: a drive that is said to keep its torque must have it."""
+        causes = snapshot.stop.causes if snapshot.stop else ()
+        named = {cause.axis for cause in causes if cause.code == "torque_remains"}
+        for n, (known, drive) in enumerate(zip(self._motors, self.world.apparatus.drives, strict=True)):
+            if n in named and not known.named:
+                assert known.had_torque or drive.torque_on, f"motor {n + 1} is said to keep its torque, and has none"
+            known.named = n in named
 
     def _check_stop_ends_activity(self, newest: Snapshot) -> None:
         """Uses the snapshot's mode: after a Stop nothing is loaded that an approach could begin with."""

@@ -336,6 +336,13 @@ REVERTS: Final = (
             Edit("bus/dynamixel/driver.py", "        first = turns % max(1, len(answering))\n", "        first = 0\n"),
         ),
     ),
+    _one(
+        24,
+        "drives that held an arm from before the connection are judged by reports from before its release",
+        "cycle_state.py",
+        '        if self._torque_inherited and not context.torque_inherited and "on" in self._torque:\n',
+        "        if False:\n",
+    ),
 )  # fmt: skip
 
 

@@ -161,6 +161,7 @@ def test_reconnected_arm_is_held_until_released(playing: Stepped) -> None:
     playing.forward(0.3)
     assert not playing.torque
     assert playing.snapshot.torque == "off"
+    assert "torque_remains" not in playing.causes()
     assert playing.send(ReleaseTorque()) is not None
     assert playing.send(Acknowledge()) is None
     assert playing.mode == "idle"
@@ -173,6 +174,18 @@ def test_the_emergency_stop_releases_a_found_arm(playing: Stepped) -> None:
     playing.apparatus.estop_open = True
     playing.cycle()
     assert not playing.torque
+    playing.forward(0.3)
+    assert "torque_remains" not in playing.causes()
+
+
+def test_found_arm_that_cannot_be_released_is_named(playing: Stepped) -> None:
+    playing.apparatus.gone = True
+    playing.forward(0.2)
+    reconnect(playing)
+    playing.apparatus.deaf_to_torque_off = {2}
+    assert playing.send(ReleaseTorque()) is None
+    playing.forward(0.3)
+    assert playing.causes().count("torque_remains") == 1
 
 
 def test_new_process_holds_the_arm_that_it_finds(tmp_path: Path) -> None:
