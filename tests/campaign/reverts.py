@@ -339,8 +339,8 @@ REVERTS: Final = (
     _one(
         24,
         "drives that held an arm from before the connection are judged by reports from before its release",
-        "cycle_state.py",
-        '        if self._torque_inherited and not context.torque_inherited and "on" in self._torque:\n',
+        "loop.py",
+        "        if torque_was_inherited and not machine.torque_inherited:\n",
         "        if False:\n",
     ),
 )  # fmt: skip

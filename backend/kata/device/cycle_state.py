@@ -152,7 +152,6 @@ class CycleStateBuilder:
         self._pedal_changed_ns: int | None = None
         self._torque_on = False
         self._torque_switched_ns = -math.inf
-        self._torque_inherited = False
         self._setpoint = (math.nan,) * axes
         self._setpoint_t_ns = 0
         self._setpoint_cycles = 0
@@ -164,6 +163,11 @@ class CycleStateBuilder:
             self._torque_switched_ns = t_ns
         self._setpoint_cycles = 0 if setpoint_t_ns != self._setpoint_t_ns else self._setpoint_cycles + 1
         self._setpoint, self._setpoint_t_ns = setpoint_deg, setpoint_t_ns
+
+    def record_release(self, t_ns: int) -> None:
+        """Record that drives which held an arm from before the connection are switched off in this cycle."""
+        if "on" in self._torque:
+            self._torque_switched_ns = t_ns
 
     def record_polled_inputs(self, inputs: InputSample) -> None:
         """Store the inputs of the poll between two cycles.
@@ -181,10 +185,6 @@ class CycleStateBuilder:
         self._record_sample(t_ns, received, bus_ok=sample is not None)
         inputs = self._inputs
         inputs_known = inputs is not None and _age_ms(t_ns, inputs.t_ns) <= self._input_limit_ms
-        if self._torque_inherited and not context.torque_inherited and "on" in self._torque:
-            # The last cycle switched off drives that held an arm from before the connection.
-            self._torque_switched_ns = t_ns
-        self._torque_inherited = context.torque_inherited
         self._update_torque(t_ns, bus_ok=sample is not None)
         answered = [drive.t_ns for drive in received.drives if drive]
         axes = range(len(self._drives))

@@ -151,7 +151,7 @@ class ControlLoop(LoopTelemetry):
         sample = self._read()
         self._loss_unseen &= sample is not None
         state = self._state_builder.build(t_ns, sample, self._loop_context(t_ns, late_ms))
-        torque_was_on = self._machine.torque_on
+        torque_was_on, torque_was_inherited = self._machine.torque_on, self._machine.torque_inherited
         try:
             self._machine.step(state, evaluate_faults(state, self._config), self._link.take_stop())
             self._execute_command(state)
@@ -162,6 +162,8 @@ class ControlLoop(LoopTelemetry):
         self._write(torque_was_on, state)
         machine = self._machine
         self._state_builder.record_command(t_ns, machine.torque_on, machine.setpoint_deg, machine.setpoint_t_ns)
+        if torque_was_inherited and not machine.torque_inherited:
+            self._state_builder.record_release(t_ns)
         self._update_verified_since(state)
         self._publish(state)
         self._link.wake()
