@@ -180,6 +180,28 @@ def test_live_view_and_controls_fit_on_one_screen(page: Page, clinic: Clinic) ->
         assert simulator["y"] >= max(last["y"] + last["height"], live["y"] + live["height"]), size
 
 
+_LIVE_VIEW_BELOW_PX: Final = """(steps) => {
+    const live = document.querySelector('[data-testid=apparatus-canvas]');
+    return live.getBoundingClientRect().top - steps.getBoundingClientRect().bottom;
+}"""
+
+
+def test_live_view_covers_no_step_of_a_tablet(page: Page, clinic: Clinic) -> None:
+    """At the lower edge of an upright tablet it once covered most of the checklist."""
+    width, height = SIZES["tablet"]
+    page.set_viewport_size({"width": width, "height": height})
+    with ShownStation(clinic) as station:
+        session, _ = station.begin_session("DEMO-002")
+        page.goto(f"{clinic.url}/station?patient={session['patient']['id']}")
+        expect(page.get_by_test_id("check-identity").filter(visible=True)).to_be_visible(timeout=LONG_MS)
+        expect(page.get_by_test_id("apparatus-canvas")).to_be_visible(timeout=LONG_MS)
+        steps = page.get_by_role("region", name="Session", exact=True)
+        for seen_from in ("scrollTo(0, 0)", "scrollTo(0, document.body.scrollHeight)"):
+            page.evaluate(seen_from)
+            assert steps.evaluate(_LIVE_VIEW_BELOW_PX) > 0, seen_from
+        station.end_session(session)
+
+
 _TWO_ALARMS_PX: Final = 300
 
 
