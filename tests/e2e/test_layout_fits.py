@@ -139,6 +139,16 @@ def test_tables_of_a_telephone_are_not_cut(page: Page, clinic: Clinic, name: str
         assert edge <= 360 - 16, (heads.nth(number).inner_text(), edge)
 
 
+def test_japanese_motion_of_the_simulated_hand_fits_a_telephone(page: Page) -> None:
+    """The button beside it once cut its name. English names are longer than a telephone's line."""
+    page.evaluate("localStorage.setItem('kata.language', 'ja')")
+    page.set_viewport_size({"width": 360, "height": 740})
+    page.goto(page.url + "station")
+    motion = page.locator("section:has(input[type=file])").get_by_role("combobox")
+    expect(motion).to_have_value(re.compile("1"), timeout=LONG_MS)
+    assert motion.evaluate("(input) => input.scrollWidth - input.clientWidth") == 0
+
+
 def test_plan_of_a_session_fits_a_telephone(page: Page, clinic: Clinic) -> None:
     """What was planned is below the recording's name there. It was once beyond the edge."""
     page.set_viewport_size({"width": 360, "height": 740})
