@@ -159,6 +159,23 @@ def test_plan_of_a_session_fits_a_telephone(page: Page, clinic: Clinic) -> None:
     expect(table.get_by_text("% of the range").first).to_be_visible()
 
 
+def test_line_below_scrolled_tabs_has_no_gap(page: Page, clinic: Clinic) -> None:
+    """On a telephone it once scrolled with the tabs and ended in the middle of the screen."""
+    page.set_viewport_size({"width": 360, "height": 740})
+    page.goto(clinic.url + addresses(page, clinic)["session-plan"])
+    tabs = page.get_by_role("tablist")
+    expect(page.get_by_test_id("planned").get_by_role("table")).to_be_visible(timeout=LONG_MS)
+
+    def line(scroll: str, x: float) -> bytes:
+        tabs.evaluate(f"(list) => {{ list.scrollLeft = {scroll}; }}")
+        tabs.scroll_into_view_if_needed()
+        box = tabs.bounding_box()
+        assert box
+        return page.screenshot(clip={"x": x, "y": box["y"] + box["height"] - 2, "width": 12, "height": 2})
+
+    assert line("0", 20) == line("list.scrollWidth", 360 - 16 - 16)
+
+
 _BROWSER_BARS_PX: Final = 128
 """Height of the status bar, address bar and navigation bar of a tablet."""
 
