@@ -40,8 +40,10 @@ def test_search_and_shortcuts_leave_stop_in_reach(page: Page) -> None:
     expect(sheet).to_be_hidden()
 
 
-_NAME_SEEN: Final = """() => {
+_NAME_SEEN: Final = """async () => {
     window.scrollTo(0, 600);
+    // The page measures the alarms once per frame.
+    for (let frame = 0; frame < 2; frame++) await new Promise(requestAnimationFrame);
     const name = document.querySelector('[data-testid=patient-banner] h1');
     const {left, top, width, height} = name.getBoundingClientRect();
     return [window.scrollY, name.contains(document.elementFromPoint(left + width / 2, top + height / 2))];
