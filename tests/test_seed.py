@@ -2,7 +2,7 @@
 
 import json
 import re
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from datetime import UTC, datetime, timedelta
 from inspect import signature
 from pathlib import Path
@@ -78,6 +78,20 @@ def test_people_have_months_of_history_and_are_marked_as_invented(databases: lis
         assert runs > 80
         assert session.scalar(select(func.count()).select_from(MotorTrackingRow)) == 5 * runs
         assert session.scalar(select(func.count()).select_from(AssessmentRow).where(AssessmentRow.spadi_score > 0))
+        assert_played_as_planned(session.scalars(select(SessionRow)).all())
+
+
+def assert_played_as_planned(visits: Sequence[SessionRow]) -> None:
+    """Completed playbacks last as long as planned, within two samples. They once had no pauses, and the timer was 30 minutes for 26 s."""
+    for visit in visits:
+        version = visit.programme_version
+        assert version
+        assert version.timer_minutes
+        durations_s = {item.recording_id: item.duration_s for item in version.items}
+        assert -60 < sum(durations_s.values()) - 60 * version.timer_minutes <= 0
+        completed = [run for run in visit.runs if run.outcome == "completed"]
+        played_s = [run.played_s for run in completed]
+        assert played_s == pytest.approx([durations_s[run.recording_id] for run in completed], abs=0.021)
 
 
 def test_seeded_patients_are_valid_fhir(databases: list[Database], tmp_path: Path) -> None:
@@ -183,6 +197,7 @@ def test_older_playbacks_of_later_patients_have_figures_alone(tmp_path: Path) ->
         *older, newest = visits
         assert all(run.samples is None and run.played_s for visit in older for run in visit.runs)
         assert all(run.samples for run in newest.runs if run.outcome == "completed")
+        assert_played_as_planned(visits)
     database.close()
 
 

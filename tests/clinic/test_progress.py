@@ -182,6 +182,8 @@ def test_assessment_pain_and_session_pain_are_separate(database: Database, fill:
     }
     figure = drawn(figures.pain(lines))
     assert not any(trace.showlegend for trace in figure.data)
+    # The space for a legend once was an empty strip.
+    assert figure.layout.margin.t == 30
     leading = {trace.name: trace.yaxis for trace in figure.data if trace.line.width > 2}
     assert leading == {"Average over the last week": "y", "Before the session": "y2"}
     for axis in ("y", "y2"):

@@ -26,7 +26,10 @@ _CONTROLS: Final = {
 
 @pytest.mark.parametrize("size", ["desktop", "tablet"])
 def test_step_and_live_view_are_on_the_screen(tab: Page, clinic: Clinic, size: str) -> None:
-    """A step that was opened once took the live view off the screen. After a reload the step was below the screen."""
+    """A step that was opened once took the live view off the screen. After a reload the step was below the screen.
+
+    The checklist is longer than a tablet. The live view comes after it, because it once covered the checks.
+    """
     width, height = SIZES[size]
     tab.set_viewport_size(ViewportSize(width=width, height=height))
     with ShownStation(clinic) as station:
@@ -36,12 +39,13 @@ def test_step_and_live_view_are_on_the_screen(tab: Page, clinic: Clinic, size: s
         try:
             for step, controls in _CONTROLS.items():
                 _open(wizard, step)
-                _assert_on_screen(tab, wizard, step, controls)
+                _assert_on_screen(tab, wizard, step, controls, _live_view(tab, size, step))
+            live_view = _live_view(tab, size, "Checklist")
             _open(wizard, "Checklist")
-            _assert_on_screen(tab, wizard, "Checklist", _CONTROLS["Checklist"])
+            _assert_on_screen(tab, wizard, "Checklist", _CONTROLS["Checklist"], live_view)
             opened_at = wizard.bounding_box()
             tab.reload()
-            _assert_on_screen(tab, wizard, "Checklist", _CONTROLS["Checklist"])
+            _assert_on_screen(tab, wizard, "Checklist", _CONTROLS["Checklist"], live_view)
             assert wizard.bounding_box() == opened_at
             expect(tab.locator("body")).to_be_focused()
         finally:
@@ -109,14 +113,23 @@ def test_loading_a_motion_keeps_the_order_of_the_page(tab: Page, clinic: Clinic,
             station.end_session(session)
 
 
-def _assert_on_screen(tab: Page, wizard: Locator, step: str, controls: tuple[str, ...]) -> None:
+def _live_view(tab: Page, size: str, step: str) -> list[Locator]:
+    """Return the parts of the live view that are on the screen beside or below a step."""
+    if (size, step) == ("tablet", "Checklist"):
+        return []
+    return [tab.get_by_role("region", name=name) for name in ("Arm and apparatus", "Angles")]
+
+
+def _assert_on_screen(
+    tab: Page, wizard: Locator, step: str, controls: tuple[str, ...], live_view: list[Locator]
+) -> None:
     """Assert that a finger reaches the step's controls and Stop, and that nothing covers the live view and the state."""
     current = wizard.get_by_role("navigation").get_by_role("button", name=re.compile(step))
     expect(current).to_have_attribute("aria-current", "step", timeout=LONG_MS)
     parts = [
         current,
         *(wizard.get_by_role("button", name=name) for name in controls),
-        *(tab.get_by_role("region", name=name) for name in ("Arm and apparatus", "Angles")),
+        *live_view,
         *(tab.locator("header").get_by_test_id(name) for name in ("estop", "mode")),
         tab.get_by_role("button", name="Stop", exact=True),
     ]

@@ -40,8 +40,10 @@ def test_search_and_shortcuts_leave_stop_in_reach(page: Page) -> None:
     expect(sheet).to_be_hidden()
 
 
-_NAME_SEEN: Final = """() => {
+_NAME_SEEN: Final = """async () => {
     window.scrollTo(0, 600);
+    // The page measures the alarms once per frame.
+    for (let frame = 0; frame < 2; frame++) await new Promise(requestAnimationFrame);
     const name = document.querySelector('[data-testid=patient-banner] h1');
     const {left, top, width, height} = name.getBoundingClientRect();
     return [window.scrollY, name.contains(document.elementFromPoint(left + width / 2, top + height / 2))];
@@ -139,6 +141,16 @@ def test_tables_of_a_telephone_are_not_cut(page: Page, clinic: Clinic, name: str
         assert edge <= 360 - 16, (heads.nth(number).inner_text(), edge)
 
 
+def test_japanese_motion_of_the_simulated_hand_fits_a_telephone(page: Page) -> None:
+    """The button beside it once cut its name. English names are longer than a telephone's line."""
+    page.evaluate("localStorage.setItem('kata.language', 'ja')")
+    page.set_viewport_size({"width": 360, "height": 740})
+    page.goto(page.url + "station")
+    motion = page.locator("section:has(input[type=file])").get_by_role("combobox")
+    expect(motion).to_have_value(re.compile("1"), timeout=LONG_MS)
+    assert motion.evaluate("(input) => input.scrollWidth - input.clientWidth") == 0
+
+
 def test_plan_of_a_session_fits_a_telephone(page: Page, clinic: Clinic) -> None:
     """What was planned is below the recording's name there. It was once beyond the edge."""
     page.set_viewport_size({"width": 360, "height": 740})
@@ -147,6 +159,23 @@ def test_plan_of_a_session_fits_a_telephone(page: Page, clinic: Clinic) -> None:
     expect(table).to_be_visible(timeout=LONG_MS)
     assert table.evaluate("(table) => table.getBoundingClientRect().right") <= 360 - 16
     expect(table.get_by_text("% of the range").first).to_be_visible()
+
+
+def test_line_below_scrolled_tabs_has_no_gap(page: Page, clinic: Clinic) -> None:
+    """On a telephone it once scrolled with the tabs and ended in the middle of the screen."""
+    page.set_viewport_size({"width": 360, "height": 740})
+    page.goto(clinic.url + addresses(page, clinic)["session-plan"])
+    tabs = page.get_by_role("tablist")
+    expect(page.get_by_test_id("planned").get_by_role("table")).to_be_visible(timeout=LONG_MS)
+
+    def line(scroll: str, x: float) -> bytes:
+        tabs.evaluate(f"(list) => {{ list.scrollLeft = {scroll}; }}")
+        tabs.scroll_into_view_if_needed()
+        box = tabs.bounding_box()
+        assert box
+        return page.screenshot(clip={"x": x, "y": box["y"] + box["height"] - 2, "width": 12, "height": 2})
+
+    assert line("0", 20) == line("list.scrollWidth", 360 - 16 - 16)
 
 
 _BROWSER_BARS_PX: Final = 128
@@ -178,6 +207,28 @@ def test_live_view_and_controls_fit_on_one_screen(page: Page, clinic: Clinic) ->
         last, live = begin.bounding_box(), page.get_by_test_id("angle-5").bounding_box()
         assert simulator and last and live
         assert simulator["y"] >= max(last["y"] + last["height"], live["y"] + live["height"]), size
+
+
+_LIVE_VIEW_BELOW_PX: Final = """(steps) => {
+    const live = document.querySelector('[data-testid=apparatus-canvas]');
+    return live.getBoundingClientRect().top - steps.getBoundingClientRect().bottom;
+}"""
+
+
+def test_live_view_covers_no_step_of_a_tablet(page: Page, clinic: Clinic) -> None:
+    """At the lower edge of an upright tablet it once covered most of the checklist."""
+    width, height = SIZES["tablet"]
+    page.set_viewport_size({"width": width, "height": height})
+    with ShownStation(clinic) as station:
+        session, _ = station.begin_session("DEMO-002")
+        page.goto(f"{clinic.url}/station?patient={session['patient']['id']}")
+        expect(page.get_by_test_id("check-identity").filter(visible=True)).to_be_visible(timeout=LONG_MS)
+        expect(page.get_by_test_id("apparatus-canvas")).to_be_visible(timeout=LONG_MS)
+        steps = page.get_by_role("region", name="Session", exact=True)
+        for seen_from in ("scrollTo(0, 0)", "scrollTo(0, document.body.scrollHeight)"):
+            page.evaluate(seen_from)
+            assert steps.evaluate(_LIVE_VIEW_BELOW_PX) > 0, seen_from
+        station.end_session(session)
 
 
 _TWO_ALARMS_PX: Final = 300

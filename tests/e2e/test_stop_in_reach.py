@@ -334,6 +334,18 @@ def test_header_has_space_for_station_and_every_state(tab: Page, clinic: Clinic,
             expect(header.get_by_test_id(part)).to_be_in_viewport(ratio=1)
 
 
+def test_signs_of_the_header_have_one_height_and_icons(tab: Page, clinic: Clinic) -> None:
+    """The e-stop's box once was higher, and on a telephone the torque had no icon."""
+    tab.goto(clinic.url)
+    wait_until_idle(tab)
+    estop, mode = (tab.locator("header").get_by_test_id(name) for name in ("estop", "mode"))
+    for size, (width, height) in SIZES.items():
+        tab.set_viewport_size({"width": width, "height": height})
+        boxes = [sign.bounding_box() for sign in (estop, mode)]
+        assert len({box["height"] for box in boxes if box}) == 1, (size, boxes)
+        expect(mode.locator("svg"), size).to_be_in_viewport(ratio=1)
+
+
 def test_key_of_stop_is_named_beside_a_mouse_only(tab: Page, finger: Page, clinic: Clinic) -> None:
     for page, named in ((tab, True), (finger, False)):
         _open(page, clinic.url, "tablet")

@@ -5,6 +5,7 @@ database without patients. The playbacks of the first twelve patients and the la
 playbacks have only figures, so that the command takes less than half a minute.
 """
 
+import math
 import random
 from collections.abc import Iterator
 from dataclasses import dataclass
@@ -245,17 +246,18 @@ class _Invented:
             created_at=self._first, updated_at=self._first,
         )  # fmt: skip
         self._add(programme)
+        durations_s = [with_settings(recording.motion, self._asked).duration_s for recording in taught]
         version = ProgrammeVersionRow(
             id=self._id(), programme_id=programme.id, number=1, made_at=self._first, made_by=self._therapist,
-            note="", timer_minutes=30.0, sessions_per_week=self._course.sessions_per_week,
+            note="", timer_minutes=float(math.ceil(sum(durations_s) / 60)), sessions_per_week=self._course.sessions_per_week,
         )  # fmt: skip
         self._add(version)
-        for position, recording in enumerate(taught, start=1):
+        for position, (recording, duration_s) in enumerate(zip(taught, durations_s, strict=True), start=1):
             self._add(
                 ProgrammeItemRow(
                     version_id=version.id, position=position, recording_id=recording.row.id, speed_percent=100.0,
                     repetitions=self._asked.repetitions, pause_s=self._asked.pause_s, range_percent=90.0, resistance_level=18, method="smooth",
-                    duration_s=with_settings(recording.motion, self._asked).duration_s,
+                    duration_s=duration_s,
                 )
             )  # fmt: skip
         return version
@@ -337,7 +339,7 @@ class _Invented:
             self._course.station, row.started_at, self._now
         )
         share = 0.6 if cause else 1.0
-        row.played_s = float(taught.motion.times_s[-1]) * self._asked.repetitions * share
+        row.played_s = with_settings(taught.motion, self._asked).duration_s * share
         row.ended_at = row.started_at + timedelta(seconds=row.played_s)
         row.outcome = "stopped" if cause else "completed"
         row.rate_hz, row.repetitions_done, row.reversals = _RATE_HZ, int(self._asked.repetitions * share), 0

@@ -24,10 +24,10 @@ export function ModeSign(props: {
       variant="default"
       tt="none"
       className={`${classes.sign} ${props.className ?? ""}`}
-      leftSection={<Icon size={18} aria-hidden />}
       data-testid={props.testid}
       data-torque={torque}
     >
+      <Icon size={18} className={classes.icon} aria-hidden />
       {props.children}
     </Badge>
   );

@@ -54,6 +54,8 @@ _NARROW_LEGEND_PX: Final = 150
 """Height that the legend of a single panel takes from it on a telephone."""
 _SPADI_RANGE: Final = [-4.0, 104.0]
 _MARGINS: Final = 120
+_LEGEND_PX: Final = 40
+"""Height of the legend within the margin above the panels."""
 _COLUMN_GAP: Final = 0.25
 """Share of the width between two columns, for the names of lines and the numbers of the next axis."""
 _LEVEL_PX: Final = 2.0
@@ -167,7 +169,7 @@ def pain(lines: Sequence[LineSeries]) -> Figure:
             traces.append(trace)
             ends.append(LineName(names[line.name], (line.points[-1].value,), trace["line"]["color"]))
         layout["annotations"] += axes.names(ends, _PAIN_RANGE)
-    return _figure(traces, layout)
+    return _figure(traces, _without_legend(layout))
 
 
 def _pain_line(line: LineSeries) -> _Trace:
@@ -534,6 +536,12 @@ def _layout_with_names(height: int) -> dict[str, Any]:
     """Return the layout with room for the names of lines beside them."""
     layout = _layout(height)
     return layout | {"margin": layout["margin"] | {"r": line_names.MARGIN_PX}}
+
+
+def _without_legend(layout: dict[str, Any]) -> dict[str, Any]:
+    """Return the layout without the space of the legend. The panels keep their height."""
+    margin = layout["margin"]
+    return layout | {"margin": margin | {"t": margin["t"] - _LEGEND_PX}, "height": layout["height"] - _LEGEND_PX}
 
 
 def _week_axis(last: float, *, with_title: bool = True) -> dict[str, Any]:

@@ -8,7 +8,7 @@ export function DoctorsLimits({ episode, size = "md" }: { episode: Schemas["Epis
   if (!episode.limits_by) return null;
   return (
     <div data-testid="limits">
-      <Text fw={500} size={size}>
+      <Text fw={700} size={size}>
         {t("episodes:care.allowedBy", { doctor: episode.limits_by })}
       </Text>
       {episode.limits.map((limit) => (

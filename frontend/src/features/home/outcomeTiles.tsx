@@ -61,7 +61,7 @@ export function AdherenceTile() {
         adherence
           ? describeAdherence(adherence)
           : data
-            ? t("home:tiles.fewPatients", { count: data.least_programmes })
+            ? t("home:tiles.fewProgrammes", { count: data.least_programmes })
             : ""
       }
       failed={isError}

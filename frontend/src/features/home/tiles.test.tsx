@@ -110,3 +110,17 @@ it.each([
   const search = readSearch(Object.fromEntries(address.searchParams));
   expect(asked.mock.calls[0]?.[0]).toEqual(spanOf(search, new Date()));
 });
+
+it("hidden tiles name what they count too few of", async () => {
+  vi.spyOn(api, "clinicAdherence").mockResolvedValue({ adherence: null, least_programmes: 10 });
+  show(AdherenceTile);
+  expect((await screen.findByRole("link", { name: /Hidden/ })).textContent).toContain(
+    "Fewer than 10 programmes",
+  );
+  cleanup();
+  vi.spyOn(api, "outcomes").mockResolvedValue({ groups: [], limits: {}, least_patients: 10 } as never);
+  show(ImprovedTile);
+  expect((await screen.findByRole("link", { name: /Hidden/ })).textContent).toContain(
+    "Shoulders of fewer than 10 patients",
+  );
+});

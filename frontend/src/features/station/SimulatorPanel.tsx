@@ -51,7 +51,7 @@ export function SimulatorPanel() {
           {t("station:simulator.title")}
         </Title>
         <Text size="sm">{t("station:simulator.explanation")}</Text>
-        <Group align="end" wrap="nowrap">
+        <Group align="end">
           <MotionSelect motions={motions} value={value} onChange={setChosen} />
           <UploadButton uploading={upload.isPending} onFile={upload.mutate} />
         </Group>
@@ -174,7 +174,7 @@ function MotionSelect(props: {
 }) {
   return (
     <Select
-      flex={1}
+      flex="1 1 15rem"
       label={t("station:simulator.motion")}
       allowDeselect={false}
       searchable

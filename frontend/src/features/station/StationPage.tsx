@@ -8,7 +8,6 @@ import { useLive, useStation } from "../../lib/live/hooks";
 import { useDatabaseUnavailable, useReadyPatients } from "../../lib/offline";
 import { ProblemNote } from "../../ui/ProblemNote";
 import { RevealWhenLoaded } from "../../ui/RevealWhenLoaded";
-import { storeHeight } from "../../ui/storeHeight";
 import { useHasPermission, useMayOperate, useMe, worksAt } from "../auth/hooks";
 import { CommissioningState } from "../commissioning/CommissioningState";
 import { LiveApparatus } from "../digital-twin/lazyViews";
@@ -27,8 +26,6 @@ import { RecentEvents } from "./RecentEvents";
 import { SimulatorPanel } from "./SimulatorPanel";
 import classes from "./station.module.css";
 import { WorkPanels } from "./WorkPanels";
-
-const storeLiveHeight = storeHeight("--kata-live-view");
 
 /**
  * The therapist's page with patient, teaching, playback and the live apparatus. The simulated hand is below
@@ -55,14 +52,14 @@ export function StationPage() {
       </Title>
       {canReadRecords && patientId && <PatientBanner patientId={patientId} {...(name && { name })} />}
       <RevealWhenLoaded waits={!station} now={run !== null || teaching !== null || stop !== null}>
-        <div className={classes.page} data-stopped={stop !== null} data-loaded={run !== null}>
+        <div className={classes.page} data-stopped={stop !== null}>
           {/* During a stop the panels are hidden instead of unmounted, so that input is not lost. */}
           <div hidden={stop !== null}>
             <Stack gap="xs">
               <PatientColumn />
             </Stack>
           </div>
-          <div className={classes.live} ref={storeLiveHeight}>
+          <div className={classes.live}>
             <LiveApparatus />
             <Angles />
           </div>

@@ -102,9 +102,9 @@ export function BeginStep(props: { patientId: string; session: Session | null; o
         </Button>
       </Group>
       <ProblemNote error={programmes.error ?? begin.error} />
-      {/* The items are below the button, so that a long programme does not push the button off the screen. */}
-      {plan && <Plan items={plan.items} timerMinutes={plan.timer_minutes} />}
       <LimitsInForce patientId={patientId} session={session} />
+      {/* The items are last, so that a long programme pushes neither the button nor the limits off the screen. */}
+      {plan && <Plan items={plan.items} timerMinutes={plan.timer_minutes} />}
     </Stack>
   );
 }
