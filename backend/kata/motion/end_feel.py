@@ -49,7 +49,7 @@ _SPAN_PLACES: Final = 12
 _SMOOTH_PLACES: Final = 13
 """An encoder's count of 0.09 deg makes a position loop give 0.25 Nm more or less."""
 _BASELINE_PLACES: Final = 41
-"""A baseline is one way out and back, so what is left of these counts would enter every repetition alike. Its weight and friction change slowly."""
+"""A baseline is one way out and back, so its noise enters every repetition alike. Its weight and friction change slowly."""
 _LEAST_SAMPLES: Final = 3
 _HELD_PLACES: Final = 6
 """Number of places before the turn whose mean opposing torque is used near the turn."""
@@ -288,7 +288,8 @@ def measured(
     if disagreement_nm > DISAGREEMENT_NM:
         raise GuardingError(disagreement_nm)
     stated_nm, onset_nm = STATED_SHARE * chosen_nm, ONSET_SHARE * chosen_nm
-    net = [_without_weight(repetition, baseline, growth @ factors) for repetition in repetitions]
+    weight_nm = growth @ factors
+    net = [_without_weight(repetition, baseline, weight_nm) for repetition in repetitions]
     values = [figures_of(curve, stated_nm, onset_nm) for curve in net]
     reason = next((value for value in values if isinstance(value, str)), None)
     if reason == "torque_not_reached" and places[-1] <= weighed_deg[1] + TURN_DEG:

@@ -37,7 +37,6 @@ from kata.types import side_of
 log = logging.getLogger(__name__)
 
 Kind = Literal["baseline", "test", "stretch"]
-Unmeasured = Literal["arm_not_weighed", "torque_not_reached", "resistance_from_start", "guarding", "too_few_ways"]
 LEAST_RANGE_DEG: Final = 20.0
 """A motion with less range has no free part in which the arm can be weighed."""
 _FURTHER_DEG: Final = (15.0, 10.0, 5.0, 0.0)

@@ -8,7 +8,7 @@ from pydantic import Field
 from kata.clinic.recordings.schemas import Figure
 from kata.clinic.sessions.schemas import EndFeelKind, RunOutcome
 from kata.device.ipc_messages import LONGEST_HOLD_S, MOST_REPETITIONS, SHORTEST_HOLD_S
-from kata.motion.end_feel import FASTEST_DEG_S, SLOWEST_DEG_S, SPEED_DEG_S
+from kata.motion.end_feel import FASTEST_DEG_S, SLOWEST_DEG_S, SPEED_DEG_S, Unmeasured
 from kata.station.schemas import OptionalKey
 from kata.types import Moment, Motor, Schema, Side
 
@@ -93,9 +93,7 @@ class EndFeelRecord(Schema):
         description="Chosen torque, newton metres. For a baseline: torque at which it turned back."
     )
     baseline_run_id: UUID | None = Field(description="The baseline that is subtracted; null for a baseline.")
-    unmeasured: (
-        Literal["arm_not_weighed", "torque_not_reached", "resistance_from_start", "guarding", "too_few_ways"] | None
-    ) = Field(
+    unmeasured: Literal[Unmeasured, "guarding", "too_few_ways"] | None = Field(
         description="Reason why there are no figures. arm_not_weighed: the arm was taken back after the free range, because it weighs much more than the test weight, "
         "the shoulder resists from the start, or the patient worked. guarding: the repetitions differ by more than 0.2 Nm, so the patient worked with or "
         "against the apparatus. too_few_ways: fewer than two repetitions are complete. Null: there are figures, or the run has not ended."
