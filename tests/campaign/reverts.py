@@ -343,6 +343,13 @@ REVERTS: Final = (
         "        if torque_was_inherited and not machine.torque_inherited:\n",
         "        if False:\n",
     ),
+    _one(
+        25,
+        "a limit that follows the arm inwards does not leave the setpoint its way to stop",
+        "run.py",
+        "            stop_deg = setpoint_deg if self.zero_order_hold else self._brake.stop_deg.tolist()\n",
+        "            stop_deg = setpoint_deg\n",
+    ),
 )  # fmt: skip
 
 

@@ -6,7 +6,7 @@ from itertools import product
 import msgspec
 import numpy as np
 import pytest
-from hypothesis import given
+from hypothesis import example, given
 from hypothesis import strategies as st
 
 from kata.device.ipc_messages import Approach, Play, ReduceRange, Return, Unload
@@ -70,19 +70,26 @@ def test_arm_outside_patient_limits_is_fetched_back_inside(stepped: Stepped) -> 
     assert stepped.apparatus.angles_deg == pytest.approx(rest_deg, abs=0.01)
 
 
-def test_limits_tighten_behind_the_arm_during_the_approach(stepped: Stepped) -> None:
-    stepped.apparatus.angles_deg[MOVING] = 60.0
+@pytest.mark.parametrize(("method", "arm_deg", "high_deg"), [("smooth", 60.0, 42.0), ("paper", 26.0, 21.0)])
+def test_limits_tighten_behind_the_arm_during_the_approach(
+    stepped: Stepped, method: Method, arm_deg: float, high_deg: float
+) -> None:
+    """The paper's method begins near the recording's start only."""
+    stepped.apparatus.angles_deg[MOVING] = arm_deg
     stepped.forward(0.05)
-    load(stepped, 5.0, 42.0)
+    loaded = msgspec.structs.replace(LOAD, limits_deg=limits(5.0, high_deg), method=method)
+    assert stepped.send(loaded, a_trajectory()) is None
     assert stepped.send(Approach()) is None
-    assert stepped.loop._machine.limits_deg[MOVING] == (5.0, 60.0)
+    assert stepped.loop._machine.limits_deg[MOVING] == (5.0, arm_deg)
     assert stepped.loop._machine.limits_deg[:2] == MECHANISM
-    highest = [60.0]
+    highest, arm = [arm_deg], []
     while stepped.mode == "approaching":
+        arm.append(stepped.apparatus.angles_deg[MOVING])
         stepped.cycle()
         highest.append(stepped.loop._machine.limits_deg[MOVING][1])
     assert np.all(np.diff(highest) <= 0.0)
-    assert highest[-1] == 42.0
+    assert highest[-1] == high_deg
+    assert np.max(np.array(highest[1:]) - np.maximum(arm, high_deg)) < 0.5
 
 
 def test_arm_pushed_out_again_during_the_approach_is_a_fault(stepped: Stepped) -> None:
@@ -454,6 +461,33 @@ def test_setpoint_turns_at_a_limit_without_delay(stepped: Stepped) -> None:
         setpoints.append(run.setpoint(movement)[MOVING])
     assert setpoints[-2] == 16.0
     assert setpoints[-1] > 16.2
+
+
+@given(st.lists(st.tuples(st.floats(-3.0, 3.0), st.floats(0.0, 1.0)), min_size=20, max_size=120))
+@example([(2.0, 0.1)] * 20)
+@examples(few=20, many=1000)
+def test_limits_that_follow_an_arm_jerk_no_setpoint(
+    tmp_path_factory: pytest.TempPathFactory, changes_deg: list[tuple[float, float]]
+) -> None:
+    """The setpoint leads an arm that is fetched from outside, and comes back towards it. Each step: change of the setpoint, and way of the arm inwards."""
+    stepped = Stepped(tmp_path_factory.mktemp("run"))
+    load(stepped, 5.0, 21.0)
+    run = stepped.loop._machine._run
+    assert run is not None
+    arm_deg = 28.0
+    run.begin(pose(arm_deg))
+    run.start_path(run.trajectory.start_deg)
+    movement = run.movement_along(run.trajectory, direction=0)
+    setpoints = [float(run.trajectory.start_deg[MOVING])] * 2
+    for change_deg, inwards_deg in changes_deg:
+        run._yield_offset.retreat(change_deg * (np.arange(5) == MOVING))
+        setpoint_deg = run.setpoint(movement)
+        setpoints.append(setpoint_deg[MOVING])
+        assert setpoint_deg[MOVING] <= run.limits_deg[MOVING][1] + 1e-9
+        arm_deg = max(arm_deg - inwards_deg, 21.0)
+        run.tighten(setpoint_deg, pose(arm_deg).tolist())
+    limit_deg = run.config.axes[MOVING].max_acceleration_deg_s2 / run.rate_hz**2
+    assert np.abs(np.diff(setpoints, 2)).max() <= limit_deg + 1e-9
 
 
 @pytest.mark.parametrize(("beyond_deg", "return_deg"), [(PATH_TOLERANCE_DEG, 42.0), (1.001 * PATH_TOLERANCE_DEG, 40.0)])

@@ -143,7 +143,9 @@ class Run:
     def tighten(self, setpoint_deg: Sequence[float], measured_deg: Sequence[float]) -> None:
         """Tighten limits that were widened for the approach. The caller calls this in every cycle with torque."""
         if self.limits.widened:
-            self.limits.tighten(setpoint_deg, measured_deg)
+            # A setpoint that leads the arm inwards can come back. It must be able to stop before a limit that follows the arm.
+            stop_deg = setpoint_deg if self.zero_order_hold else self._brake.stop_deg.tolist()
+            self.limits.tighten(setpoint_deg, measured_deg, stop_deg)
             self._update_bounds()
 
     def settle(self, setpoint_deg: Sequence[float], measured_deg: Sequence[float], dt_s: float) -> bool:

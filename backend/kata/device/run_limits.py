@@ -79,17 +79,15 @@ class RunLimits:
         inside = (pose for pose in _poses_between(here_deg, start_deg) if self._inside(pose, 0.0))
         return np.array(next(inside, start_deg))
 
-    def tighten(self, setpoint_deg: Sequence[float], measured_deg: Sequence[float]) -> None:
-        """Move widened limits inwards: to the setpoint or the measured angle, whichever is farther outside. They never move
-        outwards.
-        """
-        places = zip(self.now_deg, self.tight_deg, setpoint_deg, measured_deg, strict=True)
+    def tighten(self, *poses_deg: Sequence[float]) -> None:
+        """Move widened limits inwards, to the pose that is farthest outside. They never move outwards."""
+        places = zip(self.now_deg, self.tight_deg, *poses_deg, strict=True)
         self.now_deg = tuple(
-            (max(low, min(tight_low, setpoint, angle)), min(high, max(tight_high, setpoint, angle)))
-            for (low, high), (tight_low, tight_high), setpoint, angle in places
+            (max(low, min(tight_low, *angles)), min(high, max(tight_high, *angles)))
+            for (low, high), (tight_low, tight_high), *angles in places
         )
         if self.beyond_deg > 0.0:
-            further_deg = max(self._gate.beyond_deg(setpoint_deg), self._gate.beyond_deg(measured_deg))
+            further_deg = max(map(self._gate.beyond_deg, poses_deg))
             self.beyond_deg = max(0.0, min(self.beyond_deg, further_deg))
 
     def settle(self, setpoint_deg: Sequence[float], measured_deg: Sequence[float], dt_s: float) -> bool:

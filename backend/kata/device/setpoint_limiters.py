@@ -79,6 +79,15 @@ class SetpointBrake:
         self._setpoint_deg = self._wanted_deg = here_deg
         self._change_deg = self._wanted_change_deg = np.zeros(len(here_deg))
 
+    @property
+    def stop_deg(self) -> Floats:
+        """Where the setpoint can stop, ``(5,)``."""
+        step_deg = np.abs(self._change_deg)
+        more = np.floor(step_deg / self._second_difference_deg)
+        way_deg = more * step_deg - self._second_difference_deg * more * (more + 1) / 2
+        stop: Floats = self._setpoint_deg + np.sign(self._change_deg) * way_deg
+        return stop
+
     def setpoint(self, wanted_deg: Floats, lowest_deg: Floats, highest_deg: Floats) -> Floats:
         """Return the wanted setpoint ``(5,)``, or the nearest one from which the setpoint can still stop at the limits.
 
