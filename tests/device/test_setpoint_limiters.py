@@ -146,3 +146,13 @@ def test_longest_step_uses_the_whole_distance(whole: int, beyond: float, second_
     stopping_deg = sum(max(0.0, step_deg - n * second_difference_deg) for n in range(whole + 3))
     assert stopping_deg == pytest.approx(left_deg, abs=1e-9)
     assert step_deg == pytest.approx(longest_step(left_deg, second_difference_deg), abs=1e-12)
+
+
+@pytest.mark.parametrize(("step_deg", "way_deg"), [(0.35, 0.25 + 0.15 + 0.05), (-0.25, -0.15 - 0.05), (0.09, 0.0)])
+def test_brake_knows_where_the_setpoint_can_stop(step_deg: float, way_deg: float) -> None:
+    brake = SetpointBrake(np.array([0.1]))
+    brake.start(np.array([20.0]))
+    for n in range(1, 6):
+        setpoint_deg = brake.setpoint(np.array([20.0 + n * step_deg]), np.array([-100.0]), np.array([100.0]))
+    assert setpoint_deg[0] == pytest.approx(20.0 + 5 * step_deg)
+    assert brake.stop_deg[0] == pytest.approx(setpoint_deg[0] + way_deg)
