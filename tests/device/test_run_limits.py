@@ -162,8 +162,11 @@ def test_every_pose_between_these_ranges_is_reachable() -> None:
 
 
 shares = st.tuples(*[st.floats(0.0, 1.0)] * 5)
+NONE, LAST = (0.0,) * 5, (0.0, 0.0, 0.0, 0.0, 1.0)
 
 
+# The setpoint that brakes an underdamped drive came back by 5e-7 deg.
+@example(LAST, NONE, NONE, NONE, 0.078125, "smooth")
 @given(shares, shares, shares, shares, st.floats(0.0, 0.1), st.sampled_from(["smooth", "learned"]))
 @examples(few=3, many=50)
 def test_no_setpoint_moves_away_from_the_patients_limits(

@@ -191,7 +191,7 @@ class Run:
         """Return the next setpoint: the reference plus the feed-forward for the drives' lag.
 
         The reference is not clipped. If it is beyond a limit, the setpoint gate refuses it. The feed-forward stays within the
-        limits and never jumps. A setpoint that leads the reference brakes before a limit. While an arm comes from outside the
+        limits and never jumps. A setpoint that leads the reference brakes before a limit. While an arm is fetched from outside the
         patient's limits, the setpoint itself is limited: it leads the reference inwards and never moves outwards again.
         """
         before_deg = self.reference_deg
@@ -204,6 +204,8 @@ class Run:
         lowest, highest = self._lowest_deg, self._highest_deg
         if not self.limits.widened:
             lowest, highest = np.minimum(lowest, self.reference_deg), np.maximum(highest, self.reference_deg)
+        elif movement.direction == 1 and not self.zero_order_hold:
+            lowest, highest = self._only_inwards(lowest, highest)
         if self.resisting_axis is None and movement.direction == 1:
             self._yield_offset.resume(max(movement.speed_override, 0.0))
         self._yield_offset.keep_within(lowest - self.reference_deg, highest - self.reference_deg)
@@ -224,6 +226,16 @@ class Run:
         if not self.zero_order_hold:
             setpoint = self._brake.setpoint(setpoint, lowest, highest)
         return tuple(setpoint.tolist())
+
+    def _only_inwards(self, lowest_deg: Floats, highest_deg: Floats) -> tuple[Floats, Floats]:
+        """Return widened limits ``(5,)`` without the arm that lags behind the setpoint. A drive with little damping is braked by a setpoint
+        that comes back, and outside the tight limits it must not.
+        """
+        tight_lowest, tight_highest = np.array(self.limits.tight_deg).T
+        last_deg, stop_deg = self._brake.last_deg, self._brake.stop_deg
+        lowest_deg = np.maximum(lowest_deg, np.minimum(tight_lowest, np.minimum(last_deg, stop_deg)))
+        highest_deg = np.minimum(highest_deg, np.maximum(tight_highest, np.maximum(last_deg, stop_deg)))
+        return lowest_deg, highest_deg
 
     def _advance_reference(self, movement: Movement) -> Floats:
         """Advance the reference along the path. Return the feed-forward that the drives' lag needs, ``(5,)``."""

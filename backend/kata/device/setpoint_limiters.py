@@ -76,7 +76,9 @@ class SetpointBrake:
 
     def start(self, here_deg: Floats) -> None:
         """Start at rest at ``here_deg``, ``(5,)``."""
-        self._setpoint_deg = self._wanted_deg = here_deg
+        self.last_deg: Floats = here_deg
+        """The last setpoint, ``(5,)``."""
+        self._wanted_deg = here_deg
         self._change_deg = self._wanted_change_deg = np.zeros(len(here_deg))
 
     @property
@@ -85,7 +87,7 @@ class SetpointBrake:
         step_deg = np.abs(self._change_deg)
         more = np.floor(step_deg / self._second_difference_deg)
         way_deg = more * step_deg - self._second_difference_deg * more * (more + 1) / 2
-        stop: Floats = self._setpoint_deg + np.sign(self._change_deg) * way_deg
+        stop: Floats = self.last_deg + np.sign(self._change_deg) * way_deg
         return stop
 
     def setpoint(self, wanted_deg: Floats, lowest_deg: Floats, highest_deg: Floats) -> Floats:
@@ -94,7 +96,7 @@ class SetpointBrake:
         A setpoint that has fallen behind comes back to the wanted one as fast as the acceleration limit allows. A wanted setpoint that
         jerks by itself is not smoothed: the setpoint gate refuses it.
         """
-        last_deg, behind_deg = self._setpoint_deg, self._wanted_deg - self._setpoint_deg
+        last_deg, behind_deg = self.last_deg, self._wanted_deg - self.last_deg
         second_difference, wanted_change_deg = self._second_difference_deg, wanted_deg - self._wanted_deg
         # A wanted setpoint may pass a held one at any speed. Only a setpoint that has moved with it makes its next step unlimited.
         together = (behind_deg == 0.0) & (self._change_deg == self._wanted_change_deg)
@@ -106,6 +108,6 @@ class SetpointBrake:
         change_deg = wanted_change_deg + clip(behind_deg, -caught_up_deg, caught_up_deg)
         braked_deg = last_deg + clip(change_deg, least_deg, most_deg)
         setpoint_deg: Floats = np.where(np.abs(braked_deg - wanted_deg) < _ROUNDING_DEG, wanted_deg, braked_deg)
-        self._wanted_deg, self._setpoint_deg = wanted_deg, setpoint_deg
+        self._wanted_deg, self.last_deg = wanted_deg, setpoint_deg
         self._change_deg, self._wanted_change_deg = setpoint_deg - last_deg, wanted_change_deg
         return setpoint_deg
