@@ -99,6 +99,7 @@ def late_answers() -> st.SearchStrategy[dict[str, Any]]:
 @example({"protocol": "dynamixel", "late_ms": 41.0, "adapter": True, "cycles_before": 5})
 @example({"protocol": "modbus", "late_ms": 11.0, "adapter": True, "cycles_before": 5})
 @example({"protocol": "modbus", "late_ms": 21.0, "adapter": False, "cycles_before": 5})
+@example({"protocol": "modbus", "late_ms": 50.0, "adapter": False, "cycles_before": 1})
 @examples(few=20, many=200)
 def test_late_answer_is_never_taken_for_the_newest(late: dict[str, Any]) -> None:
     line = LateLine(**late)

@@ -1,8 +1,10 @@
 """Requests to Modbus drives: sends a request and receives its answer within a time limit."""
 
 import struct
-from collections.abc import Callable
+from collections import defaultdict
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
+from functools import partial
 from itertools import cycle
 from typing import Final
 
@@ -22,7 +24,7 @@ _MIN_SLACK_NS: Final = 500_000
 _SLACK_SHARE: Final = 0.2
 """See the Dynamixel driver. The share is smaller because transmission on this slower bus takes more of a cycle."""
 _TEST_LENGTHS: Final = 8
-"""An overdue slave is tested with so many different requests in turn."""
+"""An overdue slave is tested with requests of so many different lengths in turn."""
 _EARLIEST_SHARE: Final = 0.8
 """Share of the transmission time. An answer that arrives earlier belongs to an earlier request."""
 
@@ -35,6 +37,11 @@ class ModbusAnswer:
     data: bytes | None
     corrupt: bool
     exception: int = 0
+
+
+def _tests(longest: int) -> Iterator[tuple[int, int]]:
+    """Return pairs of lengths. A pair comes again after ``longest * (longest - 1)`` pairs."""
+    return zip(cycle(range(1, longest + 1)), cycle(range(1, max(2, longest))), strict=False)
 
 
 class ModbusRequests:
@@ -56,9 +63,9 @@ class ModbusRequests:
         self._free_at_ns = 0
         self._overdue: set[int] = set()
         """Slaves that did not answer their last request. Their answer may still come."""
-        block = config.modbus.block_registers
-        self._test_lengths = cycle(range(1, max(2, min(_TEST_LENGTHS + 1, block))))
-        """Registers to read before the next request to an overdue slave, less than a block has."""
+        longest = max(1, min(_TEST_LENGTHS, config.modbus.block_registers - 1))
+        self._tests = defaultdict[int, Iterator[tuple[int, int]]](partial(_tests, longest))
+        """For each slave: registers to read in two requests before the next request to an overdue slave, less than a block has."""
         self.errors = 0
         """Missing and damaged answers since the start."""
 
@@ -81,16 +88,15 @@ class ModbusRequests:
     def _transact(self, slave: int, function: int, data: bytes, size: int) -> ModbusAnswer:
         """Send a request and wait for an answer of ``size`` bytes or an exception until the time limit.
 
-        An answer does not identify its request. Before the next request to a slave that has not answered, a few registers are read, each time
-        another number. Answers keep their order: when this answer has come, every earlier one has passed.
+        An answer does not identify its request. Before the next request to a slave that has not answered, a few registers are read twice, each
+        time another pair of numbers. Answers keep their order: when both answers have come, every earlier one has passed.
         """
         if slave in self._overdue:
-            count = next(self._test_lengths)
-            test = self._exchange(
-                slave, READ, struct.pack(">HH", self._config.modbus.block_start, count), 5 + 2 * count
-            )
-            if test.data is None and not test.exception:
-                return test
+            for count in next(self._tests[slave]):
+                where = struct.pack(">HH", self._config.modbus.block_start, count)
+                test = self._exchange(slave, READ, where, 5 + 2 * count)
+                if test.data is None and not test.exception:
+                    return test
             self._overdue.remove(slave)
         answer = self._exchange(slave, function, data, size)
         if answer.data is None and not answer.exception:
