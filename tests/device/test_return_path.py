@@ -188,6 +188,7 @@ def begun_outside(folder: Path, seed: int) -> Iterator[tuple[Run, Floats]]:
 
 @given(st.integers(0, 2**32 - 1))
 @example(1)
+@example(22)
 @examples(few=3, many=300)
 def test_arm_from_outside_the_limits_returns_to_a_pose_inside(
     tmp_path_factory: pytest.TempPathFactory, seed: int

@@ -127,15 +127,16 @@ class Run:
         return self.limits.now_deg
 
     def begin(self, here_deg: Floats) -> None:
-        """Begin an approach at ``here_deg``, ``(5,)``. The return ends there, or at the nearest angles within the limits. If the path
-        from the recording's start to these angles exceeds the limits, the return ends at the first pose of the approach that is within
-        the limits.
+        """Begin an approach at ``here_deg``, ``(5,)``. The return ends there, or at the nearest angles within the limits. If none are
+        found, or the path from the recording's start to them exceeds the limits, the return ends at the first pose of the approach that is
+        within the limits.
         """
         self.start_path(here_deg)
         inside_deg = clip(here_deg, self._lowest_deg, self._highest_deg)
         self.return_to_deg = np.array(self._held(inside_deg, self._lowest_deg, self._highest_deg))
         start_deg = self.trajectory.start_deg
-        if self.limits.path_excess_deg(start_deg, self.return_to_deg) > PATH_TOLERANCE_DEG:
+        leaves = self.limits.path_excess_deg(start_deg, self.return_to_deg) > PATH_TOLERANCE_DEG
+        if leaves or not self.limits.are_inside(self.return_to_deg.tolist()):
             self.return_to_deg = self.limits.entry_deg(here_deg, start_deg)
         self.limits.widen(here_deg.tolist())
         self._update_bounds()

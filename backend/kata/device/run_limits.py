@@ -76,7 +76,7 @@ class RunLimits:
 
     def entry_deg(self, here_deg: Floats, start_deg: Floats) -> Floats:
         """Return the pose ``(5,)`` at which the straight path from ``here_deg`` to a recording's start comes inside the tight limits."""
-        inside = (pose for pose in _poses_between(here_deg, start_deg) if self._inside(pose, 0.0))
+        inside = (pose for pose in _poses_between(here_deg, start_deg) if self.are_inside(pose))
         return np.array(next(inside, start_deg))
 
     def tighten(self, *poses_deg: Sequence[float]) -> None:
@@ -96,13 +96,14 @@ class RunLimits:
         They apply when the setpoint is inside them and either the arm is inside or :data:`SETTLE_S` has passed.
         """
         self._settling_s += dt_s
-        settled = self._settling_s >= SETTLE_S or self._inside(measured_deg, self._near_deg)
-        if not (settled and self._inside(setpoint_deg, 0.0)):
+        settled = self._settling_s >= SETTLE_S or self.are_inside(measured_deg, self._near_deg)
+        if not (settled and self.are_inside(setpoint_deg)):
             return False
         self.now_deg, self.beyond_deg = self.tight_deg, 0.0
         return True
 
-    def _inside(self, angles_deg: Sequence[float], tolerance_deg: float) -> bool:
+    def are_inside(self, angles_deg: Sequence[float], tolerance_deg: float = 0.0) -> bool:
+        """Return True if the motors' angles and their pose are within the tight limits."""
         places = zip(angles_deg, self.tight_deg, strict=True)
         within = all(low - tolerance_deg <= angle <= high + tolerance_deg for angle, (low, high) in places)
         return within and self._gate.beyond_deg(angles_deg) <= tolerance_deg + POSE_ROUNDING_DEG
