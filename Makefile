@@ -82,7 +82,7 @@ dev: $(PACKAGES) $(NODE_MODULES) ## like run, with service and page reloading; t
 docs: $(SITE) ## the documentation, in docs/_build and at /docs/ of a running service; fails on a broken link
 
 campaign: $(PACKAGES) $(PAGE) $(if $(KATA_CHROMIUM),,$(BROWSER)) ## the long campaigns: new examples, ten thousand sequences, two hundred kills, mutations (hours)
-	@$(BIN)/python -m pytest --hypothesis-profile exploring tests/device tests/motion tests/simulator
+	@$(BIN)/python -m pytest --hypothesis-profile exploring --timeout 0 tests/device tests/motion tests/simulator
 	@$(BIN)/python -m pytest -m campaign --log-cli-level info --ignore tests/e2e
 	@$(BIN)/python -m pytest -m campaign --log-cli-level info tests/e2e
 	@$(BIN)/python -m tests.mutation

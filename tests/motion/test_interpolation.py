@@ -13,7 +13,8 @@ from scipy.optimize import minimize_scalar
 from kata.motion.interpolation import MonotoneCubic, lowest_at
 
 _STEPS_S = st.floats(1e-3, 10.0)
-_ANGLES_DEG = st.one_of(st.floats(-180.0, 180.0), st.sampled_from([0.0, 1.0, 90.0]))
+# scipy divides by the slopes, and those of the smallest numbers overflow.
+_ANGLES_DEG = st.one_of(st.floats(-180.0, 180.0).map(lambda angle: round(angle, 9)), st.sampled_from([0.0, 1.0, 90.0]))
 
 
 @given(st.data(), st.lists(_STEPS_S, min_size=1, max_size=12), st.sampled_from([(), (5,)]))
