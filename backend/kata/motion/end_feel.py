@@ -55,6 +55,10 @@ _HELD_PLACES: Final = 6
 """Number of places before the turn whose mean opposing torque is used near the turn."""
 _MOMENT_PRIOR_NM: Final = 1.0
 """Regularises the arm's moments towards those of the test weight, as the device does (:mod:`kata.device.end_feel`)."""
+CUFF_NM_DEG: Final = 3.1
+"""Stiffness between fixers and humerus: 4.5 N/mm across an upper arm in a cuff (median of 21 subjects; Schiebl et al. 2025, Sensors 25, 4605),
+0.2 m from the joint, which is our assumption. About the arm's own axis the cuff alone is softer, but the forearm is fixed too.
+"""
 _T_95: Final = {2: 12.706, 3: 4.303, 4: 3.182, 5: 2.776}
 """Student's t of a two-sided interval of 95 %, by the number of values."""
 _PATH_STEP_S: Final = 0.02
@@ -112,6 +116,11 @@ class TorqueAngleCurve:
         held_nm = np.mean(self.opposing_nm[known][-_HELD_PLACES:])
         return TorqueAngleCurve(self.places_deg, self.out_nm, np.where(known, self.back_nm, self.out_nm - 2 * held_nm))
 
+    def at_arm(self) -> "TorqueAngleCurve":
+        """Return the curve over the arm's angle. Elastic torque bends cuff and soft tissue, so the arm stays behind the motor."""
+        bent_deg = _smooth(self.mean_nm) / CUFF_NM_DEG
+        return TorqueAngleCurve(self.places_deg - bent_deg, self.out_nm, self.back_nm)
+
     def between(self, low_deg: float, high_deg: float) -> "TorqueAngleCurve":
         """Return the part of the curve between two angles."""
         inside = (self.places_deg >= low_deg) & (self.places_deg <= high_deg)
@@ -145,7 +154,7 @@ class EndFeelResult:
     """Half of the width of their 95 % intervals."""
     unmeasured: Unmeasured | None
     curve: TorqueAngleCurve
-    """Mean of the repetitions without the weight: its mean is the elastic torque."""
+    """Mean of the repetitions without the weight, over the arm's angle: its mean is the elastic torque."""
     disagreement_nm: float
 
 
@@ -280,17 +289,15 @@ def measured(
     free = (
         (places >= weighed_deg[0]) & (places <= weighed_deg[1]) & np.all([curve.returned for curve in common], axis=0)
     )
-    residual_nm = [curve.mean_nm - base.mean_nm for curve in common]
-    factors = _arm_factors(
-        np.tile(grows[free], (len(residual_nm), 1)), np.concatenate([torques_nm[free] for torques_nm in residual_nm])
-    )
+    residual_nm = np.mean([curve.mean_nm - base.mean_nm for curve in common], axis=0)
+    factors = _arm_factors(grows[free], residual_nm[free])
     disagreement_nm = _disagreement_nm(common)
     if disagreement_nm > DISAGREEMENT_NM:
         raise GuardingError(disagreement_nm)
     stated_nm, onset_nm = STATED_SHARE * chosen_nm, ONSET_SHARE * chosen_nm
     weight_nm = growth @ factors
     net = [_without_weight(repetition, baseline, weight_nm) for repetition in repetitions]
-    values = [figures_of(curve, stated_nm, onset_nm) for curve in net]
+    values = [figures_of(curve.at_arm(), stated_nm, onset_nm) for curve in net]
     reason = next((value for value in values if isinstance(value, str)), None)
     if reason == "torque_not_reached" and places[-1] <= weighed_deg[1] + TURN_DEG:
         # The device takes an arm back where its weighing ends, when the weight found there is uncertain.
@@ -304,7 +311,7 @@ def measured(
         if reason
         else Figures(*(_T_95[len(figures)] * np.std(figures, axis=0, ddof=1) / np.sqrt(len(figures))).tolist()),
         reason,
-        together(net),
+        together(net).at_arm(),
         disagreement_nm,
     )
 
