@@ -252,7 +252,7 @@ def _assigned(body: list[ast.stmt]) -> Iterator[tuple[str, str]]:
 _UNITS: Final = {
     "": "", "S": "s", "MS": "ms", "NS": "ms", "MINUTES": "minutes", "HOURS": "hours", "DAYS": "days", "MONTHS": "months", "CYCLES": "cycles", "HZ": "Hz", "PER_S": "1/s",
     "PER_S2": "1/s²", "S2": "s²", "DEG": "deg", "DEG_S": "deg/s", "DEG_S2": "deg/s²", "NM": "Nm", "NM_S": "Nm/s", "N": "N", "V": "V", "C": "°C", "DEG_NM": "deg/Nm", "NM_RAD": "Nm/rad", "DEG_S_NM": "deg/(s·Nm)",
-    "NM_S_DEG": "Nm·s/deg", "NM_S2_DEG": "Nm·s²/deg", "PERCENT": "%", "BYTES": "bytes", "BYTES_PER_S": "bytes/s", "MESSAGES_PER_S": "messages/s",
+    "NM_DEG": "Nm/deg", "NM_S_DEG": "Nm·s/deg", "NM_S2_DEG": "Nm·s²/deg", "PERCENT": "%", "BYTES": "bytes", "BYTES_PER_S": "bytes/s", "MESSAGES_PER_S": "messages/s",
 }  # fmt: skip
 """Unit by the last words of a constant's name. Nanoseconds are shown in ms."""
 _UNIT_WORDS: Final = {word for words in _UNITS for word in words.split("_")} | {"KG", "M", "MM", "M2", "A", "RAD"}

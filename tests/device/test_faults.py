@@ -193,7 +193,7 @@ def test_each_fault_has_its_own_way_of_stopping() -> None:
             "position_limit", "following_error", "setpoint_frozen", "overrun", "service_silent", "other_run",
             "journal_fault", "operator_stop", "browser_lost",
         },
-        2: {"torque_found", "load_repeated", "load_on_the_way", "load_while_held"},
+        2: {"torque_found", "load_repeated", "load_on_the_way", "load_while_held", "arm_too_heavy"},
     }  # fmt: skip
 
 

@@ -323,6 +323,18 @@ def test_resistance_during_approach_or_return_holds_the_arm_in_place(stepped: St
     assert end.cause_code == "load_on_the_way"
 
 
+def test_arm_too_heavy_for_a_motor_is_held(stepped: Stepped) -> None:
+    """The motor sinks to its highest torque within the time in which it takes over the weight."""
+    stepped.apparatus.angles_deg[PUSHED] = 50.0
+    assert stepped.send(msgspec.structs.replace(LOAD, resistance_level=LEVEL), a_trajectory()) is None
+    assert stepped.send(Approach()) is None
+    stepped.forward(0.05)
+    push(stepped, torque_nm=2.0, cycles=12)
+    assert (stepped.mode, stepped.causes()) == ("stopped", ["arm_too_heavy"])
+    assert stepped.torque
+    assert stepped.apparatus.angles_deg[PUSHED] == pytest.approx(50.0, abs=0.5)
+
+
 def test_resistance_on_the_way_stops_as_fast_as_a_reversal(stroke: Stepped) -> None:
     """In 0.08 s. A pause takes 0.2 s."""
     assert stroke.send(Pause()) is None

@@ -1,9 +1,11 @@
 """The station on virtual time behaves like the real one and is deterministic."""
 
+from collections.abc import Sequence
+
 import numpy as np
 import pytest
 
-from kata.commissioning.direct_station import PlaybackError
+from kata.commissioning.direct_station import PlaybackError, RefusedPlayError
 from kata.device.config import simulated
 from kata.device.ipc_messages import Load
 from kata.device.journal import PHASE_PLAYING, Journal
@@ -11,7 +13,10 @@ from kata.evaluation.station import VirtualStation
 from kata.motion.linkage import motor_angles_deg
 from kata.motion.taught import Taught
 from kata.motion.trajectory import Trajectory
+from kata.simulator.drive import Drive
+from kata.simulator.effort import steady_push
 from kata.simulator.parameters import REST_DEG
+from kata.simulator.plant import Plant
 
 
 def load(taught: Journal, **given: object) -> Load:
@@ -35,6 +40,23 @@ def test_motion_is_taught_by_hand_and_pedal_and_played_completely(short: Taught)
     path_s = run.path_s[run.phase == PHASE_PLAYING]
     assert path_s[0] < 0.02
     assert path_s[-1] == pytest.approx((taught.t_ns[-1] - taught.t_ns[0]) / 1e9, abs=0.02)
+
+
+class HeavyArm(Plant):
+    """An arm that pulls motor 4 down by 6 Nm once its drive has torque: the therapist's hands hold it before."""
+
+    def advance(self, drives: Sequence[Drive], steps: int) -> None:
+        if drives[3].torque_on:
+            self.joints[3].hand = steady_push(-6.0)
+        super().advance(drives, steps)
+
+
+def test_arm_too_heavy_for_a_motor_counts_as_refused(short: Taught) -> None:
+    """Only the motor shows it: the load of the station is not identified."""
+    station = VirtualStation(simulated("virtual"), make_mechanics=HeavyArm)
+    taught = station.teach(short)
+    with pytest.raises(RefusedPlayError, match=r"Motor 4 reached .* the arm is too heavy"):
+        station.play(load(taught), short.duration_s)
 
 
 def test_arm_does_not_overshoot_where_a_fast_rotation_stops() -> None:

@@ -46,7 +46,7 @@ class PlaybackError(Exception):
 
 
 class RefusedPlayError(PlaybackError):
-    """A command was refused before a motor moved."""
+    """A command was refused before a motor moved, or a motor could not carry the arm from where it was."""
 
 
 class DirectStation:
@@ -142,7 +142,9 @@ class DirectStation:
         stop = self._link.snapshot and self._link.snapshot.stop
         if stop:
             causes = [cause.message for cause in stop.causes]
-            raise PlaybackError(" ".join([self._link.reversal, *causes] if self._link.reversal else causes))
+            unmoved = any(cause.code == "arm_too_heavy" for cause in stop.causes)
+            failed = RefusedPlayError if unmoved else PlaybackError
+            raise failed(" ".join([self._link.reversal, *causes] if self._link.reversal else causes))
 
     def after_cycle(self) -> None:
         """Do nothing. An evaluation overrides this to read its simulated arm."""

@@ -349,6 +349,13 @@ FAULTS: Final = (
         _raised_by_code,
     ),
     Fault(
+        "arm_too_heavy",
+        2,
+        texts.ARM_TOO_HEAVY,
+        texts.SUPPORT_AND_MAKE_LIGHTER,
+        _raised_by_code,
+    ),
+    Fault(
         "load_while_held",
         2,
         texts.RESISTANCE_WHILE_HELD,

@@ -206,7 +206,7 @@ class Run:
         if not self.limits.widened:
             lowest, highest = np.minimum(lowest, self.reference_deg), np.maximum(highest, self.reference_deg)
         elif movement.direction == 1 and not self.zero_order_hold:
-            lowest, highest = self._only_inwards(lowest, highest)
+            lowest, highest = self._brake.only_inwards(lowest, highest, self.limits.tight_deg)
         if self.resisting_axis is None and movement.direction == 1:
             self._yield_offset.resume(max(movement.speed_override, 0.0))
         self._yield_offset.keep_within(lowest - self.reference_deg, highest - self.reference_deg)
@@ -227,16 +227,6 @@ class Run:
         if not self.zero_order_hold:
             setpoint = self._brake.setpoint(setpoint, lowest, highest)
         return tuple(setpoint.tolist())
-
-    def _only_inwards(self, lowest_deg: Floats, highest_deg: Floats) -> tuple[Floats, Floats]:
-        """Return widened limits ``(5,)`` without the arm that lags behind the setpoint. A drive with little damping is braked by a setpoint
-        that comes back, and outside the tight limits it must not.
-        """
-        tight_lowest, tight_highest = np.array(self.limits.tight_deg).T
-        last_deg, stop_deg = self._brake.last_deg, self._brake.stop_deg
-        lowest_deg = np.maximum(lowest_deg, np.minimum(tight_lowest, np.minimum(last_deg, stop_deg)))
-        highest_deg = np.minimum(highest_deg, np.maximum(tight_highest, np.maximum(last_deg, stop_deg)))
-        return lowest_deg, highest_deg
 
     def _advance_reference(self, movement: Movement) -> Floats:
         """Advance the reference along the path. Return the feed-forward that the drives' lag needs, ``(5,)``."""

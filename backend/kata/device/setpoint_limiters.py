@@ -4,6 +4,7 @@ from typing import Final
 
 import numpy as np
 
+from kata.device.cycle_state import Limits
 from kata.motion.linkage import Floats
 
 _ROUNDING_DEG: Final = 1e-9
@@ -76,9 +77,7 @@ class SetpointBrake:
 
     def start(self, here_deg: Floats) -> None:
         """Start at rest at ``here_deg``, ``(5,)``."""
-        self.last_deg: Floats = here_deg
-        """The last setpoint, ``(5,)``."""
-        self._wanted_deg = here_deg
+        self._setpoint_deg = self._wanted_deg = here_deg
         self._change_deg = self._wanted_change_deg = np.zeros(len(here_deg))
 
     @property
@@ -87,8 +86,18 @@ class SetpointBrake:
         step_deg = np.abs(self._change_deg)
         more = np.floor(step_deg / self._second_difference_deg)
         way_deg = more * step_deg - self._second_difference_deg * more * (more + 1) / 2
-        stop: Floats = self.last_deg + np.sign(self._change_deg) * way_deg
+        stop: Floats = self._setpoint_deg + np.sign(self._change_deg) * way_deg
         return stop
+
+    def only_inwards(self, lowest_deg: Floats, highest_deg: Floats, tight_deg: Limits) -> tuple[Floats, Floats]:
+        """Return widened limits ``(5,)`` without the arm that lags behind the setpoint. A drive with little damping is braked by a setpoint
+        that comes back, and outside the tight limits it must not.
+        """
+        tight_lowest, tight_highest = np.array(tight_deg).T
+        last_deg, stop_deg = self._setpoint_deg, self.stop_deg
+        lowest_deg = np.maximum(lowest_deg, np.minimum(tight_lowest, np.minimum(last_deg, stop_deg)))
+        highest_deg = np.minimum(highest_deg, np.maximum(tight_highest, np.maximum(last_deg, stop_deg)))
+        return lowest_deg, highest_deg
 
     def setpoint(self, wanted_deg: Floats, lowest_deg: Floats, highest_deg: Floats) -> Floats:
         """Return the wanted setpoint ``(5,)``, or the nearest one from which the setpoint can still stop at the limits.
@@ -96,7 +105,7 @@ class SetpointBrake:
         A setpoint that has fallen behind comes back to the wanted one as fast as the acceleration limit allows. A wanted setpoint that
         jerks by itself is not smoothed: the setpoint gate refuses it.
         """
-        last_deg, behind_deg = self.last_deg, self._wanted_deg - self.last_deg
+        last_deg, behind_deg = self._setpoint_deg, self._wanted_deg - self._setpoint_deg
         second_difference, wanted_change_deg = self._second_difference_deg, wanted_deg - self._wanted_deg
         # A wanted setpoint may pass a held one at any speed. Only a setpoint that has moved with it makes its next step unlimited.
         together = (behind_deg == 0.0) & (self._change_deg == self._wanted_change_deg)
@@ -108,6 +117,6 @@ class SetpointBrake:
         change_deg = wanted_change_deg + clip(behind_deg, -caught_up_deg, caught_up_deg)
         braked_deg = last_deg + clip(change_deg, least_deg, most_deg)
         setpoint_deg: Floats = np.where(np.abs(braked_deg - wanted_deg) < _ROUNDING_DEG, wanted_deg, braked_deg)
-        self._wanted_deg, self.last_deg = wanted_deg, setpoint_deg
+        self._wanted_deg, self._setpoint_deg = wanted_deg, setpoint_deg
         self._change_deg, self._wanted_change_deg = setpoint_deg - last_deg, wanted_change_deg
         return setpoint_deg

@@ -56,6 +56,8 @@ from kata.motion.trajectory import Trajectory
 
 log = logging.getLogger(__name__)
 
+_TAKES_OVER_S: Final = 0.3
+"""Time in which the motors take over the arm's weight at the start of an approach. The arm has hardly moved."""
 _COMMAND_OF: Final[dict[type, CommandName]] = {
     Teach: "teach",
     FinishTeaching: "finish_teaching",
@@ -192,7 +194,7 @@ class StateMachine(StateMachineBase):
 
     def _check_resistance(self, run: Run, movement: Movement, state: CycleState) -> None:
         """React to resistance above the patient's level. While playing, move the arm back along the path. In other modes, and on
-        the way back of an end-feel test, stop and hold the arm.
+        the way back of an end-feel test, stop and hold the arm. An approach that meets it at once has another message.
         """
         moves_back = self._moves_back(run)
         axis = run.detect_resistance(state, moves_back=moves_back)
@@ -205,7 +207,10 @@ class StateMachine(StateMachineBase):
             self._emit("load_reversal", texts.RESISTANCE_MET(motor=axis + 1, at_s=at_s))
             return
         movement.ramp_s = REVERSAL_RAMP_S
-        self._pending_faults.append(("load_while_held" if self.mode == "paused" else "load_on_the_way", axis))
+        code = "load_while_held" if self.mode == "paused" else "load_on_the_way"
+        if self.mode == "approaching" and movement.position_s <= _TAKES_OVER_S:
+            code = "arm_too_heavy"
+        self._pending_faults.append((code, axis))
 
     def _yield(self, run: Run, movement: Movement, state: CycleState) -> None:
         """Let the setpoint yield to a push of the patient: while the arm is held by a category 2 stop, while it moves back from

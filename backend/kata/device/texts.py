@@ -49,6 +49,10 @@ RESISTANCE_REPEATED: Final = message("load_repeated", "Motor {motor:d} met resis
 RESISTANCE_ON_APPROACH_OR_RETURN: Final = message(
     "load_on_the_way", "Motor {motor:d} met resistance while the arm moved to the start or back."
 )
+ARM_TOO_HEAVY: Final = message(
+    "arm_too_heavy",
+    "Motor {motor:d} reached the torque of the resistance level before the arm had moved: the arm is too heavy, or the patient resists.",
+)
 RESISTANCE_WHILE_HELD: Final = message("load_while_held", "Motor {motor:d} met resistance while the arm was held.")
 OPERATOR_STOP: Final = message("operator_stop", "Stopped by the operator.")
 BROWSER_LOST: Final = message("browser_lost", "The browser that operated the apparatus was disconnected for too long.")
@@ -233,6 +237,10 @@ TEACH_AGAIN_MORE_SLOWLY: Final = message(
 MAKE_ARM_LIGHTER: Final = message(
     "make_arm_lighter",
     "Let the balancer carry more of the arm, raise the resistance level, or use a smaller or slower motion.",
+)
+SUPPORT_AND_MAKE_LIGHTER: Final = message(
+    "support_and_make_lighter",
+    "The motors hold the arm. Support it, then acknowledge: torque is then switched off. Let the balancer carry more of the arm.",
 )
 METHOD_NOT_PLAYABLE: Final = message("method_not_playable", "This method cannot play the recording: {reason:text}.")
 CHOOSE_ANOTHER_METHOD: Final = message("choose_another_method", "Choose another method.")

@@ -491,6 +491,7 @@ STOP_REASONS_JA: Final = {
     "journal_fault": "測定値をディスクに書き込めなくなった。",
     "load_repeated": "モータ{motor}が同じ位置で2回抵抗を受けた。",
     "load_while_held": "腕の保持中に、モータ{motor}が抵抗を受けた。",
+    "arm_too_heavy": "腕が動き出す前に、モータ{motor}のトルクが抵抗許容レベルに達した。腕が重すぎるか、患者が抵抗している。",
     "load_on_the_way": "開始位置への移動中または復帰中に、モータ{motor}が抵抗を受けた。",
     "operator_stop": "操作者が停止した。",
     "browser_lost": "操作していたブラウザとの接続が長く途絶えた。",
