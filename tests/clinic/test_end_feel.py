@@ -55,7 +55,7 @@ def test_known_capsule_gives_range_onset_and_stiffness(clinic: Clinic, recording
     assert row.baseline_run_id == baseline
     assert row.range_deg == pytest.approx(ONSET_DEG + 0.6 * CHOSEN_NM / NM_DEG, abs=0.3)
     assert row.onset_deg == pytest.approx(ONSET_DEG + 0.25 * CHOSEN_NM / NM_DEG, abs=0.3)
-    assert row.stiffness_nm_deg == pytest.approx(NM_DEG, rel=0.05)
+    assert row.stiffness_nm_deg == pytest.approx(1 / (1 / NM_DEG - 1 / 3.1), rel=0.05)
     assert row.interval_range_deg is not None and row.interval_range_deg < 0.2
 
 

@@ -10,6 +10,7 @@ from kata.motion.end_feel import (
     DISAGREEMENT_NM,
     PLACE_DEG,
     TURN_DEG,
+    Figures,
     GuardingError,
     TooFewWaysError,
     TorqueAngleCurve,
@@ -28,21 +29,12 @@ CHOSEN_NM = 2.0
 PLACES = np.arange(5.0, 95.0, PLACE_DEG)
 FRICTION_NM = 0.5
 FREE_DEG = (8.0, 50.0)
-BENT_DEG_NM = 1 / 3.1
-"""Cuff and soft tissue between motor and arm."""
+CUFF_NM_DEG = 3.1
 
 
 def elastic_nm(angles_deg: Floats, peak_deg: float = 98.0) -> Floats:
     """Return the torque of a capsule that gives 3 Nm at the peak and e times less 6 deg before."""
     return 3.0 * np.exp((angles_deg - peak_deg) / 6.0)
-
-
-def at_motor_nm(shift_deg: float) -> Floats:
-    """Return the capsule's torque at the motor's places. The arm is behind the motor."""
-    arm_deg = np.arange(-20.0, 120.0, 0.05)
-    torque_nm = elastic_nm(arm_deg - shift_deg)
-    at_motor: Floats = np.interp(PLACES, arm_deg + BENT_DEG_NM * torque_nm, torque_nm)
-    return at_motor
 
 
 def weight_nm(angles_deg: Floats) -> Floats:
@@ -62,7 +54,7 @@ def repetition(
     tone_nm: float = 0.1, heavier: float = 0.6, shift_deg: float = 0.0, wide_nm: float = 0.0
 ) -> TorqueAngleCurve:
     """Return a repetition of an arm of another weight whose muscles and capsule oppose the movement."""
-    mean = weight_nm(PLACES) + growth() @ np.array([0.0, heavier]) + at_motor_nm(shift_deg)
+    mean = weight_nm(PLACES) + growth() @ np.array([0.0, heavier]) + elastic_nm(PLACES - shift_deg)
     half = FRICTION_NM + tone_nm + wide_nm * elastic_nm(PLACES)
     return TorqueAngleCurve(PLACES, mean + half, mean - half)
 
@@ -74,12 +66,17 @@ def test_weight_friction_and_tone_are_taken_from_the_torque() -> None:
     assert found.figures.range_deg == pytest.approx(98.0 + 6.0 * np.log(1.2 / 3.0), abs=0.2)
     assert found.figures.onset_deg == pytest.approx(98.0 + 6.0 * np.log(0.5 / 3.0), abs=0.4)
     mean_slope = (1.2 - 0.5) / (6.0 * np.log(1.2 / 0.5))
-    assert found.figures.stiffness_nm_deg == pytest.approx(mean_slope, rel=0.05)
+    assert found.figures.stiffness_nm_deg == pytest.approx(mean_slope / (1.0 - mean_slope / CUFF_NM_DEG), rel=0.05)
     assert found.figures.last_third_nm_deg > found.figures.stiffness_nm_deg
     assert found.figures.hysteresis_nm == pytest.approx(0.2, abs=0.02)
-    last_nm = at_motor_nm(0.0)[-1]
-    assert found.curve.mean_nm[-1] == pytest.approx(last_nm, abs=0.05)
-    assert found.curve.places_deg[-1] == pytest.approx(PLACES[-1] - BENT_DEG_NM * last_nm, abs=0.02)
+    assert found.curve.mean_nm[-1] == pytest.approx(elastic_nm(PLACES)[-1], abs=0.05)
+
+
+@pytest.mark.parametrize(("both", "shoulder"), [(0.0, 0.0), (0.31, 0.31 / 0.9), (1.55, 3.1), (3.5, 17.5)])
+def test_cuff_is_a_spring_in_front_of_the_shoulder(both: float, shoulder: float) -> None:
+    """A shoulder much stiffer than the cuff cannot be told from a rigid one."""
+    found = end_feel._behind_cuff(Figures(90.0, 85.0, both, both, 0.1))
+    assert found == pytest.approx((90.0, 85.0, shoulder, shoulder, 0.1))
 
 
 def test_interval_holds_the_spread_of_three_repetitions() -> None:
@@ -105,7 +102,7 @@ def test_shoulder_that_does_not_reach_the_torque_has_no_figures() -> None:
     ]
     found = measured(soft, BASELINE, growth(), FREE_DEG, CHOSEN_NM)
     assert (found.unmeasured, found.figures, found.interval) == ("torque_not_reached", None, None)
-    assert found.curve.places_deg[-1] == pytest.approx(94.5 - BENT_DEG_NM * at_motor_nm(15.0)[-1], abs=0.02)
+    assert found.curve.places_deg[-1] == 94.5
 
 
 def test_arm_taken_back_where_its_weighing_ends_was_not_weighed() -> None:
@@ -142,14 +139,12 @@ def test_one_repetition_is_too_few() -> None:
 def test_repetitions_are_compared_where_all_have_been() -> None:
     short = repetition().between(0.0, 90.0)
     found = measured([repetition(), short, repetition()], BASELINE, growth(), FREE_DEG, CHOSEN_NM)
-    assert found.curve.places_deg[-1] == pytest.approx(
-        90.0 - BENT_DEG_NM * np.interp(90.0, PLACES, at_motor_nm(0.0)), abs=0.02
-    )
+    assert found.curve.places_deg[-1] == 90.0
 
 
 def test_repetition_counts_beyond_the_turn_of_another() -> None:
     early = repetition(shift_deg=-0.8)
-    three = [early.between(0.0, 92.5), repetition(), repetition()]
+    three = [early.between(0.0, 92.0), repetition(), repetition()]
     found = measured(three, BASELINE, growth(), FREE_DEG, CHOSEN_NM)
     assert found.figures is not None
     assert found.figures.range_deg == pytest.approx(98.0 + 6.0 * np.log(1.2 / 3.0) - 0.8 / 3, abs=0.2)
@@ -180,14 +175,14 @@ def test_samples_become_one_curve_for_each_repetition(outward: float) -> None:
 
 
 def test_stiff_capsule_is_measured_up_to_the_turn() -> None:
-    """0.4 Nm in 1 deg of the motor: what is left out of the way back must not hide the stated torque."""
+    """0.4 Nm in 1 deg: what is left out of the way back must not hide the stated torque."""
     base = TorqueAngleCurve(PLACES, np.full(len(PLACES), FRICTION_NM), np.full(len(PLACES), -FRICTION_NM))
     elastic = np.maximum(0.4 * (PLACES - 90.0), 0.0)
     back = np.where(PLACES[-1] - TURN_DEG < PLACES, np.nan, elastic - FRICTION_NM - 0.1)
     curve = TorqueAngleCurve(PLACES, elastic + FRICTION_NM + 0.1, back)
     found = measured([curve] * 3, base, growth(), FREE_DEG, CHOSEN_NM)
     assert found.figures is not None
-    assert found.figures.range_deg == pytest.approx(93.0 - 1.2 * BENT_DEG_NM, abs=0.2)
+    assert found.figures.range_deg == pytest.approx(93.0, abs=0.2)
 
 
 def test_repetition_that_turns_at_once_is_left_out() -> None:

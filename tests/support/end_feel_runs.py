@@ -24,9 +24,9 @@ NM_DEG = 0.2
 _COMPLETED = JournalEnd(reason="completed")
 
 
-def capsule_nm(motor_deg: Floats) -> Floats:
-    """Return the torque of a capsule that begins at 60 deg and gains 0.2 Nm in 1 deg, behind a cuff of 3.1 Nm/deg."""
-    torque: Floats = np.maximum(motor_deg - ONSET_DEG, 0.0) / (1 / NM_DEG + 1 / 3.1)
+def capsule_nm(angle_deg: Floats) -> Floats:
+    """Return the torque of a capsule that begins at 60 deg and gains 0.2 Nm in 1 deg."""
+    torque: Floats = np.maximum(angle_deg - ONSET_DEG, 0.0) * NM_DEG
     return torque
 
 

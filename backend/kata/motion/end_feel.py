@@ -55,10 +55,12 @@ _HELD_PLACES: Final = 6
 """Number of places before the turn whose mean opposing torque is used near the turn."""
 _MOMENT_PRIOR_NM: Final = 1.0
 """Regularises the arm's moments towards those of the test weight, as the device does (:mod:`kata.device.end_feel`)."""
-CUFF_NM_DEG: Final = 3.1
-"""Stiffness between fixers and humerus: 4.5 N/mm across an upper arm in a cuff (median of 21 subjects; Schiebl et al. 2025, Sensors 25, 4605),
-0.2 m from the joint, which is our assumption. About the arm's own axis the cuff alone is softer, but the forearm is fixed too.
+_CUFF_NM_DEG: Final = 3.1
+"""Stiffness of cuff and soft tissue between fixers and humerus: 4.5 N/mm across an upper arm (median of 21 subjects; Schiebl et al. 2025, Sensors 25,
+4605), 0.2 m from the joint, which is our assumption. About the arm's own axis a cuff is softer, but the forearm is fixed too.
 """
+_STIFFEST_SHARE: Final = 0.8
+"""Share of the cuff's stiffness up to which a shoulder behind it can be measured."""
 _T_95: Final = {2: 12.706, 3: 4.303, 4: 3.182, 5: 2.776}
 """Student's t of a two-sided interval of 95 %, by the number of values."""
 _PATH_STEP_S: Final = 0.02
@@ -116,11 +118,6 @@ class TorqueAngleCurve:
         held_nm = np.mean(self.opposing_nm[known][-_HELD_PLACES:])
         return TorqueAngleCurve(self.places_deg, self.out_nm, np.where(known, self.back_nm, self.out_nm - 2 * held_nm))
 
-    def at_arm(self) -> "TorqueAngleCurve":
-        """Return the curve over the arm's angle. Elastic torque bends cuff and soft tissue, so the arm stays behind the motor."""
-        bent_deg = _smooth(self.mean_nm) / CUFF_NM_DEG
-        return TorqueAngleCurve(self.places_deg - bent_deg, self.out_nm, self.back_nm)
-
     def between(self, low_deg: float, high_deg: float) -> "TorqueAngleCurve":
         """Return the part of the curve between two angles."""
         inside = (self.places_deg >= low_deg) & (self.places_deg <= high_deg)
@@ -135,7 +132,7 @@ class Figures(NamedTuple):
     onset_deg: float
     """Outward angle at which resistance begins."""
     stiffness_nm_deg: float
-    """Of the straight line from onset to range."""
+    """Slope of the straight line from onset to range."""
     last_third_nm_deg: float
     """The same over the last third of that way."""
     hysteresis_nm: float
@@ -154,7 +151,7 @@ class EndFeelResult:
     """Half of the width of their 95 % intervals."""
     unmeasured: Unmeasured | None
     curve: TorqueAngleCurve
-    """Mean of the repetitions without the weight, over the arm's angle: its mean is the elastic torque."""
+    """Mean of the repetitions without the weight: its mean is the elastic torque."""
     disagreement_nm: float
 
 
@@ -297,12 +294,12 @@ def measured(
     stated_nm, onset_nm = STATED_SHARE * chosen_nm, ONSET_SHARE * chosen_nm
     weight_nm = growth @ factors
     net = [_without_weight(repetition, baseline, weight_nm) for repetition in repetitions]
-    values = [figures_of(curve.at_arm(), stated_nm, onset_nm) for curve in net]
+    values = [figures_of(curve, stated_nm, onset_nm) for curve in net]
     reason = next((value for value in values if isinstance(value, str)), None)
     if reason == "torque_not_reached" and places[-1] <= weighed_deg[1] + TURN_DEG:
         # The device takes an arm back where its weighing ends, when the weight found there is uncertain.
         reason = "arm_not_weighed"
-    figures = [value for value in values if not isinstance(value, str)]
+    figures = [_behind_cuff(value) for value in values if not isinstance(value, str)]
     return EndFeelResult(
         stated_nm,
         onset_nm,
@@ -311,7 +308,7 @@ def measured(
         if reason
         else Figures(*(_T_95[len(figures)] * np.std(figures, axis=0, ddof=1) / np.sqrt(len(figures))).tolist()),
         reason,
-        together(net).at_arm(),
+        together(net),
         disagreement_nm,
     )
 
@@ -358,6 +355,17 @@ def figures_of(curve: TorqueAngleCurve, stated_nm: float, onset_nm: float) -> Fi
         _slope(places_deg, elastic_nm, onset_deg, range_deg),
         _slope(places_deg, elastic_nm, onset_deg + 2 / 3 * (range_deg - onset_deg), range_deg),
         2 * float(np.mean(inside if len(inside) else curve.opposing_nm[-1:])),
+    )
+
+
+def _behind_cuff(figures: Figures) -> Figures:
+    """Return the figures with the stiffness of the shoulder alone. Shoulder and cuff are springs in series."""
+
+    def alone(both_nm_deg: float) -> float:
+        return both_nm_deg / (1.0 - min(both_nm_deg / _CUFF_NM_DEG, _STIFFEST_SHARE))
+
+    return figures._replace(
+        stiffness_nm_deg=alone(figures.stiffness_nm_deg), last_third_nm_deg=alone(figures.last_third_nm_deg)
     )
 
 
