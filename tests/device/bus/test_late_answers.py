@@ -97,6 +97,7 @@ def late_answers() -> st.SearchStrategy[dict[str, Any]]:
 @example({"protocol": "dynamixel", "late_ms": 20.5, "adapter": True, "cycles_before": 5})
 @example({"protocol": "dynamixel", "late_ms": 29.0, "adapter": False, "cycles_before": 5})
 @example({"protocol": "dynamixel", "late_ms": 41.0, "adapter": True, "cycles_before": 5})
+@example({"protocol": "dynamixel", "late_ms": 39.5, "adapter": True, "cycles_before": 60})
 @example({"protocol": "modbus", "late_ms": 11.0, "adapter": True, "cycles_before": 5})
 @example({"protocol": "modbus", "late_ms": 21.0, "adapter": False, "cycles_before": 5})
 @example({"protocol": "modbus", "late_ms": 50.0, "adapter": False, "cycles_before": 1})

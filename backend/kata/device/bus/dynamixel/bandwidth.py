@@ -7,9 +7,9 @@ from kata.device.bus.timing import BITS_A_BYTE
 if TYPE_CHECKING:
     from kata.device.config import StationConfig
 
-_BYTES: Final = 39 + 19 + 5 * 23 + 14 + 51 + 14 + 20
+_BYTES: Final = 39 + 19 + 5 * 24 + 14 + 51 + 14 + 22
 """Bytes of a cycle without the port data: Sync Write of five goals, Sync Read of current, velocity and position, Read of the
-status registers, Read of the ports. The answer to a Read has 11 bytes. The lengths that distinguish answers cost on average 1.5 bytes for each drive and 9 for the ports.
+status registers, Read of the ports. The answer to a Read has 11 bytes. The lengths that distinguish answers cost on average 3 bytes for each drive and 11 for the ports.
 """
 _PORT_BYTES: Final = 2
 _ANSWERS: Final = 7

@@ -60,12 +60,14 @@ _PLAIN_READ_CYCLES: Final = 100
 """Number of cycles with plain Sync Reads after a damaged Fast Sync Read, in which one damaged part invalidates all parts
 after it.
 """
-_INPUT_ANSWER_LENGTHS: Final = 14
+_INPUT_ANSWER_LENGTHS: Final = 17
 
 _STATUS_BYTES: Final = STATUS_BLOCK.stop - STATUS_BLOCK.start
 
-_DRIVE_LENGTHS: Final = range(PRESENT_BYTES, PRESENT_BYTES + 4)
-"""Lengths of the answers with current, velocity and position, if the block is not read. The bytes after them are not used."""
+_DRIVE_LENGTHS: Final = range(PRESENT_BYTES, PRESENT_BYTES + 7)
+"""Lengths of the answers with current, velocity and position, if the block is not read. The bytes after them are not used. An answer that is late
+by as many reads has the same length. If another request took its first parts, its order does not tell it either.
+"""
 _GOALS_TO: Final = struct.pack("<HH", GOAL_POSITION, 4)
 """Address of the goal register and length of one goal, as encoded in a Sync Write."""
 
