@@ -33,6 +33,8 @@ from kata.motion.trajectory import Trajectory
 from kata.system.realtime import Granted
 
 NEVER_NS = 2**62
+_WRITTEN_CYCLES = 1000
+"""A journal is written after so many cycles. Its buffer holds more."""
 
 
 def _collect_nothing() -> int:
@@ -298,10 +300,12 @@ class Stepped:
 
     def until(self, mode: str, within_s: float = 30.0) -> None:
         """Let time pass until a mode is reached."""
-        for _ in range(round(within_s * self.config.cycle_hz)):
+        for n in range(round(within_s * self.config.cycle_hz)):
             if self.mode == mode:
                 return
             self.cycle()
+            if n % _WRITTEN_CYCLES == 0 and self.link.journals:
+                self.link.journals[-1].write()
         raise AssertionError(f"{mode} was not reached within {within_s} s; the mode is {self.mode}")
 
     @property
