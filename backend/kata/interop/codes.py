@@ -95,7 +95,7 @@ LOCAL_CODES: Final[dict[str, str]] = {
     "end-feel-torque": "Chosen torque between apparatus and shoulder at which the arm is taken back",
     "end-feel-range-interval": "Half width of the 95 % interval of the range over the repetitions",
     "end-feel-onset": f"Apparatus angle at 25 % of the chosen torque, at which resistance begins; {_SLIP}",
-    "end-feel-stiffness": "Slope of torque over angle from onset to range",
+    "end-feel-stiffness": "Slope of torque over angle from onset to range, without the cuff's part",
     "end-feel-last-third": "The same slope over the last third of that way",
     "end-feel-hysteresis": "Mean difference of way out and way back from onset to range, without the apparatus' friction",
     "patient-angle": "Patient's angles of a basic motion at the ends of a playback",

@@ -29,7 +29,8 @@ class EndFeelFigures(Schema):
     range_deg: float = Field(description="Angle at 60 % of the chosen torque, degrees.", examples=[92.4])
     onset_deg: float = Field(description="Angle at 25 % of the chosen torque, degrees.", examples=[86.1])
     stiffness_nm_deg: float = Field(
-        description="Slope of the straight line from onset to range, newton metres for each degree.", examples=[0.11]
+        description="Slope of the straight line from onset to range, without the cuff's part, newton metres for each degree.",
+        examples=[0.11],
     )
     last_third_nm_deg: float = Field(description="The same slope over the last third of that way.", examples=[0.14])
     hysteresis_nm: float = Field(

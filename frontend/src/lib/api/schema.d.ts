@@ -5546,7 +5546,7 @@ export interface components {
             onset_deg: number;
             /**
              * Stiffness Nm Deg
-             * @description Slope of the straight line from onset to range, newton metres for each degree.
+             * @description Slope of the straight line from onset to range, without the cuff's part, newton metres for each degree.
              * @example 0.11
              */
             stiffness_nm_deg: number;
