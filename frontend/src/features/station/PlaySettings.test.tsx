@@ -114,4 +114,9 @@ describe("the last settings", () => {
     expect(lastSettings(runs, "a")).toEqual({ ...AS_TAUGHT, speed_percent: 60 });
     expect(lastSettings(runs, "c")).toBeNull();
   });
+
+  it("are not those of an end-feel test, whose settings are fixed", () => {
+    const runs = [run("a", 50), { ...run("a", 100), end_feel: "baseline" as const }];
+    expect(lastSettings(runs, "a")).toEqual({ ...AS_TAUGHT, speed_percent: 50 });
+  });
 });

@@ -33,12 +33,15 @@ export function describeSettings(settings: RunSettings): string | null {
   return words.length > 0 ? formatList(words) : null;
 }
 
-/** Return the settings of the recording's newest run, or null if it has none. */
+/**
+ * Return the settings of the recording's newest playback, or null if it has none. Tests of the end-feel and
+ * stretches have fixed settings.
+ */
 export function lastSettings(
-  runs: (RunSettings & { recording_id: string })[],
+  runs: (RunSettings & Pick<Schemas["Run"], "recording_id" | "end_feel">)[],
   recordingId: string | null,
 ): Settings | null {
-  const last = runs.findLast((run) => run.recording_id === recordingId);
+  const last = runs.findLast((run) => run.recording_id === recordingId && !run.end_feel);
   if (!last) return null;
   return settingsOf(last);
 }
