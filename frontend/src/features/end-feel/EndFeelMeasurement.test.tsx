@@ -167,3 +167,24 @@ it("says why a test has no figures", async () => {
     "worked with or against the apparatus",
   );
 });
+
+it("does not replace a torque above the range by the largest one", async () => {
+  show([motion({})]);
+  const torque = await screen.findByLabelText("Chosen torque, Nm");
+  fireEvent.change(torque, { target: { value: "15" } });
+  fireEvent.blur(torque);
+  expect((torque as HTMLInputElement).value).toBe("15");
+  expect(screen.getByText("Enter a torque of 0.3 to 4 Nm.")).toBeTruthy();
+  const button = screen.getByRole("button", { name: "Hold to measure the baseline" });
+  expect((button as HTMLButtonElement).disabled).toBe(true);
+});
+
+it("does not replace a hold time above the range by the longest one", async () => {
+  show([motion({ baseline_run_id: "base" })]);
+  const time = await screen.findByLabelText("Hold time, s");
+  fireEvent.change(time, { target: { value: "300" } });
+  fireEvent.blur(time);
+  expect((time as HTMLInputElement).value).toBe("300");
+  const button = screen.getByRole("button", { name: "Move to the start of the stretch" });
+  expect((button as HTMLButtonElement).disabled).toBe(true);
+});

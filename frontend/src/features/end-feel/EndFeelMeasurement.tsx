@@ -54,6 +54,7 @@ export function EndFeelMeasurement({ session, level }: { session: Session; level
           max={TORQUE.max}
           step={TORQUE.step}
           decimalScale={1}
+          clampBehavior="none"
           value={torque}
           onChange={setTorque}
           error={

@@ -47,6 +47,7 @@ export function StretchSettings({
       <NumberInput
         label={t("endFeel:stretch.hold")}
         {...HOLD}
+        clampBehavior="none"
         value={typed.hold}
         onChange={(hold) => change({ ...typed, hold })}
         error={
@@ -58,6 +59,7 @@ export function StretchSettings({
       <NumberInput
         label={t("endFeel:stretch.repetitions")}
         {...REPETITIONS}
+        clampBehavior="none"
         allowDecimal={false}
         value={typed.repetitions}
         onChange={(repetitions) => change({ ...typed, repetitions })}
