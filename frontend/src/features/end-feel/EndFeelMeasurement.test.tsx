@@ -188,3 +188,9 @@ it("does not replace a hold time above the range by the longest one", async () =
   const button = screen.getByRole("button", { name: "Move to the start of the stretch" });
   expect((button as HTMLButtonElement).disabled).toBe(true);
 });
+
+it("gives one hint how long to hold the button of a baseline", async () => {
+  show([motion({})]);
+  expect(await screen.findByText(/^Hold the button until the baseline begins/)).toBeTruthy();
+  expect(screen.queryByText("Hold for one second. The arm will move.")).toBeNull();
+});

@@ -134,7 +134,6 @@ function MotionToMeasure({ motion, session, torque, speed, level }: ToMeasure) {
       ) : (
         <>
           <Text>{t(motion.baseline_run_id ? "endFeel:weightInAgain" : "endFeel:weightIn")}</Text>
-          <Text>{t("endFeel:holdOn")}</Text>
           <MeasureButton kind="baseline" {...{ motion, session, torque, speed, level, can }} />
           {motion.baseline_run_id && (
             <Button w="fit-content" variant="default" onClick={() => setReplaced(null)}>
@@ -183,7 +182,13 @@ function MeasureButton({
     if (kind === "baseline" && (await isHeldAtStart(store, run.id, released))) await api.play(store.seen());
   };
   return (
-    <CommandButton held command="load" disabled={!can} send={measure}>
+    <CommandButton
+      held
+      command="load"
+      disabled={!can}
+      send={measure}
+      {...(kind === "baseline" && { hint: t("endFeel:holdOn") })}
+    >
       {t(`endFeel:measure.${kind}`)}
     </CommandButton>
   );

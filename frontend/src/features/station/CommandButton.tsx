@@ -18,6 +18,8 @@ type Props = ButtonProps & {
   onDone?: () => void;
   /** True if the user must hold the button for one second instead of pressing it. */
   held?: boolean;
+  /** How long to hold the button, if not for one second. */
+  hint?: string;
   children: ReactNode;
 };
 
@@ -26,7 +28,16 @@ type Props = ButtonProps & {
  * button shows the reason if it is not. After a press the button waits until the apparatus has confirmed the
  * command and the page shows the new state.
  */
-export function CommandButton({ command, send, onDone, held = false, children, disabled, ...look }: Props) {
+export function CommandButton({
+  command,
+  send,
+  onDone,
+  held = false,
+  hint: ownHint,
+  children,
+  disabled,
+  ...look
+}: Props) {
   const operates = useMayOperate();
   const refusal = useRefusal(command);
   const about = useId();
@@ -44,7 +55,7 @@ export function CommandButton({ command, send, onDone, held = false, children, d
   const hint = held
     ? holding === "again"
       ? t("station:station.pressAgain")
-      : t("station:station.holdToMove")
+      : (ownHint ?? t("station:station.holdToMove"))
     : "";
   return (
     <div>
