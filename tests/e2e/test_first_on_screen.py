@@ -6,7 +6,7 @@ from typing import Final
 import pytest
 from playwright.sync_api import Locator, Page, Route, ViewportSize, expect
 
-from tests.support.accessibility import addresses
+from tests.support.accessibility import INCOMPLETE, addresses
 from tests.support.browser_clinic import LONG_MS, Clinic
 from tests.support.page_actions import wait_until_idle
 from tests.support.shown_pages import SIZES
@@ -49,6 +49,32 @@ def test_step_and_live_view_are_on_the_screen(tab: Page, clinic: Clinic, size: s
             assert wizard.bounding_box() == opened_at
             expect(tab.locator("body")).to_be_focused()
         finally:
+            station.end_session(session)
+
+
+def test_nothing_covers_the_angles_beside_a_short_panel(tab: Page, clinic: Clinic) -> None:
+    """The cards of the second row once covered the angles of motors 4 and 5 on a scrolled page."""
+    width, height = SIZES["desktop"]
+    tab.set_viewport_size(ViewportSize(width=width, height=height))
+    with ShownStation(clinic) as station:
+        session, recording = station.begin_session("DEMO-002")
+        # The checks of a session are made before its first playback.
+        station.play(session, recording)
+        station.press_estop()
+        station.release_estop()
+        tab.goto(f"{clinic.url}/station?patient={session['patient']['id']}")
+        wizard = tab.get_by_role("region", name="Session")
+        try:
+            _open(wizard, "Pain after")
+            station.load(session, recording)
+            expect(wizard.get_by_role("button", name="Move to the start")).to_be_visible(timeout=LONG_MS)
+            expect(tab.locator(INCOMPLETE)).to_have_count(0, timeout=LONG_MS)
+            angles = tab.get_by_role("region", name="Angles")
+            expect(angles).to_be_in_viewport(ratio=1)
+            assert untouchable(angles) == ""
+        finally:
+            station.press_estop()
+            station.release_estop()
             station.end_session(session)
 
 

@@ -79,6 +79,11 @@ class ShownStation:
         self._sent("PATCH", path, {"pain_before": 4, "updated_at": seen})
         self._play("load", _of(session, recording) | _PLAYED)
 
+    def load(self, session: dict[str, Any], recording: dict[str, Any]) -> None:
+        """Load the recording, whose checks were made before."""
+        self._answer("load", _of(session, recording) | _PLAYED)
+        self._until_mode("ready")
+
     def play_self_paced(self, session: dict[str, Any], recording: dict[str, Any]) -> None:
         """Play the recording at the patient's pace, with the doctor's permission. The simulated patient helps."""
         permitted = {"self_paced_permitted": True, "limits_by": "Dr. Mori"}

@@ -59,9 +59,11 @@ export function StationPage() {
               <PatientColumn />
             </Stack>
           </div>
-          <div className={classes.live}>
-            <LiveApparatus />
-            <Angles />
+          <div className={classes.liveArea}>
+            <div className={classes.live}>
+              <LiveApparatus />
+              <Angles />
+            </div>
           </div>
           {diagnoses && station?.simulated && <SimulatorPanel />}
           <Stack className={classes.facts ?? ""}>

@@ -5,6 +5,7 @@ import { useLive } from "../../lib/live/hooks";
 import { useDatabaseUnavailable } from "../../lib/offline";
 import { useRecordings } from "../../lib/patientQueries";
 import { SessionWizard } from "./session-wizard/SessionWizard";
+import classes from "./station.module.css";
 import { TeachPanel } from "./TeachPanel";
 
 type Work = "teach" | "session";
@@ -42,12 +43,12 @@ export function WorkPanels({ patientId, wanted }: { patientId: string; wanted: s
         />
       )}
       {!run && (
-        <div hidden={shown !== "teach"}>
+        <div hidden={shown !== "teach"} className={classes.work}>
           <TeachPanel patientId={patientId} />
         </div>
       )}
       {!teaching && (
-        <div hidden={shown !== "session"}>
+        <div hidden={shown !== "session"} className={classes.work} data-loaded={run !== null}>
           <SessionWizard patientId={patientId} wanted={wanted} />
         </div>
       )}
