@@ -34,6 +34,7 @@ export class AuthStore {
   /** The request that the service has not confirmed yet. */
   #unconfirmed: "lock" | "sign out" | null = null;
   #requests = 0;
+  #signIns = 0;
   #api: AuthApi;
 
   constructor(api: AuthApi) {
@@ -41,6 +42,11 @@ export class AuthStore {
   }
 
   get = (): AuthState => this.#state;
+
+  /** Number of sign-ins on this page. An answer to a request from before the last one says nothing about the login. */
+  get signIns(): number {
+    return this.#signIns;
+  }
 
   subscribe = (listener: () => void) => {
     this.#listeners.add(listener);
@@ -75,6 +81,7 @@ export class AuthStore {
   /** Record a sign-in or an unlock. */
   signedIn(me: Me): void {
     this.#requests += 1;
+    this.#signIns += 1;
     this.#unconfirmed = null;
     this.#set(me.locked ? { is: "locked", me } : { is: "in", me });
   }

@@ -70,6 +70,17 @@ describe("a request", () => {
     expect(auth.get()).toEqual({ is: "out", why: "ended" });
   });
 
+  it("from before a sign-in does not end the login when its refusal is late", async () => {
+    let answer = (_: Response) => {};
+    send.mockReturnValue(new Promise((resolve) => (answer = resolve)));
+    const asked = connect().get();
+    await vi.advanceTimersByTimeAsync(0);
+    auth.signedIn(ME);
+    answer(problem(401, "not_signed_in"));
+    await asked;
+    expect(auth.get().is).toBe("in");
+  });
+
   it("that is refused as locked shows the lock screen", async () => {
     auth.signedIn(ME);
     me.mockResolvedValue({ ...ME, locked: true });

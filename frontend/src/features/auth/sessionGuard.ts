@@ -52,21 +52,24 @@ export class ActivityTracker {
  * Signs out or locks the page when an answer requires it.
  */
 export function authMiddleware(auth: AuthStore, activity: ActivityTracker): Middleware {
+  const sentAfter = new WeakMap<Request, number>();
   return {
     onRequest({ request }) {
+      sentAfter.set(request, auth.signIns);
       if (activity.idleMs() < ACTIVITY_COUNTS_MS) request.headers.set("X-Kata-Active", "1");
       if (request.method === "GET" && activity.isRefresh(request.url))
         request.headers.set("X-Kata-Refresh", "1");
       return request;
     },
-    async onResponse({ response }) {
+    async onResponse({ request, response }) {
       if (response.status !== 401 && response.status !== 423) return;
       const problem: unknown = await response
         .clone()
         .json()
         .catch(() => null);
       const code = (problem as { code?: unknown } | null)?.code;
-      if (code === "not_signed_in") auth.signedOut();
+      // A user who opens a link is asked for before the link has signed in, and the refusal can come after it.
+      if (code === "not_signed_in" && sentAfter.get(request) === auth.signIns) auth.signedOut();
       else if (code === "locked") await auth.refresh();
     },
   };
