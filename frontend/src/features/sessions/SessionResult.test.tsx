@@ -79,6 +79,13 @@ it.each([
   expect(words("result-range")).toContain(unknown);
 });
 
+it("counts no repetition of an end-feel test", async () => {
+  const [played] = SESSION.runs;
+  const measured = { ...played, repetitions: 1, repetitions_done: null, end_feel: "test", comparison: null };
+  await show("en", { ...SESSION, runs: [played, measured] } as Session);
+  expect(screen.getByText("3 of 3")).toBeTruthy();
+});
+
 it("without a range there is nothing to qualify", async () => {
   await show("en", { ...SESSION, runs: [] });
   expect(words("result-range")).toBe("Apparatus angle reached–");

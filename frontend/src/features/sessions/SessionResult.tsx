@@ -62,8 +62,10 @@ export function ResultMetrics({ session }: { session: Session }) {
   const endRange = longestEndRange(session);
   const shoulder = describeShoulder(session.side);
   const reversals = total(runs, (run) => run.reversals);
-  const done = total(runs, (run) => run.repetitions_done);
-  const planned = runs.reduce((sum, run) => sum + run.repetitions, 0);
+  // Tests of the end-feel and stretches play no recording.
+  const played = runs.filter((run) => !run.end_feel);
+  const done = total(played, (run) => run.repetitions_done);
+  const planned = played.reduce((sum, run) => sum + run.repetitions, 0);
   return (
     <Metrics label={t("sessions:result.title")}>
       <Metric
