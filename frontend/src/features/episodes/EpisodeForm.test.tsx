@@ -3,6 +3,7 @@ import { QueryClient, QueryClientProvider } from "@tanstack/react-query";
 import { cleanup, fireEvent, render, screen, waitFor } from "@testing-library/react";
 import { afterEach, beforeEach, describe, expect, it, vi } from "vitest";
 import { api, type Episode, ProblemError } from "../../lib/api/client";
+import { forgetDrafts } from "../../lib/draft";
 import { EpisodeForm } from "./EpisodeForm";
 import { EpisodeCard } from "./Episodes";
 import { describeLimit } from "./messages";
@@ -104,6 +105,35 @@ describe("changing an episode", () => {
     );
     press("Save");
     await waitFor(() => expect(update.mock.calls[0]?.[1].updated_at).toBe(EPISODE.updated_at));
+  });
+
+  it("shows the error of a limit at its motion", async () => {
+    // The service counts the sent limits: motion 5 is the second one.
+    const error = (pointer: string, detail: string) => ({
+      pointer,
+      field: "doctor's limits 2",
+      detail,
+      field_key: null,
+      detail_key: null,
+    });
+    const errors = [
+      error("#/limits/0", "must have a lowest angle below the highest one"),
+      error("#/limits/1/highest_deg", "must be 190 or less"),
+    ];
+    update.mockRejectedValue(
+      new ProblemError({ detail: "doctor's limits 2, highest (°) must be …", errors }),
+    );
+    show(edit());
+    type("Flexion / extension of the shoulder: maximum", "500");
+    press("Save");
+    const described = (label: string) =>
+      document.getElementById(screen.getByLabelText(label).getAttribute("aria-describedby") ?? "")
+        ?.textContent;
+    await screen.findByText("Please check the marked fields.");
+    expect(described("Flexion / extension of the shoulder: maximum")).toBe("must be 190 or less");
+    expect(described("Abduction / adduction of the shoulder: minimum")).toContain("below the highest one");
+    expect(screen.queryByText(/doctor's limits 2/)).toBeNull();
+    forgetDrafts();
   });
 
   it("removes a limit when its number is cleared", async () => {

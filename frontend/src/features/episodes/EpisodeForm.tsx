@@ -1,5 +1,4 @@
 import {
-  Alert,
   Button,
   Checkbox,
   Group,
@@ -18,10 +17,12 @@ import { today } from "../../lib/days";
 import { forgetDrafts, useDraft } from "../../lib/draft";
 import { t } from "../../lib/i18n";
 import { DateField } from "../../ui/DateField";
+import { ProblemNote } from "../../ui/ProblemNote";
 import { RESISTANCE_LEVELS } from "../station/resistanceLevels";
 import { CERTAINTIES, DIAGNOSES, MOTIONS, minus, type Side } from "./messages";
 
 type Limits = { lowest: number | null; highest: number | null };
+type LimitErrors = Record<number, { lowest?: string | undefined; highest?: string | undefined }>;
 const NO_LIMITS: Limits = { lowest: null, highest: null };
 
 type Props = {
@@ -34,10 +35,11 @@ type Props = {
 /** A form to open or change an episode of care: the diagnosis, its start and the doctor's limits. */
 export function EpisodeForm(props: Props) {
   const { draft, change, save } = useEpisodeDraft(props);
-  const fields = save.error instanceof ProblemError ? save.error.fields : {};
+  const problem = save.error instanceof ProblemError ? save.error : null;
+  const fields = problem?.fields ?? {};
   const submit = (event: FormEvent) => {
     event.preventDefault();
-    save.mutate();
+    save.mutate(asLimits(draft.limits));
   };
   return (
     <form onSubmit={submit} noValidate>
@@ -70,13 +72,13 @@ export function EpisodeForm(props: Props) {
           error={fields.contraindications}
           onChange={(event) => change({ contraindications: event.currentTarget.value })}
         />
-        <LimitFields draft={draft} fields={fields} onChange={change} />
-        {save.error && (
-          // All messages are shown, because the error of a limit has no field in this form.
-          <Alert color="grape" variant="light" role="alert">
-            {save.error.message} {save.error instanceof ProblemError ? save.error.nextStep : ""}
-          </Alert>
-        )}
+        <LimitFields
+          draft={draft}
+          fields={fields}
+          limitErrors={errorsByMotion(problem, save.variables ?? [])}
+          onChange={change}
+        />
+        <ProblemNote error={save.error} />
         <Group justify="end">
           <Button type="submit" loading={save.isPending}>
             {props.episode ? t("episodes:form.save") : t("episodes:form.open")}
@@ -123,8 +125,9 @@ function useEpisodeDraft({ patientId, side, episode, onDone }: Props) {
   const [draft, setDraft] = useDraft(key, () => toDraft(episode));
   const change = (part: Partial<Draft>) => setDraft((before) => ({ ...before, ...part }));
   const save = useMutation({
-    mutationFn: () => {
-      const body = { ...draft, onset_on: draft.onset_on || null, limits: asLimits(draft.limits) };
+    // The sent limits are the mutation's variables, because the service counts them in its errors.
+    mutationFn: (limits: Episode["limits"]) => {
+      const body = { ...draft, onset_on: draft.onset_on || null, limits };
       return episode
         ? api.updateEpisode(episode.id, { ...body, updated_at: version })
         : api.openEpisode(patientId, { ...body, side });
@@ -142,14 +145,15 @@ function useEpisodeDraft({ patientId, side, episode, onDone }: Props) {
 function LimitFields(props: {
   draft: Draft;
   fields: Record<string, string>;
+  limitErrors: LimitErrors;
   onChange: (part: Partial<Draft>) => void;
 }) {
-  const { draft, fields, onChange } = props;
+  const { draft, fields, limitErrors, onChange } = props;
   return (
     <>
       <Text fw={500}>{t("episodes:form.limits")}</Text>
       <Text size="sm">{t("episodes:form.limitsHint")}</Text>
-      <LimitTable limits={draft.limits} onChange={(limits) => onChange({ limits })} />
+      <LimitTable limits={draft.limits} errors={limitErrors} onChange={(limits) => onChange({ limits })} />
       <Group grow align="start">
         <LevelField
           value={draft.max_resistance_level}
@@ -212,9 +216,10 @@ function DiagnosisFields(props: {
 /** The doctor's limits of each motion, beside the apparatus's own range. */
 function LimitTable(props: {
   limits: Record<number, Limits>;
+  errors: LimitErrors;
   onChange: (limits: Record<number, Limits>) => void;
 }) {
-  const { limits, onChange } = props;
+  const { limits, errors, onChange } = props;
   const field = (motion: number, name: keyof Limits, label: string) => (
     <NumberInput
       size="md"
@@ -223,6 +228,7 @@ function LimitTable(props: {
       placeholder={t("episodes:form.noLimit")}
       aria-label={label}
       value={limits[motion]?.[name] ?? ""}
+      error={errors[motion]?.[name]}
       onChange={(value) =>
         onChange({
           ...limits,
@@ -301,6 +307,20 @@ function byMotion(episode: Episode | undefined): Record<number, Limits> {
     (episode?.limits ?? []).map((limit) => [
       limit.motion,
       { lowest: limit.lowest_deg ?? null, highest: limit.highest_deg ?? null },
+    ]),
+  );
+}
+
+/** Return the errors of the sent limits by motion. An error of both angles is shown at the lowest one. */
+function errorsByMotion(problem: ProblemError | null, sent: Episode["limits"]): LimitErrors {
+  const messages = problem?.byPointer ?? {};
+  return Object.fromEntries(
+    sent.map(({ motion }, place) => [
+      motion,
+      {
+        lowest: messages[`limits/${place}/lowest_deg`] ?? messages[`limits/${place}`],
+        highest: messages[`limits/${place}/highest_deg`],
+      },
     ]),
   );
 }

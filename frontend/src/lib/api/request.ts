@@ -10,6 +10,8 @@ export class ProblemError extends Error {
   readonly nextStep: string;
   /** Error messages by field name. */
   readonly fields: Record<string, string>;
+  /** Error messages by place in the request, for example "limits/0/highest_deg". */
+  readonly byPointer: Record<string, string>;
   /** Error messages by place in a file: line and column, or a path. */
   readonly places: { place: string; problem: string }[];
 
@@ -24,6 +26,12 @@ export class ProblemError extends Error {
     this.fields = Object.fromEntries(
       (problem.errors ?? []).map((error) => [
         error.pointer.split("/").at(-1) ?? "",
+        translateServerText(error.detail, error.detail_key),
+      ]),
+    );
+    this.byPointer = Object.fromEntries(
+      (problem.errors ?? []).map((error) => [
+        error.pointer.replace(/^#?\//, ""),
         translateServerText(error.detail, error.detail_key),
       ]),
     );
