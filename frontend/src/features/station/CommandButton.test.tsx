@@ -2,6 +2,7 @@ import { MantineProvider } from "@mantine/core";
 import { QueryClient, QueryClientProvider } from "@tanstack/react-query";
 import { act, cleanup, fireEvent, render, screen, waitFor } from "@testing-library/react";
 import { afterEach, beforeEach, describe, expect, it, vi } from "vitest";
+import { ProblemError } from "../../lib/api/client";
 import { type LiveState, store } from "../../lib/live/store";
 import { HOLD_MS } from "../../safety/useHold";
 import { CommandButton } from "./CommandButton";
@@ -56,6 +57,21 @@ it("explains beside the button why a command is impossible", () => {
   expect(button.hasAttribute("disabled")).toBe(true);
   const about = document.getElementById(button.getAttribute("aria-describedby") ?? "");
   expect(about?.textContent).toBe("No recording is loaded. Load one first.");
+});
+
+it("says what is wrong with a value, because it marks no field", async () => {
+  const errors = [
+    {
+      pointer: "#/largest_deg",
+      field: "largest",
+      detail: "must be 190 or less",
+      field_key: null,
+      detail_key: null,
+    },
+  ];
+  const problem = new ProblemError({ detail: "Please check: largest angle must be 190 or less.", errors });
+  fireEvent.click(show({}, () => Promise.reject(problem)));
+  expect(await screen.findByText(/largest angle must be 190 or less/)).toBeTruthy();
 });
 
 describe("a button that needs a hold", () => {

@@ -80,7 +80,7 @@ export function CommandButton({
       </Text>
       {sending.error && (
         <Text component="div" mt="xs">
-          <ProblemNote error={sending.error} />
+          <ProblemNote error={sending.error} marksFields={false} />
         </Text>
       )}
     </div>
