@@ -3,7 +3,7 @@ import { QueryClient, QueryClientProvider } from "@tanstack/react-query";
 import { cleanup, fireEvent, render, screen, waitFor, within } from "@testing-library/react";
 import type { ReactNode } from "react";
 import { afterEach, beforeEach, describe, expect, it, vi } from "vitest";
-import { api, type Check, type Schemas } from "../../lib/api/client";
+import { api, type Check, ProblemError, type Schemas } from "../../lib/api/client";
 import { type LiveState, store } from "../../lib/live/store";
 import type * as links from "../../ui/links";
 import { ME } from "../auth/testUsers";
@@ -110,6 +110,31 @@ describe("before teaching", () => {
     await waitFor(() =>
       expect(teach).toHaveBeenCalledWith(expect.objectContaining({ identifiers: ["name", "clinic_number"] })),
     );
+  });
+
+  it("asks for the checks again when the apparatus misses one", async () => {
+    // The apparatus was turned after the test of its switch.
+    const teach = show([...LOOKED_AT, PEDAL, ESTOP]);
+    teach.mockRejectedValue(new ProblemError({ detail: "These checks are not complete yet." }));
+    const start = await enabled("Confirm all 3 checks and start teaching");
+    vi.spyOn(api, "teachingChecklist").mockResolvedValue({
+      patient: PATIENT,
+      checks: [...LOOKED_AT, PEDAL, { ...ESTOP, given: false }],
+      complete: false,
+    });
+    fireEvent.click(start);
+    expect(await screen.findByTestId("check-estop")).toBeTruthy();
+  });
+
+  it("forgets a refusal when the apparatus has been turned", async () => {
+    const teach = show([...LOOKED_AT, PEDAL, ESTOP]);
+    teach.mockRejectedValue(new ProblemError({ detail: "It is set up for the right shoulder." }));
+    fireEvent.click(await enabled("Confirm all 3 checks and start teaching"));
+    await screen.findByText(/set up for the right shoulder/);
+    const { live, ...state } = store.get();
+    vi.spyOn(store, "get").mockReturnValue({ ...state, live: { ...live, side: "left" } } as LiveState);
+    fireEvent.change(screen.getByLabelText("Name of the motion"), { target: { value: "Lift" } });
+    await waitFor(() => expect(screen.queryByText(/set up for the right shoulder/)).toBeNull());
   });
 
   it("asks for the chosen fixtures", async () => {

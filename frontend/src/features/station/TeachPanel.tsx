@@ -91,6 +91,8 @@ function TeachingSetup(props: {
 }) {
   const { patientId, name, onName, chosen, onChoose } = props;
   const who = useUserName();
+  const apparatusSide = useLive("side");
+  const isStopped = useLive("stop") !== null;
   const queries = useQueryClient();
   const fixtures = chosen.split(",") as Fixtures;
   const checklist = useTeachingChecklist(patientId, fixtures);
@@ -134,6 +136,8 @@ function TeachingSetup(props: {
         onChange={(event) => onName(event.currentTarget.value)}
       />
       <CommandButton
+        // After the apparatus was turned or stopped, an earlier refusal no longer holds.
+        key={`${apparatusSide} ${isStopped}`}
         command="teach"
         leftSection={<IconHandGrab size={26} />}
         disabled={
@@ -142,17 +146,21 @@ function TeachingSetup(props: {
           (identityOpen && identifiers.length < IDENTIFIERS_NEEDED)
         }
         send={async () => {
-          await api.teach({
-            patient_id: patientId,
-            name: name.trim() || t("station:teach.unnamed"),
-            taught_by: who,
-            // The checks were made for this side and these fixtures.
-            side: side === "left" ? "left" : "right",
-            fixtures,
-            looked_at: toConfirm.map(({ check }) => check),
-            ...(identityOpen && { identifiers }),
-          });
-          void queries.invalidateQueries({ queryKey: ["session"] });
+          try {
+            await api.teach({
+              patient_id: patientId,
+              name: name.trim() || t("station:teach.unnamed"),
+              taught_by: who,
+              // The checks were made for this side and these fixtures.
+              side: side === "left" ? "left" : "right",
+              fixtures,
+              looked_at: toConfirm.map(({ check }) => check),
+              ...(identityOpen && { identifiers }),
+            });
+          } finally {
+            // Turning the apparatus opens the test of the emergency stop again.
+            void queries.invalidateQueries({ queryKey: ["session"] });
+          }
         }}
       >
         {toConfirm.length === 0
