@@ -1,5 +1,6 @@
 import { describe, expect, it } from "vitest";
 import type { Session } from "../../lib/api/client";
+import { t } from "../../lib/i18n";
 import { type FirstStep, firstStep } from "./firstSteps";
 import { FRESH } from "./session-wizard/examples";
 
@@ -32,4 +33,9 @@ describe("a new user of the simulated apparatus", () => {
       expect(firstStep({ patients, chosen, recordings, session })).toBe(step);
     },
   );
+});
+
+it("lets a new user turn the apparatus before the emergency stop is tested", () => {
+  // After the apparatus was turned, the test must be repeated.
+  expect(t("station:firstStepTexts.teach")).toMatch(/other shoulder.*test the emergency stop/);
 });
