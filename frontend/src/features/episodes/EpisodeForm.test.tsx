@@ -133,6 +133,9 @@ describe("changing an episode", () => {
     expect(described("Flexion / extension of the shoulder: maximum")).toBe("must be 190 or less");
     expect(described("Abduction / adduction of the shoulder: minimum")).toContain("below the highest one");
     expect(screen.queryByText(/doctor's limits 2/)).toBeNull();
+    expect(document.activeElement).toBe(
+      screen.getByLabelText("Abduction / adduction of the shoulder: minimum"),
+    );
     forgetDrafts();
   });
 

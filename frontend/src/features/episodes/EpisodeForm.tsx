@@ -18,6 +18,7 @@ import { forgetDrafts, useDraft } from "../../lib/draft";
 import { t } from "../../lib/i18n";
 import { DateField } from "../../ui/DateField";
 import { ProblemNote } from "../../ui/ProblemNote";
+import { useFocusMarked } from "../../ui/useFocusMarked";
 import { RESISTANCE_LEVELS } from "../station/resistanceLevels";
 import { CERTAINTIES, DIAGNOSES, MOTIONS, minus, type Side } from "./messages";
 
@@ -37,12 +38,13 @@ export function EpisodeForm(props: Props) {
   const { draft, change, save } = useEpisodeDraft(props);
   const problem = save.error instanceof ProblemError ? save.error : null;
   const fields = problem?.fields ?? {};
+  const form = useFocusMarked(save.error);
   const submit = (event: FormEvent) => {
     event.preventDefault();
     save.mutate(asLimits(draft.limits));
   };
   return (
-    <form onSubmit={submit} noValidate>
+    <form ref={form} onSubmit={submit} noValidate>
       <Stack>
         <TextInput
           label={t("episodes:form.diagnosis")}

@@ -80,6 +80,8 @@ describe("the form of a patient", () => {
     render(within(<PatientForm patient={PATIENT} onDone={onDone} />));
     press("Save");
     await screen.findByText("must be between 1900 and today");
+    // The button was disabled meanwhile. Without a focus, a keyboard starts at the top of the page.
+    expect(document.activeElement).toBe(screen.getByLabelText("Birth date"));
     expect(onDone).not.toHaveBeenCalled();
   });
 

@@ -7,6 +7,7 @@ import { t } from "../../lib/i18n";
 import { replaceData } from "../../lib/replaceData";
 import { DateField } from "../../ui/DateField";
 import { ProblemNote } from "../../ui/ProblemNote";
+import { useFocusMarked } from "../../ui/useFocusMarked";
 
 const choices = (words: Record<string, string>) =>
   Object.entries(words).map(([value, label]) => ({ value, label }));
@@ -15,6 +16,7 @@ const choices = (words: Record<string, string>) =>
 export function PatientForm({ patient, onDone }: { patient?: Patient; onDone: (saved: Patient) => void }) {
   const { values, change, side, setSide, save } = usePatientValues(patient, onDone);
   const fields = save.error instanceof ProblemError ? save.error.fields : {};
+  const form = useFocusMarked(save.error);
   const text = (name: "clinic_number" | "name" | "kana" | "notes") => ({
     value: values[name],
     error: fields[name],
@@ -25,7 +27,7 @@ export function PatientForm({ patient, onDone }: { patient?: Patient; onDone: (s
     save.mutate();
   };
   return (
-    <form onSubmit={submit} noValidate>
+    <form ref={form} onSubmit={submit} noValidate>
       <Stack>
         <TextInput label={t("patients:form.name")} required data-autofocus {...text("name")} />
         <TextInput label={t("patients:form.kana")} {...text("kana")} />

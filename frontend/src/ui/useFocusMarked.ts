@@ -1,0 +1,13 @@
+import { useEffect, useRef } from "react";
+
+/**
+ * Return the ref of a form whose first marked field gets the focus after a refusal. The pressed button is disabled
+ * while the request is sent, and loses the focus.
+ */
+export function useFocusMarked(error: unknown) {
+  const form = useRef<HTMLFormElement>(null);
+  useEffect(() => {
+    if (error) form.current?.querySelector<HTMLElement>("[aria-invalid=true]")?.focus();
+  }, [error]);
+  return form;
+}
