@@ -7,7 +7,11 @@ import { useEffect, useRef } from "react";
 export function useFocusMarked(error: unknown) {
   const form = useRef<HTMLFormElement>(null);
   useEffect(() => {
-    if (error) form.current?.querySelector<HTMLElement>("[aria-invalid=true]")?.focus();
+    const marked = form.current?.querySelector<HTMLElement>("[aria-invalid=true]");
+    if (!error || !marked) return;
+    // The browser itself would leave the field below the title of a dialog.
+    marked.focus({ preventScroll: true });
+    marked.scrollIntoView({ block: "center" });
   }, [error]);
   return form;
 }
