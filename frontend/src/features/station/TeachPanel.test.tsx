@@ -137,6 +137,15 @@ describe("before teaching", () => {
     await waitFor(() => expect(screen.queryByText(/set up for the right shoulder/)).toBeNull());
   });
 
+  it("asks for the checks again when the apparatus has been turned", async () => {
+    show([...LOOKED_AT, PEDAL, ESTOP]);
+    await enabled("Confirm all 3 checks and start teaching");
+    const { live, ...state } = store.get();
+    vi.spyOn(store, "get").mockReturnValue({ ...state, live: { ...live, side: "left" } } as LiveState);
+    fireEvent.change(screen.getByLabelText("Name of the motion"), { target: { value: "Lift" } });
+    await waitFor(() => expect(api.teachingChecklist).toHaveBeenCalledTimes(2));
+  });
+
   it("asks for the chosen fixtures", async () => {
     const teach = show([...LOOKED_AT, PEDAL, ESTOP]);
     await enabled("Confirm all 3 checks and start teaching");

@@ -5,6 +5,7 @@ import { type ReactNode, useState } from "react";
 import { api, type Check, type Schemas } from "../../../lib/api/client";
 import { formatClock } from "../../../lib/format";
 import { t } from "../../../lib/i18n";
+import { useLive } from "../../../lib/live/hooks";
 import { replaceData } from "../../../lib/replaceData";
 import { translateServerText } from "../../../lib/serverText";
 import { ProblemNote } from "../../../ui/ProblemNote";
@@ -29,10 +30,14 @@ export function useChecklist(sessionId: string | undefined, recordingId: string 
   });
 }
 
-/** Query the checklist before teaching. It polls while the apparatus has not detected everything. */
+/**
+ * Query the checklist before teaching. It polls while the apparatus has not detected everything, and is queried
+ * again when the apparatus was turned, because the emergency stop must then be tested again.
+ */
 export function useTeachingChecklist(patientId: string, fixtures: Schemas["TeachRequest"]["fixtures"]) {
+  const apparatusSide = useLive("side");
   return useQuery({
-    queryKey: ["session", "teaching", patientId, fixtures],
+    queryKey: ["session", "teaching", patientId, fixtures, apparatusSide],
     queryFn: () => api.teachingChecklist(patientId, fixtures),
     refetchInterval: (query) =>
       query.state.data?.checks.some((check) => check.detected && !check.given) ? POLL_MS : false,
