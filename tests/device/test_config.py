@@ -45,10 +45,10 @@ def test_configuration_is_read_back_as_written(tmp_path: Path, config: StationCo
 @pytest.mark.parametrize(
     ("settings", "at_most"),
     [
-        ({"baud": 115_200}, 41),
+        ({"baud": 115_200}, 40),
         (MODBUS, 43),
         (MODBUS | {"modbus": ModbusMap(function_23=False)}, 31),
-        ({"return_delay_us": 500, "rate_hz": 200, "cycle_hz": 200}, 159),
+        ({"return_delay_us": 500, "rate_hz": 200, "cycle_hz": 200}, 157),
     ],
 )
 def test_rate_above_the_bus_capacity_is_refused_with_its_limit(settings: Any, at_most: int) -> None:

@@ -186,7 +186,7 @@ def test_every_event_is_numbered_without_gaps(stepped: Stepped) -> None:
     numbered = stepped.link.events
     assert [event.number for event in numbered] == list(range(1, len(numbered) + 1))
     assert events(stepped, "mode") == ["idle", "ready", "approaching", "paused", "playing", "returning", "idle"]
-    assert events(stepped, "torque") == ["Torque is on.", "Torque is off."]
+    assert events(stepped, "torque") == ["Torque is on.", "Torque is being switched off."]
     times = [event.t_ns for event in numbered]
     assert times == sorted(times)
     assert times[0] < times[-1]

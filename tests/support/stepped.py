@@ -304,7 +304,7 @@ class Stepped:
             if self.mode == mode:
                 return
             self.cycle()
-            if n % _WRITTEN_CYCLES == 0 and self.link.journals:
+            if (n + 1) % _WRITTEN_CYCLES == 0 and self.link.journals:
                 self.link.journals[-1].write()
         raise AssertionError(f"{mode} was not reached within {within_s} s; the mode is {self.mode}")
 

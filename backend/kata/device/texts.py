@@ -253,7 +253,7 @@ LOAD_EXPIRED: Final = message(
     "load_expired", "The recording was unloaded, because no command came for {minutes:d} minutes."
 )
 TORQUE_ON: Final = message("torque_on", "Torque is on.")
-TORQUE_OFF: Final = message("torque_off", "Torque is off.")
+TORQUE_OFF: Final = message("torque_off", "Torque is being switched off.")
 TAKE_ENDED: Final = message("take_ended", "Take {take:d} has ended after {take_s:.1f} s.")
 TAKE_STARTED: Final = message("take_started", "Take {take:d} is being recorded.")
 FAULT_EVENT: Final = message("fault_event", "{fault:sentence} (stop category {category:d})")

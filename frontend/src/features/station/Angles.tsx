@@ -4,6 +4,7 @@ import type { Live } from "../../lib/api/client";
 import { formatDegrees } from "../../lib/format";
 import { t } from "../../lib/i18n";
 import { useAlive, useLive, useStation } from "../../lib/live/hooks";
+import { LOST_AFTER_MS } from "../../lib/live/store";
 import { LazyPart } from "../../ui/LazyPart";
 import classes from "./station.module.css";
 
@@ -75,8 +76,10 @@ function Axis({ axis, motion }: { axis: number; motion: string }) {
   const measured = now?.measured_deg ?? null;
   const setpoint = now?.setpoint_deg ?? null;
   const torque = alive ? (now?.torque ?? null) : null;
+  // The service lives, but this drive has not answered.
+  const silent = now?.age_ms == null || now.age_ms >= LOST_AFTER_MS;
   return (
-    <div className={classes.axis}>
+    <div className={silent ? `${classes.axis} stale` : classes.axis} data-testid={`axis-${axis + 1}`}>
       <div className={classes.name}>
         <Text component="div" fw={600} size="sm" style={{ whiteSpace: "nowrap" }}>
           {t("station:angles.motor", { motor: axis + 1 })}

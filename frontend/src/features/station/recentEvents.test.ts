@@ -31,14 +31,14 @@ it("shows the acknowledgement between a stop and the next torque", () => {
     texts(
       fault,
       event(2, "mode", "stopped"),
-      event(3, "torque", "Torque is off."),
+      event(3, "torque", "Torque is being switched off."),
       event(4, "mode", "idle"),
       event(5, "mode", "ready"),
       event(6, "torque", "Torque is on."),
     ),
   ).toEqual([
     "The emergency stop was pressed (stop category 0).",
-    "Torque is off.",
+    "Torque is being switched off.",
     "The stop was acknowledged.",
     "Torque is on.",
   ]);
