@@ -1,7 +1,9 @@
 """What a therapist needs next is on the screen without scrolling."""
 
 import re
-from typing import Final
+from collections.abc import Iterator
+from contextlib import contextmanager
+from typing import Any, Final
 
 import pytest
 from playwright.sync_api import Locator, Page, Route, ViewportSize, expect
@@ -52,13 +54,15 @@ def test_step_and_live_view_are_on_the_screen(tab: Page, clinic: Clinic, size: s
             station.end_session(session)
 
 
-def test_nothing_covers_the_angles_beside_a_short_panel(tab: Page, clinic: Clinic) -> None:
-    """The cards of the second row once covered the angles of motors 4 and 5 on a scrolled page."""
-    width, height = SIZES["desktop"]
-    tab.set_viewport_size(ViewportSize(width=width, height=height))
+@contextmanager
+def _session_after_a_playback(
+    tab: Page, clinic: Clinic, size: tuple[int, int]
+) -> Iterator[tuple[ShownStation, Any, Any, Locator]]:
+    """Show a session at its last step. Yield the station, session, recording and the steps. The checks of a session are made already."""
+    tab.set_viewport_size(ViewportSize(width=size[0], height=size[1]))
     with ShownStation(clinic) as station:
+        # The other patient stays due: a later test reads the list.
         session, recording = station.begin_session("DEMO-002")
-        # The checks of a session are made before its first playback.
         station.play(session, recording)
         station.press_estop()
         station.release_estop()
@@ -66,16 +70,22 @@ def test_nothing_covers_the_angles_beside_a_short_panel(tab: Page, clinic: Clini
         wizard = tab.get_by_role("region", name="Session")
         try:
             _open(wizard, "Pain after")
-            station.load(session, recording)
-            expect(wizard.get_by_role("button", name="Move to the start")).to_be_visible(timeout=LONG_MS)
-            expect(tab.locator(INCOMPLETE)).to_have_count(0, timeout=LONG_MS)
-            angles = tab.get_by_role("region", name="Angles")
-            expect(angles).to_be_in_viewport(ratio=1)
-            assert untouchable(angles) == ""
+            yield station, session, recording, wizard
         finally:
             station.press_estop()
             station.release_estop()
             station.end_session(session)
+
+
+def test_nothing_covers_the_angles_beside_a_short_panel(tab: Page, clinic: Clinic) -> None:
+    """The cards of the second row once covered the angles of motors 4 and 5 on a scrolled page."""
+    with _session_after_a_playback(tab, clinic, SIZES["desktop"]) as (station, session, recording, wizard):
+        station.load(session, recording)
+        expect(wizard.get_by_role("button", name="Move to the start")).to_be_visible(timeout=LONG_MS)
+        expect(tab.locator(INCOMPLETE)).to_have_count(0, timeout=LONG_MS)
+        angles = tab.get_by_role("region", name="Angles")
+        expect(angles).to_be_in_viewport(ratio=1)
+        assert untouchable(angles) == ""
 
 
 @pytest.mark.parametrize("size", ["desktop", "tablet", "telephone"])
@@ -90,26 +100,11 @@ def test_station_page_names_its_station(tab: Page, clinic: Clinic, size: str) ->
 @pytest.mark.parametrize("size", [(768, 1024), SIZES["tablet"]])
 def test_pause_stays_on_a_scrolled_tablet(tab: Page, clinic: Clinic, size: tuple[int, int]) -> None:
     """Parts above the controls disappear when a motion is loaded. On a page that a step had scrolled, Pause was once above the screen."""
-    tab.set_viewport_size(ViewportSize(width=size[0], height=size[1]))
-    with ShownStation(clinic) as station:
-        # The other patient stays due: a later test reads the list.
-        session, recording = station.begin_session("DEMO-002")
-        # The checks of a session are made before its first playback.
+    with _session_after_a_playback(tab, clinic, size) as (station, session, recording, wizard):
         station.play(session, recording)
-        station.press_estop()
-        station.release_estop()
-        tab.goto(f"{clinic.url}/station?patient={session['patient']['id']}")
-        wizard = tab.get_by_role("region", name="Session")
-        try:
-            _open(wizard, "Pain after")
-            station.play(session, recording)
-            pause = wizard.get_by_role("button", name="Pause")
-            expect(pause).to_be_in_viewport(ratio=1, timeout=LONG_MS)
-            assert untouchable(pause) == ""
-        finally:
-            station.press_estop()
-            station.release_estop()
-            station.end_session(session)
+        pause = wizard.get_by_role("button", name="Pause")
+        expect(pause).to_be_in_viewport(ratio=1, timeout=LONG_MS)
+        assert untouchable(pause) == ""
 
 
 @pytest.mark.parametrize("size", [(768, 1024), SIZES["tablet"]])
