@@ -323,6 +323,7 @@ def test_resistance_during_approach_or_return_holds_the_arm_in_place(stepped: St
     assert end.cause_code == "load_on_the_way"
 
 
+@pytest.mark.counted
 def test_arm_too_heavy_for_a_motor_is_held(stepped: Stepped) -> None:
     """The motor sinks to its highest torque within the time in which it takes over the weight."""
     stepped.apparatus.angles_deg[PUSHED] = 50.0
