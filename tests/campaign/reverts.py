@@ -332,7 +332,7 @@ REVERTS: Final = (
         23,
         "a Dynamixel answer that is two cycles late passes for the newest one",
         (
-            Edit("bus/dynamixel/driver.py", "range(PRESENT_BYTES, PRESENT_BYTES + 4)", "range(PRESENT_BYTES, PRESENT_BYTES + 2)"),
+            Edit("bus/dynamixel/driver.py", "range(PRESENT_BYTES, PRESENT_BYTES + 7)", "range(PRESENT_BYTES, PRESENT_BYTES + 2)"),
             Edit("bus/dynamixel/driver.py", "        first = turns % max(1, len(answering))\n", "        first = 0\n"),
         ),
     ),
