@@ -59,7 +59,7 @@ it("explains beside the button why a command is impossible", () => {
   expect(about?.textContent).toBe("No recording is loaded. Load one first.");
 });
 
-it("says what is wrong with a value, because it marks no field", async () => {
+it("shows the reason for a refused value beside the button", async () => {
   const errors = [
     {
       pointer: "#/largest_deg",
