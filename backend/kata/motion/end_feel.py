@@ -53,7 +53,7 @@ _BASELINE_PLACES: Final = 41
 _LEAST_SAMPLES: Final = 3
 _HELD_PLACES: Final = 6
 """Number of places before the turn whose mean opposing torque is used near the turn."""
-_MOMENT_PRIOR_NM: Final = 1.0
+_MOMENT_PRIOR_NM: Final = 0.9
 """Regularises the arm's moments towards those of the test weight, as the device does (:mod:`kata.device.end_feel`)."""
 _CUFF_NM_DEG: Final = 3.1
 """Stiffness of cuff and soft tissue between fixers and humerus: 4.5 N/mm across an upper arm (median of 21 subjects; Schiebl et al. 2025, Sensors 25,
